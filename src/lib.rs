@@ -12,6 +12,7 @@ pub mod estimates;
 pub mod field;
 pub mod localized;
 pub mod measure;
+pub mod moved;
 mod numeric;
 pub mod observer;
 #[cfg(feature = "figures")]

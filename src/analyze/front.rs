@@ -11,6 +11,7 @@ use super::plan::Plan;
 use super::quality::is_noise;
 use super::result::{Front, FrontLength};
 use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
+use crate::moved::quick;
 use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
 
@@ -255,21 +256,6 @@ fn arrivals_across(columns: &[f64], width: usize) -> Vec<Option<usize>> {
         }
     }
     found
-}
-
-/// The least length of at least `samples` with no prime factor above 5.
-fn quick(samples: usize) -> usize {
-    (samples..)
-        .find(|&n| {
-            let mut rest = n;
-            for factor in [2, 3, 5] {
-                while rest.is_multiple_of(factor) {
-                    rest /= factor;
-                }
-            }
-            rest == 1
-        })
-        .unwrap_or(samples)
 }
 
 /// The front's shares as a result. `defined` marks the sites with energy.

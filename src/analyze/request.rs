@@ -19,6 +19,8 @@ pub struct Results {
     pub flux_surrogate: bool,
     /// Short-time spectra of chosen sites and of chosen times.
     pub short_time: bool,
+    /// What moved in frequency along x, and in wavenumber in time.
+    pub answer: bool,
 }
 
 impl Results {
@@ -28,6 +30,7 @@ impl Results {
         spacetime: true,
         flux_surrogate: true,
         short_time: true,
+        answer: true,
     };
     pub const NONE: Results = Results {
         temporal: false,
@@ -35,6 +38,7 @@ impl Results {
         spacetime: false,
         flux_surrogate: false,
         short_time: false,
+        answer: false,
     };
 }
 
@@ -118,6 +122,8 @@ pub struct Request {
     /// Length, in units of time, of the windows over which shares at the front's passage are taken;
     /// `None`: ten times the width at half maximum of the pulse at the reference site.
     pub front_window: Option<f64>,
+    /// Moved shares below this count as none; `None`: [`TOLERANCE`](crate::moved::TOLERANCE).
+    pub least_move: Option<f64>,
     /// Root mean square of the noise in the samples, where it is known: sites and times whose energy
     /// is not at least twice the noise's are undefined.
     pub noise: Option<f64>,
@@ -164,6 +170,7 @@ impl Default for Request {
             band_edge_frequency: None,
             band_edge_wavenumber: None,
             front_window: None,
+            least_move: None,
             noise: None,
             subtract_noise: false,
             direction_band: None,

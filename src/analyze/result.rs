@@ -3,6 +3,7 @@
 use ndarray::{Array2, Array3};
 
 use super::along::Headline;
+use super::answer::Undirected;
 use super::dispersion::DispersionCurve;
 use super::display::Display;
 use super::warning::Warning;
@@ -10,6 +11,7 @@ use crate::diagnostics::Map;
 use crate::error::{Error, Result};
 use crate::estimates::{NoiseFloor, SpectrumInterval};
 use crate::field::{Axis, Quantity};
+use crate::moved::Answer;
 use crate::prepare::WindowGains;
 
 /// The axes of the results. An axis without a unit counts samples or sites.
@@ -378,6 +380,10 @@ pub struct Analysis {
     pub conventions: Conventions,
     pub parseval: Parseval,
     pub direction: Option<Direction>,
+    /// What moved, if it was asked for.
+    pub answer: Option<Answer>,
+    /// Why [`Self::direction`] says nothing of the waves.
+    pub undirected: Option<Undirected>,
     /// Share of energy towards +x and towards -x at each frequency (NaN without energy).
     pub direction_by_frequency: Option<[Vec<f64>; 2]>,
     /// How well `S(f, x)` is known at the reference site, if the record is stationary.

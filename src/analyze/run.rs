@@ -16,7 +16,7 @@ use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, FromProfiles, Stages};
 use super::warning::{Sites, Warning};
-use super::{Spectra, front};
+use super::{Spectra, answer, front};
 use crate::arrays::{Collect, Nowhere, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
@@ -173,6 +173,22 @@ fn passes<T: Real>(
         });
     }
 
+    let answer = match results.answer && !prepared.is_silent() {
+        true => Some(answer::find(plan, &prepared, spacetime.as_ref(), observer)?),
+        false => None,
+    };
+    let undirected = spacetime.as_ref().zip(columns.as_ref());
+    let undirected = undirected.and_then(|(found, columns)| {
+        let samples = sum(&columns.energies) / plan.segments.count() as f64;
+        answer::withheld(
+            plan,
+            answer.as_ref(),
+            found,
+            samples,
+            field.struck.is_some(),
+        )
+    });
+    clock.lap(plan, "answer");
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref());
     let maps = Maps {
@@ -217,6 +233,8 @@ fn passes<T: Real>(
         conventions: plan.conventions.clone(),
         parseval,
         direction,
+        answer,
+        undirected,
         direction_by_frequency,
         interval,
         noise: noise_left,

@@ -95,7 +95,7 @@ pub(super) fn transform_frequencies<T: Real>(
         directions: Vec::with_capacity(nf),
         map: map(true, nk),
         temporal_map: map(plan.request.results.temporal, nx),
-        wavenumber_energies: plan.request.maps.then(|| vec![0.0; nk]),
+        wavenumber_energies: Some(vec![0.0; nk]),
     };
     let width = if plan.request.results.temporal { nx } else { 0 };
     let room = || FrequencyBlock {

@@ -468,7 +468,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// `look` at every record as prepared so far, in parallel; the results in order of sites.
-    fn each_record<R: Send>(
+    pub(crate) fn each_record<R: Send>(
         &self,
         observer: &dyn Observer,
         look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
@@ -477,7 +477,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The same at the `wanted` records.
-    pub(super) fn each_record_of<R: Send>(
+    pub(crate) fn each_record_of<R: Send>(
         &self,
         wanted: impl Fn(usize) -> bool + Sync,
         observer: &dyn Observer,

@@ -1,6 +1,7 @@
 //! Results to files: `summary.json`, `spectra.npz` or `spectra.nc`, `report.html`, in a directory that appears
 //! whole or not at all; run files; localized waves.
 
+mod answer;
 mod archive;
 mod array_file;
 mod arrays;
@@ -43,6 +44,7 @@ mod transfer;
 mod triad_words;
 mod triads;
 
+pub use answer::{AnswerLine, AnswerWords, blocks};
 pub use archive::{Archive, NamedArrays};
 pub use array_file::{ArrayFile, ArrayFormat};
 pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};

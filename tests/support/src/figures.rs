@@ -73,6 +73,8 @@ pub fn full() -> Analysis {
             undirected: 0.017,
             band: (0.0, high),
         }),
+        answer: None,
+        undirected: None,
         direction_by_frequency: Some(directions(axes.frequency.len())),
         interval: Some(SpectrumInterval {
             steadiness: 0.9,

@@ -1,0 +1,256 @@
+//! The answer of an analysis: what moved along x and in time, and which way the energy goes.
+
+use std::ops::Range;
+
+use super::plan::Plan;
+use super::spacetime::{ByDirection, Frequencies};
+use crate::error::Result;
+use crate::moved::{
+    AlongX, Answer, Movement, Options, Place, Profiles, Reason, Source, TOLERANCE, along_x,
+    in_time, quick,
+};
+use crate::numeric::sum;
+use crate::observer::Observer;
+use crate::prepare::{Prepared, Window};
+use crate::transform::{RecordScratch, RecordTransform, fold};
+
+/// Share of energy in the top tenth of the wavenumber axis from which on waves fold.
+const FOLDED: f64 = 0.01;
+/// Bins of the aperture below which motion is that of the whole array.
+const MEAN_MOTION: f64 = 1.5;
+/// Sites that a struck chain's front has passed before wavenumbers are compared, or a quarter of the chain.
+const PASSED: usize = 10;
+/// Share of directed energy that goes one way where records have no arrivals but a direction.
+const ONE_WAY: f64 = 0.8;
+
+/// Why shares by direction are withheld.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Undirected {
+    /// Share of energy in the top tenth of the wavenumber axis.
+    Folded { share: f64 },
+    /// Wavelengths over twice the spacing, by the speed of arrivals, at the frequency below which half of the energy lies.
+    Short { wavelength: f64 },
+    /// Noise is all there is.
+    Noise,
+}
+
+/// Finds the answer from a field that is prepared and, where it was transformed in both, its directions.
+pub(super) fn find(
+    plan: &Plan,
+    prepared: &Prepared,
+    spacetime: Option<&Frequencies>,
+    observer: &dyn Observer,
+) -> Result<Answer> {
+    let (request, axes) = (&plan.request, &plan.axes);
+    let struck = prepared
+        .struck()
+        .map(|site| site.saturating_sub(plan.sites.start));
+    let toward_minus = spacetime.is_some_and(|found| {
+        let (plus, minus) = by_sign(&found.directions);
+        minus > ONE_WAY * (plus + minus)
+    });
+    let options = Options {
+        dt: axes.time.step,
+        tolerance: request.least_move.unwrap_or(TOLERANCE),
+        window: request
+            .front_window
+            .map(|w| (w / axes.time.step).round().max(1.0) as usize),
+        noise: request.noise.map(|noise| noise / prepared.unit()),
+        struck,
+        toward_minus,
+        first_site: plan.sites.start,
+        origin: axes.space.origin,
+        dx: axes.space.step,
+        most_bytes: plan.memory_allowed / 8,
+    };
+    let along = along_x(prepared, &options, observer)?;
+    let since = since(&along, struck);
+    let (wavenumber, along_t) = match plan.request.without_sites.is_empty() {
+        true => wavenumbers(plan, prepared, &along, &since, struck),
+        false => (Movement::untold(Reason::MissingSites), None),
+    };
+    Ok(Answer {
+        frequency: along.movement,
+        launch: along.launch,
+        front: along.front,
+        tail: along.tail,
+        wavenumber,
+        speed: along.speed,
+        is_struck: along.is_struck,
+        has_fronts: along.has_fronts,
+        along_x: along.evidence,
+        along_t,
+        since,
+        period: 1.0 / along.median,
+        noise: match along.has_fronts {
+            true => sum(&along
+                .levels
+                .iter()
+                .map(|[_, noise]| noise * noise)
+                .collect::<Vec<_>>()),
+            false => 0.0,
+        },
+    })
+}
+
+/// Rows from which on a struck chain's front is well inside, to its arrival at the far end.
+fn since(along: &AlongX, struck: Option<usize>) -> Option<Range<usize>> {
+    let struck = struck.filter(|_| along.is_struck)?;
+    let last = along.arrivals.len() - 1;
+    // The launch is none of the travel.
+    let formed = along
+        .movement
+        .settled_at
+        .map_or(0, |site| site - along.first_site);
+    let passed = struck.max(formed) + PASSED.min(last / 4).max(1);
+    let start = along.arrivals.get(passed).copied().flatten()?;
+    let end = along.arrivals[last].unwrap_or(usize::MAX);
+    (start < end).then_some(start..end)
+}
+
+fn by_sign(directions: &[ByDirection]) -> (f64, f64) {
+    let total = |of: fn(&ByDirection) -> f64| sum(&directions.iter().map(of).collect::<Vec<_>>());
+    (total(|d| d.toward_plus_x), total(|d| d.toward_minus_x))
+}
+
+fn wavenumbers(
+    plan: &Plan,
+    prepared: &Prepared,
+    along: &AlongX,
+    since: &Option<Range<usize>>,
+    struck: Option<usize>,
+) -> (Movement, Option<crate::moved::Evidence>) {
+    let axes = &plan.axes;
+    let sites = axes.n_sites;
+    if sites < 8 {
+        return (Movement::untold(Reason::FewSites { sites }), None);
+    }
+    if along.levels.is_empty() {
+        let reason = along.movement.reason.unwrap_or(Reason::NoEnergy);
+        return (Movement::untold(reason), None);
+    }
+    // The ends of a steady wave do not meet.
+    let window = match along.has_fronts {
+        true => vec![1.0; sites],
+        false => Window::Hann.samples(sites),
+    };
+    let padded = quick(4 * sites);
+    let padding = padded as f64 / sites as f64;
+    let variances = along.levels.iter().map(|[_, noise]| noise * noise);
+    let noise: Vec<f64> = variances.collect();
+    let tapered: Vec<f64> = noise.iter().zip(&window).map(|(n, w)| n * w * w).collect();
+    let profiles = OfField {
+        prepared,
+        levels: &along.levels,
+        noise: sum(&noise),
+        tapered_noise: sum(&tapered),
+        transform: RecordTransform::new(&window, padded),
+    };
+    let among = match since {
+        Some(since) => since.start..since.end.min(axes.n_times),
+        None => 0..axes.n_times,
+    };
+    let time = &axes.time;
+    let first_time = plan.times.start;
+    in_time(&Source {
+        profiles: &profiles,
+        among,
+        step: std::f64::consts::TAU / (padded as f64 * axes.space.step.abs()),
+        first: (MEAN_MOTION * padding).ceil() as usize,
+        padding,
+        period: 1.0 / (along.median * time.step),
+        // The kinetic part of a run's energy oscillates all the while.
+        is_steady: !along.has_fronts || struck.is_some(),
+        is_run: struck.is_some(),
+        returns: false,
+        tolerance: plan.request.least_move.unwrap_or(TOLERANCE),
+        along_x: along.movement.verdict,
+        place: &|rows: Range<usize>| Place {
+            rows: [rows.start + first_time, rows.end - 1 + first_time],
+            at: 0.5 * (time.at(rows.start) + time.at(rows.end - 1)),
+        },
+    })
+}
+
+/// Profiles of a measured field: `v^2`.
+struct OfField<'a> {
+    prepared: &'a Prepared<'a>,
+    levels: &'a [[f64; 2]],
+    /// Sums of the variances, as they are and under the window.
+    noise: f64,
+    tapered_noise: f64,
+    transform: RecordTransform<f64>,
+}
+
+impl OfField<'_> {
+    fn profile(&self, time: usize) -> Vec<f64> {
+        let mut profile = vec![0.0; self.levels.len()];
+        self.prepared.profiles(time..time + 1, &mut profile);
+        for (v, [baseline, _]) in profile.iter_mut().zip(self.levels) {
+            *v -= baseline;
+        }
+        profile
+    }
+}
+
+impl Profiles for OfField<'_> {
+    fn energy(&self, time: usize) -> f64 {
+        self.profile(time).iter().map(|v| v * v).sum::<f64>() - self.noise
+    }
+
+    fn at_ends(&self, time: usize) -> f64 {
+        let profile = self.profile(time);
+        let n = profile.len();
+        let outer = (n / 20).max(1);
+        let energy = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>();
+        let ends = energy(&profile[..outer]) + energy(&profile[n - outer..]);
+        let even = energy(&profile) * 2.0 * outer as f64 / n as f64;
+        if even > 0.0 { ends / even } else { 0.0 }
+    }
+
+    fn powers(&self, time: usize) -> Vec<f64> {
+        let profile = self.profile(time);
+        let mut scratch = RecordScratch::default();
+        let padded = self.transform.padded();
+        let (bins, _) = self
+            .transform
+            .transform(std::iter::once(&profile[..]), &mut scratch);
+        let power = bins.iter().enumerate();
+        power
+            .map(|(m, x)| fold(m, padded) * (x.norm_sqr() - self.tapered_noise))
+            .collect()
+    }
+}
+
+/// Why shares by direction are withheld, if they are. The bodies of a chain are all there is: its waves do not fold.
+/// `samples`: the sum of squares of the prepared samples.
+pub(super) fn withheld(
+    plan: &Plan,
+    answer: Option<&Answer>,
+    spacetime: &Frequencies,
+    samples: f64,
+    simulated: bool,
+) -> Option<Undirected> {
+    if simulated {
+        return None;
+    }
+    let energies = spacetime.wavenumber_energies.as_deref()?;
+    let nk = energies.len();
+    let top = nk / 20;
+    // Noise is as much at all wavenumbers.
+    let noise = answer.map_or(0.0, |answer| answer.noise) * plan.axes.n_times as f64 / samples;
+    let all = sum(energies);
+    let (noise, tenth) = (noise * all, (2 * top) as f64 / nk as f64);
+    let high = sum(&energies[..top]) + sum(&energies[nk - top..]) - noise * tenth;
+    let rest = all - noise;
+    if rest <= 0.1 * all {
+        return Some(Undirected::Noise);
+    }
+    let share = high / rest;
+    if share > FOLDED {
+        return Some(Undirected::Folded { share });
+    }
+    let answer = answer?;
+    let wavelength = answer.speed?.value.abs() * answer.period;
+    (wavelength < 2.0 * plan.axes.space.step.abs()).then_some(Undirected::Short { wavelength })
+}

@@ -1,0 +1,105 @@
+//! What moves in wavenumber in time in a run, whose total energy is known.
+
+use std::ops::Range;
+
+use super::contacts::{ContactState, Contacts};
+use super::modes::{Basis, Modes};
+use super::motion::Motion;
+use crate::analyze::Analysis;
+use crate::error::Result;
+use crate::moved::{Place, Profiles, Source, TOLERANCE, Verdict, in_time};
+
+/// Puts what moved in wavenumber into the answer of an analysis of all sites and times of a run: of the energy
+/// `E(k) = |q^|^2 / 2 + |phi^|^2`, in sines between fixed ends, in place of that of `v^2`, which oscillates.
+///
+/// # Errors
+/// As [`Motion::of`] for what does not fit the chain.
+pub fn answer_in_time(motion: &Motion, analysis: &mut Analysis) -> Result<()> {
+    motion.check()?;
+    let axes = &analysis.axes;
+    let is_whole = axes.n_times == motion.samples() && axes.n_sites == motion.chain.n_sites();
+    let Some(answer) = analysis.answer.as_mut().filter(|_| is_whole) else {
+        return Ok(());
+    };
+    let contacts = Contacts::of(motion);
+    let basis = Basis::of(motion.chain.ends);
+    let modes = Modes::new(basis, motion.chain.n_sites());
+    let profiles = OfRun {
+        root_mass: motion.chain.mass.iter().map(|m| m.sqrt()).collect(),
+        motion: *motion,
+        contacts,
+        modes,
+    };
+    let wavenumbers = profiles.modes.wavenumbers(axes.space.step.abs());
+    let among = answer.since.clone().unwrap_or(0..axes.n_times);
+    let time = &axes.time;
+    let is_struck = answer.since.is_some();
+    let source = Source {
+        profiles: &profiles,
+        among: among.start..among.end.min(axes.n_times),
+        step: wavenumbers.get(1).copied().unwrap_or(f64::NAN),
+        // Between fixed ends the first mode is a wave; elsewhere one bin is the mean, the next the whole chain.
+        first: match basis {
+            Basis::Standing => 1,
+            Basis::Fourier => 2,
+        },
+        padding: 1.0,
+        period: answer.period / time.step,
+        is_steady: false,
+        is_run: true,
+        returns: !is_struck,
+        tolerance: TOLERANCE,
+        along_x: Verdict::Unchanged,
+        place: &|rows: Range<usize>| Place {
+            rows: [rows.start, rows.end - 1],
+            at: 0.5 * (time.at(rows.start) + time.at(rows.end - 1)),
+        },
+    };
+    (answer.wavenumber, answer.along_t) = in_time(&source);
+    Ok(())
+}
+
+struct OfRun<'a> {
+    motion: Motion<'a>,
+    contacts: Contacts<'a>,
+    root_mass: Vec<f64>,
+    modes: Modes,
+}
+
+impl OfRun<'_> {
+    fn energies(&self, time: usize) -> Vec<f64> {
+        let at = self.motion.at(time);
+        let mut state = ContactState::default();
+        self.contacts.evaluate(at.t, at.x, at.v, &mut state);
+        self.contacts.evaluate_roots(&mut state);
+        let mut scratch = self.modes.scratch();
+        let line = || vec![Default::default(); self.modes.len()];
+        let (mut q, mut phi) = (line(), line());
+        let row: Vec<f64> = self
+            .root_mass
+            .iter()
+            .zip(at.v)
+            .map(|(root, v)| root * v)
+            .collect();
+        self.modes.of_sites(&row, &mut scratch, &mut q);
+        self.modes.of_contacts(&state.phi, &mut scratch, &mut phi);
+        let pairs = q.iter().zip(&phi).enumerate();
+        pairs
+            .map(|(m, (q, phi))| self.modes.weight(m) * (0.5 * q.norm_sqr() + phi.norm_sqr()))
+            .collect()
+    }
+}
+
+impl Profiles for OfRun<'_> {
+    fn energy(&self, time: usize) -> f64 {
+        self.energies(time).iter().sum()
+    }
+
+    fn at_ends(&self, _: usize) -> f64 {
+        0.0
+    }
+
+    fn powers(&self, time: usize) -> Vec<f64> {
+        self.energies(time)
+    }
+}

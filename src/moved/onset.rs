@@ -1,0 +1,341 @@
+//! When a wave arrives at a site, how long it is, and what noise lies under it.
+
+use std::sync::Arc;
+
+use column_fft::{Columns, ColumnsMut, Complex, ComplexToRealColumns, RealToComplexColumns};
+
+use crate::prepare::Window;
+use crate::transform::{RecordScratch, RecordTransform};
+
+/// Pieces that a record is cut into to find its quiet parts, at most, and samples of one at least.
+const PIECES: usize = 32;
+const LEAST_PIECE: usize = 8;
+/// Part of the pieces that must be alike and quietest for their noise to be that of the record.
+const QUIET_PART: f64 = 3.0 / 32.0;
+/// Pieces count as quiet whose root mean square is below this many times the least, but for chance.
+const ALIKE: f64 = 1.3;
+/// Amplitudes, as a part of the record's largest, that are quiet whatever the noise.
+const SILENT: f64 = 1e-3;
+/// Times the noise that an arrival exceeds, and that the largest amplitude of a site reached does.
+const ARRIVES: f64 = 5.0;
+const REACHED: f64 = 8.0;
+/// Part of the largest amplitude that an arrival exceeds for the first time.
+const ONSET: f64 = 0.03;
+
+/// What a record says about a site.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Onset {
+    /// Largest magnitude, from the baseline.
+    pub peak: f64,
+    /// Mean of the quiet parts, of the whole record where none is quiet.
+    pub baseline: f64,
+    /// Standard deviation of the quiet parts; `None` where there are none.
+    pub noise: Option<f64>,
+    /// `(sum e)^2 / (n sum e^2)` of the energies of n pieces: 1 for a record that is steady.
+    pub steadiness: f64,
+    pub arrival: Option<usize>,
+    /// Full width at half maximum of the squared envelope, in samples, where it was looked for.
+    pub width: Option<f64>,
+}
+
+/// How records are read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
+    /// Samples of a simulation: without noise, from a baseline of 0.
+    pub simulated: bool,
+    /// Noise that is known, as a standard deviation.
+    pub noise: Option<f64>,
+}
+
+/// Samples of a piece of a record of `samples`.
+fn piece(samples: usize) -> usize {
+    samples.div_ceil(PIECES).max(LEAST_PIECE).min(samples)
+}
+
+/// Whether each piece of the record is quiet; mean squares of pieces from their means.
+fn quiet_pieces(record: &[f64]) -> (Vec<bool>, Vec<f64>) {
+    let length = piece(record.len());
+    let of_piece = |piece: &[f64]| {
+        let n = piece.len() as f64;
+        let mean = piece.iter().sum::<f64>() / n;
+        piece.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)
+    };
+    let squares: Vec<f64> = record.chunks_exact(length).map(of_piece).collect();
+    let least = squares.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = record.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let by_chance = 1.0 + 4.0 / (length as f64).sqrt();
+    let limit = (ALIKE * ALIKE * by_chance * least).max((SILENT * largest).powi(2));
+    (squares.iter().map(|s| *s <= limit).collect(), squares)
+}
+
+impl Onset {
+    pub fn of(record: &[f64], how: Reading) -> Onset {
+        let length = piece(record.len());
+        let (quiet, squares) = quiet_pieces(record);
+        let many = quiet.iter().filter(|q| **q).count();
+        let is_known = many as f64 >= QUIET_PART * quiet.len() as f64 && many >= 2;
+        let pieces = record.chunks_exact(length).zip(&quiet);
+        let mean = |samples: &mut dyn Iterator<Item = &f64>| {
+            let (sum, count) = samples.fold((0.0, 0usize), |(s, n), v| (s + v, n + 1));
+            sum / count.max(1) as f64
+        };
+        let baseline = match (how.simulated, is_known) {
+            (true, _) => 0.0,
+            (false, true) => mean(&mut pieces.filter(|(_, q)| **q).flat_map(|(p, _)| p)),
+            (false, false) => mean(&mut record.iter()),
+        };
+        let noise = match how {
+            Reading {
+                noise: Some(known), ..
+            } => Some(known),
+            Reading {
+                simulated: true, ..
+            } => Some(0.0),
+            _ => is_known.then(|| {
+                let squares = squares.iter().zip(&quiet).filter(|(_, q)| **q);
+                (squares.map(|(s, _)| s).sum::<f64>() / many as f64).sqrt()
+            }),
+        };
+        let energies = record.chunks_exact(length);
+        let energies = energies.map(|p| p.iter().map(|v| (v - baseline).powi(2)).sum::<f64>());
+        let (sum, squares) = energies.fold((0.0, 0.0), |(s, q), e| (s + e, q + e * e));
+        let mut onset = Onset {
+            peak: record
+                .iter()
+                .fold(0.0, |m: f64, v| m.max((v - baseline).abs())),
+            baseline,
+            noise,
+            steadiness: match squares > 0.0 {
+                true => sum * sum / squares / quiet.len() as f64,
+                false => f64::NAN,
+            },
+            ..Onset::default()
+        };
+        onset.arrival = onset.noise.and_then(|noise| onset.arrives(record, noise));
+        onset
+    }
+
+    /// The first sample above five times the noise and a part of the largest magnitude; `None` where nothing rises far above
+    /// the noise.
+    pub fn arrives(&self, record: &[f64], noise: f64) -> Option<usize> {
+        if self.peak <= REACHED * noise || self.peak == 0.0 {
+            return None;
+        }
+        let threshold = (ARRIVES * noise).max(ONSET * self.peak);
+        record
+            .iter()
+            .position(|v| (v - self.baseline).abs() > threshold)
+    }
+
+    /// The first sample of what comes after the first pulse of `width` samples and after quiet behind it: `None` where
+    /// nothing does. Small reflections count from a fiftieth of the energy on.
+    pub fn second(&self, record: &[f64], arrival: usize, noise: f64, width: f64) -> Option<usize> {
+        let w = (width.round() as usize).clamp(1, record.len());
+        let mut sums = Vec::with_capacity(record.len() + 1);
+        sums.push(0.0);
+        for v in record {
+            sums.push(sums[sums.len() - 1] + (v - self.baseline).powi(2));
+        }
+        let last = record.len() - w;
+        let energy = |n: usize| (sums[n + w] - sums[n]) / w as f64;
+        let near = arrival.min(last)..(arrival + 3 * w).min(last) + 1;
+        let first = near.max_by(|&a, &b| energy(a).total_cmp(&energy(b)))?;
+        let floor = noise * noise;
+        let low = (0.01 * energy(first)).max(2.0 * floor);
+        let high = (0.02 * energy(first)).max(4.0 * floor);
+        let quiet = (first..=last).find(|&n| energy(n) < low)?;
+        (quiet..=last)
+            .find(|&n| energy(n) > high)
+            .map(|n| n + w / 2)
+    }
+}
+
+/// Squared envelopes of records of one length: `|v + i H v|^2` with the Hilbert transform H.
+pub(super) struct Envelopes {
+    length: usize,
+    forward: Arc<RealToComplexColumns<f64>>,
+    inverse: ComplexToRealColumns<f64>,
+}
+
+impl Envelopes {
+    pub fn new(length: usize) -> Envelopes {
+        let padded = super::quick(length);
+        let forward = Arc::new(RealToComplexColumns::new(padded).expect("at least one sample"));
+        Envelopes {
+            length,
+            inverse: ComplexToRealColumns::of(Arc::clone(&forward)).normalized(),
+            forward,
+        }
+    }
+
+    /// Full width at half maximum of the squared envelope around its peak, in samples.
+    pub fn width(&self, record: &[f64], baseline: f64) -> f64 {
+        let n = self.forward.len();
+        let mut values: Vec<f64> = record.iter().map(|v| v - baseline).collect();
+        values.resize(n, 0.0);
+        let mut spectrum = vec![Complex::default(); self.inverse.bins()];
+        let input = Columns::new(&values, n, 1, 1).expect("one column");
+        let output = ColumnsMut::new(&mut spectrum, self.inverse.bins(), 1, 1).expect("one column");
+        self.forward.process(input, output).expect("as planned");
+        for x in &mut spectrum {
+            *x *= Complex::new(0.0, -1.0);
+        }
+        let mut turned = vec![0.0; n];
+        let input = Columns::new(&spectrum, self.inverse.bins(), 1, 1).expect("one column");
+        let output = ColumnsMut::new(&mut turned, n, 1, 1).expect("one column");
+        self.inverse.process(input, output).expect("as planned");
+        let pairs = values.iter().zip(&turned).take(self.length);
+        let squared: Vec<f64> = pairs.map(|(v, h)| v * v + h * h).collect();
+        let peak = (0..squared.len()).max_by(|&a, &b| squared[a].total_cmp(&squared[b]));
+        let Some(peak) = peak else { return 0.0 };
+        let half = 0.5 * squared[peak];
+        let after = squared[peak..].iter().take_while(|e| **e > half).count();
+        let before = squared[..peak]
+            .iter()
+            .rev()
+            .take_while(|e| **e > half)
+            .count();
+        (before + after) as f64
+    }
+}
+
+/// The spectrum of noise, as quiet parts of records have it.
+#[derive(Debug, Clone)]
+pub(super) struct NoiseShape {
+    /// Density over that of white noise of the same variance, at even steps from 0 to Nyquist.
+    density: Vec<f64>,
+}
+
+impl NoiseShape {
+    /// Sums of the powers of the record's quiet pieces, each over its variance, and how many.
+    pub fn sums(record: &[f64], transform: &RecordTransform<f64>) -> (Vec<f64>, usize) {
+        let length = piece(record.len());
+        let (quiet, _) = quiet_pieces(record);
+        let pieces = record.chunks_exact(length).zip(&quiet).filter(|(_, q)| **q);
+        let mut scratch = RecordScratch::default();
+        let mut sums = vec![0.0; transform.bins()];
+        let mut count = 0;
+        for (samples, _) in pieces {
+            let mean = samples.iter().sum::<f64>() / length as f64;
+            let samples: Vec<f64> = samples.iter().map(|v| v - mean).collect();
+            let energy: f64 = samples.iter().map(|v| v * v).sum();
+            if energy > 0.0 {
+                let (spectrum, _) =
+                    transform.transform(std::iter::once(&samples[..]), &mut scratch);
+                for (sum, x) in sums.iter_mut().zip(spectrum) {
+                    *sum += x.norm_sqr() / energy;
+                }
+                count += 1;
+            }
+        }
+        (sums, count)
+    }
+
+    /// The transform of pieces of records of `samples`.
+    pub fn transform(samples: usize) -> RecordTransform<f64> {
+        let length = piece(samples);
+        RecordTransform::new(&Window::Hann.samples(length), length)
+    }
+
+    /// Of the sums of all records; white where there are few pieces.
+    pub fn new(sums: &[(Vec<f64>, usize)]) -> NoiseShape {
+        const ENOUGH: usize = 64;
+        let count: usize = sums.iter().map(|(_, count)| count).sum();
+        let bins = sums.first().map_or(0, |(sum, _)| sum.len());
+        if count < ENOUGH || bins < 4 {
+            return NoiseShape { density: vec![1.0] };
+        }
+        let mut density = vec![0.0; bins];
+        for (sum, _) in sums {
+            for (d, s) in density.iter_mut().zip(sum) {
+                *d += s;
+            }
+        }
+        // Means were removed: the first bins have lost what the third has.
+        let third = density[2];
+        density[..2].fill(third);
+        let mean = density.iter().sum::<f64>() / bins as f64;
+        density.iter_mut().for_each(|d| *d /= mean);
+        NoiseShape { density }
+    }
+
+    /// At `share` of the axis, 0 to 1.
+    pub fn at(&self, share: f64) -> f64 {
+        let last = self.density.len() - 1;
+        let place = share * last as f64;
+        let low = (place as usize).min(last);
+        let high = (low + 1).min(last);
+        let part = place - low as f64;
+        self.density[low] * (1.0 - part) + self.density[high] * part
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Random;
+
+    const MEASURED: Reading = Reading {
+        simulated: false,
+        noise: None,
+    };
+
+    fn noise(level: f64, samples: usize, seed: u64) -> Vec<f64> {
+        let mut random = Random::new(seed);
+        (0..samples).map(|_| level * random.normal()).collect()
+    }
+
+    /// A Gaussian of width s in noise of a hundredth: it arrives where exp(-x^2 / 2) = 0.05, the squared envelope is half as
+    /// high over 2 s sqrt(ln 2).
+    #[test]
+    fn val_a_pulse_in_noise() {
+        let (samples, at, s) = (4000, 2000.0, 40.0);
+        let pulse =
+            |n: usize| (-0.5 * ((n as f64 - at) / s).powi(2)).exp() * (n as f64 * 0.7).cos();
+        let mut record = noise(0.01, samples, 7);
+        for (n, v) in record.iter_mut().enumerate() {
+            *v += 3.0 + pulse(n);
+        }
+        let onset = Onset::of(&record, MEASURED);
+        assert!((onset.baseline - 3.0).abs() < 1e-3, "{onset:?}");
+        assert!(
+            (onset.noise.unwrap() / 0.01 - 1.0).abs() < 0.05,
+            "{onset:?}"
+        );
+        let early = at - s * (2.0 * (1.0f64 / 0.05).ln()).sqrt();
+        let arrival = onset.arrival.unwrap() as f64;
+        assert!((arrival - early).abs() < 12.0, "{arrival} {early}");
+        let width = Envelopes::new(samples).width(&record, onset.baseline);
+        let exact = 2.0 * s * 2f64.ln().sqrt();
+        assert!((width / exact - 1.0).abs() < 0.05, "{width} {exact}");
+        assert!(onset.steadiness < 0.15);
+    }
+
+    #[test]
+    fn val_noise_has_no_arrival_and_is_steady() {
+        for seed in 0..50 {
+            let onset = Onset::of(&noise(2.0, 4096, seed), MEASURED);
+            assert_eq!(onset.arrival, None, "{onset:?}");
+            assert!(onset.steadiness > 0.9, "{onset:?}");
+        }
+    }
+
+    /// A second pulse of a third of the amplitude, 600 samples later.
+    #[test]
+    fn val_a_second_arrival() {
+        let pulse = |n: usize, at: f64| (-0.5 * ((n as f64 - at) / 20.0).powi(2)).exp();
+        let record: Vec<f64> = (0..2000)
+            .map(|n| pulse(n, 500.0) + pulse(n, 1100.0) / 3.0)
+            .collect();
+        let onset = Onset::of(&record, MEASURED);
+        let second = onset
+            .second(&record, onset.arrival.unwrap(), 0.0, 33.0)
+            .unwrap();
+        assert!((1050..1100).contains(&second), "{second}");
+        let alone: Vec<f64> = (0..2000).map(|n| pulse(n, 500.0)).collect();
+        assert_eq!(
+            onset.second(&alone, onset.arrival.unwrap(), 0.0, 33.0),
+            None
+        );
+    }
+}

@@ -1,0 +1,173 @@
+//! Why a verdict cannot be given, and what would give one.
+
+use serde::Serialize;
+
+/// How many sites a headline leaves out, and why.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    pub sites: usize,
+    /// Without motion, or none above the noise.
+    pub not_reached: usize,
+    /// Moving when the record begins.
+    pub entered_late: usize,
+    /// Whose window the record's end cuts.
+    pub cut_off: usize,
+    /// Into whose window a reflection falls.
+    pub reflected: usize,
+}
+
+impl LeftOut {
+    /// The largest of them in words.
+    fn most(&self) -> (usize, &'static str) {
+        let all = [
+            (self.not_reached, "are not reached"),
+            (self.entered_late, "move when the record begins"),
+            (self.cut_off, "are cut off by its end"),
+            (self.reflected, "hold a reflection"),
+        ];
+        all.into_iter()
+            .max_by_key(|(sites, _)| *sites)
+            .unwrap_or((0, ""))
+    }
+}
+
+/// Why it cannot be told what moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Reason {
+    NotComputed,
+    NoEnergy,
+    /// A single site has no wavenumbers, a few have no groups.
+    FewSites {
+        sites: usize,
+    },
+    /// Sites whose window is whole, of those there are.
+    FewWindows {
+        whole: usize,
+        left_out: LeftOut,
+    },
+    /// Samples of the record, too few to have frequencies.
+    ShortRecord {
+        times: usize,
+    },
+    /// The energy is not above the noise.
+    Noise,
+    /// The verdict is another one with windows of half or twice the length.
+    Windows {
+        up: f64,
+        down: f64,
+    },
+    /// The verdict is another one for neighbouring groups.
+    Neighbours {
+        up: f64,
+        down: f64,
+    },
+    /// Moves smaller than this share are not told from errors.
+    Errors {
+        bound: f64,
+    },
+    /// The wave is never all inside, and its content differs along x.
+    NeverInside,
+    /// The wave is inside for less than two periods.
+    LeavesEarly,
+    /// Energy enters, or leaves, all the while.
+    Enters,
+    /// Most of the energy lies at wavelengths that the aperture does not resolve.
+    LongWaves,
+    /// Sites are at uneven distances or left out.
+    MissingSites,
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+impl Reason {
+    /// Stable name, for programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Reason::NotComputed => "not-computed",
+            Reason::NoEnergy => "no-energy",
+            Reason::FewSites { .. } => "few-sites",
+            Reason::FewWindows { .. } => "few-windows",
+            Reason::ShortRecord { .. } => "short-record",
+            Reason::Noise => "noise",
+            Reason::Windows { .. } => "windows",
+            Reason::Neighbours { .. } => "neighbours",
+            Reason::Errors { .. } => "errors",
+            Reason::NeverInside => "never-inside",
+            Reason::LeavesEarly => "leaves-early",
+            Reason::Enters => "enters",
+            Reason::LongWaves => "long-waves",
+            Reason::MissingSites => "missing-sites",
+        }
+    }
+
+    /// The reason, without a full stop.
+    pub fn message(&self) -> String {
+        match *self {
+            Reason::NotComputed => "its spectra were not asked for".into(),
+            Reason::NoEnergy => "nothing moves".into(),
+            Reason::FewSites { sites: 1 } => "there is one site".into(),
+            Reason::FewSites { sites } => format!("there are {sites} sites"),
+            Reason::FewWindows { whole, left_out } => {
+                let (sites, why) = left_out.most();
+                match sites {
+                    0 => format!("{whole} sites have a whole front window"),
+                    _ => format!(
+                        "{whole} of {} sites have a whole front window; {sites} {why}",
+                        left_out.sites
+                    ),
+                }
+            }
+            Reason::ShortRecord { times } => format!("the record has {times} times"),
+            Reason::Noise => "the energy does not rise above the noise".into(),
+            Reason::Windows { up, down } => format!(
+                "it depends on the window: {} up, {} down with another length",
+                percent(up),
+                percent(down)
+            ),
+            Reason::Neighbours { up, down } => format!(
+                "it depends on the place: {} up, {} down beside it",
+                percent(up),
+                percent(down)
+            ),
+            Reason::Errors { bound } => format!("errors hide moves of up to {}", percent(bound)),
+            Reason::NeverInside => "the wave is longer than the array".into(),
+            Reason::LeavesEarly => "the wave is inside for less than two periods".into(),
+            Reason::Enters => "energy enters or leaves all the while".into(),
+            Reason::LongWaves => "wavelengths are as long as the array".into(),
+            Reason::MissingSites => "sites are left out".into(),
+        }
+    }
+
+    /// What to record or to ask for instead.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Reason::NotComputed => "leave `--only` away",
+            Reason::NoEnergy => "check the file with `cascade inspect`",
+            Reason::FewSites { .. } => "record more sites",
+            Reason::FewWindows { left_out, .. } => {
+                let of = [left_out.cut_off, left_out.entered_late, left_out.reflected];
+                match of.iter().max() {
+                    Some(&most) if most == left_out.reflected && most > 0 => {
+                        "shorten the window with `--front-window`, or move the ends away"
+                    }
+                    Some(&most) if most == left_out.entered_late && most > 0 => {
+                        "begin the record before the wave enters"
+                    }
+                    _ => "record longer, or shorten the window with `--front-window`",
+                }
+            }
+            Reason::ShortRecord { .. } | Reason::Windows { .. } => "record longer",
+            Reason::Noise => "average several records, or state `--noise`",
+            Reason::Neighbours { .. } => "record more sites behind it",
+            Reason::Errors { .. } => "average several records, or record longer",
+            Reason::Enters => "record longer, or a longer stretch of the structure",
+            Reason::NeverInside | Reason::LeavesEarly | Reason::LongWaves => {
+                "record a longer stretch of the structure"
+            }
+            Reason::MissingSites => "record all sites, at even distances",
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! Records without arrivals: one window, the record, in segments.
+
+use super::along_x::{AlongX, LIVE, Options, group_size, grouped, median};
+use super::onset::Onset;
+use super::share::{Grid, Group, Moved};
+use super::{Evidence, Movement, Reason, Verdict};
+use crate::error::Result;
+use crate::numeric::chi_square_quantile;
+use crate::observer::Observer;
+use crate::prepare::{Prepared, Window};
+use crate::transform::{RecordScratch, RecordTransform, fold};
+
+/// Segments of a record, half overlapping under Hann's window, and samples of one at least.
+const SEGMENTS: usize = 8;
+const SHORTEST: usize = 8;
+/// Degrees of freedom of a bin of their mean: half-overlapping segments under Hann's window count 0.9 each but for the ends.
+const DEGREES: f64 = 2.0 * 0.91 * SEGMENTS as f64;
+/// Share of a group's energy above its white floor from which on the floor is noise and the rest is not; below the second, it
+/// is noise alone.
+const ABOVE_FLOOR: f64 = 0.3;
+const NOISE_ALONE: f64 = 0.05;
+/// Most that an unchanged verdict may leave open.
+const OPEN: f64 = 0.35;
+/// Lines that move by less than so many bins have not moved.
+const BINS: usize = 2;
+
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn along_x(
+    prepared: &Prepared,
+    options: &Options,
+    onsets: &[Onset],
+    live: &[bool],
+    observer: &dyn Observer,
+) -> Result<AlongX> {
+    let (n_times, n_sites) = (prepared.n_times(), prepared.n_sites());
+    let length = 2 * n_times / (SEGMENTS + 1);
+    let untold = |reason| AlongX {
+        movement: Movement::untold(reason),
+        launch: None,
+        front: None,
+        tail: None,
+        evidence: None,
+        speed: None,
+        has_fronts: false,
+        is_struck: false,
+        first_site: 0,
+        levels: Vec::new(),
+        arrivals: vec![None; n_sites],
+        median: f64::NAN,
+    };
+    if length < SHORTEST {
+        return Ok(untold(Reason::ShortRecord { times: n_times }));
+    }
+    let transform = RecordTransform::<f64>::new(&Window::Hann.samples(length), length);
+    let step = 1.0 / (length as f64 * options.dt);
+    let grid = Grid::new(transform.bins(), step);
+    // Hann's window spreads a mean over two bins.
+    let first = 2;
+    let sites: Vec<usize> = (0..n_sites).filter(|j| live[*j]).collect();
+    let mut order = sites.clone();
+    if options.toward_minus {
+        order.reverse();
+    }
+    let size = group_size(sites.len(), options.struck.is_some());
+    let numbers = SEGMENTS * grid.upper.len();
+    let groups = grouped(&order, size, options.most_groups(numbers));
+    let mut wanted = vec![false; n_sites];
+    groups.iter().flatten().for_each(|&j| wanted[j] = true);
+    let read = prepared.each_record_of(
+        |j| wanted[j],
+        observer,
+        |site, record, _| {
+            let mut scratch = RecordScratch::default();
+            let mut bins = vec![0.0; transform.bins()];
+            let hop = (n_times - length) / (SEGMENTS - 1);
+            let parts: Vec<Vec<f64>> = (0..SEGMENTS)
+                .map(|i| {
+                    let segment = &record[i * hop..i * hop + length];
+                    let mean = segment.iter().sum::<f64>() / length as f64;
+                    let segment: Vec<f64> = segment.iter().map(|v| v - mean).collect();
+                    let (spectrum, _) =
+                        transform.transform(std::iter::once(&segment[..]), &mut scratch);
+                    let powers = spectrum.iter().enumerate().map(|(m, x)| match m < first {
+                        true => 0.0,
+                        false => x.norm_sqr() * fold(m, length),
+                    });
+                    let powers: Vec<f64> = powers.collect();
+                    bins.iter_mut().zip(&powers).for_each(|(sum, p)| *sum += p);
+                    grid.sums(powers.into_iter())
+                })
+                .collect();
+            // The floor of a bin that counts once, from the lower quartile of bins.
+            let inside = bins.len().saturating_sub(1);
+            let mut inner = bins[first.min(inside)..inside].to_vec();
+            let floor = match inner.len() {
+                0 => 0.0,
+                n => {
+                    let quartile = *inner.select_nth_unstable_by(n / 4, f64::total_cmp).1;
+                    quartile / (chi_square_quantile(0.25, DEGREES) / DEGREES) / SEGMENTS as f64
+                }
+            };
+            let mean = record.iter().sum::<f64>() / record.len() as f64;
+            (site, (parts, floor, mean))
+        },
+    )?;
+    let mut seen: Vec<Option<(Vec<Vec<f64>>, f64, f64)>> = vec![None; n_sites];
+    for (site, one) in read {
+        seen[site] = Some(one);
+    }
+    let levels = (0..n_sites).map(|j| {
+        let mean = seen[j]
+            .as_ref()
+            .map_or(onsets[j].baseline, |(.., mean)| *mean);
+        [mean, 0.0]
+    });
+    let levels: Vec<[f64; 2]> = levels.collect();
+    let flat = grid.sums((0..transform.bins()).map(|m| if m < first { 0.0 } else { 1.0 }));
+    let energy = |site: &usize| -> f64 {
+        let parts = seen[*site].as_ref().map(|(parts, ..)| parts);
+        parts.into_iter().flatten().flatten().sum()
+    };
+    // Constant records have none.
+    let mut energies: Vec<f64> = groups.iter().flatten().map(energy).collect();
+    let typical = median(&mut energies);
+    let has_motion = |site: &&usize| energy(site) > LIVE * LIVE * typical;
+    let sums = groups.iter().map(|group| {
+        let members: Vec<&usize> = group.iter().filter(has_motion).collect();
+        let seen = members.iter().filter_map(|j| seen[**j].as_ref());
+        let mut parts = vec![vec![0.0; grid.upper.len()]; SEGMENTS];
+        let mut floor = 0.0;
+        for (of_site, level, _) in seen {
+            floor += level;
+            for (part, of_site) in parts.iter_mut().zip(of_site) {
+                part.iter_mut().zip(of_site).for_each(|(sum, p)| *sum += p);
+            }
+        }
+        let all: f64 = parts.iter().flatten().sum();
+        let noise = floor * flat.iter().sum::<f64>() * SEGMENTS as f64;
+        let share = 1.0 - noise / all;
+        (
+            members.len(),
+            [group[0], group[group.len() - 1]],
+            parts,
+            floor,
+            share,
+        )
+    });
+    let sums: Vec<_> = sums.filter(|(members, ..)| *members > 0).collect();
+    let most = sums.iter().map(|(.., share)| *share).fold(0.0, f64::max);
+    let has_floor = options.struck.is_none() && most > ABOVE_FLOOR;
+    let mut left_out = 0;
+    let mut told = Vec::new();
+    for (members, rows, mut parts, floor, share) in sums {
+        if has_floor {
+            if share < NOISE_ALONE {
+                left_out += 1;
+                continue;
+            }
+            for part in &mut parts {
+                part.iter_mut()
+                    .zip(&flat)
+                    .for_each(|(p, bins)| *p -= floor * bins);
+            }
+        }
+        told.push(Group::of_parts(&parts, members, rows, true));
+    }
+    told.retain(|group| group.energy > 0.0 && group.energy.is_finite());
+    let mut along = untold(match (told.is_empty(), left_out) {
+        (true, 0) => Reason::NoEnergy,
+        (true, _) => Reason::Noise,
+        _ => Reason::FewSites { sites: sites.len() },
+    });
+    along.levels = levels;
+    if let Some(group) = told.first() {
+        along.median = group.quantile(&grid, 0.5);
+    }
+    if told.len() < 2 {
+        return Ok(along);
+    }
+    let place = |group: &Group| options.place(group);
+    let last = told.len() - 1;
+    along.movement = between(&told, &grid, options);
+    along.evidence = Some(Evidence::new(&grid.upper, &told, [0, last], &place));
+    Ok(along)
+}
+
+/// From the first group to the last, the same for the groups beside.
+fn between(groups: &[Group], grid: &Grid, options: &Options) -> Movement {
+    let tolerance = options.tolerance;
+    let place = |group: &Group| options.place(group);
+    let last = groups.len() - 1;
+    let (a, b) = (&groups[0], &groups[last]);
+    let mut movement = Movement::between(a, b, &grid.upper, tolerance, &place);
+    if movement.verdict == Verdict::Unchanged {
+        let bound = movement.bound;
+        return match bound > OPEN {
+            true => movement.but_untold(Reason::Errors { bound }),
+            false => movement,
+        };
+    }
+    // A line that moves by less than a bin leaves its bin all the same.
+    let moves = |sign: f64| {
+        let bins = 0..grid.upper.len() - BINS;
+        let most = bins.map(|m| match sign > 0.0 {
+            true => a.cumulative[m] - b.cumulative[m + BINS],
+            false => b.cumulative[m] - a.cumulative[m + BINS],
+        });
+        most.fold(0.0, f64::max) > 0.5 * tolerance
+    };
+    if !(moves(1.0) || moves(-1.0)) {
+        (movement.verdict, movement.transfer) = (Verdict::Unchanged, None);
+        return movement;
+    }
+    let beside = [(1, last), (0, last - 1)];
+    for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {
+        let moved = Moved::between(&groups[a], &groups[b]);
+        if !moved.agrees(movement.verdict, tolerance) {
+            let (up, down) = (moved.up.share, moved.down.share);
+            return movement.but_untold(Reason::Neighbours { up, down });
+        }
+    }
+    movement
+}

@@ -1,0 +1,534 @@
+//! The answer of an analysis in words and as JSON.
+
+use serde_json::{Value, json};
+
+use super::sentences::number;
+use crate::analyze::{Analysis, Axes, Undirected};
+use crate::moved::{Answer, Evidence, GroupSpectrum, Movement, Place, Verdict};
+
+/// A question of an analysis with its answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AnswerLine {
+    pub name: &'static str,
+    pub text: String,
+    /// One number a group of sites or a window of times, for a small profile.
+    pub profile: Vec<f64>,
+}
+
+/// The verdict of an analysis in words, its numbers, and a line for each further question.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AnswerWords {
+    pub verdict: String,
+    pub numbers: String,
+    pub lines: Vec<AnswerLine>,
+}
+
+impl AnswerWords {
+    /// `None` where no answer was asked for.
+    pub fn of(analysis: &Analysis) -> Option<AnswerWords> {
+        let answer = analysis.answer.as_ref()?;
+        let words = Words {
+            axes: &analysis.axes,
+            answer,
+        };
+        let lines = [
+            words.along_x(),
+            words.in_time(),
+            words.direction(analysis),
+            words.attenuation(),
+            words.front_and_tail(),
+        ];
+        Some(AnswerWords {
+            verdict: words.verdict(),
+            numbers: words.numbers(),
+            lines: lines.into_iter().flatten().collect(),
+        })
+    }
+}
+
+struct Words<'a> {
+    axes: &'a Axes,
+    answer: &'a Answer,
+}
+
+/// Whole percent of a share; one decimal below ten.
+fn share(x: f64) -> String {
+    match 100.0 * x {
+        p if p.is_nan() => "undefined".into(),
+        p if p >= 9.95 => format!("{p:.0} %"),
+        p => format!("{p:.1} %"),
+    }
+}
+
+/// What a share is below, rounded up: `2 %`.
+fn below(x: f64) -> String {
+    format!("{} %", (100.0 * x).ceil().max(1.0))
+}
+
+fn short(x: f64) -> String {
+    crate::measure::digits(format!("{x:.2e}").parse().unwrap_or(x))
+}
+
+impl Words<'_> {
+    fn frequency(&self, f: f64) -> String {
+        let (scale, unit) = match self.axes.frequency_unit().as_str() {
+            "Hz" if f >= 1e6 => (1e-6, "MHz".to_owned()),
+            "Hz" if f >= 1e3 => (1e-3, "kHz".to_owned()),
+            unit if unit.starts_with("cycles/unit") => (1.0, String::new()),
+            unit => (1.0, unit.to_owned()),
+        };
+        format!("{} {unit}", short(scale * f)).trim_end().to_owned()
+    }
+
+    fn wavenumber(&self, k: f64) -> String {
+        format!("{} {}", short(k), self.axes.wavenumber_unit())
+    }
+
+    fn body(&self) -> &'static str {
+        if self.answer.is_struck {
+            "body"
+        } else {
+            "site"
+        }
+    }
+
+    fn sites(&self, place: &Place) -> String {
+        let [a, b] = place.rows;
+        match a == b {
+            true => a.to_string(),
+            false => format!("{a} to {b}"),
+        }
+    }
+
+    fn time(&self, place: &Place) -> String {
+        let unit = self.axes.time.unit.as_deref().unwrap_or_default();
+        format!("{} {unit}", short(place.at)).trim_end().to_owned()
+    }
+
+    /// The first line.
+    fn verdict(&self) -> String {
+        let of = &self.answer.frequency;
+        if let Some(reason) = &of.reason {
+            let advice = reason.advice();
+            return format!(
+                "what moves in frequency along x cannot be told: {}; {advice}",
+                reason.message()
+            );
+        }
+        if self.answer.is_struck {
+            return self.of_front(of);
+        }
+        let to = of.to.map_or(0, |place| place.rows[1]);
+        match of.verdict {
+            Verdict::Unchanged => format!(
+                "no energy moves in frequency along x (less than {}, at 95 %)",
+                below(of.bound)
+            ),
+            Verdict::Up if of.transfer == Some(false) => format!(
+                "selective loss: the share above {} grows by {}, no energy is gained there",
+                self.frequency(of.up_at),
+                share(of.up)
+            ),
+            Verdict::Down if of.transfer == Some(false) => format!(
+                "selective loss: the share above {} falls by {}, no energy is gained below",
+                self.frequency(of.down_at),
+                share(of.down)
+            ),
+            Verdict::Up => format!(
+                "energy moves up in frequency along x: {} of it past {} by site {to}",
+                share(of.up),
+                self.frequency(of.up_at)
+            ),
+            Verdict::Down => format!(
+                "energy moves down in frequency along x: {} of it below {} by site {to}",
+                share(of.down),
+                self.frequency(of.down_at)
+            ),
+            _ => format!(
+                "energy spreads in frequency along x: {} past {}, {} below {} by site {to}",
+                share(of.up),
+                self.frequency(of.up_at),
+                share(of.down),
+                self.frequency(of.down_at)
+            ),
+        }
+    }
+
+    /// Of a struck chain.
+    fn of_front(&self, of: &Movement) -> String {
+        let keeps = match of.energy_ratio {
+            ratio if ratio > 0.9 => "keeps its energy".into(),
+            ratio => format!("keeps {} of its energy", share(ratio)),
+        };
+        if let Some(site) = of.settled_at {
+            return format!(
+                "no energy moves up in frequency: the front settles by body {site} and {keeps}"
+            );
+        }
+        let by = of.to.map_or(0, |place| place.rows[0]);
+        let sheds = format!(
+            "the front sheds {} by body {by}",
+            share(1.0 - of.energy_ratio)
+        );
+        let into = match &self.answer.tail {
+            Some(tail) => format!(
+                " into a tail around {}",
+                self.frequency(tail.peak_frequency)
+            ),
+            None => String::new(),
+        };
+        let sheds = match of.energy_ratio < 0.9 {
+            true => format!("{sheds}{into}; it never settles"),
+            false => "the front never settles".into(),
+        };
+        match of.verdict {
+            Verdict::Up => format!("energy moves up in frequency: {sheds}"),
+            Verdict::Down => format!("energy moves down in frequency: {sheds}"),
+            Verdict::Spreads => format!("energy spreads in frequency: {sheds}"),
+            _ => format!("no energy moves in frequency: {sheds}"),
+        }
+    }
+
+    /// The second line.
+    fn numbers(&self) -> String {
+        let of = &self.answer.frequency;
+        if of.up.is_nan() {
+            return format!("{} times, {} sites", self.axes.n_times, self.axes.n_sites);
+        }
+        let launch = self
+            .answer
+            .launch
+            .as_ref()
+            .filter(|launch| launch.most() > 0.0);
+        let moved = |of: &Movement| {
+            let at = |q: f64| match q.is_nan() {
+                true => String::new(),
+                false => format!(" at {}", self.frequency(q)),
+            };
+            let parts = [(of.up, "up", of.up_at), (of.down, "down", of.down_at)];
+            let parts: Vec<String> = parts
+                .iter()
+                .filter(|(moved, ..)| *moved >= 0.0005)
+                .map(|(moved, way, q)| format!("{} {way}{}", share(*moved), at(*q)))
+                .collect();
+            match parts.is_empty() {
+                true => "0 % up or down".into(),
+                false => parts.join(", "),
+            }
+        };
+        let places = of.from.zip(of.to).map(|(from, to)| {
+            let body = if self.answer.is_struck {
+                "bodies"
+            } else {
+                "sites"
+            };
+            format!(" from {body} {} to {}", self.sites(&from), self.sites(&to))
+        });
+        let start = match launch {
+            Some(launch) => format!("launch {}; then ", moved(launch)),
+            None => String::new(),
+        };
+        format!("{start}{}{}", moved(of), places.unwrap_or_default())
+    }
+
+    /// The edge at which the profile along an axis is drawn.
+    fn edge(of: &Movement, launch: Option<&Movement>) -> f64 {
+        let of = match launch.filter(|launch| launch.most() > of.most()) {
+            Some(launch) => launch,
+            None => of,
+        };
+        if of.up >= of.down {
+            of.up_at
+        } else {
+            of.down_at
+        }
+    }
+
+    fn along_x(&self) -> Option<AnswerLine> {
+        let evidence = self.answer.along_x.as_ref()?;
+        let of = &self.answer.frequency;
+        if of.verdict == Verdict::Unchanged && !self.answer.is_struck {
+            return self.medians(evidence);
+        }
+        let edge = Self::edge(of, self.answer.launch.as_ref());
+        if !edge.is_finite() {
+            return None;
+        }
+        let profile = evidence.above(edge);
+        let [a, b] = evidence.compared;
+        let [from, to] = [a, b].map(|group| evidence.groups[group].place);
+        Some(AnswerLine {
+            name: "along x",
+            text: format!(
+                "{} of the energy lies above {} at {} {}, {} at {}",
+                share(profile[a]),
+                self.frequency(edge),
+                self.body(),
+                from.rows[0],
+                share(profile[b]),
+                to.rows[0]
+            ),
+            profile,
+        })
+    }
+
+    /// Half of the energy lies below which frequency, at the places compared.
+    fn medians(&self, evidence: &Evidence) -> Option<AnswerLine> {
+        let [a, b] = evidence.compared.map(|group| &evidence.groups[group]);
+        let median = |group: &GroupSpectrum| {
+            let at = group.cumulative.iter().position(|c| *c >= 0.5)?;
+            Some(self.frequency(evidence.upper[at]))
+        };
+        Some(AnswerLine {
+            name: "along x",
+            text: format!(
+                "half of the energy lies below {} at site {}, below {} at {}",
+                median(a)?,
+                a.place.rows[0],
+                median(b)?,
+                b.place.rows[0]
+            ),
+            profile: Vec::new(),
+        })
+    }
+
+    /// The energy at the last place over that at the first, where one wave passes both.
+    fn attenuation(&self) -> Option<AnswerLine> {
+        let of = &self.answer.frequency;
+        let (from, to) = of.from.zip(of.to)?;
+        let ratio = of.energy_ratio;
+        if !(ratio.is_finite() && ratio > 0.0) {
+            return None;
+        }
+        let what = match (self.answer.is_struck, self.answer.has_fronts) {
+            (true, _) => "the front has",
+            (false, true) => "its window has",
+            (false, false) => "the record has",
+        };
+        Some(AnswerLine {
+            name: "attenuation",
+            text: format!(
+                "{what} {} of the energy at {} {} that it has at {} ({:+.1} dB)",
+                share(ratio),
+                self.body(),
+                to.rows[0],
+                from.rows[0],
+                10.0 * ratio.log10()
+            ),
+            profile: self.answer.along_x.as_ref().map_or(Vec::new(), |evidence| {
+                evidence.groups.iter().map(|group| group.energy).collect()
+            }),
+        })
+    }
+
+    fn in_time(&self) -> Option<AnswerLine> {
+        let of = &self.answer.wavenumber;
+        let edge = Self::edge(of, None);
+        let span = of.from.zip(of.to);
+        let span =
+            span.map(|(from, to)| format!(" from t = {} to {}", self.time(&from), self.time(&to)));
+        let span = span.unwrap_or_default();
+        let up = || format!("{} past {}", share(of.up), self.wavenumber(of.up_at));
+        let down = || format!("{} below {}", share(of.down), self.wavenumber(of.down_at));
+        let back = if of.returns { ", and back" } else { "" };
+        let text = match (of.verdict, &of.reason) {
+            (Verdict::Untold, reason) => {
+                let reason = reason.as_ref().map(|r| r.message()).unwrap_or_default();
+                format!("wavenumbers: cannot be told: {reason}")
+            }
+            (Verdict::Unchanged, _) => {
+                format!(
+                    "wavenumbers stay{span} (less than {} moves)",
+                    below(of.bound)
+                )
+            }
+            (Verdict::Up, _) => format!("wavenumbers rise: {}{span}{back}", up()),
+            (Verdict::Down, _) => format!("wavenumbers fall: {}{span}{back}", down()),
+            (Verdict::Spreads, _) => {
+                format!("wavenumbers spread: {}, {}{span}{back}", up(), down())
+            }
+        };
+        let evidence = self.answer.along_t.as_ref().filter(|_| edge.is_finite());
+        Some(AnswerLine {
+            name: "in time",
+            text,
+            profile: evidence.map_or(Vec::new(), |evidence| evidence.above(edge)),
+        })
+    }
+
+    fn direction(&self, analysis: &Analysis) -> Option<AnswerLine> {
+        let direction = analysis.direction.as_ref()?;
+        let length = self.axes.space.unit.as_deref();
+        let speed = self.answer.speed.map(|speed| {
+            let unit = match (length, self.axes.time.unit.as_deref()) {
+                (Some(length), Some(time)) => format!("{length}/{time}"),
+                _ => "sites per unit of time".into(),
+            };
+            format!("{} ± {:.1e} {unit}", number(speed.value.abs()), speed.error)
+        });
+        let speed = match &speed {
+            Some(speed) => format!("; arrivals at {speed}"),
+            None => String::new(),
+        };
+        let text = match analysis.undirected {
+            Some(reason) => format!("cannot be told: {}{speed}", undirected(reason, self.axes)),
+            None if direction.toward_plus_x.is_nan() => "cannot be told: there is one site".into(),
+            // In a chain of cells, a one-way wave has components of both signs.
+            None if self.answer.is_struck => {
+                let way = match self.answer.speed {
+                    Some(speed) if speed.value < 0.0 => "-x",
+                    _ => "+x",
+                };
+                format!("the front travels towards {way}{speed}")
+            }
+            None => format!(
+                "{} towards +x, {} towards -x{speed}",
+                share(direction.toward_plus_x),
+                share(direction.toward_minus_x)
+            ),
+        };
+        Some(AnswerLine {
+            name: "direction",
+            text,
+            profile: Vec::new(),
+        })
+    }
+
+    fn front_and_tail(&self) -> Option<AnswerLine> {
+        let (front, tail) = (self.answer.front?, self.answer.tail?);
+        let least = if self.answer.is_struck { 0.005 } else { 0.1 };
+        if tail.energy_share < least {
+            return None;
+        }
+        let up = match tail.up >= tail.down {
+            true => (tail.up, "above", tail.up_at),
+            false => (tail.down, "below", tail.down_at),
+        };
+        let against = match up {
+            (moved, way, Some(at)) => {
+                format!(
+                    "; {} more of it than of the front lies {way} {}",
+                    share(moved),
+                    self.frequency(at)
+                )
+            }
+            _ => String::new(),
+        };
+        Some(AnswerLine {
+            name: "front, tail",
+            text: format!(
+                "{} and {} of the energy there{against}",
+                share(front.energy_share),
+                share(tail.energy_share)
+            ),
+            profile: Vec::new(),
+        })
+    }
+}
+
+/// Why shares by direction are withheld.
+fn undirected(reason: Undirected, axes: &Axes) -> String {
+    match reason {
+        Undirected::Folded { share: top } => format!(
+            "wavenumbers fold, {} of the energy lies in the top tenth",
+            share(top)
+        ),
+        Undirected::Short { wavelength } => format!(
+            "wavenumbers fold, wavelengths of {} {} are shorter than twice the spacing",
+            short(wavelength),
+            axes.space_unit()
+        ),
+        Undirected::Noise => "there is noise alone".into(),
+    }
+}
+
+/// A profile in block characters, each from 0 to the largest; `width` of them at most.
+pub fn blocks(profile: &[f64], width: usize) -> String {
+    const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let largest = profile.iter().copied().fold(0.0, f64::max);
+    if !(largest > 0.0) {
+        return String::new();
+    }
+    let count = width.min(profile.len());
+    let block = |i: usize| {
+        let part = &profile[i * profile.len() / count..(i + 1) * profile.len() / count];
+        let mean = part.iter().sum::<f64>() / part.len() as f64;
+        BLOCKS[((mean / largest * 8.0) as usize).min(7)]
+    };
+    (0..count).map(block).collect()
+}
+
+/// `answer` of `summary.json`. Frequencies and wavenumbers are in the units of the axes, sites count in the file.
+pub(super) fn as_json(analysis: &Analysis) -> Option<Value> {
+    let answer = analysis.answer.as_ref()?;
+    let site = |place: &Place| json!(place.rows[0]);
+    let last_site = |place: &Place| json!(place.rows[1]);
+    let time = |place: &Place| json!(place.at);
+    let mut frequency = movement(&answer.frequency, &site, &last_site);
+    frequency["launch"] = json!(
+        answer
+            .launch
+            .as_ref()
+            .map(|launch| movement(launch, &site, &last_site))
+    );
+    frequency["front"] = json!(answer.front);
+    frequency["tail"] = json!(answer.tail);
+    let direction = analysis.direction.as_ref().map(|direction| {
+        let reason = analysis
+            .undirected
+            .map(|reason| undirected(reason, &analysis.axes));
+        let told = |share: f64| match reason {
+            None => json!(share),
+            Some(_) => Value::Null,
+        };
+        json!({
+            "toward_plus_x": told(direction.toward_plus_x),
+            "toward_minus_x": told(direction.toward_minus_x),
+            "speed": answer.speed,
+            "reason": reason,
+        })
+    });
+    Some(json!({
+        "frequency": frequency,
+        "wavenumber": movement(&answer.wavenumber, &time, &time),
+        "direction": direction,
+    }))
+}
+
+fn movement(
+    of: &Movement,
+    first: &dyn Fn(&Place) -> Value,
+    last: &dyn Fn(&Place) -> Value,
+) -> Value {
+    json!({
+        "verdict": of.verdict,
+        "up": of.up,
+        "up_at": of.up_at,
+        "down": of.down,
+        "down_at": of.down_at,
+        "bound": of.bound,
+        "transfer": of.transfer,
+        "energy_ratio": of.energy_ratio,
+        "from": of.from.as_ref().map(first),
+        "to": of.to.as_ref().map(last),
+        "from_rows": of.from.map(|place| place.rows),
+        "to_rows": of.to.map(|place| place.rows),
+        "settled_at": of.settled_at,
+        "returns": of.returns,
+        "reason": of.reason.as_ref().map(|reason| reason.message()),
+        "reason_code": of.reason.as_ref().map(|reason| reason.code()),
+        "advice": of.reason.as_ref().map(|reason| reason.advice()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_blocks_are_means_over_the_largest() {
+        assert_eq!(blocks(&[0.0, 1.0, 2.0, 4.0], 4), "▁▃▅█");
+        assert_eq!(blocks(&[0.0, 2.0, 4.0, 4.0], 2), "▃█");
+        assert_eq!(blocks(&[0.0; 3], 8), "");
+    }
+}
