@@ -19,7 +19,7 @@ use wavecascade::report::{
 };
 
 use crate::analyze::{named_after, use_threads};
-use crate::args::FormatArg;
+use crate::args::{DetailArgs, FormatArg};
 use crate::arrays_file::ArraysFile;
 use crate::failure::Failure;
 use crate::figure_args::{ColorArgs, Drawing, FigureArgs};
@@ -50,6 +50,8 @@ pub struct Budget {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub detail: DetailArgs,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]

@@ -15,6 +15,7 @@ use wavecascade::report::{
 };
 
 use crate::analyze::use_threads;
+use crate::args::DetailArgs;
 use crate::budget::{command, compute, name_of};
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
@@ -42,6 +43,8 @@ pub struct Compare {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub detail: DetailArgs,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]
