@@ -105,7 +105,7 @@ OF_FILES = {
     "help",
     "json",
 }
-OF_FILES |= {"max-time", "merge", "out", "part", "plan", "quiet", "settings", "style"}
+OF_FILES |= {"max-time", "merge", "out", "part", "plan", "quiet", "settings", "style", "verbose"}
 
 
 @pytest.mark.parametrize("command", ["analyze", "filter", *sorted({command for command, _ in CASES})])

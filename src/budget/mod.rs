@@ -53,7 +53,7 @@ pub use motion::Motion;
 pub use request::{BudgetRequest, Views};
 pub use result::{
     BranchBudget, Budget, Closure, Direction, Identities, IntegratedFluxCheck, Integration,
-    PassedError, Residual, ScaleBudget, WavenumberBudget,
+    LargestPassage, PassedError, Residual, ScaleBudget, WavenumberBudget,
 };
 pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 pub use triads::{

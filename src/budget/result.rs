@@ -112,6 +112,36 @@ impl WavenumberBudget {
     }
 }
 
+/// Wavenumber past which most energy has gone, net.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestPassage {
+    pub wavenumber: f64,
+    /// Of the largest energy; positive towards higher wavenumbers.
+    pub share: f64,
+    /// Numerical error of the share; of a measured field its standard error.
+    pub error: f64,
+}
+
+impl Budget {
+    /// Where most energy has passed, either way; `None` without wavenumbers or without energy.
+    pub fn largest_passage(&self) -> Option<LargestPassage> {
+        let found = self.wavenumber.as_ref()?;
+        let flux = found.integrated_flux.iter().zip(&found.wavenumber);
+        let (bin, (flux, wavenumber)) = flux
+            .enumerate()
+            .max_by(|(_, a), (_, b)| a.0.abs().total_cmp(&b.0.abs()))?;
+        let error = match &self.errors {
+            Some(errors) => errors.integrated_flux[bin],
+            None => found.passed_error.value(),
+        };
+        (self.scale > 0.0 && found.passed_bin().is_some()).then(|| LargestPassage {
+            wavenumber: *wavenumber,
+            share: flux / self.scale,
+            error: error / self.scale,
+        })
+    }
+}
+
 /// Number of standard errors above which a direction is reported.
 const SIGNIFICANT: f64 = 2.0;
 

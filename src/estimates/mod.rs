@@ -21,7 +21,7 @@ mod spacetime;
 mod spectrum;
 
 pub use crate::numeric::LineFit;
-pub use coherence::{Coherence, CoherenceRequest, Delay, PhaseSpeed, coherence};
+pub use coherence::{Coherence, CoherenceRequest, Delay, PhaseSpeed, WaveVelocity, coherence};
 pub use coupling::{
     Bicoherence, BicoherenceAlong, BicoherenceMap, BicoherenceRequest, CoupledTriple,
     OutputTransfer, PairTransfer, Transfer, TransferRequest, TransferShares, bicoherence, transfer,
@@ -45,6 +45,6 @@ pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening
 pub use spacetime::{SpaceTimeEstimate, SpaceTimeRequest, spacetime};
 pub(crate) use spectrum::no_noise;
 pub use spectrum::{
-    LeftOutEach, Line, LineTest, MeanSpectrum, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis,
-    SpectrumEstimate, SpectrumRequest, SubtractedNoise, spectrum,
+    LeftOutEach, Line, LineTest, MeanSpectrum, NoiseFloor, NoiseSource, Peak, SiteNoise,
+    SpectrumAxis, SpectrumEstimate, SpectrumRequest, SubtractedNoise, spectrum,
 };

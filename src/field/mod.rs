@@ -75,6 +75,21 @@ impl Axis {
         }
     }
 
+    /// Words for its unit of time: its name, `sample` where it counts, else `unit of time`.
+    pub fn time_unit(&self) -> String {
+        self.unit_or("sample", "unit of time")
+    }
+
+    /// The same of an axis of positions: `site`, or `unit of length`.
+    pub fn space_unit(&self) -> String {
+        self.unit_or("site", "unit of length")
+    }
+
+    fn unit_or(&self, counted: &str, stepped: &str) -> String {
+        let word = if self.step == 1.0 { counted } else { stepped };
+        self.unit.clone().unwrap_or_else(|| word.into())
+    }
+
     /// The coordinate of `index`.
     pub fn at(&self, index: usize) -> f64 {
         self.origin + index as f64 * self.step

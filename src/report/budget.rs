@@ -296,13 +296,7 @@ fn defined(x: f64) -> Option<f64> {
 fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
     let passed = found.passed_edge().filter(|_| budget.scale > 0.0);
     let duration = budget.time[budget.time.len() - 1] - budget.time[0];
-    let most = found.integrated_flux.iter().zip(&found.wavenumber);
-    let most = most.enumerate();
-    let most = most.max_by(|(_, a), (_, b)| a.0.abs().total_cmp(&b.0.abs()));
-    let noise = |bin: usize| match &budget.errors {
-        Some(errors) => errors.integrated_flux[bin],
-        None => found.passed_error.value(),
-    };
+    let most = budget.largest_passage();
     let optical = |last: bool| {
         let energy = &found.branches.as_ref()?.optical_energy;
         let i = if last { energy.len() - 1 } else { 0 };
@@ -316,10 +310,10 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
         direction: passed.and_then(|_| found.direction()),
         rate: passed.map(|passed| passed / duration),
         largest_passage: most
-            .filter(|(bin, (flux, _))| flux.abs() > noise(*bin))
-            .map(|(_, (flux, k))| PassageSummary {
-                wavenumber: *k,
-                share: flux / budget.scale,
+            .filter(|most| most.share.abs() > most.error)
+            .map(|most| PassageSummary {
+                wavenumber: most.wavenumber,
+                share: most.share,
             }),
         centroid_start: found.centroid.first().copied().and_then(defined),
         centroid_end: found.centroid.last().copied().and_then(defined),
@@ -333,7 +327,7 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> WavenumberSummary {
             let last = budget.time.len() - 1;
             WavenumberErrors {
                 rate: passed.map(|_| found.passed_error.value() / duration),
-                largest_passage: most.map(|(bin, _)| noise(bin) / budget.scale),
+                largest_passage: most.map(|most| most.error),
                 centroid_start: errors.centroid.first().copied().and_then(defined),
                 centroid_end: errors.centroid.last().copied().and_then(defined),
                 optical_share_start: optical(0),

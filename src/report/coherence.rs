@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::estimate_arrays::{Arrays, Units};
 use super::{LabelledArrays, Provenance};
 use crate::error::Result;
-use crate::estimates::{Coherence, Delay, Independence, PhaseSpeed, SegmentsLeft};
+use crate::estimates::{Coherence, Delay, Independence, PhaseSpeed, SegmentsLeft, WaveVelocity};
 
 /// The schema of the summary of a coherence.
 pub const COHERENCE_SCHEMA: &str = "cascade.coherence/1";
@@ -28,7 +28,10 @@ pub struct CoherenceSummary<'a> {
     level: Option<f64>,
     /// Share of the cells away from the reference, 0 and the Nyquist frequency left out, above the level.
     above_level: Option<f64>,
+    /// Of each site, whether it is above chance over all frequencies.
+    is_coherent: &'a [bool],
     delays: &'a [Option<Delay>],
+    velocity: Option<WaveVelocity>,
     speeds: &'a [PhaseSpeed],
 }
 
@@ -49,7 +52,9 @@ impl<'a> CoherenceSummary<'a> {
             alpha: found.alpha,
             level: found.level(),
             above_level: found.above_level(),
+            is_coherent: &found.is_coherent,
             delays: &found.delays,
+            velocity: found.velocity,
             speeds: &found.speeds,
         }
     }
@@ -62,7 +67,7 @@ impl<'a> CoherenceSummary<'a> {
 }
 
 /// Hands a coherence to `file`: `frequency` (nf), `position` (n); `coherence`, `phase`, `phase_interval`,
-/// `spectrum` (nf, n); `delay`, `delay_error` (n), NaN where there is none; `speed_frequency`, `wavenumber`,
+/// `spectrum` (nf, n); `delay`, `delay_error`, `delay_interval`, `delay_ambiguity` (n), NaN where there is none; `speed_frequency`, `wavenumber`,
 /// `wavenumber_error`, `phase_velocity`, `phase_velocity_error` of the frequencies at which enough sites are
 /// coherent. Where segments are left out, `segments`, `effective_realisations`, `level` (n).
 ///
@@ -96,6 +101,14 @@ pub fn coherence_arrays(found: &Coherence, file: &dyn LabelledArrays) -> Result<
     };
     to.line("delay", "position", &units.time, &delays(|d| d.delay))?;
     to.line("delay_error", "position", &units.time, &delays(|d| d.error))?;
+    to.line(
+        "delay_interval",
+        "position",
+        &units.time,
+        &delays(|d| d.interval),
+    )?;
+    let period = |d: &Delay| d.ambiguity.unwrap_or(f64::NAN);
+    to.line("delay_ambiguity", "position", &units.time, &delays(period))?;
     let speeds = |name: &str, unit: &str, of: fn(&PhaseSpeed) -> f64| {
         let values: Vec<f64> = found.speeds.iter().map(of).collect();
         to.line(name, "speed_frequency", unit, &values)

@@ -243,6 +243,159 @@ fn val_phase_velocity_of_plane_waves() {
     }
 }
 
+/// Two records of white noise, or of smoothed noise, have nothing in common: one pair in twenty is coherent by chance.
+#[test]
+fn val_construction_unrelated_records_have_no_delay() {
+    for memory in [0.0, 0.9] {
+        let mut found_any = 0;
+        for seed in 0..100 {
+            let mut random = Noise(1000 + 37 * seed);
+            let mut last = [0.0; 2];
+            let values = Array2::from_shape_fn((2048, 2), |(_, j)| {
+                last[j] = memory * last[j] + random.gaussian();
+                last[j]
+            });
+            let found = found(&field(values, 1.0), &CoherenceRequest::default());
+            assert_eq!(found.is_coherent[1], found.coherent_sites().count() == 1);
+            assert!(found.velocity.is_none());
+            found_any += usize::from(found.is_coherent[1] || found.delays[1].is_some());
+        }
+        println!("memory {memory}: {found_any} of 100 pairs");
+        assert!(found_any <= 10, "{memory}: {found_any}");
+    }
+}
+
+/// A site whose record is that of the reference so many samples later, in noise: intervals at 95 % hold as often.
+#[test]
+fn val_construction_intervals_of_delays_hold() {
+    for (memory, noise, late) in [
+        (0.0, 0.1, 4),
+        (0.0, 0.5, 20),
+        (0.0, 1.0, 0),
+        (0.9, 0.3, 7),
+        (-0.6, 0.3, 3),
+    ] {
+        let mut held = 0;
+        for seed in 0..100 {
+            let mut random = Noise(77 + 1031 * seed);
+            let mut last = 0.0;
+            let mut next = || {
+                last = memory * last + random.gaussian() * (1.0f64 - memory * memory).sqrt();
+                last
+            };
+            let source: Vec<f64> = (0..2100).map(|_| next()).collect();
+            let mut random = Noise(5 + 911 * seed);
+            let values = Array2::from_shape_fn((2048, 2), |(n, j)| {
+                source[n + late * (1 - j)] + noise * random.gaussian()
+            });
+            let found = found(&field(values, 1.0), &CoherenceRequest::default());
+            let delay = found.delays[1].unwrap();
+            assert_eq!(delay.ambiguity, None);
+            let off = (delay.delay - DT * late as f64).abs();
+            held += usize::from(off < delay.interval);
+            assert!((delay.interval / delay.error - 1.96).abs() < 0.001);
+        }
+        println!("memory {memory}, noise {noise}, {late} samples: {held} of 100");
+        assert!((91..=99).contains(&held), "{memory} {noise} {late}: {held}");
+    }
+}
+
+/// The phase of a tone gives its delay up to whole periods.
+#[test]
+fn val_construction_the_delay_of_a_tone_states_its_period() {
+    for (seed, late) in [(1, 3.0), (2, 13.7), (3, 150.2), (4, -41.0)] {
+        let mut random = Noise(seed);
+        let period = 17.3;
+        let values = Array2::from_shape_fn((4096, 2), |(n, j)| {
+            let at = n as f64 - late * j as f64;
+            (std::f64::consts::TAU * at / period).sin() + 0.02 * random.gaussian()
+        });
+        let found = found(&field(values, 1.0), &CoherenceRequest::default());
+        assert!(found.is_coherent[1]);
+        let delay = found.delays[1].unwrap();
+        let stated = delay.ambiguity.unwrap();
+        assert!((stated / (DT * period) - 1.0).abs() < 0.01, "{stated}");
+        assert!(delay.delay.abs() <= 0.51 * stated);
+        let cycles = (delay.delay - DT * late) / (DT * period);
+        assert!((cycles - cycles.round()).abs() < 0.01, "{late}: {delay:?}");
+    }
+}
+
+/// Sites that hear one source at 25 m/s, though those above 125 Hz are more than half a wavelength apart; the interval
+/// holds the velocity at 95 %.
+#[test]
+fn val_construction_one_velocity_of_a_wave() {
+    for direction in [1, -1] {
+        let mut held = 0;
+        for seed in 0..60 {
+            let mut random = Noise(9 + 733 * seed);
+            let source: Vec<f64> = (0..2200).map(|_| random.gaussian()).collect();
+            let values = Array2::from_shape_fn((2048, 8), |(n, j)| {
+                let late = if direction > 0 { j } else { 7 - j };
+                source[n + 100 - 4 * late] + 0.1 * random.gaussian()
+            });
+            let mut field = field(values, 0.1);
+            field.time.step = 1e-3;
+            let request = CoherenceRequest {
+                reference: 2,
+                ..CoherenceRequest::default()
+            };
+            let found = found(&field, &request);
+            let velocity = found.velocity.unwrap();
+            assert_eq!(velocity.sites, Some(7));
+            assert!(!velocity.is_dispersive);
+            let truth = 25.0 * f64::from(direction);
+            assert!((velocity.velocity / truth - 1.0).abs() < 0.002);
+            held += usize::from((velocity.low..velocity.high).contains(&truth));
+            // Phases are continued by the delays.
+            for speed in &found.speeds {
+                assert!((speed.velocity / truth - 1.0).abs() < 0.3, "{speed:?}");
+            }
+        }
+        println!("{direction}: {held} of 60");
+        assert!((54..=60).contains(&held), "{held}");
+    }
+}
+
+/// A standing wave has no phase velocity, be it a tone or noise; a tone that travels has one.
+#[test]
+fn val_construction_a_standing_wave_has_no_velocity() {
+    use std::f64::consts::TAU;
+    for seed in 1..30 {
+        let mut random = Noise(seed);
+        let wave = |is_standing: bool, random: &mut Noise| {
+            Array2::from_shape_fn((4096, 8), |(n, j)| {
+                let (t, x) = (n as f64 * 0.05 * TAU, 0.9 * j as f64 + 0.2);
+                let wave = if is_standing {
+                    t.cos() * x.cos()
+                } else {
+                    (t - x).cos()
+                };
+                wave + 0.01 * random.gaussian()
+            })
+        };
+        let standing = found(
+            &field(wave(true, &mut random), 0.1),
+            &CoherenceRequest::default(),
+        );
+        assert!(standing.coherent_sites().count() > 5);
+        assert!(standing.velocity.is_none(), "{:?}", standing.velocity);
+        let ambiguous = standing.delays[1..].iter().flatten();
+        assert!(ambiguous.clone().all(|delay| delay.ambiguity.is_some()));
+        let travels = found(
+            &field(wave(false, &mut random), 0.1),
+            &CoherenceRequest::default(),
+        );
+        let velocity = travels.velocity.unwrap();
+        let truth = TAU * 0.05 / DT / (0.9 / 0.1);
+        assert!(
+            velocity.low < truth && truth < velocity.high,
+            "{truth}: {velocity:?}"
+        );
+        assert!(velocity.high - velocity.low < 0.1 * truth);
+    }
+}
+
 #[test]
 fn regress_one_transient_has_no_significance() {
     let values = Array2::from_shape_fn((2048, 6), |(n, j)| {

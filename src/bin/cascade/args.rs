@@ -529,6 +529,16 @@ pub struct Output {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub detail: DetailArgs,
+}
+
+/// How much is printed of what was found, for every command that prints a summary.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct DetailArgs {
+    /// Print all details and all warnings; by default the answer and the facts that fit a dozen lines.
+    #[arg(long, short, conflicts_with_all = ["json", "quiet"])]
+    pub verbose: bool,
 }
 
 /// A choice of the library under the name that is typed.

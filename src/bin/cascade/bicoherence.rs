@@ -14,11 +14,13 @@ use wavecascade::report::{
 };
 use wavecascade::{Error, Field};
 
+use crate::coherence::averages;
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
 use crate::parts::{self, InParts, PartArgs};
-use crate::terminal::{self, Lines, number};
+use crate::summary::Summary;
+use crate::terminal::number;
 use crate::triple_args::TripleArgs;
 
 /// What `cascade bicoherence` takes.
@@ -148,44 +150,78 @@ impl Estimate for Found {
         warnings(self)
     }
 
-    fn lines(&self) -> String {
-        lines(self)
+    fn answer(&self) -> String {
+        answer(self)
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        tell(self, summary);
     }
 }
 
 /// Triples that are printed at most.
 const PRINTED: usize = 5;
 
-/// What was found, in words.
-fn lines(found: &Found) -> String {
-    let mut lines = Lines::new(terminal::width());
+/// Which frequencies are coupled, in words.
+fn answer(found: &Found) -> String {
     let independence = &found.independence;
-    lines.line(
-        "averages",
-        &format!(
-            "records {}, segments {} of {} samples: {} effective realisations",
-            independence.records,
-            independence.segments,
-            found.segment[0],
-            number(independence.effective)
-        ),
-    );
-    lines.line("coupling", &found.coupling());
+    let (Some(_), Some(map)) = (found.cell_level(), found.map_level()) else {
+        let why = match independence.is_transient() {
+            true => "the record has one transient, which is one realisation",
+            false => "there are too few independent realisations",
+        };
+        return format!("coupling cannot be told: {why}");
+    };
+    if independence.is_transient() {
+        return "coupling cannot be told: pulses of one shape in every record are coupled at all frequencies".into();
+    }
+    if found.cells() == 0 {
+        return "coupling cannot be told: no triple of frequencies has power at all three".into();
+    }
     let unit = wavecascade::measure::cycles_per(&found.units().0);
-    for triple in found.strongest(PRINTED) {
+    match (found.above(map), found.strongest(1).first()) {
+        (0, _) | (_, None) => format!(
+            "no frequencies are coupled with their sum above chance (b\u{b2} below {})",
+            number(map)
+        ),
+        (count, Some(triple)) => {
+            let [first, second, third] = triple.frequencies.map(number);
+            let others = match count - 1 {
+                0 => String::new(),
+                1 => ", and one more triple".into(),
+                others => format!(", and {others} more triples"),
+            };
+            format!(
+                "{first} and {second} are coupled with {third} {unit} (b\u{b2} {}){others}",
+                number(triple.bicoherence)
+            )
+        }
+    }
+}
+
+fn tell(found: &Found, summary: &mut Summary) {
+    if found.cell_level().is_some() {
+        summary.detail("coupling", &found.coupling());
+    }
+    let unit = wavecascade::measure::cycles_per(&found.units().0);
+    let level = found.map_level().unwrap_or(f64::NAN);
+    let strongest = found.strongest(PRINTED);
+    for (n, triple) in strongest.iter().enumerate() {
         let [first, second, third] = triple.frequencies.map(number);
         let degrees = |angle: f64| format!("{:.0}", angle.to_degrees());
-        lines.line(
-            "",
-            &format!(
-                "{first} and {second} with {third} {unit}: b² {}, biphase {} ± {} degrees",
-                number(triple.bicoherence),
-                degrees(triple.biphase),
-                degrees(triple.biphase_interval)
-            ),
+        let text = format!(
+            "{first} and {second} with {third} {unit}: b\u{b2} {}, biphase {} \u{b1} {} degrees",
+            number(triple.bicoherence),
+            degrees(triple.biphase),
+            degrees(triple.biphase_interval)
         );
+        let name = if n == 0 { "strongest" } else { "" };
+        match triple.bicoherence > level {
+            true => summary.fact(name, &text),
+            false => summary.detail(name, &text),
+        }
     }
-    lines.text
+    summary.detail("averages", &averages(&found.independence, found.segment[0]));
 }
 
 /// What the user should know, each with what to do.
@@ -195,28 +231,23 @@ fn warnings(found: &Found) -> Vec<[String; 2]> {
     if independence.is_transient() && independence.records < 2 {
         warnings.push([
             format!(
-                "the record is a transient: its energy lies in a few of its parts (steadiness {}), and \
-                 segments of one transient are not independent; no significance is stated",
+                "the record is a transient (steadiness {}): its segments are not independent",
                 number(independence.steadiness)
             ),
             "name several records of the same sites, one a shot".into(),
         ]);
     } else if independence.is_transient() {
         warnings.push([
-            "the records are transients: pulses of the same shape in every shot have a bicoherence of 1 at all \
-             frequencies, whether or not any feeds another"
-                .into(),
+            "the records are transients: alike in every shot, they have a bicoherence of 1".into(),
             "compare sites along x, or use a budget if the chain is known".into(),
         ]);
     }
     if let Some(level) = found.map_level().filter(|level| *level > 0.5) {
         warnings.push([
             format!(
-                "the level of the map is {}: weaker coupling is not seen with {} effective realisations and {} \
-                 triples",
+                "coupling below b\u{b2} {} is not seen with {} effective realisations",
                 number(level),
-                number(independence.effective),
-                found.cells()
+                number(independence.effective)
             ),
             "use shorter segments (--segment), a longer record, or several shots".into(),
         ]);

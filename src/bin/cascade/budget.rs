@@ -19,8 +19,9 @@ use wavecascade::report::{
 };
 
 use crate::analyze::{named_after, use_threads};
-use crate::args::FormatArg;
+use crate::args::{DetailArgs, FormatArg};
 use crate::arrays_file::ArraysFile;
+use crate::estimate::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::{ColorArgs, Drawing, FigureArgs};
 use crate::measured::{self, MeasuredArgs, MeasuredInput, refuse_options_of_fields};
@@ -50,6 +51,8 @@ pub struct Budget {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub detail: DetailArgs,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]
@@ -124,19 +127,20 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    let mut out = terminal::stdout();
     if typed.json {
-        writeln!(out, "{json}")?;
+        writeln!(terminal::stdout(), "{json}")?;
     } else if !typed.quiet {
-        out.write_all(lines::of(&budget, source.report()).as_bytes())?;
+        let subject = subject_of(std::slice::from_ref(&typed.run));
+        let mut summary = lines::of(&subject, &budget, source.report());
         let seconds = started.elapsed().as_secs_f64();
+        summary.detail("computation", &format!("{seconds:.2} s"));
         let page = published.join("report.html");
-        let main = if page.exists() {
-            page
-        } else {
-            published.join("summary.json")
+        let main = match page.exists() {
+            true => page,
+            false => published.join("summary.json"),
         };
-        writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;
+        summary.last(&format!("open {}", main.display()));
+        summary.print(typed.detail.verbose)?;
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use clap::Args;
 use wavecascade::measure::{Angle, Length, Pressure};
 use wavecascade::sweep::Part;
 
+use crate::args::DetailArgs;
 use crate::parse;
 use crate::scene_keys::SceneKeys;
 
@@ -91,6 +92,9 @@ pub struct How {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+
+    #[command(flatten)]
+    pub detail: DetailArgs,
 }
 
 /// What `cascade scene` takes.

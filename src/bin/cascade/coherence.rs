@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 use wavecascade::estimates::{
-    Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, SegmentsLeft,
-    Tapers, coherence,
+    Averaging, Coherence as Found, CoherenceRequest, Combined, Delay, DividedRequest, Independence,
+    SegmentsLeft, Tapers, coherence,
 };
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
@@ -20,7 +20,8 @@ use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
 use crate::parts::{self, InParts, PartArgs};
-use crate::terminal::{self, Lines, number};
+use crate::summary::{Summary, with_half};
+use crate::terminal::number;
 
 /// What `cascade coherence` takes.
 #[derive(Debug, Args)]
@@ -189,72 +190,178 @@ impl Estimate for Found {
         warnings(self)
     }
 
-    fn lines(&self) -> String {
-        lines(self)
+    fn answer(&self) -> String {
+        answer(self)
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        tell(self, summary);
     }
 }
 
-/// What was found, in words.
-fn lines(found: &Found) -> String {
-    let mut lines = Lines::new(terminal::width());
-    let independence = &found.independence;
-    lines.line(
-        "averages",
-        &format!(
-            "records {}, segments {} of {} samples, tapers {}: {} effective realisations",
-            independence.records,
-            independence.segments,
-            found.segment[0],
-            independence.tapers,
-            number(independence.effective)
-        ),
-    );
-    gaps_line(&mut lines, found.segments_left.as_ref());
-    let (Some(level), Some(above)) = (found.level(), found.above_level()) else {
-        lines.line("significance", "none can be stated");
-        return lines.text;
+/// What follows the reference, in words.
+fn answer(found: &Found) -> String {
+    let reference = found.reference;
+    if is_silent(found) {
+        return format!("nothing can be told: the reference, site {reference}, is silent");
+    }
+    if found.level().is_none() {
+        let why = match found.independence.is_transient() {
+            true => "the reference has one transient, which is one realisation",
+            false => "there are fewer than two independent realisations",
+        };
+        return format!("nothing can be told: {why}");
+    }
+    let coherent: Vec<usize> = found.coherent_sites().collect();
+    let others = found.is_coherent.len() - 1;
+    let share = match (coherent.as_slice(), others) {
+        ([], _) => return format!("no site follows site {reference} above chance"),
+        ([one], _) => format!("site {one}"),
+        (all, others) if all.len() == others => format!("all {others} other sites"),
+        (some, others) => format!("{} of {others} other sites", some.len()),
     };
-    lines.line(
-        "coherence",
-        &format!(
+    let (verb, are) = match coherent.len() {
+        1 => ("follows", "is"),
+        _ => ("follow", "are"),
+    };
+    let (time_unit, space_unit) = found.units();
+    let confidence = percent_of(found.alpha);
+    if let Some(waves) = &found.velocity {
+        let towards = if waves.velocity > 0.0 { "+x" } else { "-x" };
+        let half = 0.5 * (waves.high - waves.low).abs();
+        let velocity = with_half(
+            waves.velocity.abs(),
+            half,
+            &format!("{space_unit}/{time_unit}"),
+        );
+        let of = match waves.is_dispersive {
+            true => ", by frequency".to_owned(),
+            false => format!(" ({confidence})"),
+        };
+        return format!(
+            "{share} {are} coherent with site {reference}, in waves towards {towards} at {velocity}{of}"
+        );
+    }
+    let known: Vec<Delay> = coherent.iter().filter_map(|j| found.delays[*j]).collect();
+    let periods = known.iter().filter_map(|delay| delay.ambiguity);
+    if let Some(period) = periods.reduce(f64::max) {
+        return format!(
+            "{share} {are} coherent with site {reference} in a narrow band: delays are known but for periods of {} \
+             {time_unit}",
+            number(period)
+        );
+    }
+    let later = |sign: f64| {
+        known
+            .iter()
+            .filter(move |delay| sign * delay.delay > delay.interval)
+    };
+    match (known.as_slice(), later(1.0).count(), later(-1.0).count()) {
+        ([], ..) => format!("{share} {are} coherent with site {reference}, but by no single delay"),
+        ([one], ..) if coherent.len() == 1 => {
+            let delay = with_half(one.delay.abs(), one.interval, &time_unit);
+            match one.delay.abs() > one.interval {
+                true if one.delay > 0.0 => {
+                    format!("{share} follows site {reference} by {delay} ({confidence})")
+                }
+                true => format!("{share} precedes site {reference} by {delay} ({confidence})"),
+                false => {
+                    format!("{share} moves with site {reference}, delay {delay} ({confidence})")
+                }
+            }
+        }
+        (_, 0, 0) => format!("{share} {are} coherent with site {reference}, without a delay"),
+        (all, behind, ahead) => {
+            let of = |range: fn(f64, f64) -> f64| {
+                let delays = all.iter().map(|delay| delay.delay);
+                number(delays.reduce(range).unwrap_or(f64::NAN))
+            };
+            let what = match ahead {
+                0 => format!("{verb} site {reference}"),
+                _ => format!(
+                    "{are} coherent with site {reference}, {behind} behind it and {ahead} ahead"
+                ),
+            };
+            format!(
+                "{share} {what}, by {} to {} {time_unit}",
+                of(f64::min),
+                of(f64::max)
+            )
+        }
+    }
+}
+
+/// `95 %`, by which an interval holds.
+pub fn percent_of(alpha: f64) -> String {
+    format!("{} %", 100.0 * ((1.0 - alpha) * 1e4).round() / 1e4)
+}
+
+fn is_silent(found: &Found) -> bool {
+    let reference = found.spectrum.column(found.reference);
+    reference.iter().all(|s| *s == 0.0)
+}
+
+fn tell(found: &Found, summary: &mut Summary) {
+    if let (Some(level), Some(above)) = (found.level(), found.above_level()) {
+        let text = format!(
             "{} of the cells are above {}, the level that {} exceed by chance",
             percent(above),
             number(level),
             percent(found.alpha)
-        ),
-    );
-    let (time_unit, space_unit) = found.units();
-    let resolved =
-        |s: &&wavecascade::estimates::PhaseSpeed| s.velocity_error < 0.1 * s.velocity.abs();
-    let speeds: Vec<f64> = found
-        .speeds
-        .iter()
-        .filter(resolved)
-        .map(|s| s.velocity)
-        .collect();
-    if let Some(first) = speeds.first() {
-        let least = speeds.iter().fold(*first, |a, b| a.min(*b));
-        let most = speeds.iter().fold(*first, |a, b| a.max(*b));
-        lines.line(
-            "phase velocity",
-            &format!(
-                "{} to {} {space_unit}/{time_unit}, where it is known to a tenth ({} frequencies)",
-                number(least),
-                number(most),
-                speeds.len()
-            ),
         );
+        summary.fact("coherence", &text);
     }
-    lines.text
+    let (time_unit, space_unit) = found.units();
+    let known = found.coherent_sites();
+    let known = known.filter_map(|j| Some((j, found.delays[j]?)));
+    if let Some((site, delay)) = known.last() {
+        let ambiguity = match delay.ambiguity {
+            Some(period) => format!(", but for whole periods of {} {time_unit}", number(period)),
+            None => String::new(),
+        };
+        let text = format!(
+            "{} of site {site} at {} {space_unit}, from {} frequencies{ambiguity}",
+            with_half(delay.delay, delay.interval, &time_unit),
+            number(found.space.at(site)),
+            delay.frequencies
+        );
+        summary.fact("delay", &text);
+    }
+    if let Some(waves) = &found.velocity {
+        let by = match (waves.sites, waves.frequencies) {
+            (Some(sites), _) => format!("the delays of {sites} sites"),
+            (_, frequencies) => format!("the phases at {} frequencies", frequencies.unwrap_or(0)),
+        };
+        let text = format!(
+            "{} {space_unit}/{time_unit} ({} to {}), from {by}",
+            number(waves.velocity),
+            number(waves.low),
+            number(waves.high)
+        );
+        summary.fact("phase velocity", &text);
+    }
+    gaps_line(summary, found.segments_left.as_ref());
+    summary.detail("averages", &averages(&found.independence, found.segment[0]));
+}
+
+/// What is averaged.
+pub fn averages(independence: &Independence, segment: usize) -> String {
+    format!(
+        "records {}, segments {} of {segment} samples, tapers {}: {} effective realisations",
+        independence.records,
+        independence.segments,
+        independence.tapers,
+        number(independence.effective)
+    )
 }
 
 /// How many segments are left of sites that miss samples.
-pub fn gaps_line(lines: &mut Lines, left: Option<&SegmentsLeft>) {
+pub fn gaps_line(summary: &mut Summary, left: Option<&SegmentsLeft>) {
     let Some(left) = left.filter(|left| left.incomplete() > 0) else {
         return;
     };
     let [least, median] = left.least_and_median();
-    lines.line(
+    summary.fact(
         "gaps",
         &format!(
             "{} of {} sites lose segments: {median} of {} are left at the median, {least} at the least",
@@ -291,15 +398,10 @@ pub fn warnings(found: &Found) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
     warnings.extend(gaps_warning(found.segments_left.as_ref(), "sites"));
     let independence = &found.independence;
-    if found
-        .spectrum
-        .column(found.reference)
-        .iter()
-        .all(|s| *s == 0.0)
-    {
+    if is_silent(found) {
         warnings.push([
             format!(
-                "the record of the reference, site {}, is silent: nothing is coherent with it",
+                "the record of the reference, site {}, is silent",
                 found.reference
             ),
             "compare with another site (`--reference`)".into(),
@@ -308,9 +410,7 @@ pub fn warnings(found: &Found) -> Vec<[String; 2]> {
     if independence.is_transient() && independence.records < 2 {
         warnings.push([
             format!(
-                "the record of the reference is a transient: its energy lies in a few of its parts \
-                 (steadiness {}), and segments of one transient are not independent; no significance is \
-                 stated",
+                "the reference is a transient (steadiness {}): its segments are not independent",
                 number(independence.steadiness)
             ),
             "name several records of the same sites, one a shot".into(),

@@ -15,12 +15,15 @@ use wavecascade::report::{
 };
 
 use crate::analyze::use_threads;
+use crate::args::DetailArgs;
 use crate::budget::{command, compute, name_of};
+use crate::estimate::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::table::Table;
-use crate::terminal;
+use crate::terminal::{self, number};
 use crate::view_args::ViewArgs;
 
 /// What `cascade compare` takes.
@@ -42,6 +45,8 @@ pub struct Compare {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub detail: DetailArgs,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]
@@ -110,33 +115,65 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    let mut out = terminal::stdout();
     if typed.json {
-        writeln!(out, "{json}")?;
+        writeln!(terminal::stdout(), "{json}")?;
     } else if !typed.quiet {
-        out.write_all(table(&comparison_rows(both), terminal::width()).as_bytes())?;
+        let subject = paths.map(|path| subject_of(std::slice::from_ref(path)));
+        let mut summary = Summary::new(&subject.join(" and "), &answer(&names, &budgets));
+        let rows = comparison_rows(both);
+        if let Some(table) = table(&rows, |name| !name.starts_with("residual")) {
+            summary.rows(table);
+        }
+        if let Some(table) = table(&rows, |name| name.starts_with("residual")) {
+            summary.detailed_rows(table);
+        }
         let main = match drawing.is_wanted() {
             true => "report.html",
             false => "summary.json",
         };
-        writeln!(out, "open {}", published.join(main).display())?;
+        summary.last(&format!("open {}", published.join(main).display()));
+        summary.print(typed.detail.verbose)?;
     }
     Ok(())
 }
 
-/// The first row names the columns.
-fn table(rows: &[[String; 4]], width: usize) -> String {
-    let Some(([name, columns @ ..], rows)) = rows.split_first() else {
-        return String::new();
-    };
+/// How far apart two runs are, in words: by what passes to high wavenumbers, or past the middle.
+fn answer(names: &[String; 2], budgets: &[Budget]) -> String {
+    let [first, second] = [&budgets[0], &budgets[1]];
+    let passages = [first, second].map(|budget| budget.largest_passage());
+    if let [Some(a), Some(b)] = passages {
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        return format!(
+            "{} and {} of the energy pass to higher wavenumbers, {} apart",
+            percent(a.share),
+            percent(b.share),
+            percent((b.share - a.share).abs())
+        );
+    }
+    let passed = [first, second].map(|budget| budget.passed.get(budget.n_contacts / 2).copied());
+    match passed {
+        [Some(a), Some(b)] => format!(
+            "{} passes the middle of {}, {} that of {}",
+            number(a),
+            names[0],
+            number(b),
+            names[1]
+        ),
+        _ => "no energy passes".into(),
+    }
+}
+
+/// The first row names the columns; of the others those that are wanted.
+fn table(rows: &[[String; 4]], is_wanted: impl Fn(&str) -> bool) -> Option<Table> {
+    let ([name, columns @ ..], rows) = rows.split_first()?;
     let mut table = Table::new(name);
     for column in columns {
         table = table.numbers(column);
     }
-    for row in rows {
+    for row in rows.iter().filter(|row| is_wanted(&row[0])) {
         table.row(row.to_vec());
     }
-    table.text(width)
+    Some(table)
 }
 
 /// Two names that differ.

@@ -11,7 +11,7 @@ use wavecascade::chain::contact::{
 use crate::chain_args::{Body, Contact};
 use crate::failure::Failure;
 use crate::scene::{digits, name_of};
-use crate::terminal::{self, Lines};
+use crate::terminal::{self, HEADING, Lines, number, styled};
 
 /// A contact by one form of its ellipse.
 #[derive(Debug, Serialize)]
@@ -128,6 +128,16 @@ impl Body {
 
 fn lines(answer: &Answer, width: usize) -> String {
     let mut lines = Lines::new(width);
+    let [approximate, exact] = &answer.forms;
+    let said = format!(
+        "cylinders at {} degrees: a contact {} times as stiff as at 90 degrees ({} exactly)",
+        number(approximate.angle),
+        digits(approximate.stiffness_ratio),
+        number(exact.stiffness_ratio)
+    );
+    let said = terminal::wrapped(&said, width - 2);
+    let said = said.iter().map(|line| styled(HEADING, line));
+    lines.text = said.collect::<Vec<_>>().join("\n  ") + "\n";
     for form in &answer.forms {
         let about = match form.ellipse {
             Ellipse::Approximate => "b/a = (A/B)^(2/3), the published form",

@@ -19,6 +19,7 @@ use crate::failure::Failure;
 use crate::fields::expanded;
 use crate::figure_args::{Drawing, FigureArgs};
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::terminal::{self, Tone};
 
 /// Where the result goes, and how it is made.
@@ -105,8 +106,34 @@ pub trait Estimate {
     /// What the user should know, each with what to do.
     fn warnings(&self) -> Vec<[String; 2]>;
 
-    /// What was found, in lines for the terminal.
-    fn lines(&self) -> String;
+    /// What was found, in one sentence without its subject, the field.
+    fn answer(&self) -> String;
+
+    /// Facts and details beside the answer.
+    fn tell(&self, summary: &mut Summary);
+}
+
+/// Where a result goes, and what it is called.
+pub struct Target<'a> {
+    pub out: &'a Path,
+    /// In titles.
+    pub name: &'a str,
+    /// Of the sentence that answers: the file.
+    pub subject: &'a str,
+    pub provenance: &'a Provenance,
+}
+
+/// The name of the first file, and how many there are beside it.
+pub fn subject_of(paths: &[PathBuf]) -> String {
+    let Some((first, others)) = paths.split_first() else {
+        return "field".into();
+    };
+    let name = first.file_name().unwrap_or(first.as_os_str());
+    let name = name.to_string_lossy().into_owned();
+    match others.len() {
+        0 => name,
+        others => format!("{name} and {others} more"),
+    }
 }
 
 /// Opens the fields, makes the estimate, and publishes it.
@@ -134,13 +161,13 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let input = paths[0].display().to_string();
     let provenance = Provenance::new(command(), Some(input), hash);
     let name = paths[0].file_stem().unwrap_or_default().to_string_lossy();
-    publish(
-        &found,
-        typed,
-        (&out, &name, &provenance),
-        &drawing,
-        &progress,
-    )
+    let target = Target {
+        out: &out,
+        name: &name,
+        subject: &subject_of(&paths),
+        provenance: &provenance,
+    };
+    publish(&found, typed, &target, &drawing, &progress)
 }
 
 /// The files that `fields` names, and the directory of the result, which is checked before any work.
@@ -177,15 +204,18 @@ pub fn open(
     Ok(fields)
 }
 
-/// Writes what was found of the field `name` to the directory `out`, and prints it.
+/// Writes what was found to the directory of the target, and prints it.
 pub fn publish<E: Estimate>(
     found: &E,
     typed: &EstimateArgs,
-    (out, name, provenance): (&Path, &str, &Provenance),
+    target: &Target<'_>,
     drawing: &Drawing,
     progress: &Progress,
 ) -> Result<(), Failure> {
-    let directory = ResultDirectory::create(out, typed.force)?;
+    let Target {
+        name, provenance, ..
+    } = *target;
+    let directory = ResultDirectory::create(target.out, typed.force)?;
     let json = found.summary(provenance).map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
     let arrays = format!("{}.npz", E::COMMAND);
@@ -205,22 +235,26 @@ pub fn publish<E: Estimate>(
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    if !typed.how.quiet {
-        for [message, advice] in &warnings {
-            terminal::message(Tone::Warning, message);
-            terminal::message(Tone::Help, advice);
-        }
-    }
-    let mut stdout = terminal::stdout();
     if typed.how.json {
-        writeln!(stdout, "{json}")?;
+        if !typed.how.quiet {
+            for [message, advice] in &warnings {
+                terminal::message(Tone::Warning, message);
+                terminal::message(Tone::Help, advice);
+            }
+        }
+        writeln!(terminal::stdout(), "{json}")?;
     } else if !typed.how.quiet {
-        write!(stdout, "{}", found.lines())?;
+        let mut summary = Summary::new(target.subject, &found.answer());
+        found.tell(&mut summary);
+        for [message, advice] in &warnings {
+            summary.warning(message, advice);
+        }
         let main = match drawing.is_wanted() {
             true => "report.html",
             false => "summary.json",
         };
-        writeln!(stdout, "open {}", published.join(main).display())?;
+        summary.last(&format!("open {}", published.join(main).display()));
+        summary.print(typed.how.detail.verbose)?;
     }
     Ok(())
 }

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::estimates::{Increments as Found, IncrementsRequest, IntervalBasis, increments};
+use wavecascade::estimates::{
+    FieldAxis, Increments as Found, IncrementsRequest, IntervalBasis, increments,
+};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::report::{
@@ -14,7 +16,8 @@ use wavecascade::{Error, Field};
 
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
-use crate::terminal::{self, Lines, number};
+use crate::summary::Summary;
+use crate::terminal::number;
 
 /// What `cascade increments` takes.
 #[derive(Debug, Args)]
@@ -114,28 +117,70 @@ impl Estimate for Found {
             return Vec::new();
         }
         let message = format!(
-            "the record is a transient: its increments lie in a few of its parts (steadiness {}), and one \
-             transient is one realisation; no interval is stated",
+            "the record is a transient (steadiness {}), one realisation: no interval is stated",
             number(self.steadiness)
         );
         let advice = "name several records of the same sites, one a shot";
         vec![[message, advice.into()]]
     }
 
-    fn lines(&self) -> String {
-        let mut lines = Lines::new(terminal::width());
+    fn answer(&self) -> String {
+        if self.basis == IntervalBasis::None {
+            return "intermittency cannot be told: one transient is one realisation".into();
+        }
+        let (time_unit, space_unit) = self.units();
+        let ends = self.axes.iter().filter_map(|axis| {
+            let (name, unit) = match axis.axis {
+                FieldAxis::Space => ("along x", &space_unit),
+                FieldAxis::Time => ("in time", &time_unit),
+            };
+            let [small, large] = [axis.scales.first()?, axis.scales.last()?];
+            let apart = small.flatness - large.flatness;
+            let is_intermittent = apart > small.flatness_half() + large.flatness_half();
+            Some((name, unit, [small, large], is_intermittent))
+        });
+        let ends: Vec<_> = ends.collect();
+        let Some(first) = ends.iter().find(|end| end.3).or(ends.first()) else {
+            return "no increments".into();
+        };
+        let (_, unit, scales, is_intermittent) = first;
+        let [small, large] = scales.map(|m| {
+            let flatness = number(m.flatness);
+            let half = m.flatness_half();
+            match half.is_finite() {
+                true => format!(
+                    "{flatness} \u{b1} {} at {} {unit}",
+                    number(half),
+                    number(m.scale)
+                ),
+                false => format!("{flatness} at {} {unit}", number(m.scale)),
+            }
+        });
+        let names: Vec<&str> = ends
+            .iter()
+            .filter(|end| end.3 == *is_intermittent)
+            .map(|end| end.0)
+            .collect();
+        let word = if *is_intermittent {
+            "intermittent"
+        } else {
+            "not intermittent"
+        };
+        format!("{word} {}: flatness {small}, {large}", names.join(" and "))
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        for (name, text) in increment_sentences(self) {
+            summary.fact(&name, &text);
+        }
+        if self.axes.iter().all(|axis| axis.exponents.is_none()) {
+            summary.detail("exponents", "none: state a band with --band or --lag-band");
+        }
         for axis in &self.axes {
             let pairs: u64 = axis.scales.iter().map(|m| m.pairs).sum();
             let name = format!("{:?}", axis.axis).to_lowercase();
             let text = format!("{} scales, {pairs} pairs of samples", axis.scales.len());
-            lines.line(&name, &text);
+            summary.detail(&name, &text);
         }
-        for (name, text) in increment_sentences(self) {
-            lines.line(&name, &text);
-        }
-        if self.axes.iter().all(|axis| axis.exponents.is_none()) {
-            lines.line("exponents", "none: state a band with --band or --lag-band");
-        }
-        lines.text
     }
 }

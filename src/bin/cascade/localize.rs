@@ -15,6 +15,7 @@ use wavecascade::localized::{Alternation, Family, LARGEST_ORDER, Wave};
 use wavecascade::report::{Contents, ResultDirectory};
 
 use crate::analyze::use_threads;
+use crate::args::DetailArgs;
 use crate::chain_args::Body;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
@@ -75,6 +76,8 @@ pub struct Localize {
     /// Print errors only.
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub detail: DetailArgs,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

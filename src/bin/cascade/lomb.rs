@@ -13,7 +13,8 @@ use wavecascade::{Error, Field};
 
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
-use crate::terminal::{self, Lines, number};
+use crate::summary::Summary;
+use crate::terminal::number;
 
 /// What `cascade lomb` takes.
 #[derive(Debug, Args)]
@@ -119,42 +120,62 @@ impl Estimate for Found {
         Vec::new()
     }
 
-    fn lines(&self) -> String {
-        let mut lines = Lines::new(terminal::width());
-        lines.line(
-            "sampling",
-            &format!(
-                "steps from {} to {}, {} on average; {} samples missing",
-                number(self.steps[0]),
-                number(self.steps[1]),
-                number(self.steps[2]),
-                self.missing
-            ),
+    fn answer(&self) -> String {
+        let Some((_, [f, p, chance])) = strongest(self) else {
+            return "no power at any frequency".into();
+        };
+        let line = format!(
+            "{} of the variance at {} {}",
+            percent(p),
+            number(f),
+            self.unit()
         );
-        let text = match self.axis {
-            LombAxis::Time => format!(
-                "{} of {} records have a power above the level that white noise exceeds anywhere with probability {}",
+        match (self.axis, self.significant()) {
+            (LombAxis::Space, _) => format!("{line}, the largest; averages have no level"),
+            (LombAxis::Time, 0) if chance.is_finite() => format!(
+                "no line above chance: the largest, {line}, has noise with probability {}",
+                number(chance)
+            ),
+            (LombAxis::Time, 0) => {
+                format!("no line can be told from chance; {line} is the largest")
+            }
+            (LombAxis::Time, count) => format!(
+                "lines at {count} of {} sites; the largest holds {line} (by chance {})",
+                self.samples.len(),
+                number(chance)
+            ),
+        }
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        if self.axis == LombAxis::Time {
+            let text = format!(
+                "{} of {} records are above the level that white noise exceeds with probability {}",
                 self.significant(),
                 self.samples.len(),
                 percent(self.alpha)
-            ),
-            LombAxis::Space => format!("profiles at {} times averaged", self.averaged),
-        };
-        lines.line("power", &text);
-        let known = self.peaks.iter().filter(|peak| peak[1].is_finite());
-        if let Some([f, p, chance]) = known.max_by(|a, b| a[1].total_cmp(&b[1])) {
-            let alarm = match chance.is_finite() {
-                true => format!(", false-alarm probability {}", number(*chance)),
-                false => String::new(),
-            };
-            let text = format!(
-                "{} of the variance at {} {}{alarm}",
-                percent(*p),
-                number(*f),
-                self.unit()
             );
-            lines.line("largest", &text);
+            summary.fact("power", &text);
+        } else {
+            summary.fact(
+                "power",
+                &format!("profiles at {} times averaged", self.averaged),
+            );
         }
-        lines.text
+        let text = format!(
+            "steps from {} to {}, {} on average; {} samples missing",
+            number(self.steps[0]),
+            number(self.steps[1]),
+            number(self.steps[2]),
+            self.missing
+        );
+        summary.fact("sampling", &text);
     }
+}
+
+/// The column with the largest power of all, with its frequency, power and the probability that noise has it.
+fn strongest(found: &Found) -> Option<(usize, [f64; 3])> {
+    let known = found.peaks.iter().copied().enumerate();
+    let known = known.filter(|(_, peak)| peak[1].is_finite());
+    known.max_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]))
 }

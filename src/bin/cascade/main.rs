@@ -46,6 +46,7 @@ mod simulate;
 mod slope;
 mod spacetime;
 mod spectrum;
+mod summary;
 mod sweep;
 mod table;
 mod terminal;

@@ -11,9 +11,10 @@ use wavecascade::report::{
 };
 use wavecascade::{Error, Field};
 
-use crate::coherence::AverageArgs;
+use crate::coherence::{AverageArgs, averages};
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
-use crate::terminal::{self, Lines, number};
+use crate::summary::Summary;
+use crate::terminal::number;
 
 /// What `cascade modes` takes.
 #[derive(Debug, Args)]
@@ -98,41 +99,54 @@ impl Estimate for Found {
             return Vec::new();
         }
         let message = format!(
-            "the record is a transient: its energy lies in a few of its parts (steadiness {}), and segments of \
-             one transient are not independent; no interval is stated",
+            "the record is a transient (steadiness {}): its segments are not independent",
             number(independence.steadiness)
         );
         let advice = "name several records of the same sites, one a shot";
         vec![[message, advice.into()]]
     }
 
-    fn lines(&self) -> String {
-        lines(self)
+    fn answer(&self) -> String {
+        answer(self)
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        tell(self, summary);
     }
 }
 
-/// What was found, in words.
-fn lines(found: &Found) -> String {
-    let mut lines = Lines::new(terminal::width());
-    let independence = &found.independence;
-    lines.line(
-        "averages",
-        &format!(
-            "records {}, segments {} of {} samples, tapers {}: {} effective realisations",
-            independence.records,
-            independence.segments,
-            found.segment[0],
-            independence.tapers,
-            number(independence.effective)
+/// How many modes there are, in words.
+fn answer(found: &Found) -> String {
+    let unit = wavecascade::measure::cycles_per(&found.units().0);
+    let Some(shapes) = found.chosen.first() else {
+        return "no power at any frequency".into();
+    };
+    let at = format!("{} {unit}", number(shapes.frequency));
+    let share = percent(found.leading_share(shapes.bin));
+    let Some(count) = found.above_noise(shapes.bin) else {
+        let why = match found.independence.is_transient() {
+            true => "one transient is one realisation",
+            false => "there are too few realisations",
+        };
+        return format!(
+            "the first mode at {at} holds {share}; how many there are cannot be told: {why}"
+        );
+    };
+    match count {
+        0 => format!(
+            "no motion is coherent along x at {at}: the first mode holds {share}, as noise would"
         ),
+        1 => format!("one mode at {at}, which holds {share} of the power"),
+        _ => format!("{count} modes at {at}, of which the first holds {share} of the power"),
+    }
+}
+
+fn tell(found: &Found, summary: &mut Summary) {
+    let text = format!(
+        "hold {} of the power of all frequencies",
+        percent(found.leading_share_of_all())
     );
-    lines.line(
-        "first modes",
-        &format!(
-            "hold {} of the power",
-            percent(found.leading_share_of_all())
-        ),
-    );
+    summary.fact("first modes", &text);
     let interval = match found.interval(1) {
         Some([low, high]) => format!(
             "{} to {} of an eigenvalue, by chi-square, with probability {}",
@@ -142,7 +156,7 @@ fn lines(found: &Found) -> String {
         ),
         None => "none can be stated".into(),
     };
-    lines.line("interval", &interval);
+    summary.fact("interval", &interval);
     let (time_unit, space_unit) = found.units();
     for shapes in &found.chosen {
         let share = percent(found.leading_share(shapes.bin));
@@ -154,10 +168,11 @@ fn lines(found: &Found) -> String {
             ),
             _ => String::new(),
         };
-        lines.line(
-            &format!("f = {}", number(shapes.frequency)),
+        let name = format!("f = {}", number(shapes.frequency));
+        summary.fact(
+            &name,
             &format!("the first mode holds {share} of the power{wave}"),
         );
     }
-    lines.text
+    summary.detail("averages", &averages(&found.independence, found.segment[0]));
 }

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use wavecascade::Error;
-use wavecascade::estimates::{
-    Combination, Combined, DividedRequest, Part, Partial, PartialAbout, partial,
-};
+use wavecascade::estimates::{Combination, Combined, DividedRequest, Part, PartialAbout, partial};
 use wavecascade::field::FileState;
 use wavecascade::report::{
     PARTIAL_SCHEMA, Provenance, ResultDirectory, read_partial, read_partial_about, write_partial,
@@ -15,10 +13,11 @@ use wavecascade::report::{
 
 use crate::analyze::{named_after, use_threads};
 use crate::budget::command;
-use crate::estimate::{self, Estimate, EstimateArgs, Typed};
+use crate::estimate::{self, Estimate, EstimateArgs, Target, Typed};
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::terminal::{self, Lines};
+use crate::summary::Summary;
+use crate::terminal;
 
 /// How an estimate is divided among processes.
 #[derive(Debug, Args)]
@@ -116,12 +115,17 @@ pub fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    let mut stdout = terminal::stdout();
     if typed.how.json {
-        writeln!(stdout, "{json}")?;
+        writeln!(terminal::stdout(), "{json}")?;
     } else if !typed.how.quiet {
-        write!(stdout, "{}", lines(part, &sums))?;
-        writeln!(stdout, "wrote {}", published.join(FILE).display())?;
+        let [from, end] = sums.about.range;
+        let answer = format!(
+            "part {part} is summed, segments {from} to {} of all records, counted from 0",
+            end - 1
+        );
+        let mut summary = Summary::new(&estimate::subject_of(&paths), &answer);
+        summary.last(&format!("wrote {}", published.join(FILE).display()));
+        summary.print(typed.how.detail.verbose)?;
     }
     Ok(())
 }
@@ -141,19 +145,6 @@ pub fn is_spacetime(directories: &[PathBuf]) -> Result<bool, Error> {
     };
     let about = read_partial_about(&file(first))?;
     Ok(matches!(about.request, DividedRequest::SpaceTime(_)))
-}
-
-fn lines(part: Part, sums: &Partial) -> String {
-    let mut lines = Lines::new(terminal::width());
-    let [from, end] = sums.about.range;
-    lines.line(
-        "part",
-        &format!(
-            "{part}: segments {from} to {} of all records, counted from 0",
-            end - 1
-        ),
-    );
-    lines.text
 }
 
 /// Makes the result of all parts in the memory allowed, which `choose` picks if it is that of this command.
@@ -190,5 +181,12 @@ pub fn merge<E: Estimate>(
     };
     let name = fields.first().map_or("field", String::as_str);
     let provenance = Provenance::new(command(), Some(fields.join(", ")), None);
-    estimate::publish(&found, typed, (out, name, &provenance), &drawing, &progress)
+    let files: Vec<PathBuf> = fields.iter().map(PathBuf::from).collect();
+    let target = Target {
+        out,
+        name,
+        subject: &estimate::subject_of(&files),
+        provenance: &provenance,
+    };
+    estimate::publish(&found, typed, &target, &drawing, &progress)
 }

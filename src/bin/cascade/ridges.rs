@@ -16,7 +16,8 @@ use crate::advice;
 use crate::args::{DetrendArg, GapsArg};
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
-use crate::terminal::{self, Lines, number};
+use crate::summary::{Summary, with_half};
+use crate::terminal::number;
 
 /// What `cascade ridges` takes.
 #[derive(Debug, Args)]
@@ -174,16 +175,110 @@ impl Estimate for Found {
             .collect()
     }
 
-    fn lines(&self) -> String {
-        lines(self)
+    fn answer(&self) -> String {
+        answer(self)
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        tell(self, summary);
     }
 }
 
-/// What was found, in words.
-fn lines(found: &Found) -> String {
-    let mut lines = Lines::new(terminal::width());
+/// The law, or the velocity, in words.
+fn answer(found: &Found) -> String {
+    if found.ridges.is_empty() {
+        return "no ridge stands above the noise".into();
+    }
+    // Relative to the number of free points.
+    let fits = found.fits.iter().filter(|fit| fit.deviation < 1.0);
+    if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
+        let parameters = fit.parameters.iter();
+        let parameters = parameters.map(|p| {
+            format!(
+                "{} = {} \u{b1} {}",
+                p.name,
+                number(p.value),
+                number(p.error)
+            )
+        });
+        return format!(
+            "{} with {} (standard errors), within {} bins",
+            fit.name,
+            parameters.collect::<Vec<_>>().join(", "),
+            number(fit.deviation)
+        );
+    }
+    let axes = &found.analysis.axes;
+    let unit = format!("{}/{}", axes.space.space_unit(), axes.time.time_unit());
+    let branches = match found.branches() {
+        1 => "one branch".to_owned(),
+        count => format!("{count} branches"),
+    };
+    let mut speeds: Vec<f64> = found
+        .points()
+        .filter(|p| p.phase_velocity_error < 0.1 * p.phase_velocity.abs())
+        .map(|p| p.phase_velocity.abs())
+        .collect();
+    speeds.sort_by(f64::total_cmp);
+    let [forwards, backwards] = [1.0, -1.0].map(|sign| {
+        let signed = found.points().filter(|p| sign * p.wavenumber > 0.0);
+        signed.count()
+    });
+    let ways = match (forwards, backwards) {
+        (_, 0) => "towards +x",
+        (0, _) => "towards -x",
+        _ => "both ways",
+    };
+    let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize];
+    match speeds.len() {
+        0 => format!("{branches}, whose phase velocity is not known to a tenth"),
+        _ => {
+            let (low, middle, high) = (at(0.05), at(0.5), at(0.95));
+            let spread = match high - low < 0.1 * middle {
+                true => format!("about {}", with_half(middle, 0.5 * (high - low), &unit)),
+                false => format!(
+                    "from {} to {} {unit}, by frequency",
+                    number(low),
+                    number(high)
+                ),
+            };
+            format!("{branches}, waves {ways}, phase velocity {spread}")
+        }
+    }
+}
+
+fn tell(found: &Found, summary: &mut Summary) {
+    if !found.ridges.is_empty() {
+        let text = format!(
+            "{} of {} branches with {} points above {} times the noise",
+            found.ridges.len(),
+            found.branches(),
+            found.points().count(),
+            number(found.level)
+        );
+        summary.fact("ridges", &text);
+    }
+    for fit in &found.fits {
+        let parameters = fit.parameters.iter();
+        let parameters = parameters.map(|p| {
+            format!(
+                "{} = {} \u{b1} {}",
+                p.name,
+                number(p.value),
+                number(p.error)
+            )
+        });
+        let text = format!(
+            "{}: {}; deviation {} bins, reduced chi-square {}",
+            fit.name,
+            parameters.collect::<Vec<_>>().join(", "),
+            number(fit.deviation),
+            number(fit.reduced)
+        );
+        summary.fact("fit", &text);
+    }
     let conventions = &found.analysis.conventions;
-    lines.line(
+    summary.detail(
         "spectrum",
         &format!(
             "records {}, segments {} of {} samples: {} effective realisations",
@@ -193,36 +288,10 @@ fn lines(found: &Found) -> String {
             number(found.realisations)
         ),
     );
-    let points = found.points().count();
-    let ridges = match found.ridges.len() {
-        0 => "none stands".to_owned(),
-        count => format!(
-            "{count} of {} branches with {points} points stand",
-            found.branches()
-        ),
-    };
-    lines.line(
-        "ridges",
-        &format!(
-            "{ridges} above {} times the noise, which noise exceeds anywhere with probability {}",
-            number(found.level),
-            percent(found.alpha)
-        ),
+    let text = format!(
+        "{} times the noise, which noise exceeds anywhere with probability {}",
+        number(found.level),
+        percent(found.alpha)
     );
-    for fit in &found.fits {
-        let parameters = fit.parameters.iter();
-        let parameters =
-            parameters.map(|p| format!("{} = {} ± {}", p.name, number(p.value), number(p.error)));
-        lines.line(
-            "fit",
-            &format!(
-                "{}: {}; deviation {} bins, reduced chi-square {}",
-                fit.name,
-                parameters.collect::<Vec<_>>().join(", "),
-                number(fit.deviation),
-                number(fit.reduced)
-            ),
-        );
-    }
-    lines.text
+    summary.detail("level", &text);
 }

@@ -12,10 +12,11 @@ use wavecascade::report::{
 };
 use wavecascade::{Error, Field};
 
-use crate::coherence::AverageArgs;
+use crate::coherence::{AverageArgs, percent_of};
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::show_args::of_axis;
-use crate::terminal::{self, Lines};
+use crate::summary::{Summary, with_half};
+use crate::terminal::number;
 
 /// What `cascade slope` takes.
 #[derive(Debug, Args)]
@@ -206,11 +207,33 @@ impl Estimate for Found {
         warnings
     }
 
-    fn lines(&self) -> String {
-        let mut lines = Lines::new(terminal::width());
+    fn answer(&self) -> String {
+        let (time_unit, space_unit) = self.units();
+        let (symbol, unit) = match self.axis {
+            FieldAxis::Space => ("k", format!("rad/{space_unit}")),
+            FieldAxis::Time => ("f", cycles_per(&time_unit)),
+        };
+        let law = &self.law;
+        let slope = with_half(law.slope, law.half, "");
+        let breaks = match &self.breaks {
+            Some(breaks) => {
+                let at: Vec<String> = breaks.at.iter().map(|at| number(*at)).collect();
+                format!(", but it bends at {} {unit}", at.join(" and "))
+            }
+            None => String::new(),
+        };
+        format!(
+            "slope {} ({}) over {symbol} = {} to {} {unit}{breaks}",
+            slope.trim_end(),
+            percent_of(self.alpha),
+            number(law.band[0]),
+            number(law.band[1])
+        )
+    }
+
+    fn tell(&self, summary: &mut Summary) {
         for (name, text) in slope_sentences(self) {
-            lines.line(&name, &text);
+            summary.fact(&name, &text);
         }
-        lines.text
     }
 }

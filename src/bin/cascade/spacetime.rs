@@ -12,7 +12,8 @@ use wavecascade::{Error, Field};
 
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::spectrum::Spectrum;
-use crate::terminal::{self, Lines, number};
+use crate::summary::Summary;
+use crate::terminal::number;
 
 /// What is typed of `cascade spectrum`, for spectra along both axes.
 #[derive(Debug)]
@@ -69,77 +70,70 @@ impl Estimate for SpaceTimeEstimate {
         warnings(self)
     }
 
-    fn lines(&self) -> String {
-        lines(self)
+    fn answer(&self) -> String {
+        answer(self)
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        tell(self, summary);
     }
 }
 
-/// What was found, in words.
-fn lines(found: &SpaceTimeEstimate) -> String {
-    let mut lines = Lines::new(terminal::width());
-    let independence = &found.independence;
-    lines.line(
-        "averages",
-        &format!(
-            "records {}, segments {} of {} samples, tapers {} along time and {} along space: {} effective \
-             realisations",
-            independence.records,
-            independence.segments,
-            found.segment[0],
-            found.tapers[0],
-            found.tapers[1],
-            number(independence.effective)
-        ),
-    );
+/// Which way the power travels, in words.
+fn answer(found: &SpaceTimeEstimate) -> String {
+    let (time_unit, space_unit) = found.units();
+    let (row, column) = found.largest();
+    let [plus, minus, neither] = found.directions();
+    if !neither.is_finite() {
+        return "no power".into();
+    }
+    format!(
+        "{} of the power towards +x, {} towards -x; largest at {} {}, k = {} rad/{space_unit}",
+        percent(plus),
+        percent(minus),
+        number(found.frequency[row]),
+        wavecascade::measure::cycles_per(&time_unit),
+        number(found.wavenumber[column])
+    )
+}
+
+fn tell(found: &SpaceTimeEstimate, summary: &mut Summary) {
     match found.degrees_range() {
         Some([least, degrees, most]) => {
             let [low, high] = interval_factors(degrees, found.alpha);
-            lines.line(
-                "interval",
-                &format!(
-                    "{} from {} to {} of a value, by {} degrees of freedom ({} to {})",
-                    percent(1.0 - found.alpha),
-                    number(low),
-                    number(high),
-                    number(degrees),
-                    number(least),
-                    number(most)
-                ),
+            let text = format!(
+                "{} from {} to {} of a value, by {} degrees of freedom ({} to {})",
+                percent(1.0 - found.alpha),
+                number(low),
+                number(high),
+                number(degrees),
+                number(least),
+                number(most)
             );
+            summary.fact("interval", &text);
         }
-        None => lines.line("interval", "none can be stated"),
+        None => summary.fact("interval", "none can be stated"),
     }
-    let (time_unit, space_unit) = found.units();
-    let (row, column) = found.largest();
-    lines.line(
-        "largest",
-        &format!(
-            "at f = {} {}, k = {} rad/{space_unit}",
-            number(found.frequency[row]),
-            wavecascade::measure::cycles_per(&time_unit),
-            number(found.wavenumber[column])
-        ),
+    let [.., neither] = found.directions();
+    summary.detail("undirected", &format!("{} of the power", percent(neither)));
+    let text = format!(
+        "{}, mean square {}; Parseval residual {:.1e}",
+        number(found.power),
+        number(found.mean_square),
+        found.parseval
     );
-    let [plus, minus, neither] = found.directions();
-    lines.line(
-        "direction",
-        &format!(
-            "{} of the power towards +x, {} towards -x, {} neither",
-            percent(plus),
-            percent(minus),
-            percent(neither)
-        ),
+    summary.detail("power", &text);
+    let independence = &found.independence;
+    let text = format!(
+        "records {}, segments {} of {} samples, tapers {} along time and {} along space: {} effective realisations",
+        independence.records,
+        independence.segments,
+        found.segment[0],
+        found.tapers[0],
+        found.tapers[1],
+        number(independence.effective)
     );
-    lines.line(
-        "power",
-        &format!(
-            "{}, mean square {}; Parseval residual {:.1e}",
-            number(found.power),
-            number(found.mean_square),
-            found.parseval
-        ),
-    );
-    lines.text
+    summary.detail("averages", &text);
 }
 
 /// What the user should know, each with what to do.

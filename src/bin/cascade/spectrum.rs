@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use wavecascade::estimates::{
-    Averaging, Combined, DividedRequest, LeftOutEach, NoiseSource, SpaceTimeRequest, SpectrumAxis,
-    SpectrumEstimate, SpectrumRequest, Tapers, interval_factors, spectrum,
+    Averaging, Combined, DividedRequest, LeftOutEach, Line, NoiseSource, Peak, SpaceTimeRequest,
+    SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers, interval_factors, spectrum,
 };
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
@@ -15,13 +15,14 @@ use wavecascade::report::{
 };
 use wavecascade::{Error, Field};
 
-use crate::coherence::{AverageArgs, gaps_line, gaps_warning};
+use crate::coherence::{AverageArgs, averages, gaps_line, gaps_warning};
 use crate::estimate::{self, Computation, Estimate, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
 use crate::parts::{self, InParts, PartArgs};
 use crate::spacetime::SpaceTime;
-use crate::terminal::{self, Lines, number};
+use crate::summary::Summary;
+use crate::terminal::number;
 
 /// What `cascade spectrum` takes.
 #[derive(Debug, Args)]
@@ -293,96 +294,171 @@ impl Estimate for SpectrumEstimate {
         warnings(self)
     }
 
-    fn lines(&self) -> String {
-        lines(self)
+    fn answer(&self) -> String {
+        answer(self)
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        tell(self, summary);
     }
 }
 
-/// What was found, in words.
-fn lines(found: &SpectrumEstimate) -> String {
-    let mut lines = Lines::new(terminal::width());
-    let independence = &found.independence;
-    lines.line(
-        "averages",
-        &format!(
-            "records {}, segments {} of {} samples, tapers {}: {} effective realisations",
-            independence.records,
-            independence.segments,
-            found.segment[0],
-            independence.tapers,
-            number(independence.effective)
-        ),
+/// Places that are named at most.
+const NAMED: usize = 3;
+
+/// Which lines or peaks there are, in words.
+fn answer(found: &SpectrumEstimate) -> String {
+    let column = match found.along {
+        SpectrumAxis::Time => "site",
+        SpectrumAxis::Space => "time",
+    };
+    let unit = found.bin_unit();
+    let lines = found
+        .line_test
+        .as_ref()
+        .filter(|_| found.degrees_range().is_some());
+    if let Some(test) = lines {
+        let places = places(test.lines.iter().map(|line| (line.at, line.column)), found);
+        return match test.lines.first() {
+            None => format!("no line stands above chance at any {column}"),
+            Some(first) => format!(
+                "lines at {}; the surest of amplitude {}",
+                named(&places, &unit, column),
+                amplitude(first, found)
+            ),
+        };
+    }
+    match found.peaks() {
+        None => "one transient, which is one realisation: no peak can be told from chance".into(),
+        Some(peaks) if peaks.is_empty() => {
+            format!("no peak stands above the power on either side of it at any {column}")
+        }
+        Some(peaks) => {
+            let places = places(
+                peaks.iter().map(|peak: &Peak| (peak.at, peak.column)),
+                found,
+            );
+            format!(
+                "peaks at {}; the highest {} times the power beside it",
+                named(&places, &unit, column),
+                number(peaks[0].ratio)
+            )
+        }
+    }
+}
+
+fn amplitude(line: &Line, found: &SpectrumEstimate) -> String {
+    let unit = found.unit.as_deref().unwrap_or_default();
+    let text = format!(
+        "{} \u{b1} {} {unit}",
+        number(line.amplitude),
+        number(line.amplitude_error)
     );
-    gaps_line(&mut lines, found.segments_left.as_ref());
+    text.trim_end().to_owned()
+}
+
+/// Frequencies and how many sites have them, from frequencies of sites: those within two bins are one.
+fn places(
+    found: impl Iterator<Item = (f64, usize)>,
+    of: &SpectrumEstimate,
+) -> Vec<(f64, Vec<usize>)> {
+    let near = 2.0 * (of.bins[1] - of.bins[0]);
+    let mut places: Vec<(f64, Vec<usize>)> = Vec::new();
+    for (at, column) in found {
+        match places
+            .iter_mut()
+            .find(|(other, _)| (at - *other).abs() <= near)
+        {
+            Some((_, columns)) if columns.contains(&column) => {}
+            Some((_, columns)) => columns.push(column),
+            None => places.push((at, vec![column])),
+        }
+    }
+    places
+}
+
+/// `50.00 and 100.0 Hz (64 and 3 sites)`.
+fn named(places: &[(f64, Vec<usize>)], unit: &str, column: &str) -> String {
+    let shown = &places[..places.len().min(NAMED)];
+    let joined = |words: Vec<String>| match words.as_slice() {
+        [one] => one.clone(),
+        [all @ .., last] => format!("{} and {last}", all.join(", ")),
+        [] => String::new(),
+    };
+    let at = joined(shown.iter().map(|(at, _)| number(*at)).collect());
+    let counts = joined(
+        shown
+            .iter()
+            .map(|(_, columns)| columns.len().to_string())
+            .collect(),
+    );
+    let plural = if counts == "1" { "" } else { "s" };
+    let more = match places.len() - shown.len() {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    format!("{at} {unit} ({counts} {column}{plural}){more}")
+}
+
+fn tell(found: &SpectrumEstimate, summary: &mut Summary) {
     let confidence = percent(1.0 - found.alpha);
     match found.degrees_range() {
         Some([least, median, most]) => {
             let [low, high] = interval_factors(median, found.alpha);
-            lines.line(
-                "interval",
-                &format!(
-                    "{confidence} from {} to {} of a value, by {} degrees of freedom ({} to {})",
-                    number(low),
-                    number(high),
-                    number(median),
-                    number(least),
-                    number(most)
-                ),
+            let text = format!(
+                "{confidence} from {} to {} of a value, by {} degrees of freedom ({} to {})",
+                number(low),
+                number(high),
+                number(median),
+                number(least),
+                number(most)
             );
+            summary.fact("interval", &text);
         }
-        None => lines.line("interval", "none can be stated"),
+        None => summary.fact("interval", "none can be stated"),
     }
-    noise_line(&mut lines, found);
+    gaps_line(summary, found.segments_left.as_ref());
+    noise_line(summary, found);
+    if let Some(test) = found
+        .line_test
+        .as_ref()
+        .filter(|_| found.degrees_range().is_some())
+        && let Some(first) = test.lines.first()
+    {
+        let (time_unit, space_unit) = found.units();
+        let (columns, column_unit) = match found.along {
+            SpectrumAxis::Time => ("sites", space_unit),
+            SpectrumAxis::Space => ("times", time_unit),
+        };
+        let text = format!(
+            "{} at {} {columns}, F above {}; the surest: amplitude {} at {} {} and {} {column_unit}",
+            test.lines.len(),
+            test.columns(),
+            number(test.level_of_all),
+            amplitude(first, found),
+            number(first.at),
+            found.bin_unit(),
+            number(found.coordinate(first.column)),
+        );
+        summary.fact("lines", &text);
+    }
     if found.degrees_range().is_some()
         && found.has_jackknife
         && found.left_out == LeftOutEach::Record
     {
-        lines.line(
+        summary.detail(
             "jackknife",
             "over records, whose segments are not independent",
         );
     }
-    let Some(test) = &found.line_test else {
-        return lines.text;
-    };
-    if found.degrees_range().is_none() {
-        return lines.text;
-    }
-    let Some(first) = test.lines.first() else {
-        lines.line(
-            "lines",
-            &format!("none: no F is above {}", number(test.level_of_all)),
-        );
-        return lines.text;
-    };
-    let (time_unit, space_unit) = found.units();
-    let (columns, column_unit) = match found.along {
-        SpectrumAxis::Time => ("sites", space_unit),
-        SpectrumAxis::Space => ("times", time_unit),
-    };
-    lines.line(
-        "lines",
-        &format!(
-            "{} at {} {columns}, F above {}; the surest: amplitude {} ± {}{} at {} {} and {} {column_unit}",
-            test.lines.len(),
-            test.columns(),
-            number(test.level_of_all),
-            number(first.amplitude),
-            number(first.amplitude_error),
-            found.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default(),
-            number(first.at),
-            found.bin_unit(),
-            number(found.coordinate(first.column)),
-        ),
-    );
-    lines.text
+    summary.detail("averages", &averages(&found.independence, found.segment[0]));
 }
 
 /// How loud the noise is, and what of it was subtracted.
-fn noise_line(lines: &mut Lines, found: &SpectrumEstimate) {
+fn noise_line(summary: &mut Summary, found: &SpectrumEstimate) {
     let Some(noise) = &found.noise else { return };
     let Some(median) = noise.median() else {
-        lines.line(
+        summary.fact(
             "noise",
             "none can be told: no site is quiet at first, or flat below Nyquist",
         );
@@ -401,7 +477,7 @@ fn noise_line(lines: &mut Lines, found: &SpectrumEstimate) {
     let unit = found.unit.as_ref();
     let unit = unit.map(|unit| format!(" ({unit})²/{}", found.bin_unit()));
     let unit = unit.unwrap_or_default();
-    lines.line(
+    summary.fact(
         "noise",
         &format!(
             "at {} of {} sites, {source}: median {} ({} to {}){unit}",
@@ -416,7 +492,7 @@ fn noise_line(lines: &mut Lines, found: &SpectrumEstimate) {
         let clipped: usize = left.clipped_bins.iter().sum();
         let bins = noise.known() * found.bins.len();
         let added: f64 = left.clipped_power.iter().sum();
-        lines.line(
+        summary.fact(
             "subtracted",
             &format!(
                 "{clipped} of {bins} bins were below the noise and are 0, which adds {} to the mean square of a \
@@ -461,15 +537,13 @@ fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
         warnings.push(match found.along {
             SpectrumAxis::Time => [
                 format!(
-                    "{without} of {all} sites have a transient: its energy lies in a few parts of the record, \
-                     it is one realisation, and no interval is stated"
+                    "{without} of {all} sites have a transient, which is one realisation: no interval is stated"
                 ),
                 "name several records of the same sites, one a shot".into(),
             ],
             SpectrumAxis::Space => [
                 format!(
-                    "{without} of {all} snapshots have their energy in a few parts of the sites: they are one \
-                     realisation each, and no interval of theirs is stated"
+                    "{without} of {all} snapshots have their energy at a few sites: no interval is stated"
                 ),
                 "read the mean over the times, if it has an interval, or name several records, one a shot"
                     .into(),
@@ -481,8 +555,7 @@ fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
     {
         warnings.push([
             format!(
-                "the mean over the times has no interval: the energy changes in time (steadiness {}), or there \
-                 are fewer than 32 times",
+                "the mean over the times has no interval: energy changes (steadiness {}), or times are few",
                 number(mean.steadiness)
             ),
             "analyse a part of the record in which it is steady".into(),

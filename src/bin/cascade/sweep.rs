@@ -7,13 +7,15 @@ use std::time::Instant;
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::report::{sweep_html, sweep_snippet, write_beside};
-use wavecascade::sweep::{Part, Standing, Sweep, read};
+use wavecascade::sweep::{Measures, Outcome, Outcomes, Part, Request, Standing, Sweep, read};
 
 use crate::analyze::use_threads;
 use crate::chain_args::SweepCommand;
+use crate::estimate::subject_of;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::terminal;
+use crate::summary::Summary;
+use crate::terminal::{self, number};
 
 /// Runs the command.
 pub fn run(typed: SweepCommand) -> Result<(), Failure> {
@@ -44,8 +46,8 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
         }
         Sweep::merge(&typed.merge, &out)?
     };
+    let (request, outcomes) = read(&out)?;
     if standing.table.is_some() {
-        let (request, outcomes) = read(&out)?;
         write_beside(
             &out,
             "report.html",
@@ -53,7 +55,7 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
         )?;
         write_beside(&out, "plot.py", sweep_snippet(&request).as_bytes())?;
     }
-    tell(&typed, &standing, &out, started)?;
+    tell(&typed, &standing, (&request, &outcomes), &out, started)?;
     match standing.failed {
         0 => Ok(()),
         failed => Err(Failure::Members(failed)),
@@ -70,39 +72,100 @@ fn default_out(scene: Option<&Path>) -> PathBuf {
 fn tell(
     typed: &SweepCommand,
     standing: &Standing,
+    (request, outcomes): (&Request, &Outcomes),
     out: &Path,
     started: Instant,
 ) -> Result<(), Failure> {
-    let mut stdout = terminal::stdout();
     if typed.how.json {
         let text = serde_json::to_string_pretty(standing).map_err(std::io::Error::from)?;
-        writeln!(stdout, "{text}")?;
+        writeln!(terminal::stdout(), "{text}")?;
     } else if !typed.how.quiet {
+        let subject = match (&typed.scene, typed.merge.len()) {
+            (Some(scene), _) => subject_of(std::slice::from_ref(scene)),
+            (None, 0) => "sweep".into(),
+            (None, parts) => format!("{parts} parts"),
+        };
+        let known: Vec<(usize, Measures)> = outcomes
+            .iter()
+            .filter_map(|(member, outcome)| {
+                Some((
+                    *member,
+                    match outcome {
+                        Outcome::Done(measures) => Some(measures.clone()),
+                        Outcome::Failed(_) => None,
+                    }?,
+                ))
+            })
+            .collect();
+        let mut summary = Summary::new(&subject, &answer(standing, request, &known));
         let Standing {
             members,
-            known,
             computed,
-            table,
+            known,
             ..
         } = standing;
         let seconds = started.elapsed().as_secs_f64();
-        let known_now = format!(
-            "{known} of {members} members known, {computed} of them computed now in {seconds:.2} s"
+        let text = format!(
+            "{known} of {members} known, {computed} of them computed now in {seconds:.2} s"
         );
-        let next = match table {
+        summary.fact("members", &text);
+        match &standing.table {
             Some(table) => {
                 let page = table.with_file_name("report.html");
-                format!("wrote {}; open {}", table.display(), page.display())
+                summary.last(&format!(
+                    "wrote {}; open {}",
+                    table.display(),
+                    page.display()
+                ));
             }
-            None => format!(
-                "no table yet, {} members are missing: run the other parts, and put them together \
-                 with --merge; {} keeps what is known",
-                members - known,
-                out.display()
-            ),
-        };
-        let text = terminal::paragraphs(&[known_now, next], terminal::width());
-        stdout.write_all(text.as_bytes())?;
+            None => {
+                let text = format!(
+                    "run the other parts, and put them together with --merge; {} keeps what is known",
+                    out.display()
+                );
+                summary.last(&text);
+            }
+        }
+        summary.print(typed.how.detail.verbose)?;
     }
     Ok(())
+}
+
+/// Least and largest force that comes through, and how many members have none yet.
+fn answer(standing: &Standing, request: &Request, known: &[(usize, Measures)]) -> String {
+    let values = |member: usize| {
+        let keys = request.vary.iter().zip(request.values(member));
+        let pairs = keys.map(|(key, value)| format!("{} {value}", key.key.replace('_', " ")));
+        pairs.collect::<Vec<_>>().join(", ")
+    };
+    let mut forces: Vec<(usize, f64)> = known
+        .iter()
+        .filter_map(|(member, measures)| Some((*member, measures.peak_force_last?)))
+        .collect();
+    forces.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    let missing = standing.members - forces.len();
+    let without = match missing {
+        0 => String::new(),
+        1 => "; one member has no value".into(),
+        _ => format!("; {missing} members have no value"),
+    };
+    let without = match standing.known < standing.members {
+        true => without + " yet",
+        false => without,
+    };
+    match forces.as_slice() {
+        [] => format!("none of {} members has a value yet", standing.members),
+        [one] => format!(
+            "force at the last contact {} at {}{without}",
+            number(one.1),
+            values(one.0)
+        ),
+        [least, .., most] => format!(
+            "force at the last contact from {} at {} to {} at {}{without}",
+            number(least.1),
+            values(least.0),
+            number(most.1),
+            values(most.0)
+        ),
+    }
 }

@@ -41,7 +41,7 @@ pub enum Tone {
 }
 
 impl Tone {
-    fn label(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
             Tone::Error => "error",
             Tone::Warning => "warning",

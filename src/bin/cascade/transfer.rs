@@ -15,7 +15,8 @@ use wavecascade::{Error, Field};
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
 use crate::show_args::of_axis;
-use crate::terminal::{self, Lines, number};
+use crate::summary::Summary;
+use crate::terminal::number;
 use crate::triple_args::TripleArgs;
 
 /// What `cascade transfer` takes.
@@ -132,38 +133,56 @@ impl Estimate for Found {
         warnings(self)
     }
 
-    fn lines(&self) -> String {
-        lines(self)
+    fn answer(&self) -> String {
+        answer(self)
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        tell(self, summary);
     }
 }
 
-/// What was found, in words.
-fn lines(found: &Found) -> String {
-    let mut lines = Lines::new(terminal::width());
+/// What gained from what, in words.
+fn answer(found: &Found) -> String {
+    if !found.holds() {
+        return "no quadratic transfer is shown: it does not predict what was not fitted".into();
+    }
+    let Some(at) = found.passage() else {
+        return "no frequencies gain from others more than by chance".into();
+    };
+    let towards = if at.flux > 0.0 { "higher" } else { "lower" };
+    let share = |power: f64| percent(power.abs() / found.input());
+    format!(
+        "{} \u{b1} {} of the input's power moves past {} {} to {towards} frequencies",
+        share(at.flux),
+        share(at.flux_error),
+        number(at.frequency),
+        cycles_per(&found.units().0)
+    )
+}
+
+fn tell(found: &Found, summary: &mut Summary) {
     let (independence, shares) = (&found.independence, &found.shares);
-    lines.line(
-        "averages",
-        &format!(
-            "records {}, segments {} of {} samples: {} effective realisations for {} unknowns of a frequency",
-            independence.records,
-            independence.segments,
-            found.segment[0],
-            number(independence.effective),
-            found.unknowns
-        ),
+    let text = format!(
+        "linear {}, quadratic {}, residual {} of its power",
+        percent(shares.linear),
+        percent(shares.quadratic),
+        percent(shares.residual)
     );
-    lines.line(
-        "output",
-        &format!(
-            "linear {}, quadratic {}, residual {} of its power",
-            percent(shares.linear),
-            percent(shares.quadratic),
-            percent(shares.residual)
-        ),
+    summary.fact("output", &text);
+    summary.fact("prediction", &found.findings());
+    if found.holds() {
+        summary.detail("passage", &found.answer());
+    }
+    let text = format!(
+        "records {}, segments {} of {} samples: {} effective realisations for {} unknowns of a frequency",
+        independence.records,
+        independence.segments,
+        found.segment[0],
+        number(independence.effective),
+        found.unknowns
     );
-    lines.line("prediction", &found.findings());
-    lines.line("passage", &found.answer());
-    lines.text
+    summary.detail("averages", &text);
 }
 
 /// What the user should know, each with what to do.
@@ -180,7 +199,7 @@ fn warnings(found: &Found) -> Vec<[String; 2]> {
     }
     if !found.holds() {
         warnings.push([
-            "quadratic terms do not predict this field; their gains and coefficients mean nothing".into(),
+            "quadratic terms do not predict this field; their gains mean nothing".into(),
             "more realisations, neighbouring sites or the travel time (--lag) may help; a contact that opens has \
              no quadratic expansion: use `cascade budget` if the chain is known"
                 .into(),

@@ -14,20 +14,22 @@ use wavecascade::chain::scene::{SceneSource, Units};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Overlay;
 use wavecascade::report::{
-    TRANSMISSION_SCHEMA, transmission_csv, transmission_html, transmission_snippet, versioned_json,
-    write_beside,
+    TRANSMISSION_SCHEMA, percent, transmission_csv, transmission_html, transmission_snippet,
+    versioned_json, write_beside,
 };
 
 use crate::analyze::{print_notes, use_threads};
 use crate::attenuate::{compared_line, default_over, failure_lines, without_arrival_line};
 use crate::chain_args::How;
+use crate::estimate::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::progress::Progress;
 use crate::saved::Saved;
 use crate::scene_keys::SceneKeys;
+use crate::summary::Summary;
 use crate::table::Table;
-use crate::terminal::{self, number, paragraphs};
+use crate::terminal::{self, number};
 
 /// What `cascade transmit` takes.
 #[derive(Debug, Args)]
@@ -245,14 +247,18 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
         let snippet = transmission_snippet(&transmission.key, &others);
         write_beside(out, "plot.py", snippet.as_bytes())?;
     }
-    let mut stdout = terminal::stdout();
     if typed.how.json {
-        writeln!(stdout, "{json}")?;
+        writeln!(terminal::stdout(), "{json}")?;
     } else if !typed.how.quiet {
-        stdout.write_all(told(&found, terminal::width()).as_bytes())?;
+        let subject = match &typed.scene {
+            Some(scene) => subject_of(std::slice::from_ref(scene)),
+            None => "struck chains".into(),
+        };
+        let mut summary = told(&subject, &found);
         if let Some(main) = main {
-            writeln!(stdout, "open {}", main.display())?;
+            summary.last(&format!("open {}", main.display()));
         }
+        summary.print(typed.how.detail.verbose)?;
     }
     match transmission.failed.len() {
         0 => Ok(()),
@@ -261,33 +267,125 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
 }
 
 /// The summary for the terminal.
-fn told(found: &TransmissionReport, width: usize) -> String {
+fn told(subject: &str, found: &TransmissionReport) -> Summary {
     let transmission = &found.transmission;
-    let mut text = String::new();
+    let mut summary = Summary::new(subject, &answer(transmission));
     for curve in &transmission.curves {
-        text += &curve_text(transmission, curve, width);
+        curve_lines(&mut summary, transmission, curve);
     }
-    let mut lines = Vec::new();
-    if transmission.units == Units::Si {
-        lines.push("times of flight in s, speeds in m/s".to_owned());
-    }
-    lines.extend(found.measured.iter().map(|c| compared_line("measured", c)));
+    let compared = found.measured.iter().map(|c| compared_line("measured", c));
     let arrivals = found.measured_arrivals.iter();
-    lines.extend(arrivals.map(|c| compared_line("measured arrival", c)));
-    lines.extend(without_arrival_line(&found.measured_without_arrival));
-    lines.extend(failure_lines(&transmission.failed));
-    text + &paragraphs(&lines, width)
+    let arrivals = arrivals.map(|c| compared_line("measured arrival", c));
+    compared
+        .chain(arrivals)
+        .for_each(|line| summary.sentence(&line));
+    if let Some([message, why]) = without_arrival_line(&found.measured_without_arrival) {
+        summary.warning(&message, &why);
+    }
+    failure_lines(&transmission.failed)
+        .iter()
+        .for_each(|line| summary.sentence(line));
+    for curve in &transmission.curves {
+        summary.detailed_rows(points(transmission, curve));
+    }
+    summary.detailed_sentence("rel. force: relative to the homogeneous chain");
+    if transmission.units == Units::Si {
+        summary.detailed_sentence("times of flight in s, speeds in m/s");
+    }
+    summary
 }
 
-/// A curve: its points, its extremes, its marks.
-fn curve_text(transmission: &Transmission, curve: &TransmissionCurve, width: usize) -> String {
+/// The least and the largest of all curves, in words.
+fn answer(transmission: &Transmission) -> String {
+    let key = transmission.key.replace('_', " ");
+    let points = |curve: &TransmissionCurve| {
+        let extremes = curve.extremes.iter().map(|extreme| extreme.point);
+        let all: Vec<TransmissionPoint> = curve.points.iter().copied().chain(extremes).collect();
+        all
+    };
+    let mut all: Vec<TransmissionPoint> = transmission.curves.iter().flat_map(points).collect();
+    all.sort_by(|a, b| a.relative_force.total_cmp(&b.relative_force));
+    match (all.first(), all.last()) {
+        (Some(least), Some(most)) => format!(
+            "{} of the force comes through at {key} {}, {} at {}",
+            percent(least.relative_force),
+            number(least.value),
+            percent(most.relative_force),
+            number(most.value)
+        ),
+        _ => "nothing comes through at any value".into(),
+    }
+}
+
+/// Settings of a curve, or nothing.
+fn settings_of(curve: &TransmissionCurve) -> String {
+    let settings = curve.settings.iter();
+    let settings: Vec<String> = settings
+        .map(|(key, text)| format!("{key} = {text}"))
+        .collect();
+    settings.join(", ")
+}
+
+/// The extremes of a curve and its marks.
+fn curve_lines(summary: &mut Summary, transmission: &Transmission, curve: &TransmissionCurve) {
+    let key = transmission.key.replace('_', " ");
+    let settings = settings_of(curve);
+    if let Some(least) = curve.least().filter(|_| !settings.is_empty()) {
+        summary.sentence(&format!(
+            "{settings}: least {} of the force, at {key} {}",
+            number(least.relative_force),
+            number(least.value)
+        ));
+    }
+    for extreme in &curve.extremes {
+        let kind = match extreme.is_maximum {
+            true => "maximum",
+            false => "minimum",
+        };
+        summary.sentence(&format!(
+            "{kind}, located to {}: {} of the force at {key} {}",
+            number(extreme.value_error),
+            number(extreme.point.relative_force),
+            number(extreme.point.value)
+        ));
+    }
+    for mark in &curve.localized {
+        summary.sentence(&format!(
+            "{key} {} carries the localized wave of order {}, ratio {}",
+            number(mark.value),
+            mark.order,
+            number(mark.ratio)
+        ));
+    }
+    if !curve.nothing_at.is_empty() {
+        let at: Vec<String> = curve.nothing_at.iter().map(|at| number(*at)).collect();
+        summary.sentence(&format!("nothing arrives at {key} {}", at.join(", ")));
+    }
+    for order in &curve.unresolved_orders {
+        summary.sentence(&format!(
+            "the localized wave of order {order} could not be resolved"
+        ));
+    }
+}
+
+/// All points of a curve.
+fn points(transmission: &Transmission, curve: &TransmissionCurve) -> Table {
     let key = transmission.key.replace('_', " ");
     let mut table = Table::new(&key);
     for name in ["ratio", "rel. force", "flight", "speed"] {
         table = table.numbers(name);
     }
     let mut table = table.words("");
-    let mut add = |point: &TransmissionPoint, note: String| {
+    let all = curve.points.iter().map(|point| (point, String::new()));
+    let extremes = curve.extremes.iter().map(|extreme| {
+        let kind = if extreme.is_maximum {
+            "maximum"
+        } else {
+            "minimum"
+        };
+        (&extreme.point, kind.to_owned())
+    });
+    for (point, note) in all.chain(extremes) {
         table.row(vec![
             number(point.value),
             number(point.stiffness_ratio),
@@ -296,50 +394,6 @@ fn curve_text(transmission: &Transmission, curve: &TransmissionCurve, width: usi
             number(point.mean_speed),
             note,
         ]);
-    };
-    for point in &curve.points {
-        add(point, String::new());
     }
-    for extreme in &curve.extremes {
-        let kind = match extreme.is_maximum {
-            true => "maximum",
-            false => "minimum",
-        };
-        let error = number(extreme.value_error);
-        add(&extreme.point, format!("{kind}, located to {error}"));
-    }
-    let settings = curve.settings.iter();
-    let settings: Vec<String> = settings
-        .map(|(key, text)| format!("{key} = {text}"))
-        .collect();
-    let mut lines = vec!["rel. force: relative to the homogeneous chain".to_owned()];
-    if !curve.nothing_at.is_empty() {
-        let at: Vec<String> = curve.nothing_at.iter().map(|at| number(*at)).collect();
-        lines.push(format!("nothing arrives at {key} {}", at.join(", ")));
-    }
-    for order in &curve.unresolved_orders {
-        lines.push(format!(
-            "the localized wave of order {order} could not be resolved"
-        ));
-    }
-    for mark in &curve.localized {
-        lines.push(format!(
-            "{key} {} carries the localized wave of order {}, ratio {}",
-            number(mark.value),
-            mark.order,
-            number(mark.ratio)
-        ));
-    }
-    if let Some(least) = curve.least() {
-        lines.push(format!(
-            "least: {} of the force, at {key} {}",
-            number(least.relative_force),
-            number(least.value)
-        ));
-    }
-    let title = match settings.is_empty() {
-        true => Vec::new(),
-        false => vec![settings.join(", ")],
-    };
-    paragraphs(&title, width) + &table.text(width) + &paragraphs(&lines, width)
+    table
 }

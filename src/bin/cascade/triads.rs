@@ -11,15 +11,15 @@ use wavecascade::field::is_run_file;
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::report::{
-    LabelledArrays, Provenance, RunFile, TriadsSummary, percent, triad_arrays, triad_sentences,
-    triads_html,
+    LabelledArrays, Provenance, RunFile, TriadsSummary, number, percent, triad_arrays,
+    triad_sentences, triads_html,
 };
 use wavecascade::{Error, Field};
 
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::further::input_options;
 use crate::parse;
-use crate::terminal::{self, Lines};
+use crate::summary::Summary;
 use crate::view_args::request_of;
 use crate::words;
 
@@ -199,11 +199,35 @@ impl Estimate for Found {
         warnings
     }
 
-    fn lines(&self) -> String {
-        let mut lines = Lines::new(terminal::width());
-        for (name, text) in triad_sentences(self) {
-            lines.line(&name, &text);
+    fn answer(&self) -> String {
+        let unit = match &self.units.length {
+            Some(unit) => format!("rad/{unit}"),
+            None => "rad per site".into(),
+        };
+        let at = self.locality.at;
+        let flux = self.flux[at];
+        let share = |energy: f64| percent(energy.abs() / self.energy);
+        if !self.is_quadratic() {
+            return "no triads can be stated: the law has no useful quadratic expansion at these amplitudes".into();
         }
-        lines.text
+        if !self.is_resolved() {
+            return "no flux is resolved: the largest is not ten times its error".into();
+        }
+        let towards = if flux > 0.0 { "larger" } else { "smaller" };
+        format!(
+            "{} of the energy passes k = {} {unit} towards {towards} wavenumbers, {} of it by near triads",
+            share(flux),
+            number(self.wavenumber[at]),
+            percent(self.locality.share_below(4.0))
+        )
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        for (name, text) in triad_sentences(self) {
+            match name.as_str() {
+                "expansion" => summary.detail(&name, &text),
+                _ => summary.fact(&name, &text),
+            }
+        }
     }
 }

@@ -1,24 +1,35 @@
 //! The delay of a site behind the reference.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use column_fft::{Columns, ColumnsMut, ComplexToRealColumns};
 use ndarray::{Array2, s};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::estimates::realisations::TOGETHER;
+use super::significance::{Significance, is_own};
+use crate::estimates::realisations::{Realisations, TOGETHER};
 use crate::numeric::lanes::{LaneBlock, on_lines};
+use crate::numeric::{chi_square_level, student_two_sided};
 
 /// The delay of a site behind the reference.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Delay {
     /// In units of time; positive where the site follows the reference.
     pub delay: f64,
-    /// Standard error, if the records differ by a delay and independent noise.
+    /// Standard error, if the records differ by a delay and independent noise: [`Self::interval`] over the quantile
+    /// of the normal distribution.
     pub error: f64,
+    /// Half of the interval at `1 - alpha`.
+    pub interval: f64,
+    /// Where a narrow band alone is coherent, its period: other delays that differ by whole periods are as likely,
+    /// and `delay` is the one nearest to 0.
+    pub ambiguity: Option<f64>,
     /// Frequencies that are coherent.
     pub frequencies: usize,
+    /// Root mean square of these, by their weights.
+    #[serde(skip)]
+    pub(super) rms_frequency: f64,
 }
 
 /// Points of the search for each one of a transform, which has at least as many as a segment has samples.
@@ -27,6 +38,16 @@ const FINER: usize = 4;
 const PLAN: usize = 32;
 /// Least coherent frequencies.
 const LEAST: usize = 2;
+/// Frequencies that a sum over neighbours needs, for each of its terms.
+const OF_NEIGHBOURS: f64 = 8.0;
+/// Standard deviation of a narrow band, over its mean frequency.
+const NARROW: f64 = 0.2;
+/// Bins from which on the width of a band is no error of the frequencies.
+const RESOLVED: f64 = 0.5;
+/// Bins to which a line leaks, at most.
+pub(super) const FURTHEST: f64 = 2.0;
+/// Share of the autocorrelation of a taper below which shifted segments have nothing in common.
+const NOTHING_SHARED: f64 = 0.01;
 
 /// Finds delays, by the maximum of
 ///
@@ -34,21 +55,56 @@ const LEAST: usize = 2;
 /// C(tau) = sum_f W(f) cos(phase(f) + 2 pi f tau),    W = g / (1 - g),
 /// ```
 ///
-/// over coherent frequencies between 0 and the Nyquist frequency, `g` the magnitude-squared coherence:
-/// the maximum-likelihood estimate. Its variance is `B / (2 K sum (2 pi f)^2 W)`, with the `B` bins that the
-/// taper spreads a frequency over.
+/// over coherent frequencies between 0 and the Nyquist frequency, `g` the magnitude-squared coherence: the
+/// maximum-likelihood estimate.
 ///
-/// Source: C. H. Knapp, G. C. Carter, IEEE Trans. Acoust. Speech Signal Process. 24, 320 (1976).
+/// A delay D multiplies the cross-correlation that segments show by the autocorrelation q of their taper, which
+/// falls with the lag. To first order the phase of the cross-spectrum S is less by `-q'(D) / q(D) d ln |S| / d
+/// omega`; it is added.
+///
+/// The variance is the larger of two: `B / (2 K sum (2 pi f)^2 W)`, that of independent noise, with the `B` bins
+/// that the taper spreads a frequency over, and that of the residual phases. Where frequencies are many, it is that
+/// of the residuals with the covariances of neighbours, as segments that a delay shifts leave residuals that
+/// cancel; at least a quarter of the larger one.
+///
+/// Another maximum is excluded where the logarithms of the likelihoods, `2 K / B C`, differ by more than `ln(n /
+/// alpha)`, over n points.
+///
+/// Source: C. H. Knapp, G. C. Carter, IEEE Trans. Acoust. Speech Signal Process. 24, 320 (1976); H. White,
+/// Econometrica 48, 817 (1980) for residuals.
 ///
 /// The points of the search are those of [`FINER`] transforms, of which each is a part of a point behind the one
 /// before: a transform of all of them would take as many times the memory.
-pub(super) struct DelaySearch {
+pub(super) struct DelaySearch<'a> {
     transform: ComplexToRealColumns<f64>,
     /// `exp(2 pi i f tau)` of each bin, with tau the distance of two points.
     next: Vec<Complex<f64>>,
+    realisations: &'a Realisations,
     length: usize,
     dt: f64,
     shared_bins: f64,
+    /// Bins between a bin and the frequency whose power it has, for each unit of growth.
+    leakage: f64,
+    alpha: f64,
+    /// What the magnitude of a normal variable exceeds with probability alpha.
+    normal: f64,
+}
+
+/// What delays are found from; arrays are `(frequency, site)`.
+pub(super) struct CrossSpectra<'a> {
+    pub coherence: &'a Array2<f64>,
+    pub phase: &'a Array2<f64>,
+    pub spectrum: &'a Array2<f64>,
+    pub reference: usize,
+    /// Independent realisations of each site with the reference; NaN where no significance can be stated.
+    pub independent: &'a [f64],
+}
+
+/// What is found of a site.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Follows {
+    pub is_coherent: bool,
+    pub delay: Option<Delay>,
 }
 
 /// Working space of one thread.
@@ -56,30 +112,47 @@ pub(super) struct DelaySearch {
 struct Scratch {
     /// Of each site.
     coherent: [Vec<Coherent>; TOGETHER],
+    surprises: Vec<f64>,
     sums: Vec<Complex<f64>>,
     found: Vec<f64>,
     columns: Vec<Complex<f64>>,
 }
 
-/// A coherent frequency: its bin, weight and phase.
+/// A coherent frequency: its bin, weight and phase, and how the logarithm of the cross-spectrum grows a bin.
 #[derive(Debug, Clone, Copy)]
 struct Coherent {
     bin: f64,
     weight: f64,
     phase: f64,
+    growth: f64,
 }
 
-impl DelaySearch {
-    pub fn new(length: usize, dt: f64, shared_bins: f64) -> Self {
+/// A maximum of C.
+#[derive(Debug, Clone, Copy)]
+struct Maximum {
+    /// In cycles of the lowest frequency.
+    tau: f64,
+    /// Added to phases, for each unit of growth.
+    correction: f64,
+}
+
+impl<'a> DelaySearch<'a> {
+    pub fn new(realisations: &'a Realisations, dt: f64, alpha: f64) -> Self {
+        let length = realisations.segments.length;
         let points = length.next_power_of_two();
         let angle = TAU / (FINER * points) as f64;
         let next = |m: usize| Complex::from_polar(1.0, angle * m as f64);
+        let leakage = leakage(realisations);
         DelaySearch {
             transform: ComplexToRealColumns::new(points).expect("at least four samples"),
             next: (0..length.div_ceil(2)).map(next).collect(),
+            realisations,
             length,
             dt,
-            shared_bins,
+            shared_bins: realisations.shared_bins(),
+            leakage,
+            alpha,
+            normal: chi_square_level(alpha, 1.0).sqrt(),
         }
     }
 
@@ -90,71 +163,141 @@ impl DelaySearch {
         let lines = size_of::<LaneBlock>();
         let sums = 16 * (points / 2 + 1) * TOGETHER + 8 * points * TOGETHER + 2 * lines;
         let columns = 16 * ComplexToRealColumns::<f64>::scratch_len_of(points);
-        let coherent = size_of::<Coherent>() * bins * TOGETHER;
-        (16 * bins + PLAN * points) as u64 + threads * (sums + columns + coherent) as u64
+        // Surprises, sorted too, and which bins are a site's own.
+        let coherent = size_of::<Coherent>() * bins * TOGETHER + 17 * bins;
+        (17 * bins + PLAN * points) as u64 + threads * (sums + columns + coherent) as u64
     }
 
-    /// The delay of each site, from the coherence and the phase of its cross-spectrum, `(frequency, site)`; `None`
-    /// with fewer than two coherent frequencies, those above the level. `known`: the level and the number of
-    /// independent realisations of each site, NaN where there are none.
-    pub fn find(
-        &self,
-        coherence: &Array2<f64>,
-        phase: &Array2<f64>,
-        known: &[[f64; 2]],
-    ) -> Vec<Option<Delay>> {
-        let tiles = known.par_chunks(TOGETHER).enumerate();
-        let found = tiles.map_init(Scratch::default, |scratch, (tile, known)| {
-            let sites = tile * TOGETHER..tile * TOGETHER + known.len();
-            let inside = 1..self.length.div_ceil(2);
-            let cells = s![inside.clone(), sites];
-            let (coherence, phase) = (coherence.slice(cells), phase.slice(cells));
-            for site in &mut scratch.coherent {
-                site.clear();
-                site.reserve_exact(inside.len());
+    /// What is found of each site.
+    pub fn find(&self, cross: &CrossSpectra<'_>) -> Vec<Follows> {
+        let of_reference = is_own(cross.spectrum.column(cross.reference));
+        let sites = cross.independent.len() - 1;
+        let new = || {
+            let test = Significance::new(self.alpha, sites, self.shared_bins);
+            (Scratch::default(), test)
+        };
+        let tiles = cross.independent.par_chunks(TOGETHER).enumerate();
+        let found = tiles.map_init(new, |(scratch, test), (tile, independent)| {
+            let first = tile * TOGETHER;
+            let mut found = [Follows::default(); TOGETHER];
+            for (lane, independent) in independent.iter().enumerate() {
+                let site = (first + lane, *independent);
+                found[lane].is_coherent =
+                    self.choose(cross, &of_reference, site, (scratch, test), lane);
             }
-            let rows = coherence.outer_iter().zip(phase.outer_iter());
-            for (m, (coherence, phase)) in inside.zip(rows) {
-                let cells = coherence.iter().zip(phase).zip(known);
-                let sites = scratch.coherent.iter_mut().zip(cells);
-                for (site, ((g, phase), [level, _])) in sites {
-                    if g > level {
-                        site.push(Coherent {
-                            bin: m as f64,
-                            weight: g / (1.0 - g).max(f64::EPSILON),
-                            phase: *phase,
-                        });
-                    }
-                }
+            for lane in independent.len()..TOGETHER {
+                scratch.coherent[lane].clear();
             }
-            self.of_tile(known, scratch)
+            self.of_tile(independent, scratch, &mut found);
+            found[..independent.len()].to_vec()
         });
-        let found: Vec<Vec<Option<Delay>>> = found.collect();
+        let found: Vec<Vec<Follows>> = found.collect();
         found.concat()
     }
 
-    /// The same of a few sites, whose coherent frequencies are in `scratch`.
-    fn of_tile(&self, known: &[[f64; 2]], scratch: &mut Scratch) -> Vec<Option<Delay>> {
-        if scratch.coherent.iter().all(|site| site.len() < LEAST) {
-            return vec![None; known.len()];
+    /// Puts the coherent frequencies of a site into its place, and says whether it is coherent at all.
+    fn choose(
+        &self,
+        cross: &CrossSpectra<'_>,
+        of_reference: &[bool],
+        (site, independent): (usize, f64),
+        (scratch, test): (&mut Scratch, &mut Significance),
+        lane: usize,
+    ) -> bool {
+        let chosen = &mut scratch.coherent[lane];
+        chosen.clear();
+        if independent.is_nan() {
+            return false;
         }
-        let largest = self.largest(scratch);
-        let sites = scratch.coherent.iter().zip(known).zip(largest);
-        sites
-            .map(|((site, [_, independent]), largest)| {
-                (site.len() >= LEAST).then(|| self.refined(site, largest, *independent))
-            })
-            .collect()
+        let inside = 1..self.length.div_ceil(2);
+        let own = cross.spectrum.slice(s![inside.clone(), site]);
+        let coherence = cross.coherence.slice(s![inside.clone(), site]);
+        let phase = cross.phase.slice(s![inside.clone(), site]);
+        let reference = cross.spectrum.slice(s![inside.clone(), cross.reference]);
+        let of_site = is_own(cross.spectrum.column(site));
+        let both = of_site[inside.clone()].iter().zip(&of_reference[inside]);
+        let surprises = coherence.iter().zip(both).map(|(g, both)| match both {
+            (true, true) => -(independent - 1.0) * (-g).ln_1p(),
+            _ => f64::NAN,
+        });
+        scratch.surprises.clear();
+        scratch.surprises.extend(surprises);
+        let Some(threshold) = test.threshold(&scratch.surprises) else {
+            return false;
+        };
+        let last = coherence.len() - 1;
+        let logarithm = |n: usize| (coherence[n] * own[n] * reference[n]).ln();
+        for (n, surprise) in scratch.surprises.iter().enumerate() {
+            // NaN is no number to be above.
+            let is_chosen = *surprise >= threshold;
+            if !is_chosen {
+                continue;
+            }
+            let [below, above] = [n.saturating_sub(1), (n + 1).min(last)];
+            let growth =
+                0.5 * (logarithm(above) - logarithm(below)) / (above - below).max(1) as f64;
+            chosen.push(Coherent {
+                bin: (n + 1) as f64,
+                weight: coherence[n] / (1.0 - coherence[n]).max(f64::EPSILON),
+                phase: phase[n],
+                growth: if growth.is_finite() { growth } else { 0.0 },
+            });
+        }
+        true
     }
 
-    /// The points of the search with the largest sums.
-    fn largest(&self, scratch: &mut Scratch) -> [usize; TOGETHER] {
+    /// The delays of a few sites, whose coherent frequencies are in `scratch`.
+    fn of_tile(&self, independent: &[f64], scratch: &mut Scratch, found: &mut [Follows; TOGETHER]) {
+        if scratch.coherent.iter().all(|site| site.len() < LEAST) {
+            return;
+        }
+        let largest = self.largest(scratch);
+        let mut maxima = [None; TOGETHER];
+        // Points around the maximum that belong to it, and what others may not exceed.
+        let mut lobes = [(0, f64::INFINITY); TOGETHER];
+        for (lane, independent) in independent.iter().enumerate() {
+            let coherent = &scratch.coherent[lane];
+            if coherent.len() < LEAST {
+                continue;
+            }
+            let (point, sum) = largest[lane];
+            let maximum = self.refined(coherent, point);
+            maxima[lane] = Some(maximum);
+            let allowed = self.allowed_difference(coherent, maximum, *independent);
+            let half = 0.5 * self.points() as f64 / moment(coherent, 2).sqrt();
+            lobes[lane] = (half.ceil() as usize, sum - allowed);
+        }
+        let at = largest.map(|(point, _)| point);
+        let has_rival = self.rivals(scratch, &at, &lobes);
+        for (lane, maximum) in maxima.into_iter().enumerate() {
+            let Some(maximum) = maximum else { continue };
+            let coherent = &scratch.coherent[lane];
+            let independent = independent[lane];
+            let Some(delay) = self.delay(coherent, maximum, independent) else {
+                continue;
+            };
+            let band = self.band(coherent);
+            let allowed = self.allowed_difference(coherent, maximum, independent);
+            found[lane].delay = match (has_rival[lane], band.is_line(coherent, allowed)) {
+                (false, false) => Some(delay),
+                _ => band.ambiguous(delay, self.length as f64 * self.dt),
+            };
+        }
+    }
+
+    fn points(&self) -> usize {
+        FINER * self.transform.len()
+    }
+
+    /// Calls `visit` with the sums of all sites at each point of the search.
+    fn sweep(&self, scratch: &mut Scratch, mut visit: impl FnMut(usize, &[f64; TOGETHER])) {
         let (points, bins) = (self.transform.len(), self.transform.bins());
         let Scratch {
             coherent,
             sums,
             found,
             columns,
+            ..
         } = scratch;
         let sums = on_lines(sums, bins * TOGETHER);
         sums.fill(Complex::default());
@@ -166,7 +309,6 @@ impl DelaySearch {
         }
         let found = on_lines(found, points * TOGETHER);
         columns.resize(self.transform.scratch_len(), Complex::default());
-        let (mut most, mut at) = ([f64::NEG_INFINITY; TOGETHER], [0; TOGETHER]);
         for behind in 0..FINER {
             if behind > 0 {
                 let rows = sums.chunks_exact_mut(TOGETHER).zip(&self.next);
@@ -179,37 +321,78 @@ impl DelaySearch {
             transformed.expect("shapes of the plan");
             let (rows, _) = found.as_chunks::<TOGETHER>();
             for (n, row) in rows.iter().enumerate() {
-                let point = FINER * n + behind;
-                for ((most, at), v) in most.iter_mut().zip(&mut at).zip(row) {
-                    // Of equal sums the first one.
-                    let is_larger = v > most || (v == most && point < *at);
-                    *most = if is_larger { *v } else { *most };
-                    *at = if is_larger { point } else { *at };
-                }
+                visit(FINER * n + behind, row);
             }
         }
-        at
+    }
+
+    /// The points of the search with the largest sums, and these.
+    fn largest(&self, scratch: &mut Scratch) -> [(usize, f64); TOGETHER] {
+        let (mut most, mut at) = ([f64::NEG_INFINITY; TOGETHER], [0; TOGETHER]);
+        self.sweep(scratch, |point, row| {
+            for ((most, at), v) in most.iter_mut().zip(&mut at).zip(row) {
+                // Of equal sums the first one.
+                let is_larger = v > most || (v == most && point < *at);
+                *most = if is_larger { *v } else { *most };
+                *at = if is_larger { point } else { *at };
+            }
+        });
+        std::array::from_fn(|lane| (at[lane], most[lane]))
+    }
+
+    /// Whether points further from the largest than its lobe have sums above the allowed one.
+    fn rivals(
+        &self,
+        scratch: &mut Scratch,
+        at: &[usize; TOGETHER],
+        lobes: &[(usize, f64); TOGETHER],
+    ) -> [bool; TOGETHER] {
+        let points = self.points();
+        let mut has_rival = [false; TOGETHER];
+        self.sweep(scratch, |point, row| {
+            for lane in 0..TOGETHER {
+                let (half, most) = lobes[lane];
+                if row[lane] > most {
+                    let apart = point.abs_diff(at[lane]);
+                    has_rival[lane] |= apart.min(points - apart) > half;
+                }
+            }
+        });
+        has_rival
     }
 
     /// The maximum next to a point of the search.
-    fn refined(&self, coherent: &[Coherent], largest: usize, independent: f64) -> Delay {
-        let points = FINER * self.transform.len();
-        let signed = match 2 * largest > points {
-            true => largest as f64 - points as f64,
-            false => largest as f64,
+    fn refined(&self, coherent: &[Coherent], point: usize) -> Maximum {
+        let points = self.points();
+        let signed = match 2 * point > points {
+            true => point as f64 - points as f64,
+            false => point as f64,
         };
-        // In cycles of the lowest frequency.
-        let mut tau = signed / points as f64;
+        let start = signed / points as f64;
+        let mut maximum = Maximum {
+            tau: self.climbed(coherent, start, 0.0),
+            correction: 0.0,
+        };
+        // The correction depends on the delay, which it hardly changes.
+        for _ in 0..2 {
+            maximum.correction = self.correction(maximum.tau);
+            maximum.tau = self.climbed(coherent, maximum.tau, maximum.correction);
+        }
+        maximum
+    }
+
+    /// The maximum that Newton's method finds from `tau` on.
+    fn climbed(&self, coherent: &[Coherent], mut tau: f64, correction: f64) -> f64 {
         for _ in 0..8 {
             let (mut slope, mut bend) = (0.0, 0.0);
             for one in coherent {
-                let (sin, cos) = (one.phase + TAU * one.bin * tau).sin_cos();
+                let (sin, cos) = one.residual(Maximum { tau, correction }).sin_cos();
                 slope -= one.weight * one.bin * sin;
                 bend -= one.weight * one.bin * one.bin * cos;
             }
             // Within the lobe that the search found.
             let step = slope / bend / TAU;
-            if bend >= 0.0 || step.abs() > 1.0 / points as f64 {
+            if bend >= 0.0 || step.abs() > 1.0 / self.points() as f64 {
                 break;
             }
             tau -= step;
@@ -217,16 +400,154 @@ impl DelaySearch {
                 break;
             }
         }
-        let information: f64 = coherent
-            .iter()
-            .map(|one| one.weight * one.bin * one.bin)
-            .sum();
-        let period = self.length as f64 * self.dt;
-        let variance = self.shared_bins / (2.0 * independent * information);
-        Delay {
-            delay: tau * period,
-            error: variance.sqrt() / (2.0 * PI) * period,
-            frequencies: coherent.len(),
+        tau
+    }
+
+    /// What is added to the phase of a bin of unit growth: `-q'(D) / q(D)` in rad.
+    fn correction(&self, tau: f64) -> f64 {
+        let lag = tau * self.length as f64;
+        let whole = lag.abs().round() as usize;
+        let shared = |lag: usize| self.realisations.autocorrelation(lag);
+        let at_zero = shared(0);
+        let here = shared(whole);
+        if here < NOTHING_SHARED * at_zero {
+            return 0.0;
         }
+        let fall = match whole {
+            // An even function of the lag.
+            0 => 2.0 * (at_zero - shared(1)) / at_zero * lag,
+            _ => 0.5 * (shared(whole - 1) - shared(whole + 1)) / here * lag.signum(),
+        };
+        fall * self.length as f64 / TAU
+    }
+
+    /// By how much the sum of another maximum may be less.
+    fn allowed_difference(&self, coherent: &[Coherent], at: Maximum, independent: f64) -> f64 {
+        let likelihood = 2.0 * independent / self.shared_bins;
+        let misfit = coherent.iter();
+        let misfit = misfit.map(|one| one.weight * (1.0 - one.residual(at).cos()));
+        // 1/2 for each independent frequency.
+        let expected = 0.5 * coherent.len() as f64 / self.shared_bins;
+        let excess = (likelihood * misfit.sum::<f64>() / expected).max(1.0);
+        (self.points() as f64 / self.alpha).ln() * excess / likelihood
+    }
+
+    /// The delay of a maximum, with its error; `None` where C has no maximum there.
+    fn delay(&self, coherent: &[Coherent], at: Maximum, independent: f64) -> Option<Delay> {
+        let information = |one: &Coherent| one.weight * one.bin * one.bin;
+        let all: f64 = coherent.iter().map(information).sum();
+        let squares: f64 = coherent.iter().map(|one| information(one).powi(2)).sum();
+        let bend: f64 = coherent
+            .iter()
+            .map(|one| information(one) * one.residual(at).cos())
+            .sum();
+        if bend <= 0.0 {
+            return None;
+        }
+        let frequencies = all * all / squares;
+        let student = |degrees: f64| student_two_sided(self.alpha, degrees.max(1.0));
+        let stated = (self.shared_bins / (2.0 * independent * all)).sqrt();
+        let reach = self.shared_bins.ceil();
+        let slope = |one: &Coherent| one.weight * one.bin * one.residual(at).sin();
+        let own: f64 = coherent.iter().map(|one| slope(one).powi(2)).sum();
+        let of_residuals = (self.shared_bins * own).sqrt() / bend;
+        let apart = student(frequencies / self.shared_bins) * of_residuals;
+        let mut half = apart.max(self.normal * stated);
+        let terms = 2.0 * reach + 1.0;
+        if frequencies > OF_NEIGHBOURS * terms {
+            let pairs = coherent.iter().enumerate().map(|(n, one)| {
+                let above = coherent[n + 1..].iter();
+                let above = above.take_while(|other| other.bin - one.bin <= reach);
+                2.0 * slope(one) * above.map(slope).sum::<f64>()
+            });
+            let variance = (own + pairs.sum::<f64>()) / (1.0 - terms / frequencies);
+            let together = student(frequencies / (reach + 2.0)) * variance.max(0.0).sqrt() / bend;
+            half = half.min(together.max(0.5 * half));
+        }
+        let period = self.length as f64 * self.dt;
+        let interval = half / TAU * period;
+        Some(Delay {
+            delay: at.tau * period,
+            error: interval / self.normal,
+            interval,
+            ambiguity: None,
+            frequencies: coherent.len(),
+            rms_frequency: moment(coherent, 2).sqrt() / period,
+        })
+    }
+}
+
+impl DelaySearch<'_> {
+    fn band(&self, coherent: &[Coherent]) -> Band {
+        let at: Vec<f64> = coherent
+            .iter()
+            .map(|one| one.bin + (self.leakage * one.growth).clamp(-FURTHEST, FURTHEST))
+            .collect();
+        let all: f64 = coherent.iter().map(|one| one.weight).sum();
+        let mean_of = |of: &dyn Fn(f64) -> f64| {
+            let terms = coherent.iter().zip(&at);
+            terms.map(|(one, at)| one.weight * of(*at)).sum::<f64>() / all
+        };
+        let mean = mean_of(&|at| at);
+        let deviation = mean_of(&|at| (at - mean).powi(2)).sqrt();
+        Band {
+            at,
+            mean,
+            deviation,
+        }
+    }
+}
+
+impl Coherent {
+    /// What a maximum leaves of the phase.
+    fn residual(&self, at: Maximum) -> f64 {
+        self.phase + at.correction * self.growth + TAU * self.bin * at.tau
+    }
+}
+
+/// Bins between a bin and the frequency whose power it has, for each unit by which the logarithm of the power grows a
+/// bin: `-q''(0) / q(0)` of the autocorrelation of the taper, over the square of the distance of bins in rad; 1/3
+/// of a Hann window. It is exact for a line under a Gaussian taper.
+pub(super) fn leakage(realisations: &Realisations) -> f64 {
+    let [at_zero, beside] = [0, 1].map(|lag| realisations.autocorrelation(lag));
+    let bin = TAU / realisations.segments.length as f64;
+    2.0 * (at_zero - beside) / at_zero / (bin * bin)
+}
+
+/// The mean of a power of the bins, by their weights.
+fn moment(coherent: &[Coherent], power: i32) -> f64 {
+    let all: f64 = coherent.iter().map(|one| one.weight).sum();
+    let of_power = coherent.iter().map(|one| one.weight * one.bin.powi(power));
+    of_power.sum::<f64>() / all
+}
+
+/// The frequencies whose power the coherent bins have.
+struct Band {
+    /// Of each bin, in bins.
+    at: Vec<f64>,
+    mean: f64,
+    deviation: f64,
+}
+
+impl Band {
+    /// Whether a delay that differs by a period of the mean is as likely.
+    fn is_line(&self, coherent: &[Coherent], allowed: f64) -> bool {
+        if self.deviation < RESOLVED {
+            return true;
+        }
+        let loss = coherent.iter().zip(&self.at);
+        let loss = loss.map(|(one, at)| one.weight * (1.0 - (TAU * at / self.mean).cos()));
+        loss.sum::<f64>() < allowed
+    }
+
+    /// A delay beside which others are as likely: of a narrow band, the one nearest to 0, with the period of the
+    /// band; else `None`.
+    fn ambiguous(&self, delay: Delay, length: f64) -> Option<Delay> {
+        let period = length / self.mean;
+        (self.deviation < NARROW * self.mean).then(|| Delay {
+            delay: delay.delay - period * (delay.delay / period).round(),
+            ambiguity: Some(period),
+            ..delay
+        })
     }
 }

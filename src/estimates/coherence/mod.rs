@@ -4,24 +4,32 @@ mod delay;
 mod pass;
 mod phase;
 mod products;
+mod significance;
+mod velocity;
 
 pub use delay::Delay;
 pub use phase::PhaseSpeed;
+pub use velocity::WaveVelocity;
 
 use ndarray::Array2;
 
 use crate::error::Result;
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, SegmentsLeft, Shots, first_of,
+    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, first_of,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
-use delay::DelaySearch;
+use delay::{CrossSpectra, DelaySearch};
 use pass::check_count;
 use phase::{Phases, least_coherence};
+use significance::is_own;
+use velocity::Slowness;
+
+/// Error of the distance between a bin and the frequency whose power it has, as a share of it.
+const OF_LEAKAGE: f64 = 0.25;
 
 /// All choices of [`coherence`].
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -80,10 +88,17 @@ pub struct Coherence {
     pub phase_interval: Array2<f64>,
     /// One-sided power spectral density of each site, in the square of the samples' unit over frequency.
     pub spectrum: Array2<f64>,
-    /// Delay of each site behind the reference.
+    /// Whether the coherence of each site with the reference is above chance over all frequencies: of all sites
+    /// together, one is by chance with probability alpha.
+    pub is_coherent: Vec<bool>,
+    /// Delay of each site behind the reference; `None` where it is not coherent, or no delay is more likely than
+    /// others.
     pub delays: Vec<Option<Delay>>,
-    /// Wavenumber and phase velocity, for frequencies at which enough sites are coherent.
+    /// Wavenumber and phase velocity, for frequencies at which enough sites are coherent and their phases are those of
+    /// a plane wave.
     pub speeds: Vec<PhaseSpeed>,
+    /// The velocity of the waves, from the delays or, where a narrow band is coherent, from the phases.
+    pub velocity: Option<WaveVelocity>,
 }
 
 impl Coherence {
@@ -140,8 +155,7 @@ impl Coherence {
 
     /// Words for the units of time and of length.
     pub fn units(&self) -> (String, String) {
-        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
-        (word(&self.time, "sample"), word(&self.space, "site"))
+        (self.time.time_unit(), self.space.space_unit())
     }
 }
 
@@ -195,7 +209,7 @@ pub fn coherence(
 
 impl Coherence {
     /// Intervals, delays and speeds, where the coherence is above the level.
-    fn judge(&mut self, shared_bins: f64) {
+    fn judge(&mut self, realisations: &Realisations) {
         let sites = 0..self.coherence.ncols();
         // Of each site, where significance can be stated: NaN is no number to be above.
         let known: Vec<[f64; 2]> = sites
@@ -218,26 +232,53 @@ impl Coherence {
             .iter_mut()
             .zip(cells)
             .for_each(|(to, interval)| *to = interval);
-        let search = DelaySearch::new(self.segment[0], self.time.step, shared_bins);
-        self.delays = search.find(&self.coherence, &self.phase, &known);
-        let position: Vec<f64> = (0..self.coherence.ncols())
-            .map(|j| self.space.at(j))
-            .collect();
-        let least: Vec<f64> = spreads.iter().map(|s| least_coherence(*s)).collect();
         let independent: Vec<f64> = known.iter().map(|known| known[1]).collect();
-        let inside = 1..self.segment[0].div_ceil(2);
-        let speeds = inside.filter_map(|m| {
+        let search = DelaySearch::new(realisations, self.time.step, self.alpha);
+        let follows = search.find(&CrossSpectra {
+            coherence: &self.coherence,
+            phase: &self.phase,
+            spectrum: &self.spectrum,
+            reference: self.reference,
+            independent: &independent,
+        });
+        self.is_coherent = follows.iter().map(|site| site.is_coherent).collect();
+        self.delays = follows.iter().map(|site| site.delay).collect();
+        let position = self.positions();
+        let slowness = Slowness::of_delays(&self.delays, &position, self.reference, self.alpha);
+        let least: Vec<f64> = spreads.iter().map(|s| least_coherence(*s)).collect();
+        let end = self.segment[0].div_ceil(2);
+        let power = self.spectrum.column(self.reference);
+        let is_own = is_own(power);
+        let leakage = delay::leakage(realisations);
+        let speeds = (1..end).filter(|m| is_own[*m]).filter_map(|m| {
+            let [below, above] = [(m - 1).max(1), (m + 1).min(end - 1)];
+            let growth = (power[above] / power[below]).ln() / (above - below).max(1) as f64;
+            let leaks = (leakage * growth).clamp(-delay::FURTHEST, delay::FURTHEST);
             let phases = Phases {
-                frequency: self.frequency[m],
+                at: self.frequency[m] + leaks * self.frequency[1],
+                at_error: OF_LEAKAGE * leaks.abs() * self.frequency[1],
                 phase: &self.phase.row(m).to_vec(),
                 coherence: &self.coherence.row(m).to_vec(),
                 position: &position,
                 reference: self.reference,
                 least: &least,
                 independent: &independent,
+                slowness: slowness.map(|found| found.slowness),
             };
             phases.speed()
         });
         self.speeds = speeds.collect();
+        let bins = realisations.shared_bins();
+        let mean = velocity::of_frequencies(&self.speeds, bins, self.alpha);
+        self.velocity = match slowness {
+            Some(slowness) if !mean.is_some_and(|mean| mean.is_dispersive) => slowness.velocity(),
+            _ => mean,
+        };
+    }
+
+    /// Sites beside the reference that are coherent with it.
+    pub fn coherent_sites(&self) -> impl Iterator<Item = usize> {
+        let sites = self.is_coherent.iter().enumerate();
+        sites.filter_map(|(j, is_coherent)| (*is_coherent && j != self.reference).then_some(j))
     }
 }

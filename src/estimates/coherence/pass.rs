@@ -349,7 +349,7 @@ impl Pass<'_> {
         let tiles: Vec<Sums> = sums.tiles.into_iter().map(total).collect();
         let mut found = self.estimate(&tiles, left, (sums.steadiness, unit));
         drop(tiles);
-        found.judge(self.realisations.shared_bins());
+        found.judge(self.realisations);
         found
     }
 
@@ -435,8 +435,10 @@ impl Pass<'_> {
             coherence,
             phase,
             spectrum,
+            is_coherent: vec![false; grid.sites],
             delays: vec![None; grid.sites],
             speeds: Vec::new(),
+            velocity: None,
         }
     }
 }

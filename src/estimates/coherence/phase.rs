@@ -2,6 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
+use super::velocity::PLANE;
+
 /// Wavenumber of the waves that are coherent with the reference, from their phases along x.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct PhaseSpeed {
@@ -24,6 +26,9 @@ const LEAST_SITES: usize = 4;
 /// half a cycle, would be chance.
 const KNOWN: f64 = FRAC_PI_4;
 
+/// Largest step of the phase from site to site: near half a cycle its sign is chance.
+const MOST_STEP: f64 = 0.8 * PI;
+
 /// The coherence above which the half interval of a phase is below [`KNOWN`], where `spread` is
 /// `alpha^{-1/(K-1)} - 1`.
 pub(super) fn least_coherence(spread: f64) -> f64 {
@@ -32,7 +37,9 @@ pub(super) fn least_coherence(spread: f64) -> f64 {
 
 /// Phases of one frequency at the sites.
 pub(super) struct Phases<'a> {
-    pub frequency: f64,
+    /// The frequency whose power the bin has, that of a line which leaks to it, and its error.
+    pub at: f64,
+    pub at_error: f64,
     /// Of the cross-spectrum; `-k (x - x_r)` of a plane wave.
     pub phase: &'a [f64],
     /// Magnitude-squared coherence.
@@ -44,13 +51,15 @@ pub(super) struct Phases<'a> {
     pub least: &'a [f64],
     /// Independent realisations of each site.
     pub independent: &'a [f64],
+    /// Inverse phase velocity, where delays tell it.
+    pub slowness: Option<f64>,
 }
 
 impl Phases<'_> {
     /// The line through the phases of the sites around the reference, up to the first on either side whose
     /// phase is not known: `phase = a - k (x - x_r)`, weighted by the inverse variances
-    /// `2 K g / (1 - g)`, with `g` the coherence. Neighbours are taken to be less than half a wavelength
-    /// apart. `None` for fewer than four sites.
+    /// `2 K g / (1 - g)`, with `g` the coherence. Where no slowness is known, neighbours are taken to be less than
+    /// half a wavelength apart. `None` for fewer than four sites, and for phases that are not those of a plane wave.
     ///
     /// Source: Bendat and Piersol (2010), eq. 9.52, for the variance of a phase.
     pub fn speed(&self) -> Option<PhaseSpeed> {
@@ -68,23 +77,31 @@ impl Phases<'_> {
         let spread = sum(&|p| (p.x - x).powi(2));
         let slope = sum(&|p| (p.x - x) * (p.phase - y)) / spread;
         let left = sum(&|p| (p.phase - y - slope * (p.x - x)).powi(2));
-        let excess = left / (points.len() - 2) as f64;
+        let freedom = (points.len() - 2) as f64;
+        let deviation = (left / all * points.len() as f64 / freedom).sqrt();
+        let apart = points.iter().map(|p| p.step).fold(0.0, f64::max);
+        let is_aliased = self.slowness.is_none() && (slope * apart).abs() > MOST_STEP;
+        if deviation > PLANE || is_aliased {
+            return None;
+        }
+        let excess = left / freedom;
         let wavenumber_error = (excess.max(1.0) / spread).sqrt();
         let wavenumber = -slope;
-        let velocity = TAU * self.frequency / wavenumber;
+        let velocity = TAU * self.at / wavenumber;
         Some(PhaseSpeed {
-            frequency: self.frequency,
+            frequency: self.at,
             wavenumber,
             wavenumber_error,
             velocity,
-            velocity_error: (velocity * wavenumber_error / wavenumber).abs(),
+            velocity_error: velocity.abs()
+                * (wavenumber_error / wavenumber).hypot(self.at_error / self.at),
             sites: points.len(),
         })
     }
 
     /// Adds the sites of one side, with phases that continue one another.
     fn walk(&self, sites: impl Iterator<Item = usize>, points: &mut Vec<Point>) {
-        let mut before = 0.0;
+        let (mut before, mut site) = (0.0, self.reference);
         for j in sites {
             let coherence = self.coherence[j];
             // Undefined where a site has no energy.
@@ -92,14 +109,17 @@ impl Phases<'_> {
             if !is_known {
                 return;
             }
-            let turns = ((self.phase[j] - before) / TAU).round();
-            let phase = self.phase[j] - TAU * turns;
-            debug_assert!((phase - before).abs() <= PI * (1.0 + 1e-12));
-            before = phase;
+            let step = self.position[j] - self.position[site];
+            let expected = before - TAU * self.at * self.slowness.unwrap_or(0.0) * step;
+            let cycles = ((self.phase[j] - expected) / TAU).round();
+            let phase = self.phase[j] - TAU * cycles;
+            debug_assert!((phase - expected).abs() <= PI * (1.0 + 1e-9));
+            (before, site) = (phase, j);
             let noise = (1.0 - coherence).max(f64::EPSILON);
             points.push(Point {
                 x: self.position[j] - self.position[self.reference],
                 phase,
+                step: step.abs(),
                 weight: 2.0 * self.independent[j] * coherence / noise,
             });
         }
@@ -109,5 +129,7 @@ impl Phases<'_> {
 struct Point {
     x: f64,
     phase: f64,
+    /// From the site before.
+    step: f64,
     weight: f64,
 }

@@ -189,7 +189,6 @@ impl Transfer {
 
     /// Words for the units of time and of length.
     pub fn units(&self) -> (String, String) {
-        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
-        (word(&self.time, "sample"), word(&self.space, "site"))
+        (self.time.time_unit(), self.space.space_unit())
     }
 }

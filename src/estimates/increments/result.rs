@@ -60,8 +60,7 @@ pub struct Increments {
 impl Increments {
     /// Words for the units of time and of length.
     pub fn units(&self) -> (String, String) {
-        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
-        (word(&self.time, "sample"), word(&self.space, "site"))
+        (self.time.time_unit(), self.space.space_unit())
     }
 }
 

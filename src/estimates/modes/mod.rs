@@ -57,6 +57,9 @@ impl Default for ModesRequest {
     }
 }
 
+/// By how much eigenvalues of noise exceed the edge of their distribution.
+const NOISE: f64 = 1.3;
+
 /// What [`modes`] finds.
 #[derive(Debug, Clone)]
 pub struct Modes {
@@ -99,6 +102,29 @@ impl Modes {
         self.eigenvalues[[bin, 0]] / self.total[bin]
     }
 
+    /// Modes at a frequency whose eigenvalues are above the largest of noise that is not correlated along x, as loud
+    /// as what they leave: `s (1 + sqrt(n / K))^2` of n sites and K realisations. `None` where no interval can be stated.
+    ///
+    /// Source: V. A. Marchenko, L. A. Pastur, Math. USSR Sb. 1, 457 (1967).
+    pub fn above_noise(&self, bin: usize) -> Option<usize> {
+        let independent = self.independence.independent?;
+        let sites = self.n_sites as f64;
+        let edge = NOISE * (1.0 + (sites / independent).sqrt()).powi(2);
+        let mut left = self.total[bin];
+        let mut count = 0;
+        for eigenvalue in self.eigenvalues.row(bin) {
+            let rest = left - eigenvalue;
+            let others = sites - count as f64 - 1.0;
+            // Of the last mode nothing tells it from noise.
+            if others < 1.0 || *eigenvalue <= edge * rest.max(0.0) / others {
+                break;
+            }
+            left = rest;
+            count += 1;
+        }
+        Some(count)
+    }
+
     /// Share of the power of all frequencies that first modes hold; NaN for a field of zeros.
     pub fn leading_share_of_all(&self) -> f64 {
         let first = self.eigenvalues.column(0).sum();
@@ -112,8 +138,7 @@ impl Modes {
 
     /// Words for the units of time and of length.
     pub fn units(&self) -> (String, String) {
-        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
-        (word(&self.time, "sample"), word(&self.space, "site"))
+        (self.time.time_unit(), self.space.space_unit())
     }
 }
 

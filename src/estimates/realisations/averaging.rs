@@ -370,6 +370,15 @@ impl Realisations {
         length as f64 * squares / self.tapers.len() as f64
     }
 
+    /// `sum_k sum_n w_k(n) w_k(n + lag)`, by which averages over tapers multiply a correlation at a lag, in samples.
+    pub fn autocorrelation(&self, lag: usize) -> f64 {
+        let shared = |w: &Vec<f64>| -> f64 {
+            let later = w.iter().skip(lag);
+            later.zip(w).map(|(a, b)| a * b).sum()
+        };
+        self.tapers.iter().map(shared).sum()
+    }
+
     /// What coefficients of products of two transforms are multiplied by to be those of products of Fourier
     /// coefficients: `N sum w^4 / sum w^3` under the first taper, since a product has it twice.
     pub fn quadratic_scale(&self) -> f64 {

@@ -6,11 +6,13 @@ mod mean;
 mod memory;
 mod noise;
 mod pass;
+mod peaks;
 
 pub use lines::Line;
 pub use mean::MeanSpectrum;
 pub(crate) use noise::no_noise;
 pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
+pub use peaks::Peak;
 
 use ndarray::Array2;
 
@@ -190,8 +192,7 @@ impl SpectrumEstimate {
 
     /// Words for the units of time and of length.
     pub fn units(&self) -> (String, String) {
-        let word = |axis: &Axis, counted: &str| axis.unit.clone().unwrap_or_else(|| counted.into());
-        (word(&self.time, "sample"), word(&self.space, "site"))
+        (self.time.time_unit(), self.space.space_unit())
     }
 
     /// The site with the largest mean square.

@@ -22,6 +22,7 @@ use wavecascade::report::{
 
 use crate::analyze::use_threads;
 use crate::chain_args::How;
+use crate::estimate::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::parse;
@@ -202,14 +203,18 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
         main = Some(out.join(saved.keep(out, &drawing, &figure)?));
         write_beside(out, "plot.py", attenuation_snippet().as_bytes())?;
     }
-    let mut stdout = terminal::stdout();
     if typed.how.json {
-        writeln!(stdout, "{json}")?;
+        writeln!(terminal::stdout(), "{json}")?;
     } else if !typed.how.quiet {
-        stdout.write_all(summary::told(&found, terminal::width()).as_bytes())?;
+        let subject = match typed.scenes.is_empty() {
+            true => "struck chains".to_owned(),
+            false => subject_of(&typed.scenes),
+        };
+        let mut told = summary::told(&subject, &found);
         if let Some(main) = main {
-            writeln!(stdout, "open {}", main.display())?;
+            told.last(&format!("open {}", main.display()));
         }
+        told.print(typed.how.detail.verbose)?;
     }
     match attenuation.failed.len() {
         0 => Ok(()),

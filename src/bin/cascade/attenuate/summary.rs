@@ -1,34 +1,22 @@
 //! What `cascade attenuate` found, in words.
 
 use wavecascade::attenuation::{AttenuationCurve, Compared, CurveRow};
-use wavecascade::report::{law_sentence, reach_sentence, stop_sentence};
+use wavecascade::report::{law_sentence, percent, reach_sentence, stop_sentence};
 
 use super::AttenuationReport;
+use crate::summary::Summary;
 use crate::table::Table;
-use crate::terminal::{number, paragraphs};
+use crate::terminal::number;
 
 /// Reasons of failures that are printed; all are in the JSON.
 const TOLD: usize = 3;
 
 /// The summary for the terminal.
-pub(super) fn told(found: &AttenuationReport, width: usize) -> String {
+pub(super) fn told(subject: &str, found: &AttenuationReport) -> Summary {
     let attenuation = &found.attenuation;
-    let law = format!("law of the force, {} contacts", attenuation.kind.name());
-    let mut table = Table::new("chain").words("sense");
-    for name in ["ratio", "bodies", "force", "energy", "width", "high"] {
-        table = table.numbers(name);
-    }
-    let mut table = table.words(&law);
-    for curve in &attenuation.curves {
-        let mut notes: Vec<String> = curve.stop.iter().map(stop_sentence).collect();
-        if let (Some(reach), Some(target)) = (&curve.reach, attenuation.target) {
-            notes.push(reach_sentence(reach, target));
-        }
-        table.noted_row(curve_cells(curve), &notes.join("; "));
-    }
-    let mut lines = Vec::new();
+    let mut summary = Summary::new(subject, &answer(found));
     if let Some(best) = &found.best {
-        lines.push(format!(
+        summary.sentence(&format!(
             "least force on a wall behind {} bodies: {} at {} {}, stiffness ratio {}",
             best.bodies,
             number(best.point.relative_force),
@@ -37,36 +25,107 @@ pub(super) fn told(found: &AttenuationReport, width: usize) -> String {
             number(best.point.stiffness_ratio)
         ));
     }
+    let mut table = Table::new("chain").words("sense");
+    for name in ["ratio", "bodies", "force", "energy", "width", "high"] {
+        table = table.numbers(name);
+    }
+    for curve in &attenuation.curves {
+        table.row(curve_cells(curve));
+    }
+    summary.rows(table);
+    for curve in &attenuation.curves {
+        let name = format!("{}, {}", curve.name, curve.sense.name());
+        if let Some(stop) = &curve.stop {
+            summary.sentence(&format!("{name}: {}", stop_sentence(stop)));
+        }
+        if let (Some(reach), Some(target)) = (&curve.reach, attenuation.target) {
+            summary.sentence(&format!("{name}: {}", reach_sentence(reach, target)));
+        }
+    }
     let beside = &found.beside;
-    lines.extend(beside.measured.iter().map(|c| compared_line("measured", c)));
+    let compared = beside.measured.iter().map(|c| compared_line("measured", c));
     let arrivals = beside.measured_arrivals.iter();
-    lines.extend(arrivals.map(|c| compared_line("measured arrival", c)));
+    let arrivals = arrivals.map(|c| compared_line("measured arrival", c));
+    compared
+        .chain(arrivals)
+        .for_each(|line| summary.sentence(&line));
     if !beside.not_compared.is_empty() {
         let at: Vec<String> = beside.not_compared.iter().map(|at| number(*at)).collect();
-        lines.push(format!(
+        summary.sentence(&format!(
             "measured outside the curve, and not compared: {}",
             at.join(", ")
         ));
     }
-    lines.extend(without_line(
-        "no measured largest velocity",
-        &beside.measured_without_peak,
-        "where the record begins or ends there, or nothing moves forward, there is none",
-    ));
-    lines.extend(without_arrival_line(&beside.measured_without_arrival));
-    lines.extend(failure_lines(&attenuation.failed));
-    table.text(width) + &paragraphs(&lines, width)
+    for [message, why] in [
+        without_line(
+            "no measured largest velocity",
+            &beside.measured_without_peak,
+            "where the record begins or ends there, or nothing moves forward, there is none",
+        ),
+        without_arrival_line(&beside.measured_without_arrival),
+    ]
+    .into_iter()
+    .flatten()
+    {
+        summary.warning(&message, &why);
+    }
+    failure_lines(&attenuation.failed)
+        .iter()
+        .for_each(|line| summary.sentence(line));
+    let kind = attenuation.kind.name();
+    for curve in &attenuation.curves {
+        if let Some(fits) = &curve.fits {
+            let name = format!("{}, {}", curve.name, curve.sense.name());
+            summary.detailed_sentence(&format!(
+                "law of the force, {kind} contacts, {name}: {}",
+                law_sentence(fits)
+            ));
+        }
+    }
+    summary
+}
+
+/// What the first chain that attenuates lets through, or the length that reaches the target.
+fn answer(found: &AttenuationReport) -> String {
+    let attenuation = &found.attenuation;
+    let curves = &attenuation.curves;
+    let differs = curves.iter().find(|curve| curve.stiffness_ratio > 1.0);
+    let Some(curve) = differs.or(curves.first()) else {
+        return "no chain has a pulse".into();
+    };
+    if let (Some(reach), Some(target)) = (&curve.reach, attenuation.target) {
+        let what = reach_sentence(reach, target);
+        return format!("force of {} ({}) {what}", curve.name, curve.sense.name());
+    }
+    let last = curve.rows.iter().rev();
+    let force = last
+        .filter_map(|row| Some((row.bodies, row.relative_force?)))
+        .next();
+    match force {
+        Some((bodies, force)) => format!(
+            "{} of the force is left after {bodies} bodies of {} ({}), of that in the homogeneous chain",
+            percent(force),
+            curve.name,
+            curve.sense.name()
+        ),
+        None => format!("no force of {} is known", curve.name),
+    }
 }
 
 /// A warning that nothing is compared at some abscissae.
-fn without_line(what: &str, at: &[f64], why: &str) -> Option<String> {
+fn without_line(what: &str, at: &[f64], why: &str) -> Option<[String; 2]> {
     let places: Vec<String> = at.iter().map(|at| number(*at)).collect();
     let (count, places) = (places.len(), places.join(", "));
-    (count > 0).then(|| format!("warning: {what} to compare at {places} ({count} in all): {why}"))
+    (count > 0).then(|| {
+        [
+            format!("{what} to compare at {places} ({count} in all)"),
+            why.to_owned(),
+        ]
+    })
 }
 
 /// The same of arrivals.
-pub fn without_arrival_line(at: &[f64]) -> Option<String> {
+pub fn without_arrival_line(at: &[f64]) -> Option<[String; 2]> {
     without_line(
         "no measured arrival",
         at,
@@ -105,7 +164,6 @@ fn curve_cells(curve: &AttenuationCurve) -> Vec<String> {
         optional(last.and_then(|row| row.relative_energy)),
         last.map_or("-".into(), |row| number(row.pulse.width.value)),
         optional(last.and_then(|row| row.high_share)),
-        curve.fits.as_ref().map_or("-".to_owned(), law_sentence),
     ]
 }
 

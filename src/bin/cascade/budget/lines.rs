@@ -7,7 +7,8 @@ use wavecascade::budget::{
 };
 
 use crate::advice;
-use crate::terminal::{self, Lines, error_size, number};
+use crate::summary::Summary;
+use crate::terminal::{error_size, number};
 
 /// Coefficients that are doubted one by one.
 const SHOWN: usize = 3;
@@ -15,26 +16,67 @@ const SHOWN: usize = 3;
 /// Errors of shares from which on the digits printed do not hold.
 const SEEN: f64 = 5e-6;
 
-pub(super) fn of(budget: &Budget, measured: Option<&MeasuredReport>) -> String {
-    let mut lines = Lines::new(terminal::width());
-    energy(&mut lines, budget);
+/// Where the energy went, and what supports it.
+pub(super) fn of(subject: &str, budget: &Budget, measured: Option<&MeasuredReport>) -> Summary {
+    let mut summary = Summary::new(subject, &answer(budget));
+    energy(&mut summary, budget);
     if let Some(found) = &budget.wavenumber {
-        wavenumber(&mut lines, budget, found);
+        wavenumber(&mut summary, budget, found);
     }
     if let Some(flow) = &budget.frequency {
-        frequency(&mut lines, budget, flow);
+        frequency(&mut summary, budget, flow);
     }
+    closure(&mut summary, budget);
     if let Some(scales) = &budget.scales {
-        scale(&mut lines, scales);
+        scale(&mut summary, scales);
     }
-    closure(&mut lines, budget);
     if let Some(report) = measured {
-        measurement(&mut lines, report);
+        measurement(&mut summary, report);
     }
-    lines.text
+    summary
 }
 
-fn energy(lines: &mut Lines, budget: &Budget) {
+/// Where most of the energy passes.
+fn answer(budget: &Budget) -> String {
+    let unit = match &budget.units.length {
+        Some(unit) => format!("rad/{unit}"),
+        None => "rad per site".into(),
+    };
+    let Some(most) = budget.largest_passage() else {
+        let last = budget.time.len() - 1;
+        let lost = budget.lost[last];
+        return match lost > 0.0 && budget.scale > 0.0 {
+            true => format!("{:.3} % of the energy is lost", 100.0 * lost / budget.scale),
+            false => "its energies balance; no passage over wavenumbers is computed".into(),
+        };
+    };
+    let is_measured = budget.errors.is_some();
+    let least = if is_measured {
+        2.0 * most.error
+    } else {
+        most.error
+    };
+    let at = format!("k = {} {unit}", number(most.wavenumber));
+    if most.share.abs() <= least {
+        return match is_measured {
+            true => format!(
+                "no passage over wavenumbers is resolved: the largest is below twice its error ({at})"
+            ),
+            false => "no energy passes between wavenumbers".into(),
+        };
+    }
+    let towards = if most.share > 0.0 { "higher" } else { "lower" };
+    let error = match is_measured || most.error >= SEEN {
+        true => format!(" \u{b1} {:.2}", 100.0 * most.error),
+        false => String::new(),
+    };
+    format!(
+        "{:.1}{error} % of the energy passes {at} to {towards} wavenumbers, net, the most of all k",
+        100.0 * most.share.abs()
+    )
+}
+
+fn energy(summary: &mut Summary, budget: &Budget) {
     let last = budget.time.len() - 1;
     let energy = |i: usize| budget.kinetic[i] + budget.contact[i];
     let unit = budget
@@ -56,7 +98,7 @@ fn energy(lines: &mut Lines, budget: &Budget) {
             text += &format!(", {}{unit} {what}", within(value, error));
         }
     }
-    lines.line("energy", &text);
+    summary.fact("energy", &text);
 }
 
 /// A number with its standard error, where it has one.
@@ -67,7 +109,7 @@ fn within(value: f64, error: Option<f64>) -> String {
     }
 }
 
-fn wavenumber(lines: &mut Lines, budget: &Budget, found: &WavenumberBudget) {
+fn wavenumber(summary: &mut Summary, budget: &Budget, found: &WavenumberBudget) {
     let (Some(passed), Some(direction)) = (found.passed_edge(), found.direction()) else {
         return;
     };
@@ -99,10 +141,10 @@ fn wavenumber(lines: &mut Lines, budget: &Budget, found: &WavenumberBudget) {
             -percent
         ),
     };
-    lines.line("wavenumber", &text);
+    summary.fact("wavenumber", &text);
 }
 
-fn frequency(lines: &mut Lines, budget: &Budget, flow: &FrequencyFlow) {
+fn frequency(summary: &mut Summary, budget: &Budget, flow: &FrequencyFlow) {
     let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
     if inner > 1 {
         let between = flow.between(0, inner - 1);
@@ -117,11 +159,11 @@ fn frequency(lines: &mut Lines, budget: &Budget, flow: &FrequencyFlow) {
             within(between.high, error(1)),
             within(between.behind, error(2))
         );
-        lines.line("frequency", &text);
+        summary.fact("frequency", &text);
     }
 }
 
-fn scale(lines: &mut Lines, scales: &ScaleBudget) {
+fn scale(summary: &mut Summary, scales: &ScaleBudget) {
     let Some(of) = scales.scales.iter().find(|of| of.scale == scales.map_scale) else {
         return;
     };
@@ -132,23 +174,24 @@ fn scale(lines: &mut Lines, scales: &ScaleBudget) {
         of.filter,
         number(of.cutoff_wavenumber)
     );
-    lines.line("scale", &text);
+    summary.detail("scale", &text);
 }
 
-fn closure(lines: &mut Lines, budget: &Budget) {
+fn closure(summary: &mut Summary, budget: &Budget) {
     let closure = &budget.closure;
     if closure.integration == Integration::Samples {
         let text = "rates are integrated over time by the trapezoid rule over the samples: \
                     transfers, scale fluxes, and losses and inputs of wavenumbers";
-        lines.line("sampled", text);
+        summary.detail("sampled", text);
     }
     if let Some(departure) = closure.departure {
         let text = format!(
             "departs from the record by {} of the energy",
             error_size(departure)
         );
-        lines.line("stepped anew", &text);
+        summary.detail("stepped anew", &text);
     }
+    let mut closed = Vec::new();
     for (name, residual) in [
         ("real space", &closure.real_space),
         ("wavenumber", &closure.wavenumber),
@@ -159,8 +202,17 @@ fn closure(lines: &mut Lines, budget: &Budget) {
             Residual::Closed(value) => format!("closes to {} of the energy", error_size(*value)),
             Residual::Undefined(reason) => format!("no balance: {reason}"),
         };
-        lines.line(&format!("{name} balance"), &text);
+        match residual {
+            Residual::Closed(_) => closed.push(format!(
+                "{name} {}",
+                error_size(residual.value().unwrap_or(0.0))
+            )),
+            Residual::Undefined(_) => {}
+        }
+        summary.detail(&format!("{name} balance"), &text);
     }
+    let text = format!("{} of the energy", closed.join(", "));
+    summary.fact("balances close to", &text);
     if let Some(check) = closure.integrated_flux {
         let text = format!(
             "{} of the energy at the largest k, where it is 0; from transfers and from energies it \
@@ -168,33 +220,27 @@ fn closure(lines: &mut Lines, budget: &Budget) {
             error_size(check.at_largest_wavenumber),
             error_size(check.two_ways)
         );
-        lines.line("integrated flux", &text);
+        summary.detail("integrated flux", &text);
     }
 }
 
-fn measurement(lines: &mut Lines, report: &MeasuredReport) {
+fn measurement(summary: &mut Summary, report: &MeasuredReport) {
     let energy = report.energy;
     let text = format!(
         "{}, the median over the record of total energy and losses, less the bias of noise",
         within(energy.value, Some(energy.error))
     );
-    lines.line("energy given", &text);
+    summary.fact("energy given", &text);
     let (mut coefficients, others): (Vec<_>, Vec<_>) = (report.warnings.iter())
         .partition(|warning| matches!(warning, MeasuredWarning::Coefficient { .. }));
     coefficients.sort_by(|a, b| in_errors(b).total_cmp(&in_errors(a)));
     let more = coefficients.split_off(SHOWN.min(coefficients.len())).len();
-    let mut shown = others.into_iter().chain(coefficients).peekable();
-    while let Some(warning) = shown.next() {
-        let advice = advice::of_measured(warning);
-        let is_repeated = |next: &&MeasuredWarning| advice::of_measured(next) == advice;
-        match shown.peek().is_some_and(is_repeated) {
-            true => lines.warning(&warning.message(), ""),
-            false => lines.warning(&warning.message(), advice),
-        }
+    for warning in others.into_iter().chain(coefficients) {
+        summary.warning(&warning.message(), advice::of_measured(warning));
     }
     if more > 0 {
         let text = format!("{more} more contacts likewise: `measured` in summary.json");
-        lines.line("", &text);
+        summary.detail("coefficients", &text);
     }
 }
 

@@ -9,7 +9,8 @@ use wavecascade::report::{LocalizedSummary, journey_html, write_journey};
 
 use super::Localize;
 use crate::failure::Failure;
-use crate::terminal::{self, Lines, error_size};
+use crate::summary::Summary;
+use crate::terminal::{self, error_size};
 
 /// Default number of cells that a wave travels.
 pub const CELLS: usize = 1000;
@@ -53,19 +54,23 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
         }
     };
     progress.clear();
-    let mut stdout = terminal::stdout();
     if typed.json {
-        return Ok(writeln!(stdout, "{json}")?);
+        return Ok(writeln!(terminal::stdout(), "{json}")?);
     }
     if typed.quiet {
         return Ok(());
     }
     let arrived = &journey.arrived;
-    let mut lines = Lines::new(terminal::width());
     let ratio = journey.ratio.value();
-    lines.line("order", &format!("{order}, ratio {ratio}"));
-    lines.line("travelled", &format!("{} cells", arrived.cells));
-    lines.line(
+    let answer = format!(
+        "the wave travels {} cells at ratio {} and sheds {} of its energy a cell",
+        arrived.cells,
+        terminal::number(ratio),
+        error_size(arrived.leak)
+    );
+    let mut lines = Summary::new(&format!("order {order}"), &answer);
+    lines.fact("ratio", &ratio.to_string());
+    lines.fact(
         "shape change",
         &format!(
             "{} of the largest velocity; runs of local errors {} and {} differ by {}",
@@ -75,18 +80,13 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
             error_size(journey.stepping_error)
         ),
     );
-    lines.line(
-        "leak",
-        &format!("{} of the energy a cell", error_size(arrived.leak)),
-    );
-    lines.line("energy drift", &error_size(arrived.energy_drift));
-    write!(stdout, "{}", lines.text)?;
+    lines.fact("energy drift", &error_size(arrived.energy_drift));
     if let Some(published) = published {
         let main = match drawing.is_wanted() {
             true => "report.html",
             false => "localized.json",
         };
-        writeln!(stdout, "open {}", published.join(main).display())?;
+        lines.last(&format!("open {}", published.join(main).display()));
     }
-    Ok(())
+    Ok(lines.print(typed.detail.verbose)?)
 }

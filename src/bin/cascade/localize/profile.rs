@@ -10,7 +10,8 @@ use wavecascade::report::{LocalizedSummary, wave_html, write_profile};
 
 use super::Localize;
 use crate::failure::Failure;
-use crate::terminal::{self, Lines, error_size, number};
+use crate::summary::Summary;
+use crate::terminal::{self, error_size, number};
 
 /// Times on each side of the centre.
 pub const HALF: usize = 2000;
@@ -52,17 +53,20 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    let mut stdout = terminal::stdout();
     if typed.json {
-        return Ok(writeln!(stdout, "{json}")?);
+        return Ok(writeln!(terminal::stdout(), "{json}")?);
     }
     if typed.quiet {
         return Ok(());
     }
     let exact = &found.exact;
-    let mut lines = Lines::new(terminal::width());
-    lines.line("order", &order.to_string());
-    lines.line(
+    let answer = format!(
+        "a localized wave at ratio {}, {} sites wide",
+        number(exact.ratio.value()),
+        number(exact.width)
+    );
+    let mut lines = Summary::new(&format!("order {order}"), &answer);
+    lines.fact(
         "ratio",
         &format!(
             "{}, error {} of it",
@@ -70,7 +74,7 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
             error_size(exact.error)
         ),
     );
-    lines.line(
+    lines.fact(
         "speed",
         &format!(
             "{} F^{:.4} sites per unit of time, F the peak force in the first contact",
@@ -78,10 +82,10 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
             (wave.exponent - 1.0) / (2.0 * wave.exponent)
         ),
     );
-    lines.line("width", &format!("{} sites", number(exact.width)));
-    lines.line("energy", &number(exact.energy));
-    lines.line("momentum", &number(exact.momentum));
-    lines.line(
+    lines.fact("width", &format!("{} sites", number(exact.width)));
+    lines.fact("energy", &number(exact.energy));
+    lines.fact("momentum", &number(exact.momentum));
+    lines.detail(
         "residual",
         &format!(
             "{} of the largest overlap, after {} iterations; tail {}",
@@ -90,11 +94,11 @@ pub(super) fn run(typed: &Localize, order: usize) -> Result<(), Failure> {
             error_size(exact.convergence.tail)
         ),
     );
-    write!(stdout, "{}", lines.text)?;
-    write!(stdout, "wrote {}", published.display())?;
-    if drawing.is_wanted() {
-        let page = published.join("report.html");
-        write!(stdout, "; open {}", page.display())?;
-    }
-    Ok(writeln!(stdout)?)
+    let page = published.join("report.html");
+    let open = match drawing.is_wanted() {
+        true => format!("; open {}", page.display()),
+        false => String::new(),
+    };
+    lines.last(&format!("wrote {}{open}", published.display()));
+    Ok(lines.print(typed.detail.verbose)?)
 }

@@ -11,11 +11,14 @@ use wavecascade::report::{
 
 use super::Localize;
 use crate::failure::Failure;
+use crate::summary::Summary;
 use crate::table::Table;
-use crate::terminal::{self, wrapped};
+use crate::terminal;
 
 /// Default number of cells of struck chains.
 const CELLS: usize = 200;
+/// Ratios that the answer names at most.
+const SHOWN: usize = 4;
 /// Times on each side of a wave's centre.
 const HALF: usize = 1000;
 
@@ -94,15 +97,15 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
         directory.publish()?;
     }
     progress.clear();
-    let mut stdout = terminal::stdout();
     if typed.json {
         let text = serde_json::to_string_pretty(&rows).map_err(std::io::Error::from)?;
-        writeln!(stdout, "{text}")?;
+        writeln!(terminal::stdout(), "{text}")?;
     } else if !typed.quiet {
-        stdout.write_all(lines(typed, &rows, terminal::width()).as_bytes())?;
+        let mut summary = tell(typed, &rows);
         if let Some(out) = &typed.out {
-            writeln!(stdout, "open {}", out.join("report.html").display())?;
+            summary.last(&format!("open {}", out.join("report.html").display()));
         }
+        summary.print(typed.detail.verbose)?;
     }
     match rows.iter().filter(|row| row.exact.is_none()).count() {
         0 => Ok(()),
@@ -110,9 +113,75 @@ pub(super) fn run(typed: &Localize) -> Result<(), Failure> {
     }
 }
 
-fn lines(typed: &Localize, rows: &[OrderRow], width: usize) -> String {
+/// The ratios that carry waves, in words.
+fn answer(typed: &Localize, rows: &[OrderRow]) -> String {
+    let known = rows.iter().filter_map(|row| row.exact.as_ref());
+    let ratios: Vec<String> = known
+        .map(|exact| terminal::number(exact.ratio.value()))
+        .collect();
+    let unresolved = match rows.len() - ratios.len() {
+        0 => String::new(),
+        count => format!("; {count} not resolved"),
+    };
+    let orders = match (typed.order.start(), typed.order.end()) {
+        (first, last) if first == last => format!("order {first}"),
+        (first, last) => format!("orders {first} to {last}"),
+    };
+    let of = match typed.alternation {
+        super::Of::Stiffness => "stiffness",
+        super::Of::Mass => "mass",
+    };
+    let shown = ratios.len().min(SHOWN);
+    let more = if ratios.len() > shown { ", ..." } else { "" };
+    match ratios.is_empty() {
+        true => format!("no localized wave of {orders} is resolved"),
+        false => format!(
+            "localized waves at {of} ratios {}{more} ({orders}){unresolved}",
+            ratios[..shown].join(", ")
+        ),
+    }
+}
+
+fn tell(typed: &Localize, rows: &[OrderRow]) -> Summary {
+    let mut summary = Summary::new("dimer", &answer(typed, rows));
     let strikes = typed.direct || typed.angles;
     let published = rows.iter().any(|row| row.published.is_some());
+    let mut short = Table::new("order")
+        .numbers("exact ratio")
+        .numbers("error")
+        .numbers("estimate");
+    if strikes {
+        short = short.numbers("struck chain");
+    }
+    if published {
+        short = short.numbers("paper");
+    }
+    for row in rows {
+        let mut cells = vec![row.order.to_string()];
+        cells.extend(match &row.exact {
+            Some(exact) => [
+                format!("{:.12}", exact.ratio.value()),
+                format!("{:.1e}", exact.error),
+            ],
+            None => ["unresolved".into(), "-".into()],
+        });
+        cells.push(number(row.asymptotic.map(|a| a.exact_profile)));
+        if strikes {
+            cells.push(number(row.direct.map(|direct| direct.ratio.value())));
+        }
+        if published {
+            cells.push(row.published.map_or("-".into(), |p| p.direct.to_string()));
+        }
+        let reason: Vec<String> = row.reason.iter().cloned().collect();
+        short.noted_row(cells, &reason.join("; "));
+    }
+    summary.rows(short);
+    if strikes {
+        summary.rows(leaks(typed, rows));
+        if let Some([soft, _]) = rows.iter().find_map(|row| row.angle?.coefficients) {
+            summary.sentence(&format!("soft contacts, at 90 degrees: {soft:.6e} N/m^1.5"));
+        }
+    }
     let mut table = Table::new("order")
         .numbers("exact ratio")
         .numbers("error")
@@ -133,7 +202,7 @@ fn lines(typed: &Localize, rows: &[OrderRow], width: usize) -> String {
     for row in rows {
         add(&mut table, row, strikes, published);
     }
-    let mut text = table.text(width);
+    summary.detailed_rows(table);
     let legend = match published {
         true => {
             "rel.diff: relative to the exact ratio; of the paper's estimate, to the estimate on the \
@@ -141,12 +210,8 @@ fn lines(typed: &Localize, rows: &[OrderRow], width: usize) -> String {
         }
         false => "rel.diff: relative to the exact ratio",
     };
-    text += &(wrapped(legend, width).join("\n") + "\n");
-    if strikes {
-        text += "\n";
-        text += &leaks(typed, rows, width);
-    }
-    text
+    summary.detailed_sentence(legend);
+    summary
 }
 
 /// Adds a row; deviations are relative to the exact ratio, that of the paper's estimate to ours.
@@ -185,7 +250,7 @@ fn add(table: &mut Table, row: &OrderRow, strikes: bool, published: bool) {
 }
 
 /// What pulses lose at the orders and, most, between them.
-fn leaks(typed: &Localize, rows: &[OrderRow], width: usize) -> String {
+fn leaks(typed: &Localize, rows: &[OrderRow]) -> Table {
     let mut table = Table::new("wave").numbers("ratio").numbers("leak a cell");
     if typed.angles {
         table = table.numbers("degrees");
@@ -208,11 +273,7 @@ fn leaks(typed: &Localize, rows: &[OrderRow], width: usize) -> String {
             add("most dispersive".into(), direct, degrees);
         }
     }
-    let mut text = table.text(width);
-    if let Some([soft, _]) = rows.iter().find_map(|row| row.angle?.coefficients) {
-        text += &format!("soft contacts, at 90 degrees: {soft:.6e} N/m^1.5\n");
-    }
-    text
+    table
 }
 
 fn number(value: Option<f64>) -> String {

@@ -23,13 +23,14 @@ pub enum Kind {
 const OF_A_SCAN: &str = "each call says which files are one field";
 
 /// Options that say what one call does; a file that holds for many calls cannot state them.
-const OF_A_CALL: [(&str, &str); 12] = [
+const OF_A_CALL: [(&str, &str); 13] = [
     ("settings", "a settings file names no other one"),
     ("out", "each call writes to a place of its own"),
     ("force", "what may be replaced is decided at each call"),
     ("plan", "a call computes or plans"),
     ("json", "each call says how it prints"),
     ("quiet", "each call says how it prints"),
+    ("verbose", "each call says how it prints"),
     ("help", "it prints and stops"),
     ("position_from", OF_A_SCAN),
     ("channel", OF_A_SCAN),

@@ -1,0 +1,325 @@
+//! What a command found, on a dozen lines: the answer first.
+
+use std::io::Write;
+
+use crate::table::Table;
+use crate::text::{HEADING, Lines, Tone, message, paragraphs, stdout, styled, width, wrapped};
+
+/// Lines that a summary has at most, where not all details are asked for.
+const MOST_LINES: usize = 12;
+
+/// Lines of a table that is cut, at least: names of columns, a row, and how many are left.
+const LEAST_OF_TABLE: usize = 4;
+
+/// What a line of a summary is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rank {
+    /// Printed where there is room.
+    Fact,
+    /// Printed with `--verbose` alone.
+    Detail,
+}
+
+/// What a command found: an answer in words, facts, details, warnings, and where to go on.
+#[derive(Default)]
+pub struct Summary {
+    answer: String,
+    parts: Vec<(Rank, Part)>,
+    warnings: Vec<[String; 2]>,
+    last: String,
+}
+
+enum Part {
+    Line {
+        name: String,
+        value: String,
+    },
+    /// Set by themselves, to any width.
+    Rows(Table),
+    Paragraph(String),
+}
+
+impl Summary {
+    /// `subject: answer`.
+    pub fn new(subject: &str, answer: &str) -> Self {
+        Summary {
+            answer: format!("{subject}: {answer}"),
+            ..Summary::default()
+        }
+    }
+
+    pub fn fact(&mut self, name: &str, value: &str) {
+        self.line(Rank::Fact, name, value);
+    }
+
+    pub fn detail(&mut self, name: &str, value: &str) {
+        self.line(Rank::Detail, name, value);
+    }
+
+    fn line(&mut self, rank: Rank, name: &str, value: &str) {
+        let (name, value) = (name.to_owned(), value.to_owned());
+        self.parts.push((rank, Part::Line { name, value }));
+    }
+
+    /// A table, of which the rows that there is room for are printed.
+    pub fn rows(&mut self, table: Table) {
+        self.parts.push((Rank::Fact, Part::Rows(table)));
+    }
+
+    pub fn detailed_rows(&mut self, table: Table) {
+        self.parts.push((Rank::Detail, Part::Rows(table)));
+    }
+
+    /// A sentence without a name.
+    pub fn sentence(&mut self, text: &str) {
+        self.parts
+            .push((Rank::Fact, Part::Paragraph(text.to_owned())));
+    }
+
+    pub fn detailed_sentence(&mut self, text: &str) {
+        self.parts
+            .push((Rank::Detail, Part::Paragraph(text.to_owned())));
+    }
+
+    /// A finding about the data and what to do about it.
+    pub fn warning(&mut self, message: &str, advice: &str) {
+        self.warnings.push([message.to_owned(), advice.to_owned()]);
+    }
+
+    /// The line that follows all others: what to open, what was written.
+    pub fn last(&mut self, text: &str) {
+        self.last = text.to_owned();
+    }
+
+    /// Prints it: warnings to standard error, the rest to standard output.
+    pub fn print(&self, is_verbose: bool) -> std::io::Result<()> {
+        let width = width();
+        let (said, warnings) = match is_verbose {
+            true => (self.whole(width), self.all_warnings()),
+            false => self.cut(width),
+        };
+        let mut out = stdout();
+        out.write_all(said.as_bytes())?;
+        out.flush()?;
+        warnings
+            .iter()
+            .for_each(|(tone, text)| message(*tone, text));
+        Ok(())
+    }
+
+    fn whole(&self, width: usize) -> String {
+        let parts = self.parts.iter().map(|(_, part)| part.text(width));
+        let texts = [self.head(width)].into_iter().chain(parts);
+        texts.chain([self.closing(width)]).collect()
+    }
+
+    fn all_warnings(&self) -> Vec<(Tone, String)> {
+        let warnings = self.warnings.iter().flat_map(|[message, advice]| {
+            [
+                (Tone::Warning, message.clone()),
+                (Tone::Help, advice.clone()),
+            ]
+        });
+        warnings.filter(|(_, text)| !text.is_empty()).collect()
+    }
+
+    /// The same without details, in a dozen lines.
+    fn cut(&self, width: usize) -> (String, Vec<(Tone, String)>) {
+        let (mut text, closing) = (self.head(width), self.closing(width));
+        let mut room = MOST_LINES.saturating_sub(text.lines().count() + closing.lines().count());
+        let reserved = self.warnings.len().min(room / 2);
+        let facts = self.parts.iter().filter(|(rank, _)| *rank == Rank::Fact);
+        for (_, part) in facts {
+            let part = part.in_lines(width, room - reserved);
+            room -= part.lines().count();
+            text += &part;
+        }
+        (text + &closing, self.cut_warnings(width, room))
+    }
+
+    /// Warnings in so many lines: their messages first, then what to do about them.
+    fn cut_warnings(&self, width: usize, mut room: usize) -> Vec<(Tone, String)> {
+        let lines = |tone: Tone, text: &str| {
+            let indent = tone.label().len() + 2;
+            wrapped(text, width - indent).len()
+        };
+        let mut shown = 0;
+        for (n, [message, _]) in self.warnings.iter().enumerate() {
+            let is_last = n + 1 == self.warnings.len();
+            let needed = lines(Tone::Warning, message) + usize::from(!is_last);
+            if needed > room && !(n == 0 && is_last) {
+                break;
+            }
+            room = room.saturating_sub(lines(Tone::Warning, message));
+            shown += 1;
+        }
+        let left = self.warnings.len() - shown;
+        room = room.saturating_sub(usize::from(left > 0));
+        let mut said = Vec::new();
+        for [message, advice] in &self.warnings[..shown] {
+            let joined = format!("{message} -> {advice}");
+            if advice.is_empty() {
+                said.push((Tone::Warning, message.clone()));
+            } else if lines(Tone::Warning, &joined) == lines(Tone::Warning, message) {
+                said.push((Tone::Warning, joined));
+            } else {
+                said.push((Tone::Warning, message.clone()));
+                let needed = lines(Tone::Help, advice);
+                if needed <= room {
+                    room -= needed;
+                    said.push((Tone::Help, advice.clone()));
+                }
+            }
+        }
+        if left > 0 {
+            let plural = if left > 1 { "s" } else { "" };
+            let text = format!("{left} more warning{plural}: --verbose");
+            said.push((Tone::Note, text));
+        }
+        said
+    }
+
+    fn head(&self, width: usize) -> String {
+        let lines = wrapped(&self.answer, width - 2);
+        let lines = lines.iter().map(|line| styled(HEADING, line));
+        lines.collect::<Vec<_>>().join("\n  ") + "\n"
+    }
+
+    fn closing(&self, width: usize) -> String {
+        match self.last.is_empty() {
+            true => String::new(),
+            false => paragraphs(std::slice::from_ref(&self.last), width),
+        }
+    }
+}
+
+impl Part {
+    fn text(&self, width: usize) -> String {
+        match self {
+            Part::Line { name, value } => {
+                let mut lines = Lines::new(width);
+                lines.line(name, value);
+                lines.text
+            }
+            Part::Rows(table) => table.text(width),
+            Part::Paragraph(text) => paragraphs(std::slice::from_ref(text), width),
+        }
+    }
+
+    /// In so many lines; empty where it does not fit, a table without its last rows.
+    fn in_lines(&self, width: usize, room: usize) -> String {
+        let text = self.text(width);
+        let count = text.lines().count();
+        if count <= room {
+            return text;
+        }
+        match self {
+            // Columns that follow below belong to all rows.
+            Part::Rows(_) if !text.contains("\n\n") => {
+                if room < LEAST_OF_TABLE {
+                    return String::new();
+                }
+                let kept: Vec<&str> = text.lines().take(room - 1).collect();
+                let left = count - kept.len();
+                kept.join("\n") + &format!("\n... {left} more lines: --verbose\n")
+            }
+            _ => String::new(),
+        }
+    }
+}
+
+/// A number with half of its interval, to two digits of it, and their unit: `25.0006 ± 0.0017 m/s`.
+pub fn with_half(value: f64, half: f64, unit: &str) -> String {
+    if !(half.is_finite() && half > 0.0 && value.is_finite()) {
+        return format!("{} {unit}", crate::terminal::number(value));
+    }
+    let power = half.log10().floor() as i32;
+    let largest = value.abs().max(half).log10().floor() as i32;
+    // Exact to rounding.
+    let power = power.max(largest - 12);
+    if (-4..5).contains(&largest) {
+        let digits = (1 - power).max(0) as usize;
+        let shown = 10f64.powi(-(digits as i32));
+        let half = half.max(0.5 * shown);
+        return format!("{value:.digits$} ± {half:.digits$} {unit}");
+    }
+    let digits = (largest - power + 1).max(0) as usize;
+    let scale = 10f64.powi(largest);
+    format!(
+        "({:.digits$} ± {:.digits$})e{largest} {unit}",
+        value / scale,
+        half / scale
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plain(text: &str) -> String {
+        anstream::adapter::strip_str(text).to_string()
+    }
+
+    fn long() -> Summary {
+        let mut summary = Summary::new("run.npz", "it is so");
+        for n in 0..20 {
+            summary.fact(&format!("fact {n}"), "a value");
+            summary.detail("detail", "a value");
+        }
+        for n in 0..9 {
+            summary.warning(&format!("finding {n}"), "what to do");
+        }
+        summary.last("open page");
+        summary
+    }
+
+    #[test]
+    fn a_dozen_lines_hold_the_answer_and_the_first_of_each_kind() {
+        let (said, warnings) = long().cut(80);
+        let said = plain(&said);
+        assert!(said.starts_with("run.npz: it is so\nfact 0"), "{said}");
+        assert!(
+            said.ends_with("\nopen page\n") && !said.contains("detail"),
+            "{said}"
+        );
+        assert!(said.lines().count() + warnings.len() <= MOST_LINES);
+        assert_eq!(warnings[0].1, "finding 0 -> what to do");
+        let (tone, more) = warnings.last().unwrap();
+        assert!(
+            *tone == Tone::Note && more.ends_with("more warnings: --verbose"),
+            "{more}"
+        );
+        let all = plain(&long().whole(80));
+        assert_eq!(all.lines().count(), 42, "{all}");
+        assert_eq!(long().all_warnings().len(), 18);
+    }
+
+    #[test]
+    fn one_warning_says_what_to_do_where_there_is_room() {
+        let mut summary = Summary::new("a.npy", "nothing");
+        summary.warning(&"word ".repeat(15), &"advice ".repeat(9));
+        let (_, said) = summary.cut(80);
+        assert_eq!(said.len(), 2);
+        assert_eq!(said[1].0, Tone::Help);
+    }
+
+    #[test]
+    fn a_long_table_is_cut() {
+        let mut table = Table::new("n").numbers("value");
+        for n in 0..30 {
+            table.row(vec![n.to_string(), "1".into()]);
+        }
+        let mut summary = Summary::new("a", "b");
+        summary.rows(table);
+        let (said, _) = summary.cut(80);
+        assert_eq!(said.lines().count(), MOST_LINES);
+        assert!(said.ends_with("... 21 more lines: --verbose\n"), "{said}");
+    }
+
+    #[test]
+    fn digits_are_those_of_the_interval() {
+        assert_eq!(with_half(25.00056, 0.00167, "m/s"), "25.0006 ± 0.0017 m/s");
+        assert_eq!(with_half(3.0003e-5, 1.21e-8, "s"), "(3.0003 ± 0.0012)e-5 s");
+        assert_eq!(with_half(1234.6, 37.0, "m"), "1235 ± 37 m");
+    }
+}

@@ -1,0 +1,158 @@
+//! One phase velocity of the waves that pass the sites.
+
+use std::f64::consts::TAU;
+
+use super::{Delay, PhaseSpeed};
+use crate::numeric::{chi_square_level, student_two_sided};
+
+/// Velocity of the waves that are coherent with the reference.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct WaveVelocity {
+    /// In units of length over time; positive towards +x.
+    pub velocity: f64,
+    /// Ends of its interval at `1 - alpha`.
+    pub low: f64,
+    pub high: f64,
+    /// Sites of the line through the delays; `None` where it is a mean over frequencies.
+    pub sites: Option<usize>,
+    /// Frequencies of the mean; `None` of a line.
+    pub frequencies: Option<usize>,
+    /// Whether velocities at single frequencies differ by more than their errors; the interval is then that of their
+    /// spread.
+    pub is_dispersive: bool,
+}
+
+/// Least sites of a line, beside the reference.
+const LEAST_SITES: usize = 3;
+/// Largest deviation from a plane wave, root mean square in rad: a standing wave has 0.9.
+pub(super) const PLANE: f64 = 0.5;
+/// Reduced chi-square from which on velocities differ.
+const DIFFERENT: f64 = 4.0;
+
+/// Inverse velocity with half of its interval.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slowness {
+    pub slowness: f64,
+    half: f64,
+    points: usize,
+}
+
+impl Slowness {
+    /// The line through the delays of sites against their positions, weighted by their inverse variances; the
+    /// reference and ambiguous delays are left out, a common error of all stays out of the slope. `None` for fewer
+    /// than three sites, and for delays that are not those of a plane wave.
+    pub fn of_delays(
+        delays: &[Option<Delay>],
+        position: &[f64],
+        reference: usize,
+        alpha: f64,
+    ) -> Option<Slowness> {
+        let known = delays.iter().enumerate().filter(|(j, _)| *j != reference);
+        let known = known.filter_map(|(j, delay)| Some((position[j], (*delay)?)));
+        let known: Vec<(f64, Delay)> = known.filter(|(_, d)| d.ambiguity.is_none()).collect();
+        if known.len() < LEAST_SITES {
+            return None;
+        }
+        let points: Vec<[f64; 3]> = known
+            .iter()
+            .map(|(x, delay)| [*x, delay.delay, delay.error.powi(-2)])
+            .collect();
+        let (slope, spread, residual) = line(&points)?;
+        let freedom = (points.len() - 2) as f64;
+        let cycles = known.iter().map(|(x, delay)| {
+            let left = delay.delay - residual.0 - slope * x;
+            (TAU * delay.rms_frequency * left).powi(2)
+        });
+        if (cycles.sum::<f64>() / freedom).sqrt() > PLANE {
+            return None;
+        }
+        let stated = chi_square_level(alpha, 1.0).sqrt();
+        let scattered = student_two_sided(alpha, freedom) * (residual.1 / freedom).sqrt();
+        Some(Slowness {
+            slowness: slope,
+            half: stated.max(scattered) / spread.sqrt(),
+            points: points.len(),
+        })
+    }
+
+    /// Its inverse; `None` where the interval of the slowness is wider than the slowness.
+    pub fn velocity(self) -> Option<WaveVelocity> {
+        let [low, high] = inverse(self.slowness, self.half)?;
+        Some(WaveVelocity {
+            velocity: self.slowness.recip(),
+            low,
+            high,
+            sites: Some(self.points),
+            frequencies: None,
+            is_dispersive: false,
+        })
+    }
+}
+
+/// Slope of the weighted line through points `(x, y, weight)`, the spread of x, and its intercept with the sum of the
+/// squared weighted residuals.
+fn line(points: &[[f64; 3]]) -> Option<(f64, f64, (f64, f64))> {
+    let sum = |of: &dyn Fn(&[f64; 3]) -> f64| points.iter().map(|p| p[2] * of(p)).sum::<f64>();
+    let all = sum(&|_| 1.0);
+    let [x, y] = [sum(&|p| p[0]) / all, sum(&|p| p[1]) / all];
+    let spread = sum(&|p| (p[0] - x).powi(2));
+    let slope = sum(&|p| (p[0] - x) * (p[1] - y)) / spread;
+    let intercept = y - slope * x;
+    let left = sum(&|p| (p[1] - intercept - slope * p[0]).powi(2));
+    (spread > 0.0 && slope.is_finite()).then_some((slope, spread, (intercept, left)))
+}
+
+fn inverse(slowness: f64, half: f64) -> Option<[f64; 2]> {
+    let ends = [slowness - half, slowness + half].map(f64::recip);
+    let is_known = half < 0.5 * slowness.abs();
+    is_known.then(|| [ends[0].min(ends[1]), ends[0].max(ends[1])])
+}
+
+/// The mean over frequencies of the inverse of velocities, weighted by their inverse variances. `shared_bins`: bins
+/// that a taper makes one of.
+pub(super) fn of_frequencies(
+    speeds: &[PhaseSpeed],
+    shared_bins: f64,
+    alpha: f64,
+) -> Option<WaveVelocity> {
+    let points: Vec<[f64; 2]> = speeds
+        .iter()
+        .map(|speed| {
+            let relative = speed.velocity_error / speed.velocity;
+            let slowness = speed.velocity.recip();
+            [slowness, (relative * slowness).powi(-2)]
+        })
+        .collect();
+    let all: f64 = points.iter().map(|p| p[1]).sum();
+    let mean = points.iter().map(|[s, w]| s * w).sum::<f64>() / all;
+    let squares = points
+        .iter()
+        .map(|[s, w]| w * (s - mean).powi(2))
+        .sum::<f64>();
+    let count = points.len() as f64;
+    let shared = shared_bins.min(count);
+    let normal = chi_square_level(alpha, 1.0).sqrt();
+    let independent = (count / shared - 1.0).max(1.0);
+    let reduced = match points.len() {
+        0 => return None,
+        1 => 0.0,
+        _ => squares / (count - 1.0),
+    };
+    let is_dispersive = reduced > DIFFERENT;
+    let half = match is_dispersive {
+        true => normal * (squares / all).sqrt(),
+        false => {
+            let scattered = student_two_sided(alpha, independent) * reduced.sqrt();
+            normal.max(scattered) * (shared / all).sqrt()
+        }
+    };
+    let [low, high] = inverse(mean, half)?;
+    Some(WaveVelocity {
+        velocity: mean.recip(),
+        low,
+        high,
+        sites: None,
+        frequencies: Some(points.len()),
+        is_dispersive,
+    })
+}

@@ -1,0 +1,85 @@
+//! Peaks: frequencies at which the power is above that of their neighbours.
+
+use super::SpectrumEstimate;
+use crate::numeric::{chi_square_level, chi_square_quantile};
+
+/// A frequency, or wavenumber, at which power stands above that on either side.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Peak {
+    /// Index of the site, or of the time.
+    pub column: usize,
+    pub bin: usize,
+    /// Frequency, or wavenumber.
+    pub at: f64,
+    /// Over the larger of the medians on both sides.
+    pub ratio: f64,
+}
+
+/// Bins on either side of a peak that belong to it.
+const OWN: usize = 2;
+/// Bins of a side, at least.
+const LEAST: usize = 3;
+
+impl SpectrumEstimate {
+    /// Peaks of the sites that have intervals, the highest first: bins above what chance exceeds anywhere in all
+    /// spectra with probability alpha, by the chi-square distribution, over the larger of the medians of the bins on
+    /// either side. `None` where no site has intervals.
+    ///
+    /// A slope of the spectrum is none, as one side is above it; the first and last bins have none.
+    pub fn peaks(&self) -> Option<Vec<Peak>> {
+        let columns: Vec<usize> = (0..self.has_interval.len())
+            .filter(|j| self.has_interval[*j])
+            .collect();
+        if columns.is_empty() {
+            return None;
+        }
+        let inside = 1..self.segment[0].div_ceil(2);
+        let cells = (columns.len() * inside.len()).max(1) as f64;
+        let reach = (inside.len() / 16).max(8);
+        let median = |side: &[f64]| {
+            let mut known: Vec<f64> = side.iter().copied().filter(|s| s.is_finite()).collect();
+            known.sort_by(f64::total_cmp);
+            (known.len() >= LEAST).then(|| known[known.len() / 2])
+        };
+        // Degrees of freedom, and the ratio to a median that chance exceeds.
+        let mut last = (f64::NAN, f64::NAN);
+        let mut level = |degrees: f64| {
+            if degrees != last.0 {
+                let of_chance = chi_square_level(self.alpha / cells, degrees);
+                last = (degrees, of_chance / chi_square_quantile(0.5, degrees));
+            }
+            last.1
+        };
+        let mut peaks = Vec::new();
+        for column in columns {
+            let power: Vec<f64> = self.spectrum.column(column).to_vec();
+            for bin in inside.clone() {
+                let neighbours = [bin - 1, bin + 1].map(|n| power.get(n).copied().unwrap_or(0.0));
+                let is_top = neighbours.iter().all(|other| power[bin] >= *other);
+                if !is_top || power[bin] <= 0.0 {
+                    continue;
+                }
+                let below = bin.saturating_sub(OWN + reach).max(inside.start);
+                let below = below..bin.saturating_sub(OWN).max(below);
+                let above = (bin + OWN + 1).min(inside.end);
+                let above = above..(above + reach).min(inside.end);
+                let (Some(below), Some(above)) = (median(&power[below]), median(&power[above]))
+                else {
+                    continue;
+                };
+                let ratio = power[bin] / below.max(above);
+                let degrees = self.degrees[[bin, column]];
+                if degrees.is_finite() && ratio > level(degrees) {
+                    peaks.push(Peak {
+                        column,
+                        bin,
+                        at: self.bins[bin],
+                        ratio,
+                    });
+                }
+            }
+        }
+        peaks.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
+        Some(peaks)
+    }
+}
