@@ -35,7 +35,6 @@ impl LeftOut {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Reason {
-    NotComputed,
     NoEnergy,
     /// A single site has no wavenumbers, a few have no groups.
     FewSites {
@@ -86,7 +85,6 @@ impl Reason {
     /// Stable name, for programs.
     pub fn code(&self) -> &'static str {
         match self {
-            Reason::NotComputed => "not-computed",
             Reason::NoEnergy => "no-energy",
             Reason::FewSites { .. } => "few-sites",
             Reason::FewWindows { .. } => "few-windows",
@@ -106,7 +104,6 @@ impl Reason {
     /// The reason, without a full stop.
     pub fn message(&self) -> String {
         match *self {
-            Reason::NotComputed => "its spectra were not asked for".into(),
             Reason::NoEnergy => "nothing moves".into(),
             Reason::FewSites { sites: 1 } => "there is one site".into(),
             Reason::FewSites { sites } => format!("there are {sites} sites"),
@@ -144,7 +141,6 @@ impl Reason {
     /// What to record or to ask for instead.
     pub fn advice(&self) -> &'static str {
         match self {
-            Reason::NotComputed => "leave `--only` away",
             Reason::NoEnergy => "check the file with `cascade inspect`",
             Reason::FewSites { .. } => "record more sites",
             Reason::FewWindows { left_out, .. } => {

@@ -13,7 +13,7 @@ use crate::field::Quantity;
 use crate::prepare::WindowGains;
 
 /// Version of the layout of `summary.json` and `spectra.npz`.
-pub const SCHEMA: &str = "cascade.analyze/2";
+pub const SCHEMA: &str = "cascade.analyze/3";
 
 /// Where a result came from.
 #[derive(Debug, Clone, Serialize)]
@@ -78,6 +78,8 @@ pub struct Summary<'a> {
     conventions: ConventionsSummary<'a>,
     /// Of the temporal spectrum.
     interval: Option<SpectrumInterval>,
+    /// What moved, where, and how sure.
+    answer: Option<Value>,
     /// What was subtracted from spectra along time.
     noise: Option<NoiseSummary<'a>>,
     parseval: ParsevalSummary,
@@ -243,6 +245,7 @@ impl<'a> Summary<'a> {
                 },
             },
             interval: analysis.interval,
+            answer: super::answer::as_json(analysis),
             noise: analysis.noise.as_ref().map(NoiseSummary::new),
             parseval: ParsevalSummary {
                 time: analysis.parseval.time,

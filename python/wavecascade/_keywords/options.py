@@ -75,6 +75,7 @@ class AnalyzeOptions(OpenOptions, total=False):
     band_edge_frequency: float
     band_edge_wavenumber: float
     front_window: float
+    least_move: float
     noise: float
     subtract_noise: bool
     direction_band: Range

@@ -9,7 +9,7 @@ use wavecascade::analyze::{
     Analysis, Request, Results, ShortTime, Show, TimeRange, Welch, plan, run as run_plan,
 };
 use wavecascade::arrays::Precision;
-use wavecascade::budget::{Budget, Motion};
+use wavecascade::budget::{Budget, Motion, answer_in_time};
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
@@ -142,6 +142,14 @@ impl Task<'_> {
             },
         );
         let mut analysis = analysis.map_err(|error| error.of_file(path))?;
+        let run = match is_run_file(path)? {
+            true => Some(RunFile::read(path)?),
+            false => None,
+        };
+        let recorded = run.as_ref().filter(|file| file.run.displacement.is_some());
+        if let Some(file) = recorded {
+            answer_in_time(&Motion::of(&file.run)?, &mut analysis)?;
+        }
         analysis.content_hash = analysis.content_hash.or(hash?);
         let opened = field.file_state();
         let read_as = conclusions(&field);
@@ -150,7 +158,7 @@ impl Task<'_> {
         let (written, ()) = rayon::join(|| spectra.finish(&analysis, &provenance), || drop(field));
         written?;
         progress.check()?;
-        let (budget, closure) = budget(typed, path, &directory, &provenance, progress)?;
+        let (budget, closure) = budget(typed, run.as_ref(), &directory, &provenance, progress)?;
         // All that reads or hashes the file has done so.
         opened.as_ref().map_or(Ok(()), FileState::check)?;
         let json = Summary::new(&analysis, &provenance)
@@ -200,7 +208,7 @@ impl Task<'_> {
 /// The budgets of a field that carries its chain, from its samples, and how far they close.
 fn budget(
     typed: &Analyze,
-    field: &Path,
+    run: Option<&RunFile>,
     directory: &ResultDirectory,
     provenance: &Provenance,
     progress: &Progress,
@@ -210,10 +218,9 @@ fn budget(
     if !(only.is_empty() || only.contains(&ResultArg::Budget)) {
         return undefined("not asked for");
     }
-    if !is_run_file(field)? {
+    let Some(file) = run else {
         return undefined("the field carries no chain");
-    }
-    let file = RunFile::read(field)?;
+    };
     if file.run.displacement.is_none() {
         return undefined("the run recorded no displacements");
     }
@@ -282,20 +289,18 @@ fn tell(
     if typed.output.quiet {
         return Ok(());
     }
-    let text = terminal::summary(&finished.analysis, &finished.read_as, terminal::width());
-    write!(out, "{text}")?;
+    drop(out);
+    let mut summary = terminal::summary(&finished.analysis, &finished.read_as);
     if typed.scan.position_from.is_none() {
         let open = further::sentence(&finished.analysis, is_run_file(field)?, field);
-        let mut lines = terminal::Lines::new(terminal::width());
         if let Some(open) = open {
-            lines.line("further", &open);
+            summary.detail("further", &open);
         }
-        write!(out, "{}", lines.text)?;
     }
     let seconds = started.elapsed().as_secs_f64();
     let main = finished.main();
-    writeln!(out, "done in {seconds:.2} s; open {}", main.display())?;
-    Ok(())
+    summary.last(&format!("done in {seconds:.2} s; open {}", main.display()));
+    Ok(summary.print(typed.output.detail.verbose)?)
 }
 
 /// Prints what would be computed of a field.
@@ -468,6 +473,7 @@ pub fn request(typed: &Analyze, draws: bool) -> Request {
         band_edge_frequency: bands.band_edge_frequency,
         band_edge_wavenumber: bands.band_edge_wavenumber,
         front_window: bands.front_window,
+        least_move: bands.least_move,
         noise: bands.noise,
         subtract_noise: bands.subtract_noise,
         direction_band: bands.direction_band,
@@ -519,5 +525,6 @@ fn results(typed: &Analyze) -> Results {
         spacetime: only.contains(&ResultArg::Spacetime),
         flux_surrogate: only.contains(&ResultArg::Flux),
         short_time: only.contains(&ResultArg::ShortTime),
+        answer: true,
     }
 }

@@ -433,10 +433,13 @@ pub struct Bands {
     #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
           allow_negative_numbers = true)]
     pub band_edge_wavenumber: Option<f64>,
-    /// Length, in units of time, of the windows over which shares at the front's passage are taken, from
-    /// each site's arrival on [default: ten times the width at half maximum of the pulse at the reference site].
+    /// Length, in units of time, of the windows from each site's arrival on, over which what moved along x is found
+    /// [default: ten widths of the pulse's envelope].
     #[arg(long, value_name = "TIME", value_parser = parse::positive, allow_negative_numbers = true)]
     pub front_window: Option<f64>,
+    /// Moved shares of the energy below this count as none [default: 0.05].
+    #[arg(long, value_name = "SHARE", value_parser = parse::positive, allow_negative_numbers = true)]
+    pub least_move: Option<f64>,
     /// Root mean square of the noise in the samples, in their unit, where it is known: sites and times
     /// whose energy is less than twice the noise's are undefined [default: not known].
     #[arg(long, value_name = "RMS", value_parser = parse::positive, allow_negative_numbers = true)]

@@ -4,86 +4,106 @@ use wavecascade::analyze::{Analysis, Plan};
 use wavecascade::field::Axis;
 use wavecascade::measure::digits;
 pub use wavecascade::report::number;
-use wavecascade::report::{percent, sentences};
+use wavecascade::report::{AnswerWords, blocks, percent, sentences};
 
 use crate::advice;
+use crate::summary::Summary;
 pub use crate::text::{HEADING, Lines, Tone, message, paragraphs, stdout, styled, width, wrapped};
 
-/// What a person wants to know first, in lines of at most `width` columns.
+/// Blocks of a profile.
+const PROFILE: usize = 16;
+
+/// The answer of an analysis, its numbers, a line for each question, warnings, checks; in detail how content is distributed.
 ///
 /// `read_as`: how the file was read, where it does not state it.
-pub fn summary(analysis: &Analysis, read_as: &[String], width: usize) -> String {
+pub fn summary(analysis: &Analysis, read_as: &[String]) -> Summary {
     let axes = &analysis.axes;
-    let mut lines = Lines::new(width);
-    lines.line(
+    let words = AnswerWords::of(analysis);
+    let nothing = || "what moves cannot be told: nothing moves".to_owned();
+    let answer = words
+        .as_ref()
+        .map_or_else(nothing, |words| words.verdict.clone());
+    let mut summary = Summary::new(&analysis.name, &answer);
+    if let Some(words) = &words {
+        summary.fact("moved", &words.numbers);
+        for line in &words.lines {
+            let profile = match has_blocks() {
+                true => blocks(&line.profile, PROFILE),
+                false => String::new(),
+            };
+            summary.fact(line.name, format!("{profile} {}", line.text).trim_start());
+        }
+    }
+    let checks = checks(analysis);
+    if !checks.is_empty() {
+        summary.fact("checks", &checks);
+    }
+    for conclusion in read_as {
+        summary.fact("read as", conclusion);
+    }
+    summary.detail(
         "field",
         &format!(
-            "{}: {} times x {} sites{}{}",
-            analysis.name,
+            "{} times x {} sites{}{}",
             axes.n_times,
             axes.n_sites,
             step("dt", &axes.time, "time counts samples"),
             step("dx", &axes.space, "x counts sites")
         ),
     );
-    for conclusion in read_as {
-        lines.line("read as", conclusion);
-    }
     for sentence in sentences(analysis) {
         let indent = if sentence.is_detail { "  " } else { "" };
         let name = format!("{indent}{}", sentence.name);
         match sentence.unresolved.map(advice::of_unresolved) {
-            Some(advice) => lines.line(&name, &format!("{} -> {advice}", sentence.text)),
-            None => lines.line(&name, &sentence.text),
+            Some(advice) => summary.detail(&name, &format!("{} -> {advice}", sentence.text)),
+            None => summary.detail(&name, &sentence.text),
         }
     }
-    if let Some(d) = analysis.direction {
+    if let Some(d) = analysis.direction.filter(|d| d.undirected.is_finite()) {
         let shares = format!(
             "{} towards +x, {} towards -x, {} undirected",
             percent(d.toward_plus_x),
             percent(d.toward_minus_x),
             percent(d.undirected)
         );
-        let undefined = match analysis.axes.n_sites {
-            1 => "undefined: a single site has no wavenumber axis".to_owned(),
-            _ => "undefined: no energy".to_owned(),
-        };
-        let defined = d.undirected.is_finite();
-        lines.line("direction", if defined { &shares } else { &undefined });
+        summary.detail("direction", &shares);
     }
-    let p = analysis.parseval;
-    let residuals = [
-        ("time", p.time),
-        ("space", p.space),
-        ("space-time", p.spacetime),
-    ];
-    let residuals: Vec<String> = residuals
-        .into_iter()
-        .filter_map(|(name, residual)| Some(format!("{name} {}", error_size(residual?))))
-        .collect();
-    if !residuals.is_empty() {
-        lines.line("Parseval residual", &residuals.join(", "));
-    }
-    if let Some(check) = analysis.accuracy.spot_check {
-        lines.line(
-            "transform error",
-            &format!(
-                "{} of the root mean square ({} amplitudes against direct sums)",
-                error_size(check),
-                analysis.accuracy.spot_checks
-            ),
-        );
-    }
-    let seconds = analysis.seconds;
     let transforms: u64 = analysis.timings.iter().map(|t| t.transforms).sum();
-    lines.line(
+    let seconds = analysis.seconds;
+    summary.detail(
         "computation",
         &format!("{transforms} transforms in {seconds:.3} s"),
     );
     for warning in &analysis.warnings {
-        lines.warning(&warning.message(), advice::of_warning(warning));
+        summary.warning(&warning.message(), advice::of_warning(warning));
     }
-    lines.text
+    summary
+}
+
+/// The largest residual of Parseval's identity, and the error of the transforms.
+fn checks(analysis: &Analysis) -> String {
+    let p = analysis.parseval;
+    let residuals = [p.time, p.space, p.spacetime].into_iter().flatten();
+    let largest = residuals.map(f64::abs).reduce(f64::max);
+    let parseval = largest.map(|residual| format!("Parseval {}", error_size(residual)));
+    let transform = analysis.accuracy.spot_check;
+    let transform = transform.map(|error| format!("transform {}", error_size(error)));
+    parseval
+        .into_iter()
+        .chain(transform)
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// Whether the terminal has block characters.
+fn has_blocks() -> bool {
+    let stated = ["LC_ALL", "LC_CTYPE", "LANG"]
+        .into_iter()
+        .filter_map(std::env::var_os);
+    let first = stated
+        .map(|value| value.to_string_lossy().to_lowercase())
+        .find(|value| !value.is_empty());
+    first.is_some_and(|locale| locale.contains("utf-8") || locale.contains("utf8"))
 }
 
 /// What a plan would do, in lines of at most `width` columns.
