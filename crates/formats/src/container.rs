@@ -13,6 +13,8 @@ pub struct Container {
     pub attributes: Attributes,
     /// Its arrays, in the order of the file.
     pub variables: Vec<Variable>,
+    /// What the reader is not sure of, or has left out of a variable.
+    pub remarks: Vec<Remark>,
     bytes: Bytes,
     decoder: Option<Box<dyn Decoder>>,
 }
@@ -31,6 +33,15 @@ pub struct Variable {
     pub attributes: Attributes,
     /// Where its samples are.
     pub place: Place,
+}
+
+/// A doubt about what was read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Remark {
+    /// The variable that it is about, by its place; none for all of the file.
+    pub variable: Option<usize>,
+    /// One clause.
+    pub text: String,
 }
 
 /// One index of an array.
@@ -146,6 +157,7 @@ impl Container {
             format,
             attributes: Attributes::default(),
             variables: Vec::new(),
+            remarks: Vec::new(),
             bytes,
             decoder,
         }

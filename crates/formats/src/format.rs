@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use crate::{Bytes, Container, Error, Result};
+use crate::{ByteOrder, Bytes, Container, Error, Result, Sample, SampleType, Value};
 
 /// A format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -119,7 +119,42 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
             ));
         }
     };
-    open(format, bytes, options)
+    open(format, bytes, options).map(with_unsigned)
+}
+
+/// The same, with integers as unsigned or signed as their attribute `_Unsigned` says, a convention of NetCDF.
+fn with_unsigned(mut container: Container) -> Container {
+    use Sample::*;
+    const PAIRS: [(Sample, Sample); 4] = [(I8, U8), (I16, U16), (I32, U32), (I64, U64)];
+    for variable in &mut container.variables {
+        let stated = variable
+            .attributes
+            .text("_Unsigned")
+            .map(str::to_ascii_lowercase);
+        let SampleType::Number(sample) = &mut variable.sample_type else {
+            continue;
+        };
+        let meant = PAIRS
+            .iter()
+            .find_map(|&(signed, unsigned)| match stated.as_deref() {
+                Some("true") if *sample == signed => Some(unsigned),
+                Some("false") if *sample == unsigned => Some(signed),
+                _ => None,
+            });
+        let Some(meant) = meant else { continue };
+        *sample = meant;
+        // Fill values are of the stored type.
+        for (name, value) in &mut variable.attributes.0 {
+            if let ("_FillValue" | "missing_value", Value::Integers(values)) = (&name[..], value) {
+                for value in values {
+                    let bytes = value.to_le_bytes();
+                    let stored = &bytes[..meant.bytes()];
+                    *value = meant.to_i64(ByteOrder::Little, stored).unwrap_or(*value);
+                }
+            }
+        }
+    }
+    container
 }
 
 /// Opens a directory of this format.
@@ -129,7 +164,7 @@ pub fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Container
 pub fn open_directory(format: Format, path: &Path, options: &Options) -> Result<Container> {
     match format {
         #[cfg(feature = "zarr")]
-        Format::Zarr => crate::zarr::open(format, path, options),
+        Format::Zarr => crate::zarr::open(format, path, options).map(with_unsigned),
         #[cfg(not(feature = "zarr"))]
         Format::Zarr => {
             let _ = (path, options);

@@ -216,6 +216,16 @@ fn regress_refused() {
     let container = open_bytes("a", &bytes);
     let other = SampleType::Other("samples in encoding 30".into());
     assert_eq!(container.variables[0].sample_type, other);
+    // Samples within the header, or within a blockette.
+    for from in [0u16, 47, 48, 55] {
+        let mut bytes = file("int32_big.mseed");
+        bytes[44..46].copy_from_slice(&from.to_be_bytes());
+        let error = refused(bytes).to_string();
+        assert!(
+            error.contains("behind the 56 bytes of the header"),
+            "{error}"
+        );
+    }
     let mut cut = file("int32_big.mseed");
     cut.pop();
     let error = refused(cut);

@@ -177,6 +177,83 @@ fn ascii(count: usize, uneven: bool, first: f64) -> String {
     text + "    -1\n"
 }
 
+/// Records of one unit are one variable, whatever the type of their numbers; what differs is named.
+#[test]
+fn val_definition_records_that_differ() {
+    let record = |count| ascii(count, false, 1.0);
+    let single = record(7).replacen("         4         7", "         2         7", 1);
+    // Numbers of 13 columns.
+    let single: String = single
+        .split_inclusive('\n')
+        .map(|line| match line.trim().parse::<f64>() {
+            Ok(value) if line.contains('e') => format!("{value:13.5e}\n"),
+            _ => line.to_owned(),
+        })
+        .collect();
+    let mm = record(7).replacen("m/s ", "mm/s", 1);
+    let labelled = record(7).replacen("   11    0    0    0 NONE", "   11    0    0    0 Vel.", 1);
+    let text = [record(7), single, mm, labelled, record(6)].concat();
+    let container = open_bytes(text.into_bytes()).unwrap();
+    let at = container.find("records/1").unwrap();
+    assert_eq!(container.variables[at].shape(), [3, 7]);
+    let wanted = (0..7).map(|i| 7.0 + f64::from(i) / 8.0);
+    assert!(
+        wanted
+            .cycle()
+            .zip(container.numbers(at).unwrap())
+            .all(|(a, b)| a == b)
+    );
+    let remarks = &container.remarks;
+    assert_eq!(remarks.len(), 1, "{remarks:?}");
+    assert_eq!(remarks[0].variable, Some(at));
+    let text = &remarks[0].text;
+    for part in [
+        "3 (\"name\") at node 7: unit mm/s, not m/s; 5 (\"name\") at node 7: 6 values, not 7;",
+        "with the others: 4 (\"name\") at node 7: label \"Vel.\", not \"\"",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+}
+
+#[test]
+fn val_definition_binary_records_of_several_types() {
+    let [little, single] = ["little.uff", "single.uff"].map(file);
+    let rows = |bytes: Vec<u8>| {
+        let container = open_bytes(bytes).unwrap();
+        let at = |path: &str| {
+            container
+                .find(path)
+                .map(|at| container.numbers(at).unwrap())
+        };
+        at("records").unwrap()
+    };
+    let first = rows(little.clone());
+    let in_ascii = rows(file("ascii.uff"));
+    let both = rows([little, file("ascii.uff")].concat());
+    assert_eq!(both, [first, in_ascii].concat());
+    assert!(!rows(single).is_empty());
+}
+
+/// Only the stated number of values belongs to a record.
+#[test]
+fn regress_a_last_line_that_is_filled_up() {
+    let whole = ascii(6, false, 1.0);
+    let head: String = whole.split_inclusive('\n').take(13).collect();
+    let numbers: Vec<f64> = (0..6).map(|i| 6.0 + f64::from(i) / 8.0).collect();
+    let line = |values: &[f64]| -> String {
+        let values = values.iter().map(|value| format!("{value:20.11e}"));
+        values.collect::<String>() + "\n"
+    };
+    let filled = [&numbers[..], &[0.0, 99.0]].concat();
+    let text = format!("{head}{}{}    -1\n", line(&filled[..4]), line(&filled[4..]));
+    let container = open_bytes(text.into_bytes()).unwrap();
+    assert_eq!(values(&container, "records"), numbers);
+    // A line of its own is more than was stated.
+    let lines = [&numbers[..4], &numbers[4..], &[1.0]].map(line).concat();
+    let text = format!("{head}{lines}    -1\n");
+    assert!(open_bytes(text.into_bytes()).is_err());
+}
+
 /// Shapes in any order: functions of one are one variable, in the order of the file.
 #[test]
 fn regress_functions_of_many_shapes() {

@@ -11,9 +11,9 @@ use rayon::prelude::*;
 
 use crate::{
     Attributes, Block, Bytes, Container, Coordinate, Decoder, Dimension, Error, Format, Options,
-    Place, Result, Sample, SampleType, Value, Variable,
+    Place, Remark, Result, Sample, SampleType, Value, Variable,
 };
-use scan::{Frame, Headers};
+use scan::{Cell, Frame, Headers};
 use text::{float, id, is_blank, lines, pick, values, wrong};
 use units::Units;
 
@@ -44,6 +44,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     if !bounds.is_empty() {
         container_attributes.insert("box_bounds", Value::Numbers(bounds));
     }
+    let remark = first.wrapped(&headers);
     let (variables, sources) = list(&headers, &first, units);
     let decoder = Dump {
         bytes: held,
@@ -54,11 +55,12 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     };
     if let Some(last) = decoder.frames.last() {
         // The frame that a run did not finish.
-        decoder.each(last, decoder.first.id_column, |_, _| Ok(()))?;
+        decoder.each(last, [decoder.first.id_column], |_, _| Ok(()))?;
     }
     let mut container = Container::new(format, bytes, Some(Box::new(decoder)));
     container.attributes = container_attributes;
     container.variables = variables;
+    container.remarks.extend(remark);
     Ok(container)
 }
 
@@ -74,6 +76,8 @@ struct First {
     is_text: Vec<bool>,
     /// The positions along x, y and z, as far as the dump has them, in the order of the atoms.
     positions: [Option<Vec<f64>>; 3],
+    /// The columns of these positions.
+    axes: [Option<Axis>; 3],
     /// The direction along which the atoms lie in a row.
     row: Option<usize>,
 }
@@ -102,6 +106,7 @@ impl First {
             });
         }
         let axes = [0, 1, 2].map(|axis| Axis::find(axis, headers));
+        let mut numbers = Vec::new();
         let mut ids = Vec::new();
         let mut positions = [0, 1, 2].map(|_| Vec::new());
         let mut is_text = vec![false; columns.len()];
@@ -110,17 +115,20 @@ impl First {
             if ids.len() == atoms || found != columns.len() {
                 return Err(not_a_row(frame, atoms, columns.len(), found));
             }
+            numbers.clear();
             for (column, value) in values(row).enumerate() {
                 if column == id_column {
                     ids.push(id(value, frame.step)?);
                 }
                 let number = float(value);
                 is_text[column] |= number.is_none();
-                for (axis, positions) in axes.iter().zip(&mut positions) {
-                    if let Some(axis) = axis.as_ref().filter(|axis| axis.column == column) {
-                        positions.push(axis.position(number.unwrap_or(f64::NAN)));
-                    }
-                }
+                numbers.push(number.unwrap_or(f64::NAN));
+            }
+            for (axis, positions) in axes.iter().zip(&mut positions) {
+                positions.extend(
+                    axis.as_ref()
+                        .map(|axis| axis.position(&numbers, frame.cell.as_deref())),
+                );
             }
         }
         if ids.len() != atoms {
@@ -147,8 +155,43 @@ impl First {
             by_id,
             is_text,
             positions,
+            axes,
             row,
         })
+    }
+
+    /// That the row of atoms may begin at another one: it reaches across a periodic boundary, and nothing
+    /// says at which atom.
+    fn wrapped(&self, headers: &Headers) -> Option<Remark> {
+        let axis = self.row?;
+        let places = self.positions[axis].as_ref()?;
+        // Names of the columns of a tilted box stand before.
+        let mut boundaries = headers.boundary.split_ascii_whitespace().rev();
+        let is_periodic = boundaries.nth(2 - axis)?.starts_with('p');
+        if !is_periodic || self.axes[axis].as_ref()?.is_unwrapped {
+            return None;
+        }
+        let length = headers.frames.first()?.cell.as_ref()?[axis][axis];
+        let across = places.first()? + length - places.last()?;
+        let longest = places
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .fold(0.0, f64::max);
+        let letter = LETTERS[axis];
+        (across < 1.5 * longest).then(|| Remark {
+            variable: None,
+            text: format!(
+                "the row of atoms reaches across the periodic boundary along {letter}, and without image \
+                 flags (the column `i{letter}` or `{letter}u`) it may begin at another atom than that of \
+                 the smallest {letter}"
+            ),
+        })
+    }
+
+    /// Whether image flags give unwrapped positions along an axis, which the dump does not hold.
+    fn unwraps(&self, axis: usize) -> bool {
+        let axis = self.axes[axis].as_ref();
+        axis.is_some_and(|axis| axis.images.is_some())
     }
 
     /// The place of an atom in the order of the atoms.
@@ -166,42 +209,88 @@ impl First {
     }
 }
 
-/// The column of a position along one axis.
+const LETTERS: [&str; 3] = ["x", "y", "z"];
+
+/// The columns of a position along one axis.
+#[derive(Debug, Clone)]
 struct Axis {
     column: usize,
     /// Lower bound and length of the box, if positions are shares of it.
     scale: Option<[f64; 2]>,
+    /// What unwraps positions within the box.
+    images: Option<Images>,
+    /// Whether atoms that crossed a boundary are still beside their neighbours.
+    is_unwrapped: bool,
+}
+
+/// How often each atom has crossed the boundaries of the box.
+#[derive(Debug, Clone)]
+struct Images {
+    axis: usize,
+    /// The columns `ix`, `iy` and `iz`.
+    columns: [Option<usize>; 3],
+}
+
+impl Images {
+    fn find(axis: usize, headers: &Headers) -> Option<Images> {
+        let column = |letter| headers.column(&format!("i{letter}"));
+        let columns = LETTERS.map(column);
+        columns[axis].is_some().then_some(Images { axis, columns })
+    }
+
+    /// What is added to a position within the box `cell` of an atom with such counts.
+    fn shift(&self, count: impl Fn(usize) -> f64, cell: Option<&Cell>) -> f64 {
+        let edges = cell.into_iter().flatten().zip(self.columns);
+        let along = edges.map(|(edge, column)| match column {
+            Some(column) if edge[self.axis] != 0.0 => count(column) * edge[self.axis],
+            _ => 0.0,
+        });
+        along.sum()
+    }
 }
 
 impl Axis {
     /// Unwrapped positions first: an atom that left a periodic box is still beside its neighbours.
     fn find(axis: usize, headers: &Headers) -> Option<Axis> {
-        let letter = ["x", "y", "z"][axis];
-        let find = |suffix: &str| {
-            let mut columns = headers.columns.iter();
-            columns.position(|column| column.strip_prefix(letter) == Some(suffix))
-        };
-        if let Some(column) = find("u").or_else(|| find("")) {
-            return Some(Axis {
-                column,
+        let find = |suffix: &str| headers.column(&format!("{}{suffix}", LETTERS[axis]));
+        let has_box = headers
+            .frames
+            .first()
+            .is_some_and(|frame| frame.cell.is_some());
+        let images = || Images::find(axis, headers).filter(|_| has_box);
+        let stored = |suffix: &str| {
+            let images = match suffix {
+                "u" | "su" => None,
+                _ => images(),
+            };
+            Some(Axis {
+                column: find(suffix)?,
                 scale: None,
-            });
+                is_unwrapped: suffix.ends_with('u') || images.is_some(),
+                images,
+            })
+        };
+        if let Some(axis) = stored("u").or_else(|| stored("")) {
+            return Some(axis);
         }
         // Shares of a tilted box mix the axes.
         let [low, high] = headers.bounds.get(axis)?[..] else {
             return None;
         };
-        find("su").or_else(|| find("s")).map(|column| Axis {
-            column,
-            scale: Some([low, high - low]),
-        })
+        let scale = Some([low, high - low]);
+        let shares = stored("su").or_else(|| stored("s"))?;
+        Some(Axis { scale, ..shares })
     }
 
-    fn position(&self, value: f64) -> f64 {
-        match self.scale {
+    /// The position in a row of `numbers`.
+    fn position(&self, numbers: &[f64], cell: Option<&Cell>) -> f64 {
+        let value = numbers[self.column];
+        let within = match self.scale {
             None => value,
             Some([low, length]) => low + value * length,
-        }
+        };
+        let images = self.images.as_ref();
+        within + images.map_or(0.0, |images| images.shift(|column| numbers[column], cell))
     }
 }
 
@@ -226,6 +315,8 @@ fn row(positions: &[Vec<f64>; 3]) -> Option<usize> {
 #[derive(Clone, Copy)]
 enum Source {
     Column(usize),
+    /// The position along an axis, unwrapped by image flags.
+    Unwrapped(usize),
     Steps,
     Times,
     Ids,
@@ -235,7 +326,7 @@ enum Source {
 /// All variables, and where their samples come from.
 fn list(headers: &Headers, first: &First, units: Units) -> (Vec<Variable>, Vec<Source>) {
     let mut listed: Vec<(Variable, Source)> = Vec::new();
-    let columns = headers.columns.len() - 1;
+    let columns = headers.columns.len() - 1 + (0..3).filter(|&axis| first.unwraps(axis)).count();
     let (step_at, time_at, id_at) = (
         columns,
         columns + 1,
@@ -253,25 +344,37 @@ fn list(headers: &Headers, first: &First, units: Units) -> (Vec<Variable>, Vec<S
     if let Some(axis) = first.row {
         atom = atom.at(Coordinate::Listed(id_at + 1 + present(axis)));
     }
-    for (column, name) in headers.columns.iter().enumerate() {
-        if column == first.id_column {
-            continue;
-        }
-        let (unit, quantity) = units.of_column(name);
+    let stored = headers.columns.iter().enumerate();
+    let stored = stored.filter(|(column, _)| *column != first.id_column);
+    let stored =
+        stored.map(|(column, name)| (name.clone(), first.is_text[column], Source::Column(column)));
+    let unwrapped = (0..3).filter(|&axis| first.unwraps(axis));
+    let unwrapped = unwrapped.map(|axis| {
+        (
+            format!("{}u", LETTERS[axis]),
+            false,
+            Source::Unwrapped(axis),
+        )
+    });
+    for (name, is_text, source) in stored.chain(unwrapped) {
+        let (unit, quantity) = units.of_column(&name);
         let mut attributes = Attributes::default();
         attributes.insert_text("units", unit);
         attributes.insert_text("standard_name", quantity);
+        if matches!(source, Source::Unwrapped(_)) {
+            attributes.insert_text("long_name", "position, unwrapped by the image flags");
+        }
         let variable = Variable {
             path: format!("/{name}"),
             dimensions: vec![time.clone(), atom.clone()],
-            sample_type: match first.is_text[column] {
+            sample_type: match is_text {
                 true => SampleType::Other("text".into()),
                 false => SampleType::Number(Sample::F64),
             },
             attributes,
             place: Place::Encoded { rows: 1 },
         };
-        listed.push((variable, Source::Column(column)));
+        listed.push((variable, source));
     }
     let mut add = |path: &str, dimension: &Dimension, sample, [name, unit]: [&str; 2], source| {
         let mut attributes = Attributes::default();
@@ -311,7 +414,7 @@ fn list(headers: &Headers, first: &First, units: Units) -> (Vec<Variable>, Vec<S
         ["id of the atom", ""],
         Source::Ids,
     );
-    for (axis, letter) in ["x", "y", "z"].iter().enumerate() {
+    for (axis, letter) in LETTERS.iter().enumerate() {
         if first.positions[axis].is_some() {
             let path = format!("/first/{letter}");
             let texts = ["position in the first frame", units.length];
@@ -334,12 +437,13 @@ impl Decoder for Dump {
     fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
         let range = |d: usize| block[d].start as usize..block[d].end as usize;
         match self.sources[variable] {
-            Source::Column(column) => {
+            Source::Column(_) | Source::Unwrapped(_) => {
+                let source = self.sources[variable];
                 let atoms = range(1);
                 let rows = out.par_chunks_mut(8 * atoms.len());
                 let decoded = rows
                     .zip(&self.frames[range(0)])
-                    .map(|(out, frame)| self.column(frame, column, atoms.clone(), out));
+                    .map(|(out, frame)| self.frame(frame, source, atoms.clone(), out));
                 decoded.find_first(Result::is_err).unwrap_or(Ok(()))
             }
             Source::Steps => {
@@ -370,37 +474,63 @@ fn put(out: &mut [u8], values: impl Iterator<Item = [u8; 8]>) -> Result<()> {
 }
 
 impl Dump {
-    /// Copies a column of `atoms` of a frame.
-    fn column(
+    /// Copies a column of `atoms` of a frame, or their unwrapped positions.
+    fn frame(
         &self,
         frame: &Frame,
-        column: usize,
+        source: Source,
         atoms: Range<usize>,
         out: &mut [u8],
     ) -> Result<()> {
-        self.each(frame, column, |atom, value| {
+        let number =
+            |value: &[u8]| float(value).ok_or_else(|| wrong(value, frame.step, "a number"));
+        let mut put = |atom: usize, number: f64| {
             if atoms.contains(&atom) {
-                let number = float(value).ok_or_else(|| wrong(value, frame.step, "a number"))?;
                 let at = 8 * (atom - atoms.start);
                 out[at..at + 8].copy_from_slice(&number.to_ne_bytes());
             }
-            Ok(())
-        })
+        };
+        let unwrapped = match source {
+            Source::Unwrapped(axis) => self.first.axes[axis].as_ref(),
+            _ => None,
+        };
+        match (
+            source,
+            unwrapped.and_then(|axis| Some((axis, axis.images.as_ref()?))),
+        ) {
+            (_, Some((axis, images))) => {
+                let flags = images.columns.map(|column| column.unwrap_or(axis.column));
+                let columns = [axis.column, flags[0], flags[1], flags[2]];
+                let mut row = vec![0.0; self.columns];
+                self.each(frame, columns, |atom, values| {
+                    for (column, value) in columns.into_iter().zip(values) {
+                        row[column] = number(value)?;
+                    }
+                    put(atom, axis.position(&row, frame.cell.as_deref()));
+                    Ok(())
+                })
+            }
+            (Source::Column(column), None) => self.each(frame, [column], |atom, [value]| {
+                put(atom, number(value)?);
+                Ok(())
+            }),
+            _ => Ok(()),
+        }
     }
 
-    /// Calls `take` with the place of every atom of a frame and its value in `column`.
-    fn each(
+    /// Calls `take` with the place of every atom of a frame and its values in `columns`.
+    fn each<const N: usize>(
         &self,
         frame: &Frame,
-        column: usize,
-        mut take: impl FnMut(usize, &[u8]) -> Result<()>,
+        columns: [usize; N],
+        mut take: impl FnMut(usize, [&[u8]; N]) -> Result<()>,
     ) -> Result<()> {
         let bytes = &(*self.bytes).as_ref()[frame.rows.clone()];
         let atoms = self.first.ids.len();
         let mut is_found = vec![false; atoms];
         let mut found = 0;
         for row in lines(bytes).filter(|row| !is_blank(row)) {
-            let [name, value] = pick(row, self.columns, [self.first.id_column, column])
+            let (name, picked) = pick(row, self.columns, self.first.id_column, columns)
                 .map_err(|found| not_a_row(frame, atoms, self.columns, found))?;
             let id = id(name, frame.step)?;
             let Some(atom) = self.first.place(id) else {
@@ -416,7 +546,7 @@ impl Dump {
                 return Err(twice(id, frame));
             }
             found += 1;
-            take(atom, value)?;
+            take(atom, picked)?;
         }
         match found == atoms {
             true => Ok(()),

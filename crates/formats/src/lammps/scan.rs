@@ -1,6 +1,7 @@
 //! The frames of a dump: what their headers say, and where their rows are.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -15,6 +16,9 @@ const PIECE: usize = 1 << 20;
 /// Bytes that are looked at together.
 const STRIDE: usize = 4096;
 
+/// The edges of a box, each along x, y and z.
+pub(super) type Cell = [[f64; 3]; 3];
+
 /// The atoms at one time step.
 #[derive(Debug)]
 pub(super) struct Frame {
@@ -23,6 +27,8 @@ pub(super) struct Frame {
     pub time: f64,
     /// The bytes of its rows, one an atom.
     pub rows: Range<usize>,
+    /// Its box, if it states one.
+    pub cell: Option<Arc<Cell>>,
 }
 
 /// What the headers of a dump say.
@@ -40,6 +46,8 @@ pub(super) struct Headers {
     pub boundary: String,
     /// The bounds of the box of the first frame, a row a direction.
     pub bounds: Vec<Vec<f64>>,
+    /// Boxes that differ from that of the frame before.
+    cells: usize,
     allowed: Option<u64>,
     /// The header that is being read.
     open: Option<Open>,
@@ -51,6 +59,7 @@ struct Open {
     step: Option<i64>,
     time: Option<f64>,
     atoms: Option<usize>,
+    cell: Option<Cell>,
 }
 
 /// The headers of all frames.
@@ -98,6 +107,11 @@ fn items(bytes: &[u8], range: Range<usize>) -> Vec<usize> {
 }
 
 impl Headers {
+    /// The column of this name.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|column| column == name)
+    }
+
     /// Reads the item at `range` of the file.
     fn item(&mut self, bytes: &[u8], range: Range<usize>) -> Result<()> {
         let text = &bytes[range.clone()];
@@ -122,9 +136,11 @@ impl Headers {
                     return self.rows(columns, bytes, body);
                 }
                 if let Some(boundary) = title.strip_prefix("BOX BOUNDS") {
+                    let bounds = bounds(&bytes[body]);
+                    header.cell = cell(&bounds);
                     if self.frames.is_empty() {
                         self.boundary = boundary.trim_ascii().to_owned();
-                        self.bounds = bounds(&bytes[body]);
+                        self.bounds = bounds;
                     }
                 } else if title.contains("ENTRIES") || title.contains("GRID") {
                     return Err(Error::unsupported(
@@ -140,7 +156,12 @@ impl Headers {
     /// Ends a header: its rows follow.
     fn rows(&mut self, columns: &str, bytes: &[u8], rows: Range<usize>) -> Result<()> {
         let columns = columns.split_ascii_whitespace();
-        let Open { step, time, atoms } = self.open.take().unwrap_or_default();
+        let Open {
+            step,
+            time,
+            atoms,
+            cell,
+        } = self.open.take().unwrap_or_default();
         let before = format!("byte {}", rows.start);
         let missing = |what: &str| Error::damaged(before.as_str(), what, "ITEM: ATOMS");
         let step = step.ok_or_else(|| missing("ITEM: TIMESTEP"))?;
@@ -183,8 +204,22 @@ impl Headers {
                 found,
             ));
         }
-        self.frames.push(Frame { step, time, rows });
-        let needed = (self.frames.len() * size_of::<Frame>()) as u64;
+        let before = self.frames.last().and_then(|frame| frame.cell.clone());
+        let cell = match before.filter(|before| Some(**before) == cell) {
+            Some(same) => Some(same),
+            None => {
+                self.cells += usize::from(cell.is_some());
+                cell.map(Arc::new)
+            }
+        };
+        self.frames.push(Frame {
+            step,
+            time,
+            rows,
+            cell,
+        });
+        let needed = self.frames.len() * size_of::<Frame>() + self.cells * size_of::<Cell>();
+        let needed = needed as u64;
         match self.allowed {
             Some(allowed) if needed > allowed => Err(Error::Memory {
                 what: "the list of frames".into(),
@@ -227,4 +262,31 @@ fn bounds(body: &[u8]) -> Vec<Vec<f64>> {
     let rows = lines(body).filter(|line| !is_blank(line)).take(3);
     let rows: Option<Vec<Vec<f64>>> = rows.map(row).collect();
     rows.filter(|rows| rows.len() == 3).unwrap_or_default()
+}
+
+/// The edges of the box with these bounds: of a tilted one, whose tilts xy, xz and yz stand behind the
+/// bounds of all of it, or of one of any edges, whose origin stands behind them.
+fn cell(bounds: &[Vec<f64>]) -> Option<Cell> {
+    match [
+        &bounds.first()?[..],
+        &bounds.get(1)?[..],
+        &bounds.get(2)?[..],
+    ] {
+        [&[x, x1], &[y, y1], &[z, z1]] => {
+            Some([[x1 - x, 0.0, 0.0], [0.0, y1 - y, 0.0], [0.0, 0.0, z1 - z]])
+        }
+        [&[x, x1, xy], &[y, y1, xz], &[z, z1, yz]] => {
+            let reach = |tilts: &[f64]| -> f64 {
+                let largest = tilts.iter().copied().fold(0.0, f64::max);
+                largest - tilts.iter().copied().fold(0.0, f64::min)
+            };
+            let x = x1 - x - reach(&[xy, xz, xy + xz]);
+            let y = y1 - y - reach(&[yz]);
+            Some([[x, 0.0, 0.0], [xy, y, 0.0], [xz, yz, z1 - z]])
+        }
+        [&[ax, ay, az, _], &[bx, by, bz, _], &[cx, cy, cz, _]] => {
+            Some([[ax, ay, az], [bx, by, bz], [cx, cy, cz]])
+        }
+        _ => None,
+    }
 }

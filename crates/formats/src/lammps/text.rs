@@ -23,18 +23,22 @@ pub(super) fn float(value: &[u8]) -> Option<f64> {
     std::str::from_utf8(value).ok()?.parse().ok()
 }
 
-/// The columns `wanted` of a row of `columns` values.
+/// The columns `id` and `wanted` of a row of `columns` values.
 ///
 /// # Errors
 /// The number of values, if the row has more or fewer.
 pub(super) fn pick<const N: usize>(
     row: &[u8],
     columns: usize,
+    id: usize,
     wanted: [usize; N],
-) -> std::result::Result<[&[u8]; N], usize> {
-    let mut picked = [&row[..0]; N];
+) -> std::result::Result<(&[u8], [&[u8]; N]), usize> {
+    let (mut name, mut picked) = (&row[..0], [&row[..0]; N]);
     let mut found = 0;
     for value in values(row) {
+        if found == id {
+            name = value;
+        }
         for (slot, column) in picked.iter_mut().zip(wanted) {
             if column == found {
                 *slot = value;
@@ -43,7 +47,7 @@ pub(super) fn pick<const N: usize>(
         found += 1;
     }
     match found == columns {
-        true => Ok(picked),
+        true => Ok((name, picked)),
         false => Err(found),
     }
 }

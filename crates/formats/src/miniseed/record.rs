@@ -198,6 +198,13 @@ fn version_2(rest: &[u8], at: usize) -> Result<(Record, String)> {
     }
     let from = usize::from(u16_at(44));
     let count = usize::from(u16_at(30));
+    // Behind the fixed header and the last blockette.
+    let header = (last + 8).max(HEADER_2);
+    if count > 0 && from < header {
+        let expected = format!("samples behind the {header} bytes of the header");
+        let found = format!("samples from byte {from}");
+        return Err(Error::damaged(place(at), expected, found));
+    }
     // A record without samples has no place for them.
     let length = bytes.checked_sub(from).filter(|_| count > 0).unwrap_or(0);
     // In 0.1 ms, unless the start has it already.

@@ -77,8 +77,8 @@ pub(super) struct Axis {
 /// What channels of one variable have in common.
 #[derive(Debug, PartialEq, Eq, Hash)]
 pub(super) struct Key {
-    sample: Sample,
-    is_scaled: bool,
+    /// A type that a double does not hold, or that is no measurement.
+    apart: Option<Sample>,
     len: u64,
     pub(super) axis: Axis,
     pub(super) unit: Option<String>,
@@ -138,14 +138,39 @@ impl Channel {
     pub(super) fn key(&self) -> Option<Key> {
         match &self.form {
             Form::Numbers(sample, scaling) if self.len() > 0 => Some(Key {
-                sample: *sample,
-                is_scaled: scaling.is_some(),
+                apart: Some(*sample).filter(|sample| {
+                    scaling.is_none() && matches!(sample, Sample::Bool | Sample::I64 | Sample::U64)
+                }),
                 len: self.len(),
                 axis: self.axis.clone(),
                 unit: self.unit.clone(),
             }),
             _ => None,
         }
+    }
+}
+
+impl Key {
+    /// Why a channel is not one of those with this key.
+    pub(super) fn differs(&self, channel: &Channel) -> Option<String> {
+        let named = |unit: &Option<String>| unit.clone().unwrap_or("none".into());
+        let other = match (&channel.form, channel.key()) {
+            (Form::Other(what), _) => return Some(what.clone()),
+            (Form::Numbers(..), Some(other)) => other,
+            (Form::Numbers(..), None) => return Some("no samples".into()),
+            _ => return None,
+        };
+        Some(match () {
+            _ if other.unit != self.unit => {
+                format!("unit {}, not {}", named(&other.unit), named(&self.unit))
+            }
+            _ if other.len != self.len => format!("{} samples, not {}", other.len, self.len),
+            _ if other.axis != self.axis => "other times".into(),
+            _ => {
+                let of = |key: &Key| key.apart.map_or("the type of others", Sample::name);
+                format!("{}, not {}", of(&other), of(self))
+            }
+        })
     }
 }
 

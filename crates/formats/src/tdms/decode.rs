@@ -23,10 +23,19 @@ pub(super) enum Source {
 pub(super) struct Channels {
     /// For messages.
     pub path: String,
-    pub channels: Vec<(Pieces, Scaling)>,
+    pub channels: Vec<OneChannel>,
     pub stored: Stored,
     /// Whether time is the first of two dimensions.
     pub is_time_first: bool,
+}
+
+/// The samples of a channel.
+#[derive(Debug)]
+pub(super) struct OneChannel {
+    pub pieces: Pieces,
+    /// The type of those that are scaled.
+    pub sample: Sample,
+    pub scaling: Scaling,
 }
 
 /// What is stored, and what it is decoded to.
@@ -34,8 +43,8 @@ pub(super) struct Channels {
 pub(super) enum Stored {
     /// Numbers, as they are.
     Number(Sample),
-    /// Numbers, to scaled `f64`.
-    Scaled(Sample),
+    /// Numbers of any type, to scaled `f64`.
+    Scaled,
     /// Times, to nanoseconds in `i64`.
     Time,
 }
@@ -62,12 +71,11 @@ impl Decoder for TdmsDecoder {
 }
 
 impl Stored {
-    /// Bytes of a stored sample, and of a decoded one.
-    fn bytes(self) -> (usize, usize) {
+    /// Bytes of a decoded sample.
+    fn bytes(self) -> usize {
         match self {
-            Stored::Number(sample) => (sample.bytes(), sample.bytes()),
-            Stored::Scaled(sample) => (sample.bytes(), 8),
-            Stored::Time => (Stamp::BYTES as usize, 8),
+            Stored::Number(sample) => sample.bytes(),
+            Stored::Scaled | Stored::Time => 8,
         }
     }
 }
@@ -79,7 +87,7 @@ impl Channels {
             [channels, times] => (channels.clone(), times.clone()),
             _ => (0..1, block[0].clone()),
         };
-        let (_, size) = self.stored.bytes();
+        let size = self.stored.bytes();
         let (n_channels, n_times) = (channels.end - channels.start, times.end - times.start);
         // From one channel to the next, and from one time to the next.
         let (across, along) = match self.is_time_first {
@@ -87,10 +95,10 @@ impl Channels {
             false => (size * n_times as usize, size),
         };
         for (place, channel) in channels.enumerate() {
-            let (pieces, scaling) = &self.channels[channel as usize];
+            let channel = &self.channels[channel as usize];
             let mut at = place * across;
-            for run in pieces.runs(times.clone()) {
-                self.copy(bytes, run, scaling, &mut out[at..], along)?;
+            for run in channel.pieces.runs(times.clone()) {
+                self.copy(bytes, run, channel, &mut out[at..], along)?;
                 at += run.count as usize * along;
             }
         }
@@ -102,11 +110,16 @@ impl Channels {
         &self,
         bytes: &[u8],
         run: Run,
-        scaling: &Scaling,
+        channel: &OneChannel,
         out: &mut [u8],
         along: usize,
     ) -> Result<()> {
-        let (stored, size) = self.stored.bytes();
+        let size = self.stored.bytes();
+        let stored = match self.stored {
+            Stored::Number(sample) => sample.bytes(),
+            Stored::Scaled => channel.sample.bytes(),
+            Stored::Time => Stamp::BYTES as usize,
+        };
         let (start, step, count) = (run.start as usize, run.step as usize, run.count as usize);
         let is_native = run.order == ByteOrder::NATIVE;
         let is_copy = matches!(self.stored, Stored::Number(_)) && (is_native || size == 1);
@@ -124,8 +137,10 @@ impl Channels {
                         to.reverse();
                     }
                 }
-                Stored::Scaled(sample) => {
-                    let scaled = scaling.apply(sample.to_f64(run.order, from));
+                Stored::Scaled => {
+                    let scaled = channel
+                        .scaling
+                        .apply(channel.sample.to_f64(run.order, from));
                     to.copy_from_slice(&scaled.to_ne_bytes());
                 }
                 Stored::Time => {

@@ -3,11 +3,13 @@
 use std::collections::{HashMap, HashSet};
 
 use super::channel::{Channel, Form, Key, Positions, attributes};
-use super::decode::{Channels, Source, Stored};
+use super::decode::{Channels, OneChannel, Source, Stored};
 use super::pieces::Run;
 use super::samples::Texts;
 use super::scale::Scaling;
-use crate::{Attributes, Coordinate, Dimension, Place, Sample, SampleType, Value, Variable, time};
+use crate::{
+    Attributes, Coordinate, Dimension, Place, Remark, Sample, SampleType, Value, Variable, time,
+};
 
 /// All variables of a file and where their samples come from.
 #[derive(Debug, Default)]
@@ -16,6 +18,7 @@ pub(super) struct Listing {
     pub sources: Vec<Source>,
     /// Paths and places of texts.
     pub texts: Vec<(String, Vec<Texts>)>,
+    pub remarks: Vec<Remark>,
     paths: HashSet<String>,
 }
 
@@ -46,8 +49,12 @@ impl Listing {
             }
         }
         let several = sets.iter().filter(|set| set.len() > 1).count();
+        let remarks: Vec<Option<String>> = (0..sets.len()).map(|set| remark(&sets, set)).collect();
         let mut number = 0;
-        for set in sets {
+        for (set, remark) in sets.into_iter().zip(remarks) {
+            let variable = Some(self.variables.len());
+            self.remarks
+                .extend(remark.map(|text| Remark { variable, text }));
             let path = match &set[..] {
                 [channel] => format!("/{group}/{}", channel.name),
                 _ if several == 1 => format!("/{group}"),
@@ -84,8 +91,8 @@ impl Listing {
         let path = self.unused(path);
         let mut dimensions = vec![time];
         let (sample_type, source, place) = match &first.form {
-            Form::Numbers(sample, _) => {
-                let (sample, channels, place) = numbers(&path, *sample, channels, &mut attributes);
+            Form::Numbers(..) => {
+                let (sample, channels, place) = numbers(&path, channels, &mut attributes);
                 if let [_, _, ..] = channels.channels[..] {
                     let at = if channels.is_time_first { 1 } else { 0 };
                     dimensions.insert(at, channel.clone());
@@ -102,7 +109,11 @@ impl Listing {
                     path: path.clone(),
                     channels: channels
                         .into_iter()
-                        .map(|channel| (channel.pieces, Scaling::default()))
+                        .map(|channel| OneChannel {
+                            pieces: channel.pieces,
+                            sample: Sample::I64,
+                            scaling: Scaling::default(),
+                        })
                         .collect(),
                     stored: Stored::Time,
                     is_time_first: false,
@@ -165,20 +176,56 @@ impl Listing {
     }
 }
 
-/// The samples of channels of numbers: in place if all lie at even distances and are scaled alike.
+/// What is said of a set of channels about others of its group that are no part of it, and about some of
+/// another type that are.
+fn remark(sets: &[Vec<Channel>], set: usize) -> Option<String> {
+    /// Channels that are named.
+    const NAMED: usize = 4;
+    let channels = &sets[set];
+    let key = channels[0].key().filter(|_| channels.len() > 1)?;
+    let listed = |what: &str, texts: &mut dyn Iterator<Item = String>| {
+        let mut texts: Vec<String> = texts.take(NAMED + 1).collect();
+        if texts.len() > NAMED {
+            texts[NAMED] = "and more".into();
+        }
+        (!texts.is_empty()).then(|| format!("{what} {}", texts.join("; ")))
+    };
+    let others = sets.iter().enumerate().filter(|(other, _)| *other != set);
+    let mut apart = others.flat_map(|(_, others)| others).filter_map(|channel| {
+        let why = key.differs(channel)?;
+        Some(format!("{:?} ({why})", channel.name))
+    });
+    let apart = listed("channels of the group that are left out:", &mut apart);
+    let is_float = |sample: &Sample| matches!(sample, Sample::F16 | Sample::F32 | Sample::F64);
+    let integer = |channel: &Channel| match channel.form {
+        Form::Numbers(sample, None) if !is_float(&sample) => Some(sample),
+        _ => None,
+    };
+    let is_mixed = channels.iter().any(|channel| integer(channel).is_none());
+    let mut integers = channels.iter().filter(|_| is_mixed).filter_map(|channel| {
+        let sample = integer(channel)?.name();
+        Some(format!("{:?} ({sample})", channel.name))
+    });
+    let integers = listed("unscaled integers beside floats:", &mut integers);
+    let said: Vec<String> = [apart, integers].into_iter().flatten().collect();
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
+/// The samples of channels of numbers: in place if all lie at even distances and are of one type and scaled
+/// alike.
 fn numbers(
     path: &str,
-    sample: Sample,
     channels: Vec<Channel>,
     attributes: &mut Attributes,
 ) -> (Sample, Channels, Place) {
-    let scaling = |channel: &Channel| match &channel.form {
-        Form::Numbers(_, Some(scaling)) => scaling.clone(),
-        _ => Scaling::default(),
+    let of = |channel: &Channel| match &channel.form {
+        Form::Numbers(sample, scaling) => (*sample, scaling.clone().unwrap_or_default()),
+        _ => (Sample::F64, Scaling::default()),
     };
-    let first = scaling(&channels[0]);
-    let is_alike = channels.iter().all(|channel| scaling(channel) == first);
-    let stored = match first.linear().filter(|_| is_alike) {
+    let first = of(&channels[0]);
+    let is_alike = channels.iter().all(|channel| of(channel) == first);
+    let (sample, scaling) = first;
+    let stored = match scaling.linear().filter(|_| is_alike) {
         Some([slope, intercept]) => {
             if [slope, intercept] != [1.0, 0.0] {
                 attributes.insert("scale_factor", Value::Numbers(vec![slope]));
@@ -186,7 +233,7 @@ fn numbers(
             }
             Stored::Number(sample)
         }
-        None => Stored::Scaled(sample),
+        None => Stored::Scaled,
     };
     let in_place = strided(sample, &channels).filter(|_| stored == Stored::Number(sample));
     let (count, is_between) = channels[0].pieces.first_chunk(sample.bytes() as u64);
@@ -199,16 +246,20 @@ fn numbers(
         }
     };
     let decoded = match stored {
-        Stored::Scaled(_) => Sample::F64,
-        _ => sample,
+        Stored::Number(sample) => sample,
+        _ => Sample::F64,
     };
     let channels = Channels {
         path: path.to_owned(),
         channels: channels
             .into_iter()
             .map(|channel| {
-                let scaling = scaling(&channel);
-                (channel.pieces, scaling)
+                let (sample, scaling) = of(&channel);
+                OneChannel {
+                    pieces: channel.pieces,
+                    sample,
+                    scaling,
+                }
             })
             .collect(),
         stored,

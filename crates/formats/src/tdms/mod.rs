@@ -80,6 +80,7 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     };
     let mut container = Container::new(format, Arc::clone(&held), Some(Box::new(decoder)));
     container.variables = listing.variables;
+    container.remarks = listing.remarks;
     container.attributes.0 = properties;
     let incomplete = segments.incomplete.unwrap_or_default();
     container.attributes.insert_text("incomplete", incomplete);

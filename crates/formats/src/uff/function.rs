@@ -10,16 +10,12 @@ use crate::{ByteOrder, Error, Result, Sample};
 pub(super) struct Kind {
     pub function: i64,
     pub is_complex: bool,
-    pub sample: Sample,
-    /// Byte order of a binary data set.
-    pub binary: Option<ByteOrder>,
     pub count: usize,
     /// Origin and step; none for uneven spacing.
     pub even: Option<[f64; 2]>,
     pub abscissa_type: i64,
     pub abscissa_unit: String,
     pub ordinate_type: i64,
-    pub ordinate_label: String,
     pub ordinate_unit: String,
     pub denominator_unit: String,
 }
@@ -28,9 +24,13 @@ pub(super) struct Kind {
 #[derive(Debug, Clone)]
 pub(super) struct Function {
     pub kind: Kind,
+    pub sample: Sample,
+    /// Byte order of a binary data set.
+    pub binary: Option<ByteOrder>,
     /// Whether ASCII columns are those of single precision.
     pub is_single: bool,
     pub name: String,
+    pub label: String,
     pub response: [i64; 2],
     pub reference: [i64; 2],
 }
@@ -57,14 +57,11 @@ impl Kind {
         (
             self.function,
             self.is_complex,
-            self.sample,
-            self.binary,
             self.count,
             self.even.map(|even| even.map(bits)),
             self.abscissa_type,
             &self.abscissa_unit,
             self.ordinate_type,
-            &self.ordinate_label,
             &self.ordinate_unit,
             &self.denominator_unit,
         )
@@ -73,6 +70,40 @@ impl Kind {
     /// Numbers for each abscissa.
     pub(super) fn per_point(&self) -> usize {
         1 + usize::from(self.even.is_none()) + usize::from(self.is_complex)
+    }
+
+    /// How functions of this kind differ from those of another one, which measure the same over the same
+    /// quantity; none if they do not.
+    pub(super) fn differs(&self, other: &Kind) -> Option<String> {
+        let kinds = |kind: &Kind| (kind.function, kind.abscissa_type);
+        if kinds(self) != kinds(other) {
+            return None;
+        }
+        let named = |unit: &str| match unit {
+            "" => "none".to_owned(),
+            unit => unit.to_owned(),
+        };
+        Some(match () {
+            _ if self.ordinate_unit != other.ordinate_unit => {
+                let [own, others] = [self, other].map(|kind| named(&kind.ordinate_unit));
+                format!("unit {own}, not {others}")
+            }
+            _ if self.denominator_unit != other.denominator_unit => {
+                let [own, others] = [self, other].map(|kind| named(&kind.denominator_unit));
+                format!("unit of the denominator {own}, not {others}")
+            }
+            _ if self.ordinate_type != other.ordinate_type => {
+                format!(
+                    "data of type {}, not {}",
+                    self.ordinate_type, other.ordinate_type
+                )
+            }
+            _ if self.is_complex != other.is_complex => "real or complex, unlike the others".into(),
+            _ if self.count != other.count => {
+                format!("{} values, not {}", self.count, other.count)
+            }
+            _ => "another abscissa".into(),
+        })
     }
 }
 
@@ -140,25 +171,24 @@ pub(super) fn header(id: &[u8], lines: &mut Lines) -> Result<Function> {
     let kind = Kind {
         function,
         is_complex,
-        sample: if binary.is_some() {
-            sample
-        } else {
-            Sample::F64
-        },
-        binary,
         count,
         even,
         abscissa_type,
         abscissa_unit,
         ordinate_type,
-        ordinate_label,
         ordinate_unit,
         denominator_unit,
     };
     Ok(Function {
         kind,
+        sample: match binary {
+            Some(_) => sample,
+            None => Sample::F64,
+        },
+        binary,
         is_single: sample == Sample::F32,
         name,
+        label: ordinate_label,
         response,
         reference,
     })
@@ -184,11 +214,11 @@ fn byte_order(id: &[u8], at: usize) -> Result<ByteOrder> {
 }
 
 /// Goes behind the binary numbers of a function; the byte of the first.
-pub(super) fn skip_binary(kind: &Kind, lines: &mut Lines) -> Result<usize> {
-    let start = lines.at;
+pub(super) fn skip_binary(function: &Function, lines: &mut Lines) -> Result<usize> {
+    let (start, kind) = (lines.at, &function.kind);
     let length = kind
         .count
-        .checked_mul(kind.per_point() * kind.sample.bytes());
+        .checked_mul(kind.per_point() * function.sample.bytes());
     let end = length.and_then(|length| start.checked_add(length));
     let Some(end) = end.filter(|&end| end <= lines.bytes.len()) else {
         let expected = format!("{} binary values", kind.count);
@@ -246,7 +276,11 @@ pub(super) fn ascii(function: &Function, lines: &mut Lines) -> Result<Vec<f64>> 
                 break;
             }
             if values.len() == expected {
-                return Err(wrong(expected + kind.per_point()));
+                // Some writers fill up the last line.
+                match from {
+                    0 => return Err(wrong(expected + kind.per_point())),
+                    _ => break,
+                }
             }
             values.push(float(line, from, from + width, at)?);
             from += width;

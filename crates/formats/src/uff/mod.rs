@@ -9,8 +9,8 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use crate::{
-    Attributes, Block, Bytes, Container, Coordinate, Decoder, Dimension, Error, Format, Options,
-    Place, Result, Sample, SampleType, Value, Variable,
+    Attributes, Block, ByteOrder, Bytes, Container, Coordinate, Decoder, Dimension, Error, Format,
+    Options, Place, Remark, Result, Sample, SampleType, Value, Variable,
 };
 use function::{Function, Kind, bits};
 use text::{Lines, columns, float, integer, is_delimiter};
@@ -32,10 +32,9 @@ pub(crate) fn detect(extension: &str, bytes: &[u8]) -> Option<Format> {
 struct Group {
     kind: Kind,
     functions: Vec<Function>,
-    /// Bytes where binary numbers begin.
-    starts: Vec<usize>,
-    /// Ordinates in ASCII.
-    ordinates: Vec<f64>,
+    /// Their places among the functions of the file, from 1.
+    numbers: Vec<usize>,
+    rows: Vec<Row>,
     /// Abscissas of uneven spacing, the same for all functions.
     abscissas: Vec<f64>,
 }
@@ -48,6 +47,8 @@ struct Contents {
     places: HashMap<u64, Vec<usize>>,
     nodes: HashMap<i64, [f64; 3]>,
     skipped: Vec<String>,
+    /// How many functions were read.
+    functions: usize,
     /// Bytes of memory for numbers in ASCII.
     held: u64,
 }
@@ -59,12 +60,17 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     let mut sources = Vec::new();
     let mut variables = Vec::new();
     let is_single = contents.groups.len() == 1;
+    let apart = left_out(&contents.groups);
+    let mut remarks = Vec::new();
     for (number, group) in contents.groups.into_iter().enumerate() {
         let suffix = if is_single {
             String::new()
         } else {
             format!("/{}", number + 1)
         };
+        let variable = Some(variables.len());
+        let text = apart[number].clone();
+        remarks.extend(text.map(|text| Remark { variable, text }));
         add(
             group,
             &contents.nodes,
@@ -79,12 +85,72 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     };
     let mut container = Container::new(format, bytes, Some(Box::new(decoder)));
     container.variables = variables;
+    container.remarks = remarks;
     if !contents.skipped.is_empty() {
         container
             .attributes
             .insert("skipped", Value::Texts(contents.skipped));
     }
     Ok(container)
+}
+
+/// What is said of each group about functions of the file that are no part of it, although they measure the
+/// same, or about some whose label is another one.
+fn left_out(groups: &[Group]) -> Vec<Option<String>> {
+    /// Functions that are named.
+    const NAMED: usize = 4;
+    let named = |group: &Group, i: usize, why: &str| {
+        let function = &group.functions[i];
+        let name = match function.name.as_str() {
+            "" => String::new(),
+            name => format!(" ({name:?})"),
+        };
+        let node = function.response[0];
+        format!("{}{name} at node {node}: {why}", group.numbers[i])
+    };
+    let text = |group: &Group| {
+        let mut apart: Vec<(usize, String)> = Vec::new();
+        if group.functions.len() == 1 {
+            return None;
+        }
+        for other in groups.iter().filter(|other| !std::ptr::eq(*other, group)) {
+            let Some(why) = other.kind.differs(&group.kind) else {
+                continue;
+            };
+            let of_it =
+                (0..other.functions.len()).map(|i| (other.numbers[i], named(other, i, &why)));
+            apart.extend(of_it.take(NAMED + 1));
+        }
+        apart.sort();
+        let label = &group.functions[0].label;
+        let renamed = (0..group.functions.len()).filter(|&i| group.functions[i].label != *label);
+        let renamed = renamed.map(|i| {
+            let why = format!("label {:?}, not {label:?}", group.functions[i].label);
+            named(group, i, &why)
+        });
+        let renamed: Vec<String> = renamed.take(NAMED + 1).collect();
+        let list = |what: &str, mut texts: Vec<String>| {
+            if texts.len() > NAMED {
+                texts.truncate(NAMED);
+                texts.push("and more".into());
+            }
+            (!texts.is_empty()).then(|| format!("{what} {}", texts.join("; ")))
+        };
+        let apart = apart.into_iter().map(|(_, text)| text).collect();
+        let said = [
+            list(
+                "records that are left out, so that those behind them move up:",
+                apart,
+            ),
+            list(
+                "records with another label that are taken with the others:",
+                renamed,
+            ),
+        ];
+        let said: Vec<String> = said.into_iter().flatten().collect();
+        (!said.is_empty()).then(|| said.join("; "))
+    };
+    groups.iter().map(text).collect()
 }
 
 impl Contents {
@@ -132,8 +198,9 @@ impl Contents {
         let function = function::header(id, lines)?;
         let kind = function.kind.clone();
         let (mut start, mut ordinates, mut abscissas) = (0, Vec::new(), Vec::new());
-        if kind.binary.is_some() {
-            start = function::skip_binary(&kind, lines)?;
+        self.functions += 1;
+        if function.binary.is_some() {
+            start = function::skip_binary(&function, lines)?;
         } else if kind.is_complex {
             while !is_delimiter(lines.expect("the end of data set 58")?) {}
         } else {
@@ -150,17 +217,30 @@ impl Contents {
             ordinates = function::ascii(&function, lines)?;
         }
         if kind.even.is_none() && !kind.is_complex {
-            if let Some(order) = kind.binary {
-                let size = kind.sample.bytes();
+            if let Some(order) = function.binary {
+                let size = function.sample.bytes();
                 let points = lines.bytes[start..].chunks_exact(2 * size).take(kind.count);
                 abscissas = points
-                    .map(|point| kind.sample.to_f64(order, &point[..size]))
+                    .map(|point| function.sample.to_f64(order, &point[..size]))
                     .collect();
             } else {
                 abscissas = ordinates.iter().step_by(2).copied().collect();
                 ordinates = ordinates.into_iter().skip(1).step_by(2).collect();
             }
         }
+        let row = match function.binary {
+            None => Row::Held(ordinates),
+            Some(order) => {
+                let (sample, step) = (function.sample, function.sample.bytes() * kind.per_point());
+                Row::Binary(Binary {
+                    // Behind the abscissa, if each point has one.
+                    start: start + step - sample.bytes(),
+                    step,
+                    sample,
+                    order,
+                })
+            }
+        };
         let mut hasher = DefaultHasher::new();
         kind.hash(&mut hasher);
         abscissas.iter().for_each(|&x| bits(x).hash(&mut hasher));
@@ -174,15 +254,15 @@ impl Contents {
         if let Some(place) = places.iter().copied().find(is_same) {
             let group = &mut self.groups[place];
             group.functions.push(function);
-            group.starts.push(start);
-            group.ordinates.extend(ordinates);
+            group.numbers.push(self.functions);
+            group.rows.push(row);
         } else {
             places.push(self.groups.len());
             self.groups.push(Group {
                 kind,
                 functions: vec![function],
-                starts: vec![start],
-                ordinates,
+                numbers: vec![self.functions],
+                rows: vec![row],
                 abscissas,
             });
         }
@@ -225,7 +305,7 @@ fn add(
     let first = &group.functions[0];
     let mut attributes = Attributes::default();
     attributes.insert_text("long_name", first.name.clone());
-    attributes.insert_text("ordinate", kind.ordinate_label.clone());
+    attributes.insert_text("ordinate", first.label.clone());
     if kind.denominator_unit.is_empty() {
         attributes.insert_text("units", kind.ordinate_unit.clone());
     } else {
@@ -295,7 +375,7 @@ fn add(
         }),
         None => (!kind.is_complex).then_some(Coordinate::Listed(abscissa_at)),
     };
-    let (place, source) = ordinates(kind, &group.starts, group.ordinates);
+    let (sample, place, source) = ordinates(kind, group.rows);
     variables.push(Variable {
         path: format!("/records{suffix}"),
         dimensions: vec![
@@ -311,7 +391,7 @@ fn add(
         sample_type: if kind.is_complex {
             SampleType::Other("complex numbers".into())
         } else {
-            SampleType::Number(kind.sample)
+            SampleType::Number(sample)
         },
         attributes,
         place,
@@ -329,10 +409,7 @@ fn add(
             sample_type: SampleType::Number(Sample::F64),
             attributes,
         });
-        sources.push(Source::Held {
-            width: values.len(),
-            values,
-        });
+        sources.push(Source::Held(values));
     };
     for (name, values) in listed {
         list(name, record.clone(), None, values);
@@ -342,57 +419,60 @@ fn add(
     }
 }
 
-/// Where the ordinates of a group are.
-fn ordinates(kind: &Kind, starts: &[usize], held: Vec<f64>) -> (Place, Source) {
-    let encoded = Place::Encoded { rows: 1 };
-    let Some(order) = kind.binary.filter(|_| !kind.is_complex) else {
-        return (
-            encoded,
-            Source::Held {
-                values: held,
-                width: kind.count,
-            },
-        );
+/// Where the ordinates of a group are, and of which type.
+fn ordinates(kind: &Kind, rows: Vec<Row>) -> (Sample, Place, Source) {
+    let types = rows.iter().map(|row| match row {
+        Row::Held(_) => Sample::F64,
+        Row::Binary(binary) => binary.sample,
+    });
+    let first = types.clone().next().unwrap_or(Sample::F64);
+    let is_one = types.clone().all(|sample| sample == first);
+    let sample = if is_one { first } else { Sample::F64 };
+    let binary = rows.iter().map(|row| match row {
+        Row::Binary(binary) => Some(binary),
+        Row::Held(_) => None,
+    });
+    let binary = binary.collect::<Option<Vec<_>>>().unwrap_or_default();
+    let place = match binary[..] {
+        [first, ..] if !kind.is_complex => {
+            let second = binary.get(1).map(|second| second.start - first.start);
+            let stride = second.unwrap_or(kind.count * first.step);
+            let is_next = |pair: &[&Binary]| {
+                pair[1].start - pair[0].start == stride
+                    && (pair[1].sample, pair[1].order) == (first.sample, first.order)
+            };
+            binary.windows(2).all(is_next).then(|| Place::Strided {
+                start: first.start as u64,
+                strides: vec![stride as u64, first.step as u64],
+                order: first.order,
+            })
+        }
+        _ => None,
     };
-    let size = kind.sample.bytes();
-    let step = size * kind.per_point();
-    // Behind the abscissa, if each point has one.
-    let starts: Vec<usize> = starts.iter().map(|start| start + step - size).collect();
-    let stride = starts
-        .get(1)
-        .map_or(kind.count * step, |second| second - starts[0]);
-    if starts.windows(2).all(|pair| pair[1] - pair[0] == stride) {
-        let place = Place::Strided {
-            start: starts[0] as u64,
-            strides: vec![stride as u64, step as u64],
-            order,
-        };
-        return (
-            place,
-            Source::Held {
-                values: Vec::new(),
-                width: 0,
-            },
-        );
-    }
-    let source = Source::Binary {
-        kind: kind.clone(),
-        starts,
-        step,
-    };
-    (encoded, source)
+    let place = place.unwrap_or(Place::Encoded { rows: 1 });
+    (sample, place, Source::Rows(rows, sample))
 }
 
 /// Where the samples of a variable come from.
 enum Source {
-    /// All of them, in rows of `width`.
-    Held { values: Vec<f64>, width: usize },
-    /// Ordinates of binary data sets at uneven distances.
-    Binary {
-        kind: Kind,
-        starts: Vec<usize>,
-        step: usize,
-    },
+    /// All of them, along one dimension.
+    Held(Vec<f64>),
+    /// Ordinates as numbers of this type.
+    Rows(Vec<Row>, Sample),
+}
+
+/// The ordinates of a function.
+enum Row {
+    Held(Vec<f64>),
+    Binary(Binary),
+}
+
+/// Numbers of a binary data set.
+struct Binary {
+    start: usize,
+    step: usize,
+    sample: Sample,
+    order: ByteOrder,
 }
 
 struct UffDecoder {
@@ -402,33 +482,40 @@ struct UffDecoder {
 
 impl Decoder for UffDecoder {
     fn read(&self, variable: usize, block: Block, out: &mut [u8]) -> Result<()> {
-        match &self.sources[variable] {
-            Source::Held { values, width } => {
-                let (rows, columns) = match block {
-                    [rows, columns] => (rows.clone(), columns.clone()),
-                    _ => (0..1, block[0].clone()),
-                };
-                let wanted = rows.flat_map(|row| {
-                    let row = &values[row as usize * width..][..*width];
-                    &row[columns.start as usize..columns.end as usize]
-                });
-                for (one, value) in out.chunks_exact_mut(8).zip(wanted) {
-                    one.copy_from_slice(&value.to_ne_bytes());
-                }
+        let bytes = (*self.bytes).as_ref();
+        let put = |out: &mut [u8], values: &[f64]| {
+            for (one, value) in out.chunks_exact_mut(8).zip(values) {
+                one.copy_from_slice(&value.to_ne_bytes());
             }
-            Source::Binary { kind, starts, step } => {
-                let bytes = (*self.bytes).as_ref();
-                let size = kind.sample.bytes();
-                let is_foreign = kind.binary != Some(crate::ByteOrder::NATIVE);
-                let rows = block[0].start as usize..block[0].end as usize;
-                let wanted = starts[rows].iter().flat_map(|start| {
-                    (block[1].start..block[1].end).map(move |i| start + i as usize * step)
-                });
-                for (one, at) in out.chunks_exact_mut(size).zip(wanted) {
-                    one.copy_from_slice(&bytes[at..at + size]);
-                    if is_foreign {
-                        one.reverse();
-                    }
+        };
+        let range = |d: usize| block[d].start as usize..block[d].end as usize;
+        let (rows, wanted) = match &self.sources[variable] {
+            Source::Held(values) => {
+                put(out, &values[range(0)]);
+                return Ok(());
+            }
+            Source::Rows(rows, wanted) => (&rows[range(0)], *wanted),
+        };
+        let columns = range(1);
+        let size = wanted.bytes();
+        for (row, out) in rows.iter().zip(out.chunks_exact_mut(columns.len() * size)) {
+            let binary = match row {
+                Row::Held(values) => {
+                    put(out, &values[columns.clone()]);
+                    continue;
+                }
+                Row::Binary(binary) => binary,
+            };
+            for (one, i) in out.chunks_exact_mut(size).zip(columns.clone()) {
+                let stored = &bytes[binary.start + i * binary.step..][..binary.sample.bytes()];
+                if binary.sample != wanted {
+                    let number = binary.sample.to_f64(binary.order, stored);
+                    one.copy_from_slice(&number.to_ne_bytes());
+                    continue;
+                }
+                one.copy_from_slice(stored);
+                if binary.order != ByteOrder::NATIVE {
+                    one.reverse();
                 }
             }
         }
