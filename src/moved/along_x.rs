@@ -19,6 +19,8 @@ const GROUPS: usize = 80;
 const NEIGHBOURS: usize = 4;
 /// Groups without which nothing is compared.
 const FEWEST: usize = 2;
+/// Correlation of arrivals with x from which on they are those of one wave.
+const ONE_WAY: f64 = 0.9;
 /// Samples of the shortest window.
 const SHORTEST: usize = 8;
 /// Magnitude, as a part of the largest of the field, below which a site has no energy to speak of.
@@ -243,6 +245,15 @@ impl Fronts<'_> {
         self.onsets[site].arrival.unwrap_or(0)
     }
 
+    /// Where windows begin: at the arrival, in measured records a width before it, since noise hides how a wave rises.
+    fn start(&self, site: usize) -> usize {
+        let lead = match self.options.is_simulated() {
+            true => 0,
+            false => self.width.round() as usize,
+        };
+        self.arrival(site).saturating_sub(lead)
+    }
+
     /// Sites at which a wave arrives while the record runs, behind the struck body; finds the width of the pulse.
     fn eligible(&mut self) -> Vec<usize> {
         let behind = self.options.struck.map_or(0, |site| site + 1);
@@ -304,16 +315,17 @@ impl Fronts<'_> {
 
     /// +1 where arrivals rise with x, -1 where they fall, 0 for both: waves of several origins.
     fn sense(&self, sites: &[usize]) -> f64 {
-        let steps = sites
-            .windows(2)
-            .map(|pair| self.arrival(pair[1]) as f64 - self.arrival(pair[0]) as f64);
-        let (rises, falls) = steps.fold((0.0, 0.0), |(r, f), step| match step {
-            s if s > 0.0 => (r + s, f),
-            s => (r, f - s),
+        let n = sites.len() as f64;
+        let points = sites.iter().map(|&j| (j as f64, self.arrival(j) as f64));
+        let (sx, st) = points
+            .clone()
+            .fold((0.0, 0.0), |(a, b), (x, t)| (a + x, b + t));
+        let moments = points.map(|(x, t)| (x - sx / n, t - st / n));
+        let [xx, tt, xt] = moments.fold([0.0; 3], |[xx, tt, xt], (x, t)| {
+            [xx + x * x, tt + t * t, xt + x * t]
         });
-        match rises + falls {
-            all if all > 0.0 && rises >= 0.8 * all => 1.0,
-            all if all > 0.0 && falls >= 0.8 * all => -1.0,
+        match xt / (xx * tt).sqrt() {
+            correlation if correlation.abs() >= ONE_WAY => correlation.signum(),
             _ => 0.0,
         }
     }
@@ -348,7 +360,7 @@ impl Fronts<'_> {
         let room: Vec<usize> = eligible
             .iter()
             .zip(&ends)
-            .map(|(&j, end)| end.saturating_sub(self.arrival(j)))
+            .map(|(&j, end)| end.saturating_sub(self.start(j)))
             .collect();
         // As long as two thirds of the sites have.
         let mut sorted = room.clone();
@@ -389,7 +401,7 @@ impl Fronts<'_> {
         let fits = room.iter().filter(|room| **room >= window).count();
         let size = group_size(fits, options.is_simulated());
         let mut order = eligible.to_vec();
-        if sense < 0.0 {
+        if sense < 0.0 || (sense == 0.0 && options.toward_minus) {
             order.reverse();
         }
         let numbers = kinds.iter().map(|kind| 2 * kind.grid.upper.len()).sum();
@@ -411,18 +423,19 @@ impl Fronts<'_> {
                     true => None,
                     false => onset.second(record, arrival, noise, self.width),
                 };
+                let start = self.start(site);
                 let spectra = kinds.iter().map(|kind| {
                     let levels = (onset.baseline, noise);
                     let steps = options.is_simulated() && kind.after == 0;
-                    (arrival + kind.end() <= end_of(site))
-                        .then(|| kind.spectrum(record, arrival, levels, steps, &mut scratch))
+                    (start + kind.end() <= end_of(site))
+                        .then(|| kind.spectrum(record, start, levels, steps, &mut scratch))
                 });
                 // Twice the window, where it fits: what its end cuts off would move the centroid.
-                let span = match arrival + 2 * window <= end_of(site) {
+                let span = match start + 2 * window <= end_of(site) {
                     true => 2 * window,
                     false => window,
                 };
-                let behind = record[arrival..].iter().take(span).enumerate();
+                let behind = record[start..].iter().take(span).enumerate();
                 let (energy, moment) = behind.fold((0.0, 0.0), |(energy, moment), (n, v)| {
                     let e = (v - onset.baseline).powi(2) - noise * noise;
                     (energy + e, moment + n as f64 * e)
@@ -432,7 +445,7 @@ impl Fronts<'_> {
                     centre: match options.is_simulated() {
                         // A run has no noise, and its front no end.
                         true => arrival as f64,
-                        false => arrival as f64 + moment / energy,
+                        false => start as f64 + moment / energy,
                     },
                     second,
                     spectra: spectra.collect(),
@@ -463,7 +476,7 @@ impl Fronts<'_> {
         for &site in groups.iter().flatten() {
             let one = lone(site);
             if one.is_some_and(|s| s.spectra[0].is_none()) {
-                let late = self.arrival(site) + window > self.n_times;
+                let late = self.start(site) + window > self.n_times;
                 match late {
                     true => self.left_out.cut_off += 1,
                     false => self.left_out.reflected += 1,
@@ -522,7 +535,7 @@ impl Fronts<'_> {
         for (k, kind) in kinds.iter().enumerate() {
             let mut state: Vec<Option<bool>> = sites
                 .iter()
-                .map(|&j| second(j).map(|second| second < self.arrival(j) + kind.end()))
+                .map(|&j| second(j).map(|second| second < self.start(j) + kind.end()))
                 .collect();
             // Between two such sites, or from one to the end of the array, a missing second arrival is one that merges.
             let mut i = 0;

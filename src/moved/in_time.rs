@@ -22,7 +22,7 @@ const AT_ENDS: f64 = 0.3;
 /// Ratio of the energies inside from which on energy enters or leaves meanwhile.
 const ENTERS: f64 = 1.25;
 /// Most that an unchanged verdict may leave open.
-const OPEN: f64 = 0.35;
+const OPEN: f64 = 0.5;
 
 /// Profiles by time.
 pub(crate) trait Profiles: Sync {

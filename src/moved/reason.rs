@@ -120,12 +120,12 @@ impl Reason {
             Reason::ShortRecord { times } => format!("the record has {times} times"),
             Reason::Noise => "the energy does not rise above the noise".into(),
             Reason::Windows { up, down } => format!(
-                "it depends on the window: {} up, {} down with another length",
+                "it differs with the window: {} up, {} down at another length",
                 percent(up),
                 percent(down)
             ),
             Reason::Neighbours { up, down } => format!(
-                "it depends on the place: {} up, {} down beside it",
+                "it differs nearby: {} up, {} down",
                 percent(up),
                 percent(down)
             ),

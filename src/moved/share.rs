@@ -5,6 +5,9 @@ use serde::Serialize;
 /// Bins up to which the grid keeps each; beyond, bins are merged into intervals of this relative width.
 const FINE: usize = 512;
 
+/// By what errors from few parts are too small where the largest of many differences is taken.
+const FEW_PARTS: f64 = 1.5;
+
 /// Intervals of the bins of a spectrum: single bins first, then intervals that grow with the axis.
 #[derive(Debug, Clone)]
 pub(crate) struct Grid {
@@ -410,7 +413,8 @@ fn error_of(a: &Group, b: &Group, m: usize) -> f64 {
     };
     let of = |group: &Group| jackknife(&mut group.without.iter().map(|part| part[m]));
     if !(a.is_paired && b.is_paired) {
-        return (of(a) + of(b)).sqrt();
+        // The largest of many differences, of few parts, exceeds three errors of a single one too often.
+        return FEW_PARTS * (of(a) + of(b)).sqrt();
     }
     // A wave takes its time from one place to the other: parts are compared at the lag at which they are most alike.
     let at_lag = |lag: usize| {

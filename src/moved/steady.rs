@@ -15,10 +15,8 @@ const SEGMENTS: usize = 8;
 const SHORTEST: usize = 8;
 /// Degrees of freedom of a bin of their mean: half-overlapping segments under Hann's window count 0.9 each but for the ends.
 const DEGREES: f64 = 2.0 * 0.91 * SEGMENTS as f64;
-/// Share of a group's energy above its white floor from which on the floor is noise and the rest is not; below the second, it
-/// is noise alone.
+/// Share of a group's energy above its white floor from which on the floor is noise and the rest is not.
 const ABOVE_FLOOR: f64 = 0.3;
-const NOISE_ALONE: f64 = 0.05;
 /// Most that an unchanged verdict may leave open.
 const OPEN: f64 = 0.35;
 /// Lines that move by less than so many bins have not moved.
@@ -153,7 +151,7 @@ pub(super) fn along_x(
     let mut told = Vec::new();
     for (members, rows, mut parts, floor, share) in sums {
         if has_floor {
-            if share < NOISE_ALONE {
+            if share < ABOVE_FLOOR {
                 left_out += 1;
                 continue;
             }

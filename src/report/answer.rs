@@ -2,7 +2,6 @@
 
 use serde_json::{Value, json};
 
-use super::sentences::number;
 use crate::analyze::{Analysis, Axes, Undirected};
 use crate::moved::{Answer, Evidence, GroupSpectrum, Movement, Place, Verdict};
 
@@ -96,7 +95,7 @@ impl Words<'_> {
         let [a, b] = place.rows;
         match a == b {
             true => a.to_string(),
-            false => format!("{a} to {b}"),
+            false => format!("{a}-{b}"),
         }
     }
 
@@ -208,11 +207,11 @@ impl Words<'_> {
             let parts = [(of.up, "up", of.up_at), (of.down, "down", of.down_at)];
             let parts: Vec<String> = parts
                 .iter()
-                .filter(|(moved, ..)| *moved >= 0.0005)
+                .filter(|(moved, ..)| *moved >= 0.005)
                 .map(|(moved, way, q)| format!("{} {way}{}", share(*moved), at(*q)))
                 .collect();
             match parts.is_empty() {
-                true => "0 % up or down".into(),
+                true => "less than 0.5 %".into(),
                 false => parts.join(", "),
             }
         };
@@ -222,10 +221,10 @@ impl Words<'_> {
             } else {
                 "sites"
             };
-            format!(" from {body} {} to {}", self.sites(&from), self.sites(&to))
+            format!(", {body} {} against {}", self.sites(&from), self.sites(&to))
         });
         let start = match launch {
-            Some(launch) => format!("launch {}; then ", moved(launch)),
+            Some(launch) => format!("{} at launch; then ", moved(launch)),
             None => String::new(),
         };
         format!("{start}{}{}", moved(of), places.unwrap_or_default())
@@ -301,23 +300,30 @@ impl Words<'_> {
             return None;
         }
         let what = match (self.answer.is_struck, self.answer.has_fronts) {
-            (true, _) => "the front has",
-            (false, true) => "its window has",
-            (false, false) => "the record has",
+            (true, _) => "the front's",
+            (false, true) => "the window's",
+            (false, false) => "the record's",
         };
+        let groups = self
+            .answer
+            .along_x
+            .as_ref()
+            .map(|evidence| &evidence.groups);
         Some(AnswerLine {
             name: "attenuation",
             text: format!(
-                "{what} {} of the energy at {} {} that it has at {} ({:+.1} dB)",
-                share(ratio),
+                "{what} energy at {} {} is {} of that at {} ({:+.1} dB)",
                 self.body(),
                 to.rows[0],
+                share(ratio),
                 from.rows[0],
                 10.0 * ratio.log10()
             ),
-            profile: self.answer.along_x.as_ref().map_or(Vec::new(), |evidence| {
-                evidence.groups.iter().map(|group| group.energy).collect()
-            }),
+            profile: groups
+                .into_iter()
+                .flatten()
+                .map(|group| group.energy)
+                .collect(),
         })
     }
 
@@ -364,7 +370,9 @@ impl Words<'_> {
                 (Some(length), Some(time)) => format!("{length}/{time}"),
                 _ => "sites per unit of time".into(),
             };
-            format!("{} ± {:.1e} {unit}", number(speed.value.abs()), speed.error)
+            let decimals = (1.0 - speed.error.log10().floor()).clamp(0.0, 6.0) as usize;
+            let (value, error) = (speed.value.abs(), speed.error.max(1e-6));
+            format!("{value:.decimals$} ± {error:.decimals$} {unit}")
         });
         let speed = match &speed {
             Some(speed) => format!("; arrivals at {speed}"),
@@ -400,26 +408,18 @@ impl Words<'_> {
         if tail.energy_share < least {
             return None;
         }
-        let up = match tail.up >= tail.down {
-            true => (tail.up, "above", tail.up_at),
-            false => (tail.down, "below", tail.down_at),
-        };
-        let against = match up {
-            (moved, way, Some(at)) => {
-                format!(
-                    "; {} more of it than of the front lies {way} {}",
-                    share(moved),
-                    self.frequency(at)
-                )
-            }
-            _ => String::new(),
+        let (moved, way) = match tail.up >= tail.down {
+            true => (tail.up, "higher"),
+            false => (tail.down, "lower"),
         };
         Some(AnswerLine {
             name: "front, tail",
             text: format!(
-                "{} and {} of the energy there{against}",
+                "{} and {} of the energy; the tail around {}, {} of it {way} than the front",
                 share(front.energy_share),
-                share(tail.energy_share)
+                share(tail.energy_share),
+                self.frequency(tail.peak_frequency),
+                share(moved)
             ),
             profile: Vec::new(),
         })

@@ -16,6 +16,7 @@ mod headline;
 mod increments;
 mod lomb;
 mod modes;
+mod moved;
 mod noise;
 mod parts;
 mod reference_problems;

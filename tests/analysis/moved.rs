@@ -1,0 +1,496 @@
+//! What moved: fields and chains whose answer is known by construction.
+
+use std::f64::consts::{PI, TAU};
+
+use ndarray::Array2;
+use wavecascade::Field;
+use wavecascade::analyze::{Analysis, Request, Results};
+use wavecascade::budget::{Motion, answer_in_time};
+use wavecascade::chain::{Run, SceneSource};
+use wavecascade::moved::{Answer, Reason, Verdict};
+use wavecascade::observer::Silent;
+
+use test_support::fields::{analyzed, noise};
+
+fn request() -> Request {
+    Request {
+        results: Results {
+            flux_surrogate: false,
+            short_time: false,
+            ..Results::ALL
+        },
+        maps: false,
+        ..Request::default()
+    }
+}
+
+fn field(values: Array2<f64>, dt: f64, dx: f64) -> Field {
+    let mut field = Field::from_array(values);
+    (field.time.step, field.space.step) = (dt, dx);
+    field
+}
+
+fn analysis_of(values: Array2<f64>, dt: f64, dx: f64) -> Analysis {
+    analyzed(&field(values, dt, dx), &request())
+}
+
+fn answer_of(values: Array2<f64>, dt: f64, dx: f64) -> Answer {
+    analysis_of(values, dt, dx).answer.unwrap()
+}
+
+fn hann(s: f64, length: f64) -> f64 {
+    match (0.0..length).contains(&s) {
+        true => 0.5 - 0.5 * (TAU * s / length).cos(),
+        false => 0.0,
+    }
+}
+
+fn ricker(s: f64, w: f64) -> f64 {
+    (1.0 - (s / w).powi(2)) * (-0.5 * (s / w).powi(2)).exp()
+}
+
+/// A scan of 56 points 2.5 mm apart at 125 kHz: `of(t, x)` at 120 m/s, in noise of `level` of 1 um/s.
+fn scan(level: f64, of: impl Fn(f64, f64) -> f64) -> Answer {
+    let (dt, dx, nt, nx) = (8e-6, 2.5e-3, 4096, 56);
+    let noise = noise(nt, nx);
+    let value = |(n, j): (usize, usize)| {
+        let (t, x) = (n as f64 * dt, j as f64 * dx);
+        1e-6 * (of(t - 7e-3 - x / 120.0, x) + level * noise[[n, j]])
+    };
+    answer_of(Array2::from_shape_fn((nt, nx), value), dt, dx)
+}
+
+fn burst(s: f64, f: f64) -> f64 {
+    hann(s, 2.4e-3) * (TAU * f * s).sin()
+}
+
+/// A burst of 4 kHz whose second harmonic holds 0.2 (x / L)^2 of the energy: between the means over the first and the last four
+/// points, 0.189 of it moves, and none is lost. At any noise up to a third of that share's amplitude.
+#[test]
+fn val_construction_a_growing_harmonic_moves_up() {
+    let length = 55.0 * 2.5e-3;
+    for level in [0.0, 5e-4, 5e-3, 1e-2, 3e-2] {
+        let found = scan(level, |s, x| {
+            let second = 0.2f64.sqrt() * x / length;
+            (1.0 - second * second).sqrt() * burst(s, 4e3) + second * burst(s, 8e3)
+        });
+        let moved = &found.frequency;
+        assert_eq!(moved.verdict, Verdict::Up, "{level}: {moved:?}");
+        assert!((moved.up - 0.189).abs() < 0.004, "{level}: {}", moved.up);
+        assert!(
+            (4.3e3..7.5e3).contains(&moved.up_at),
+            "{level}: {}",
+            moved.up_at
+        );
+        assert!(moved.down < 0.002, "{level}: {}", moved.down);
+        assert_eq!(moved.transfer, Some(true), "{level}");
+        assert!(
+            (moved.energy_ratio - 1.0).abs() < 0.02,
+            "{level}: {}",
+            moved.energy_ratio
+        );
+        // The burst is longer than the array.
+        assert_eq!(
+            found.wavenumber.reason,
+            Some(Reason::NeverInside),
+            "{level}"
+        );
+        let speed = found.speed.unwrap();
+        let error = (speed.value - 120.0).abs();
+        assert!(error < 2.0 * speed.error.max(0.05), "{level}: {speed:?}");
+    }
+}
+
+/// The same burst without harmonics, as it is and fading by exp(-x / 50 mm): nothing moves.
+#[test]
+fn val_construction_linear_scans_move_nothing() {
+    let linear = scan(5e-3, |s, _| burst(s, 4e3));
+    assert_eq!(linear.frequency.verdict, Verdict::Unchanged);
+    assert!(linear.frequency.bound < 0.005, "{}", linear.frequency.bound);
+    let fading = scan(5e-3, |s, x| burst(s, 4e3) * (-x / 0.05).exp());
+    assert_eq!(
+        fading.frequency.verdict,
+        Verdict::Unchanged,
+        "{:?}",
+        fading.frequency
+    );
+    assert!(fading.frequency.bound < 0.06, "{}", fading.frequency.bound);
+    // Means over four points of exp(-2 x / 50 mm), 52 points apart.
+    let exact = (-2.0 * 52.0 * 2.5 / 50.0f64).exp();
+    assert!((fading.frequency.energy_ratio / exact - 1.0).abs() < 0.15);
+}
+
+/// Two lines, of which one is absorbed: the share moves, but no energy is gained.
+#[test]
+fn val_construction_absorption_is_no_transfer() {
+    for (absorbed, verdict) in [(8e3, Verdict::Down), (4e3, Verdict::Up)] {
+        let found = scan(0.0, |s, x| {
+            let fading = |f: f64| {
+                if f == absorbed {
+                    (-x / 0.07).exp()
+                } else {
+                    1.0
+                }
+            };
+            fading(4e3) * burst(s, 4e3) + 0.5 * fading(8e3) * burst(s, 8e3)
+        });
+        assert_eq!(found.frequency.verdict, verdict, "{:?}", found.frequency);
+        assert_eq!(found.frequency.transfer, Some(false));
+    }
+}
+
+/// A pulse of constant shape that enters after the start and does not reach the last sites.
+#[test]
+fn val_construction_a_constant_pulse() {
+    let (dt, dx) = (1e-3, 0.012);
+    let noise = noise(900, 240);
+    let value = |(n, j): (usize, usize)| {
+        let s = (j as f64 * dx - 0.3 - 2.2 * n as f64 * dt) / 0.035;
+        (-0.5 * s * s).exp() + 1e-3 * noise[[n, j]]
+    };
+    let found = answer_of(Array2::from_shape_fn((900, 240), value), dt, dx);
+    for moved in [&found.frequency, &found.wavenumber] {
+        assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
+        assert!(moved.bound < 0.01, "{moved:?}");
+    }
+    // Sites that the wave has passed before the record, or does not reach, are no part of it.
+    let [from, to] = [found.frequency.from.unwrap(), found.frequency.to.unwrap()];
+    assert!(from.rows[0] >= 25 && to.rows[1] <= 190, "{from:?} {to:?}");
+    let speed = found.speed.unwrap();
+    assert!((speed.value - 2.2).abs() < 1e-3, "{speed:?}");
+}
+
+/// Steady waves: standing, one way, and white noise. None moves, and noise has no direction.
+#[test]
+fn val_construction_steady_fields_move_nothing() {
+    let (dt, dx, nt, nx) = (1e-3, 0.01, 2048, 60);
+    let noise = noise(nt, nx);
+    let of = |level: f64, wave: &dyn Fn(f64, f64) -> f64| {
+        let value =
+            |(n, j): (usize, usize)| wave(n as f64 * dt, j as f64 * dx) + level * noise[[n, j]];
+        analysis_of(Array2::from_shape_fn((nt, nx), value), dt, dx)
+    };
+    let standing = of(1e-3, &|t, x| {
+        (TAU * 43.95 * t).cos() * (TAU * x / 0.15 + 0.4).cos()
+    });
+    let tone = of(1e-2, &|t, x| (TAU * (71.7 * t - 4.0 * x)).cos());
+    let white = of(1.0, &|_, _| 0.0);
+    for (name, found, bound) in [
+        ("standing", &standing, 0.01),
+        ("tone", &tone, 0.01),
+        ("white", &white, 0.15),
+    ] {
+        let answer = found.answer.as_ref().unwrap();
+        for moved in [&answer.frequency, &answer.wavenumber] {
+            assert_eq!(moved.verdict, Verdict::Unchanged, "{name}: {moved:?}");
+            assert!(moved.bound < bound, "{name}: {moved:?}");
+        }
+        assert!(!answer.has_fronts, "{name}");
+    }
+    assert!(standing.undirected.is_none() && tone.undirected.is_none());
+    assert!(white.undirected.is_some());
+    // It sweeps from wavelengths as long as the array.
+    let chirp = of(1e-2, &|t, x| {
+        let s = t - x / 80.0;
+        (TAU * (25.0 * s + 0.5 * 150.0 / 2.048 * s * s)).cos()
+    });
+    let answer = chirp.answer.unwrap();
+    assert_eq!(
+        answer.frequency.verdict,
+        Verdict::Unchanged,
+        "{:?}",
+        answer.frequency
+    );
+    assert_eq!(
+        answer.wavenumber.verdict,
+        Verdict::Untold,
+        "{:?}",
+        answer.wavenumber
+    );
+}
+
+/// A record of random waves with a hum, dead channels, offsets or gain steps: each as it is.
+#[test]
+fn val_construction_faults_of_channels_move_nothing() {
+    let (dt, dx, nt, nx) = (1e-3, 0.01, 2048, 60);
+    let source = noise(80, 2);
+    // Eighty waves of 2.5 m/s around 22 Hz.
+    let wave = |t: f64, x: f64| -> f64 {
+        let lines = source.outer_iter().enumerate().map(|(i, line)| {
+            let f = 22.0 + 16.0 * (i as f64 / 79.0 - 0.5);
+            let s = TAU * f * (t - x / 2.5);
+            line[0] * s.cos() + line[1] * s.sin()
+        });
+        lines.sum::<f64>() / 80f64.sqrt()
+    };
+    let noise = noise(nt, nx);
+    let clean = Array2::from_shape_fn((nt, nx), |(n, j)| {
+        wave(n as f64 * dt, j as f64 * dx) + 0.02 * noise[[n, j]]
+    });
+    let with = |change: &dyn Fn(usize, usize, f64) -> f64| {
+        let value = |(n, j): (usize, usize)| change(n, j, clean[[n, j]]);
+        answer_of(Array2::from_shape_fn((nt, nx), value), dt, dx)
+    };
+    let fields = [
+        (
+            "hum",
+            with(&|n, _, v| v + 4.0 * (TAU * 60.0 * n as f64 * dt).cos()),
+        ),
+        (
+            "dead",
+            with(&|_, j, v| if j == 7 || j == 41 { 0.2 } else { v }),
+        ),
+        ("offsets", with(&|_, j, v| v + 15.0 * noise[[0, j]])),
+        (
+            "gain",
+            with(&|n, j, v| match j {
+                9 if n >= nt / 2 => 4.0 * v,
+                30.. => 6.0 * v,
+                _ => v,
+            }),
+        ),
+    ];
+    for (name, found) in fields {
+        assert_eq!(
+            found.frequency.verdict,
+            Verdict::Unchanged,
+            "{name}: {:?}",
+            found.frequency
+        );
+        assert!(
+            found.frequency.most() < 0.05,
+            "{name}: {:?}",
+            found.frequency
+        );
+        let in_time = found.wavenumber.verdict;
+        assert!(
+            matches!(in_time, Verdict::Unchanged | Verdict::Untold),
+            "{name}: {in_time:?}"
+        );
+    }
+}
+
+/// Pulses from both ends, and one that comes back: windows that hold both are left out.
+#[test]
+fn val_construction_reflections_are_left_out() {
+    let (dt, dx, nt, nx) = (1e-3, 0.01, 2048, 60);
+    let last = 59.0 * dx;
+    let noise = noise(nt, nx);
+    let of = |wave: &dyn Fn(f64, f64) -> f64| {
+        let value =
+            |(n, j): (usize, usize)| wave(n as f64 * dt, j as f64 * dx) + 1e-3 * noise[[n, j]];
+        analysis_of(Array2::from_shape_fn((nt, nx), value), dt, dx)
+    };
+    let two = of(&|t, x| {
+        ricker(t - 0.3 - x / 0.6, 0.02) + 0.4 * ricker(t - 0.3 - (last - x) / 0.6, 0.02)
+    });
+    let back = of(&|t, x| {
+        ricker(t - 0.2 - x / 1.1, 0.02) + 0.7 * ricker(t - 0.2 - (2.0 * last - x) / 1.1, 0.02)
+    });
+    // Energies 1 and 0.16; 1 and 0.49.
+    for (name, found, plus) in [("two", two, 1.0 / 1.16), ("back", back, 1.0 / 1.49)] {
+        let answer = found.answer.unwrap();
+        for moved in [&answer.frequency, &answer.wavenumber] {
+            assert_eq!(moved.verdict, Verdict::Unchanged, "{name}: {moved:?}");
+            assert!(moved.bound < 0.03, "{name}: {moved:?}");
+        }
+        let direction = found.direction.unwrap();
+        assert!(
+            (direction.toward_plus_x - plus).abs() < 0.007,
+            "{name}: {direction:?}"
+        );
+        assert_eq!(found.undirected, None, "{name}");
+    }
+}
+
+/// A pulse half of whose wavelength is shorter than the spacing: its direction is withheld.
+#[test]
+fn val_construction_an_aliased_pulse_has_no_direction() {
+    let value = |(n, j): (usize, usize)| ricker(n as f64 * 1e-3 - 0.25 - j as f64 / 90.0, 0.0045);
+    let found = analysis_of(Array2::from_shape_fn((2000, 50), value), 1e-3, 1.0);
+    assert!(found.undirected.is_some());
+    assert_eq!(found.answer.unwrap().frequency.verdict, Verdict::Unchanged);
+}
+
+/// A dispersive pulse: its shape changes along x, the spectrum of each site does not.
+#[test]
+fn val_construction_dispersion_moves_nothing() {
+    let (nt, nx, dx) = (1024, 220, 0.01);
+    let waves: Vec<[f64; 3]> = (0..560)
+        .map(|i| -280.0 + f64::from(i))
+        .map(|k| {
+            [
+                k,
+                1.8 * k * (1.0 - 3e-6 * k * k),
+                (-0.5 * (k / 55.0).powi(2)).exp(),
+            ]
+        })
+        .collect();
+    let largest: f64 = waves.iter().map(|[.., a]| a).sum();
+    let noise = noise(nt, nx);
+    let value = |(n, j): (usize, usize)| {
+        let (t, x) = (n as f64 * 1e-3, j as f64 * dx - 0.35);
+        let sum: f64 = waves
+            .iter()
+            .map(|[k, w, a]| a * (k * x - w * t).cos())
+            .sum();
+        sum / largest + 1e-4 * noise[[n, j]]
+    };
+    let found = answer_of(Array2::from_shape_fn((nt, nx), value), 1e-3, dx);
+    for moved in [&found.frequency, &found.wavenumber] {
+        assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
+        assert!(moved.bound < 0.02, "{moved:?}");
+    }
+}
+
+fn run(scene: &str) -> Run {
+    let setup = SceneSource::new(None, scene).setup().unwrap();
+    setup.simulation.run(&Silent).unwrap()
+}
+
+fn answer_of_run(scene: &str) -> Answer {
+    let run = run(scene);
+    let mut analysis = analyzed(&run.to_field(), &request());
+    answer_in_time(&Motion::of(&run).unwrap(), &mut analysis).unwrap();
+    analysis.answer.unwrap()
+}
+
+fn dimer(ratio: f64) -> Answer {
+    answer_of_run(&format!(
+        "sites = 160\nstiffness_ratio = {ratio}\nend_time = 160\nsamples = 2048\ntolerance = 1e-6"
+    ))
+}
+
+/// The uniform chain and dimers at ratios of localized waves, 4.9272, 14.622 and 1631, or near: the front forms within a few bodies,
+/// then keeps its content. By the launch energy moves down.
+#[test]
+fn val_theory_localized_waves_settle_and_move_nothing() {
+    for (ratio, by, keeps, launch) in [
+        (1.0, 5, 0.97, 0.00..0.06),
+        (4.9272, 17, 0.95, 0.12..0.26),
+        (8.04, 13, 0.6, 0.05..0.13),
+        (10.0, 13, 0.7, 0.05..0.13),
+        (14.622, 9, 0.95, 0.05..0.13),
+        (1631.0, 9, 0.9, 0.05..0.13),
+    ] {
+        let found = dimer(ratio);
+        let moved = &found.frequency;
+        assert_eq!(moved.verdict, Verdict::Unchanged, "{ratio}: {moved:?}");
+        let settled = moved
+            .settled_at
+            .unwrap_or_else(|| panic!("{ratio}: {moved:?}"));
+        assert!(settled <= by, "{ratio}: {settled}");
+        assert!(moved.most() < 0.05, "{ratio}: {moved:?}");
+        let ratio_kept = moved.energy_ratio;
+        assert!(
+            ratio_kept > keeps || ratio == 1.0 && ratio_kept > 0.88,
+            "{ratio}: {ratio_kept}"
+        );
+        let down = found.launch.as_ref().unwrap().down;
+        assert!(launch.contains(&down), "{ratio}: launch {down}");
+    }
+}
+
+/// The dimer of masses 0.3428 carries a localized wave, too.
+#[test]
+fn val_theory_a_localized_wave_of_masses_settles() {
+    let found = answer_of_run(
+        "sites = 160\nmass_ratio = 0.3428\nend_time = 160\nsamples = 2048\ntolerance = 1e-6",
+    );
+    let moved = &found.frequency;
+    assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
+    assert!(moved.settled_at.is_some_and(|site| site <= 17), "{moved:?}");
+    assert!((moved.energy_ratio - 1.0).abs() < 0.1, "{moved:?}");
+}
+
+/// Between the localized waves the front sheds its energy: three quarters of it by body 45, into a tail near the upper edge of the
+/// lower band, and its content never settles.
+#[test]
+fn val_theory_dispersive_dimers_never_settle() {
+    for ratio in [2.3457, 2.398] {
+        let found = dimer(ratio);
+        let moved = &found.frequency;
+        assert_eq!(moved.settled_at, None, "{ratio}: {moved:?}");
+        assert_eq!(moved.verdict, Verdict::Up, "{ratio}: {moved:?}");
+        assert!((0.12..0.22).contains(&moved.up), "{ratio}: {moved:?}");
+        assert!(
+            (0.22..0.32).contains(&moved.energy_ratio),
+            "{ratio}: {moved:?}"
+        );
+        let to = moved.to.unwrap().rows[0];
+        assert!((37..50).contains(&to), "{ratio}: {to}");
+        let tail = found.tail.unwrap();
+        assert!(
+            (0.17..0.23).contains(&tail.peak_frequency),
+            "{ratio}: {tail:?}"
+        );
+        assert!(tail.energy_share > 0.25, "{ratio}: {tail:?}");
+    }
+}
+
+/// Of a chain between walls, energy in sines: all of the FPUT chain's starts in the first, rises, and comes back; that of a linear
+/// chain stays in the mode that it starts in.
+#[test]
+fn val_theory_modes_between_walls() {
+    let fput = "sites = 32\nlaw = \"spring\"\nalpha = 0.25\nends = \"fixed\"\nmode = 1\n\
+        mode_amplitude = 1.0\nend_time = 11000.0\nsamples = 4096\ntolerance = 1e-6";
+    let found = answer_of_run(fput);
+    assert_eq!(
+        found.frequency.verdict,
+        Verdict::Unchanged,
+        "{:?}",
+        found.frequency
+    );
+    let moved = &found.wavenumber;
+    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
+    assert!(moved.returns && moved.up > 0.6, "{moved:?}");
+    // Out of the first mode, k = pi / 33.
+    assert!((moved.up_at / (PI / 33.0) - 1.5).abs() < 0.51, "{moved:?}");
+    let linear = "sites = 64\nlaw = \"spring\"\nends = \"fixed\"\nmode = 5\nmode_amplitude = 1.0\n\
+        end_time = 400.0\nsamples = 2048\ntolerance = 1e-6";
+    let found = answer_of_run(linear);
+    for moved in [&found.frequency, &found.wavenumber] {
+        assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
+        assert!(moved.bound < 1e-3, "{moved:?}");
+    }
+}
+
+/// What is left out is said: too few sites, too short a record, nothing that moves.
+#[test]
+fn val_construction_reasons() {
+    let short = answer_of(noise(12, 20), 1.0, 1.0);
+    assert_eq!(
+        short.frequency.reason,
+        Some(Reason::ShortRecord { times: 12 })
+    );
+    let one = answer_of(noise(512, 1), 1.0, 1.0);
+    assert_eq!(one.frequency.verdict, Verdict::Untold);
+    assert!(matches!(
+        one.wavenumber.reason,
+        Some(Reason::FewSites { sites: 1 })
+    ));
+    let silent = analysis_of(Array2::zeros((512, 16)), 1.0, 1.0);
+    assert!(
+        silent
+            .answer
+            .is_none_or(|answer| answer.frequency.verdict == Verdict::Untold)
+    );
+}
+
+/// Bits of the answer depend neither on the number of threads nor on the block size.
+#[test]
+fn regress_answers_are_the_same_on_any_number_of_threads() {
+    let run =
+        run("sites = 80\nstiffness_ratio = 2.4\nend_time = 90\nsamples = 1024\ntolerance = 1e-6");
+    let answer = |threads| {
+        let request = Request {
+            threads: Some(threads),
+            ..request()
+        };
+        analyzed(&run.to_field(), &request).answer.unwrap()
+    };
+    let one = answer(1);
+    for threads in [2, 3] {
+        assert_eq!(format!("{:?}", answer(threads)), format!("{one:?}"));
+    }
+}
