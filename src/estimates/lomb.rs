@@ -250,6 +250,10 @@ pub fn lomb(field: &Field, request: &LombRequest, observer: &dyn Observer) -> Re
     })
 }
 
+/// Frequencies on either side of a line that are its own, and that it is compared with.
+const OWN: usize = 12;
+const SIDE: usize = 60;
+
 impl Lomb {
     /// Unit of the frequencies.
     pub fn unit(&self) -> String {
@@ -269,6 +273,31 @@ impl Lomb {
     pub fn significant(&self) -> usize {
         let pairs = self.peaks.iter().zip(&self.level);
         pairs.filter(|(peak, level)| peak[1] > **level).count()
+    }
+
+    /// Records whose largest power is that of a line: above its level, which is that of white noise, and above what
+    /// chance exceeds anywhere in all records over the larger of the medians on either side, if power is exponential.
+    pub fn lines(&self) -> Vec<usize> {
+        let cells = (self.frequency.len() * self.peaks.len()) as f64;
+        let least = (cells / self.alpha).ln() / std::f64::consts::LN_2;
+        let is_line = |column: &usize| {
+            let [at, power, _] = self.peaks[*column];
+            let top = self.frequency.iter().position(|f| *f == at);
+            let Some(top) = top.filter(|_| power > self.level[*column]) else {
+                return false;
+            };
+            let of = |range: std::ops::Range<usize>| {
+                let mut side: Vec<f64> = range.map(|m| self.power[[m, *column]]).collect();
+                side.sort_by(f64::total_cmp);
+                (side.len() > SIDE / 4).then(|| side[side.len() / 2])
+            };
+            let last = self.frequency.len();
+            let below = of(top.saturating_sub(OWN + SIDE)..top.saturating_sub(OWN));
+            let above = of((top + OWN).min(last)..(top + OWN + SIDE).min(last));
+            let beside = below.into_iter().chain(above).fold(f64::NAN, f64::max);
+            power > least * beside
+        };
+        (0..self.peaks.len()).filter(is_line).collect()
     }
 
     /// Levels and largest powers, with the standard deviation of the times of each record.

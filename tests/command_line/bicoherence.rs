@@ -34,7 +34,12 @@ fn regress_coupling_is_found_and_written() {
         "--figures",
         "png",
     ]);
-    assert!(said.contains("triples of frequencies"), "{said}");
+    let first = said.lines().next().unwrap();
+    assert!(
+        first.starts_with("field.npy: ") && first.contains("are coupled with"),
+        "{said}"
+    );
+    assert!(said.contains("biphase"), "{said}");
     let summary = place.json("field-bicoherence/summary.json");
     assert!(summary["above_map_level"].as_u64().unwrap() > 20);
     assert_eq!(summary["correction"], "Sidak");

@@ -46,7 +46,18 @@ fn names_in(path: PathBuf) -> Vec<String> {
 #[test]
 fn a_run_to_its_budgets() {
     let place = with_runs();
-    let said = place.good(&["budget", "loc.npz", "--out", "b", "--between", "3:17"]);
+    let words = ["budget", "loc.npz", "--out", "b", "--between", "3:17"];
+    let said = place.good(&words);
+    let first = said.lines().next().unwrap();
+    assert!(
+        first.starts_with("loc.npz: ") && first.contains("% of the energy passes k = "),
+        "{said}"
+    );
+    assert!(
+        !said.contains("gain 1/2") && said.lines().count() <= 12,
+        "{said}"
+    );
+    let said = place.good(&[&words[..], &["--force", "--verbose"]].concat());
     for word in [
         "gain 1/2",
         "real space balance",
@@ -388,7 +399,7 @@ fn a_measured_field_with_its_chain() {
     velocity.mapv_inplace(|v| v + 1e-3 * noise());
     ndarray_npy::write_npy(place.path("m.npy"), &velocity).unwrap();
     let measured = ["budget", "m.npy", "--scene", "chain.toml", "--dt", "0.02"];
-    let said = place.good(&[&measured[..], &["--out", "m"]].concat());
+    let said = place.good(&[&measured[..], &["--out", "m", "--verbose"]].concat());
     assert!(
         said.contains("energy given") && said.contains("warning"),
         "{said}"

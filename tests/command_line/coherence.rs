@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use ndarray_npy::NpzReader;
 use test_support::fields::noise;
-use test_support::place::{Place, text};
+use test_support::place::Place;
 
 /// A site that follows its neighbour three samples later, in noise, and one that does not.
 fn place() -> Place {
@@ -21,7 +21,16 @@ fn place() -> Place {
 #[test]
 fn regress_a_delay_is_found_and_written() {
     let place = place();
-    place.good(&["coherence", "field.npy", "--dt", "10us", "--figures", "png"]);
+    let said = place.good(&["coherence", "field.npy", "--dt", "10us", "--figures", "png"]);
+    // One of two sites follows, three samples of 10 us later; the other one does not.
+    let first = said.lines().next().unwrap();
+    let facts = [
+        "field.npy: site 1 follows site 0",
+        "3.00",
+        "e-5 s",
+        "(95 %)",
+    ];
+    assert!(facts.iter().all(|fact| first.contains(fact)), "{first}");
     let summary = place.json("field-coherence/summary.json");
     let delay = &summary["delays"][1];
     let (found, error) = (
@@ -32,6 +41,12 @@ fn regress_a_delay_is_found_and_written() {
         (found - 3e-5).abs() < 4.0 * error && error < 1e-6,
         "{delay}"
     );
+    assert!(delay["ambiguity"].is_null() && delay["interval"].as_f64().unwrap() > error);
+    assert_eq!(
+        summary["is_coherent"],
+        serde_json::json!([true, true, false])
+    );
+    assert!(summary["delays"][2].is_null() && summary["velocity"].is_null());
     assert!(summary["level"].as_f64().unwrap() > 0.1);
     let file = std::fs::File::open(place.path("field-coherence/coherence.npz")).unwrap();
     let mut archive = NpzReader::new(file).unwrap();
@@ -92,9 +107,64 @@ fn regress_a_silent_reference_is_said() {
         "--reference",
         "1",
     ];
-    let output = place.run(&words);
-    let said = text(&[output.stdout, output.stderr].concat());
-    assert!(output.status.success());
-    assert!(said.contains("site 1, is silent"), "{said}");
-    assert!(said.contains("none can be stated"), "{said}");
+    let said = place.good(&words);
+    let first = said.lines().next().unwrap();
+    assert!(
+        first.starts_with("field.npy: ") && first.contains("site 1, is silent"),
+        "{said}"
+    );
+    assert!(
+        said.contains("warning: ") && said.contains("--reference"),
+        "{said}"
+    );
+}
+
+/// The first line says what is so: no site follows, all do at one velocity, or it cannot be told.
+#[test]
+fn regress_the_first_line_is_the_answer() {
+    let place = Place::new();
+    let random = noise(2400, 9);
+    place.save(
+        "unrelated.npy",
+        &random.slice(ndarray::s![..2048, ..2]).to_owned(),
+    );
+    let travels = Array2::from_shape_fn((2048, 8), |(n, j)| {
+        random[[n + 100 - 4 * j, 0]] + 0.05 * random[[n, j + 1]]
+    });
+    place.save("travels.npy", &travels);
+    let pulse = Array2::from_shape_fn((2048, 4), |(n, j)| {
+        (-((n as f64 - 300.0 - 5.0 * j as f64) / 6.0).powi(2)).exp()
+    });
+    place.save("pulse.npy", &pulse);
+    for (file, facts) in [
+        ("unrelated.npy", &["no site follows site 0"][..]),
+        (
+            "travels.npy",
+            &[
+                "all 7 sites follow site 0",
+                "towards +x at 25.0",
+                "m/s (95 %)",
+            ],
+        ),
+        ("pulse.npy", &["one transient"]),
+    ] {
+        let words = [
+            "coherence",
+            file,
+            "--dt",
+            "1ms",
+            "--dx",
+            "0.1m",
+            "--figures",
+            "none",
+        ];
+        let said = place.good(&words);
+        let first = said.lines().next().unwrap();
+        assert!(first.starts_with(&format!("{file}: ")), "{said}");
+        assert!(facts.iter().all(|fact| first.contains(fact)), "{first}");
+        assert!(said.lines().count() <= 12, "{said}");
+        assert!(!said.contains("effective realisations"), "{said}");
+        let all = place.good(&[&words[..], &["--force", "--verbose"]].concat());
+        assert!(all.contains("effective realisations"), "{all}");
+    }
 }

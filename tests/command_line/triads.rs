@@ -11,7 +11,8 @@ fn regress_triads_of_a_run_and_of_a_field() {
     let place = Place::new();
     std::fs::write(place.path("scene.toml"), SCENE).unwrap();
     place.good(&["simulate", "scene.toml", "--out", "run.npz"]);
-    let said = place.good(&["triads", "run.npz", "--figures", "png"]);
+    let said = place.good(&["triads", "run.npz", "--figures", "png", "--verbose"]);
+    assert!(said.starts_with("run.npz: "), "{said}");
     assert!(said.contains("towards larger wavenumbers"), "{said}");
     assert!(said.contains("the force has no other terms"), "{said}");
     let summary = place.json("run-triads/summary.json");

@@ -217,8 +217,8 @@ fn answer(found: &Found) -> String {
     let share = match (coherent.as_slice(), others) {
         ([], _) => return format!("no site follows site {reference} above chance"),
         ([one], _) => format!("site {one}"),
-        (all, others) if all.len() == others => format!("all {others} other sites"),
-        (some, others) => format!("{} of {others} other sites", some.len()),
+        (all, others) if all.len() == others => format!("all {others} sites"),
+        (some, others) => format!("{} of {others} sites", some.len()),
     };
     let (verb, are) = match coherent.len() {
         1 => ("follows", "is"),
@@ -226,6 +226,7 @@ fn answer(found: &Found) -> String {
     };
     let (time_unit, space_unit) = found.units();
     let confidence = percent_of(found.alpha);
+    let known: Vec<Delay> = coherent.iter().filter_map(|j| found.delays[*j]).collect();
     if let Some(waves) = &found.velocity {
         let towards = if waves.velocity > 0.0 { "+x" } else { "-x" };
         let half = 0.5 * (waves.high - waves.low).abs();
@@ -235,19 +236,21 @@ fn answer(found: &Found) -> String {
             &format!("{space_unit}/{time_unit}"),
         );
         let of = match waves.is_dispersive {
-            true => ", by frequency".to_owned(),
-            false => format!(" ({confidence})"),
+            true => "by frequency".to_owned(),
+            false => confidence,
         };
-        return format!(
-            "{share} {are} coherent with site {reference}, in waves towards {towards} at {velocity}{of}"
-        );
+        let is_behind = |delay: &Delay| delay.ambiguity.is_none() && delay.delay > 0.0;
+        let follows = match known.len() == coherent.len() && known.iter().all(is_behind) {
+            true => format!("{share} {verb} site {reference}"),
+            false => format!("{share} {are} coherent with site {reference}"),
+        };
+        return format!("{follows}; waves travel towards {towards} at {velocity} ({of})");
     }
-    let known: Vec<Delay> = coherent.iter().filter_map(|j| found.delays[*j]).collect();
     let periods = known.iter().filter_map(|delay| delay.ambiguity);
     if let Some(period) = periods.reduce(f64::max) {
         return format!(
-            "{share} {are} coherent with site {reference} in a narrow band: delays are known but for periods of {} \
-             {time_unit}",
+            "{share} {are} coherent with site {reference} in a narrow band: delays are known up to whole periods \
+             of {} {time_unit}",
             number(period)
         );
     }
@@ -312,11 +315,12 @@ fn tell(found: &Found, summary: &mut Summary) {
         summary.fact("coherence", &text);
     }
     let (time_unit, space_unit) = found.units();
+    let digits = |x: f64| format!("{x:.6}");
     let known = found.coherent_sites();
     let known = known.filter_map(|j| Some((j, found.delays[j]?)));
     if let Some((site, delay)) = known.last() {
         let ambiguity = match delay.ambiguity {
-            Some(period) => format!(", but for whole periods of {} {time_unit}", number(period)),
+            Some(period) => format!(", up to whole periods of {} {time_unit}", number(period)),
             None => String::new(),
         };
         let text = format!(
@@ -334,11 +338,11 @@ fn tell(found: &Found, summary: &mut Summary) {
         };
         let text = format!(
             "{} {space_unit}/{time_unit} ({} to {}), from {by}",
-            number(waves.velocity),
-            number(waves.low),
-            number(waves.high)
+            digits(waves.velocity),
+            digits(waves.low),
+            digits(waves.high)
         );
-        summary.fact("phase velocity", &text);
+        summary.detail("phase velocity", &text);
     }
     gaps_line(summary, found.segments_left.as_ref());
     summary.detail("averages", &averages(&found.independence, found.segment[0]));

@@ -144,7 +144,7 @@ fn answer(names: &[String; 2], budgets: &[Budget]) -> String {
     if let [Some(a), Some(b)] = passages {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         return format!(
-            "{} and {} of the energy pass to higher wavenumbers, {} apart",
+            "{} and {} of the energy pass to higher wavenumbers (net), {} apart",
             percent(a.share),
             percent(b.share),
             percent((b.share - a.share).abs())

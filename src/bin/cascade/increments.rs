@@ -16,7 +16,7 @@ use wavecascade::{Error, Field};
 
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
 use crate::parse;
-use crate::summary::Summary;
+use crate::summary::{Summary, with_half};
 use crate::terminal::number;
 
 /// What `cascade increments` takes.
@@ -145,26 +145,17 @@ impl Estimate for Found {
         };
         let (_, unit, scales, is_intermittent) = first;
         let [small, large] = scales.map(|m| {
-            let flatness = number(m.flatness);
-            let half = m.flatness_half();
-            match half.is_finite() {
-                true => format!(
-                    "{flatness} \u{b1} {} at {} {unit}",
-                    number(half),
-                    number(m.scale)
-                ),
-                false => format!("{flatness} at {} {unit}", number(m.scale)),
-            }
+            let flatness = with_half(m.flatness, m.flatness_half(), "");
+            format!("{} at {} {unit}", flatness.trim_end(), number(m.scale))
         });
         let names: Vec<&str> = ends
             .iter()
             .filter(|end| end.3 == *is_intermittent)
             .map(|end| end.0)
             .collect();
-        let word = if *is_intermittent {
-            "intermittent"
-        } else {
-            "not intermittent"
+        let word = match *is_intermittent {
+            true => "intermittent",
+            false => "no intermittency is shown",
         };
         format!("{word} {}: flatness {small}, {large}", names.join(" and "))
     }

@@ -130,19 +130,24 @@ impl Estimate for Found {
             number(f),
             self.unit()
         );
-        match (self.axis, self.significant()) {
-            (LombAxis::Space, _) => format!("{line}, the largest; averages have no level"),
-            (LombAxis::Time, 0) if chance.is_finite() => format!(
-                "no line above chance: the largest, {line}, has noise with probability {}",
-                number(chance)
-            ),
-            (LombAxis::Time, 0) => {
-                format!("no line can be told from chance; {line} is the largest")
+        if self.axis == LombAxis::Space {
+            return format!("{line}, the largest; averages have no level");
+        }
+        let chance = match chance {
+            chance if chance.is_nan() => {
+                return format!("no line can be told from chance; {line} is the largest");
             }
-            (LombAxis::Time, count) => format!(
-                "lines at {count} of {} sites; the largest holds {line} (by chance {})",
-                self.samples.len(),
-                number(chance)
+            0.0 => "below 1e-300".to_owned(),
+            chance => number(chance),
+        };
+        match (self.lines().len(), self.significant()) {
+            (0, 0) => format!(
+                "no line above chance: the largest, {line}, has noise with probability {chance}"
+            ),
+            (0, _) => format!("no line above the power beside it; the largest is {line}"),
+            (count, _) => format!(
+                "lines at {count} of {} sites; the largest is {line} (by chance {chance})",
+                self.samples.len()
             ),
         }
     }
@@ -162,13 +167,18 @@ impl Estimate for Found {
                 &format!("profiles at {} times averaged", self.averaged),
             );
         }
-        let text = format!(
-            "steps from {} to {}, {} on average; {} samples missing",
-            number(self.steps[0]),
-            number(self.steps[1]),
-            number(self.steps[2]),
-            self.missing
-        );
+        let [shortest, longest, mean] = self.steps;
+        let is_even = (longest - shortest).abs() < 1e-6 * mean;
+        let missing = self.missing;
+        let text = match is_even {
+            true => format!("even steps of {}; {missing} samples missing", number(mean)),
+            false => format!(
+                "steps from {} to {}, {} on average; {missing} samples missing",
+                number(shortest),
+                number(longest),
+                number(mean)
+            ),
+        };
         summary.fact("sampling", &text);
     }
 }

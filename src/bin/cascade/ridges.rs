@@ -9,7 +9,7 @@ use wavecascade::prepare::Window;
 use wavecascade::report::{
     LabelledArrays, Provenance, RidgesSummary, percent, ridges_arrays, ridges_csv, ridges_html,
 };
-use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges as Found, RidgesRequest, ridges};
+use wavecascade::ridges::{RidgeCut, RidgeLaw, RidgePoint, Ridges as Found, RidgesRequest, ridges};
 use wavecascade::{Error, Field};
 
 use crate::advice;
@@ -184,6 +184,11 @@ impl Estimate for Found {
     }
 }
 
+/// Points whose velocity is known to a tenth, at least, for one to be named.
+const LEAST_KNOWN: usize = 5;
+/// Spread of velocities that are one, over their median.
+const ALIKE: f64 = 0.15;
+
 /// The law, or the velocity, in words.
 fn answer(found: &Found) -> String {
     if found.ridges.is_empty() {
@@ -214,36 +219,47 @@ fn answer(found: &Found) -> String {
         1 => "one branch".to_owned(),
         count => format!("{count} branches"),
     };
-    let mut speeds: Vec<f64> = found
-        .points()
-        .filter(|p| p.phase_velocity_error < 0.1 * p.phase_velocity.abs())
-        .map(|p| p.phase_velocity.abs())
-        .collect();
-    speeds.sort_by(f64::total_cmp);
-    let [forwards, backwards] = [1.0, -1.0].map(|sign| {
-        let signed = found.points().filter(|p| sign * p.wavenumber > 0.0);
-        signed.count()
-    });
-    let ways = match (forwards, backwards) {
-        (_, 0) => "towards +x",
-        (0, _) => "towards -x",
-        _ => "both ways",
+    let magnitudes = |of: fn(&RidgePoint) -> [f64; 2]| {
+        let known = found.points().map(of);
+        let known = known.filter(|[speed, error]| *error < 0.1 * speed.abs());
+        let mut speeds: Vec<f64> = known.map(|[speed, _]| speed.abs()).collect();
+        speeds.sort_by(f64::total_cmp);
+        let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize];
+        (speeds.len() >= LEAST_KNOWN).then(|| [0.05, 0.5, 0.95].map(at))
     };
-    let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize];
-    match speeds.len() {
-        0 => format!("{branches}, whose phase velocity is not known to a tenth"),
-        _ => {
-            let (low, middle, high) = (at(0.05), at(0.5), at(0.95));
-            let spread = match high - low < 0.1 * middle {
-                true => format!("about {}", with_half(middle, 0.5 * (high - low), &unit)),
-                false => format!(
-                    "from {} to {} {unit}, by frequency",
-                    number(low),
-                    number(high)
-                ),
-            };
-            format!("{branches}, waves {ways}, phase velocity {spread}")
-        }
+    // Folded wavenumbers have other phase velocities, but the same group velocity.
+    let group = magnitudes(|p| [p.group_velocity, p.group_velocity_error]);
+    let is_one = |[low, middle, high]: &[f64; 3]| high - low < ALIKE * middle;
+    if let Some([low, middle, high]) = group.filter(is_one) {
+        let [forwards, backwards] = [1.0, -1.0].map(|sign| {
+            let signed = found.points().filter(|p| sign * p.group_velocity > 0.0);
+            signed.count()
+        });
+        let ways = match (forwards, backwards) {
+            (_, 0) => "towards +x",
+            (0, _) => "towards -x",
+            (plus, minus) if minus * 20 < plus => "towards +x",
+            (plus, minus) if plus * 20 < minus => "towards -x",
+            _ => "both ways",
+        };
+        let speed = with_half(middle, 0.5 * (high - low), &unit);
+        return format!("waves {ways} at a group velocity of {speed} ({branches})");
+    }
+    match (
+        group,
+        magnitudes(|p| [p.phase_velocity, p.phase_velocity_error]),
+    ) {
+        (Some([low, _, high]), _) => format!(
+            "{branches}, group velocity from {} to {} {unit}",
+            number(low),
+            number(high)
+        ),
+        (None, Some([low, _, high])) => format!(
+            "{branches}, phase velocity from {} to {} {unit}",
+            number(low),
+            number(high)
+        ),
+        (None, None) => format!("{branches}, no velocity of which is known to a tenth"),
     }
 }
 

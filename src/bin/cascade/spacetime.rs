@@ -88,9 +88,9 @@ fn answer(found: &SpaceTimeEstimate) -> String {
         return "no power".into();
     }
     format!(
-        "{} of the power towards +x, {} towards -x; largest at {} {}, k = {} rad/{space_unit}",
-        percent(plus),
-        percent(minus),
+        "{:.1} % of the power towards +x, {:.1} % towards -x; most at {} {}, k = {} rad/{space_unit}",
+        100.0 * plus,
+        100.0 * minus,
         number(found.frequency[row]),
         wavecascade::measure::cycles_per(&time_unit),
         number(found.wavenumber[column])
@@ -102,7 +102,7 @@ fn tell(found: &SpaceTimeEstimate, summary: &mut Summary) {
         Some([least, degrees, most]) => {
             let [low, high] = interval_factors(degrees, found.alpha);
             let text = format!(
-                "{} from {} to {} of a value, by {} degrees of freedom ({} to {})",
+                "{} from {} to {} of a value, {} degrees of freedom ({} to {})",
                 percent(1.0 - found.alpha),
                 number(low),
                 number(high),

@@ -406,7 +406,7 @@ fn tell(found: &SpectrumEstimate, summary: &mut Summary) {
         Some([least, median, most]) => {
             let [low, high] = interval_factors(median, found.alpha);
             let text = format!(
-                "{confidence} from {} to {} of a value, by {} degrees of freedom ({} to {})",
+                "{confidence} from {} to {} of a value, {} degrees of freedom ({} to {})",
                 number(low),
                 number(high),
                 number(median),

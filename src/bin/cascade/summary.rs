@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use crate::table::Table;
-use crate::text::{HEADING, Lines, Tone, message, paragraphs, stdout, styled, width, wrapped};
+use crate::text::{HEADING, Lines, Tone, labelled, paragraphs, stdout, styled, width, wrapped};
 
 /// Lines that a summary has at most, where not all details are asked for.
 const MOST_LINES: usize = 12;
@@ -91,26 +91,21 @@ impl Summary {
         self.last = text.to_owned();
     }
 
-    /// Prints it: warnings to standard error, the rest to standard output.
+    /// Prints it.
     pub fn print(&self, is_verbose: bool) -> std::io::Result<()> {
         let width = width();
-        let (said, warnings) = match is_verbose {
-            true => (self.whole(width), self.all_warnings()),
+        let said = match is_verbose {
+            true => self.whole(width),
             false => self.cut(width),
         };
-        let mut out = stdout();
-        out.write_all(said.as_bytes())?;
-        out.flush()?;
-        warnings
-            .iter()
-            .for_each(|(tone, text)| message(*tone, text));
-        Ok(())
+        stdout().write_all(said.as_bytes())
     }
 
     fn whole(&self, width: usize) -> String {
         let parts = self.parts.iter().map(|(_, part)| part.text(width));
         let texts = [self.head(width)].into_iter().chain(parts);
-        texts.chain([self.closing(width)]).collect()
+        let warnings = set(&self.all_warnings(), width);
+        texts.chain([warnings, self.closing(width)]).collect()
     }
 
     fn all_warnings(&self) -> Vec<(Tone, String)> {
@@ -124,7 +119,7 @@ impl Summary {
     }
 
     /// The same without details, in a dozen lines.
-    fn cut(&self, width: usize) -> (String, Vec<(Tone, String)>) {
+    fn cut(&self, width: usize) -> String {
         let (mut text, closing) = (self.head(width), self.closing(width));
         let mut room = MOST_LINES.saturating_sub(text.lines().count() + closing.lines().count());
         let reserved = self.warnings.len().min(room / 2);
@@ -134,7 +129,7 @@ impl Summary {
             room -= part.lines().count();
             text += &part;
         }
-        (text + &closing, self.cut_warnings(width, room))
+        text + &set(&self.cut_warnings(width, room), width) + &closing
     }
 
     /// Warnings in so many lines: their messages first, then what to do about them.
@@ -191,6 +186,13 @@ impl Summary {
             false => paragraphs(std::slice::from_ref(&self.last), width),
         }
     }
+}
+
+/// Messages in lines.
+fn set(messages: &[(Tone, String)], width: usize) -> String {
+    let lines = messages.iter();
+    let lines = lines.map(|(tone, text)| labelled(*tone, text, Some(width)) + "\n");
+    lines.collect()
 }
 
 impl Part {
@@ -275,32 +277,32 @@ mod tests {
 
     #[test]
     fn a_dozen_lines_hold_the_answer_and_the_first_of_each_kind() {
-        let (said, warnings) = long().cut(80);
-        let said = plain(&said);
+        let said = plain(&long().cut(80));
         assert!(said.starts_with("run.npz: it is so\nfact 0"), "{said}");
         assert!(
             said.ends_with("\nopen page\n") && !said.contains("detail"),
             "{said}"
         );
-        assert!(said.lines().count() + warnings.len() <= MOST_LINES);
-        assert_eq!(warnings[0].1, "finding 0 -> what to do");
-        let (tone, more) = warnings.last().unwrap();
+        assert_eq!(said.lines().count(), MOST_LINES);
         assert!(
-            *tone == Tone::Note && more.ends_with("more warnings: --verbose"),
-            "{more}"
+            said.contains("\nwarning: finding 0 -> what to do\n"),
+            "{said}"
+        );
+        assert!(
+            said.contains("\nnote: 5 more warnings: --verbose\n"),
+            "{said}"
         );
         let all = plain(&long().whole(80));
-        assert_eq!(all.lines().count(), 42, "{all}");
-        assert_eq!(long().all_warnings().len(), 18);
+        assert_eq!(all.lines().count(), 42 + 18, "{all}");
     }
 
     #[test]
     fn one_warning_says_what_to_do_where_there_is_room() {
         let mut summary = Summary::new("a.npy", "nothing");
-        summary.warning(&"word ".repeat(15), &"advice ".repeat(9));
-        let (_, said) = summary.cut(80);
-        assert_eq!(said.len(), 2);
-        assert_eq!(said[1].0, Tone::Help);
+        summary.warning(&"word ".repeat(13), &"advice ".repeat(9));
+        let said = plain(&summary.cut(80));
+        assert_eq!(said.lines().count(), 3, "{said}");
+        assert!(said.contains("\nhelp: advice"), "{said}");
     }
 
     #[test]
@@ -311,7 +313,7 @@ mod tests {
         }
         let mut summary = Summary::new("a", "b");
         summary.rows(table);
-        let (said, _) = summary.cut(80);
+        let said = plain(&summary.cut(80));
         assert_eq!(said.lines().count(), MOST_LINES);
         assert!(said.ends_with("... 21 more lines: --verbose\n"), "{said}");
     }

@@ -154,7 +154,13 @@ fn answer(standing: &Standing, request: &Request, known: &[(usize, Measures)]) -
         false => without,
     };
     match forces.as_slice() {
-        [] => format!("none of {} members has a value yet", standing.members),
+        [] if standing.known < standing.members => {
+            format!("none of {} members has a value yet", standing.members)
+        }
+        [] => format!(
+            "the largest force at the last contact is known in none of {} members",
+            standing.members
+        ),
         [one] => format!(
             "force at the last contact {} at {}{without}",
             number(one.1),

@@ -76,13 +76,14 @@ pub const HEADING: Style = Style::new().bold();
 pub fn message(tone: Tone, text: &str) {
     let terminal = terminal_size::terminal_size_of(std::io::stderr());
     let columns = terminal.map(|(width, _)| usize::from(width.0).clamp(BOUNDS.0, BOUNDS.1));
-    let text = in_lines(tone.label(), tone.style(), text, columns);
+    let text = labelled(tone, text, columns);
     // Nothing can be done where even this cannot be written.
     let _ = writeln!(stderr(), "{text}");
 }
 
 /// `label: text`, wrapped below the text at so many columns.
-fn in_lines(label: &str, style: Style, text: &str, columns: Option<usize>) -> String {
+pub fn labelled(tone: Tone, text: &str, columns: Option<usize>) -> String {
+    let (label, style) = (tone.label(), tone.style());
     let indent = label.len() + 2;
     let lines: Vec<String> = match columns {
         None => vec![text.to_owned()],
@@ -214,7 +215,7 @@ mod tests {
     fn messages_wrap_below_their_text_and_keep_code_whole() {
         let said = |columns| {
             let text = "convert it with `numpy.save(\"field.npy\", array)` and so on";
-            plain(&in_lines("help", Tone::Help.style(), text, columns))
+            plain(&labelled(Tone::Help, text, columns))
         };
         assert_eq!(
             said(Some(40)),

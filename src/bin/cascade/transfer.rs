@@ -170,7 +170,13 @@ fn tell(found: &Found, summary: &mut Summary) {
         percent(shares.residual)
     );
     summary.fact("output", &text);
-    summary.fact("prediction", &found.findings());
+    let text = format!(
+        "of what was not fitted, linear terms explain {}, quadratic ones {} of the rest",
+        percent(shares.held_out_linear),
+        percent(shares.held_out_of_rest)
+    );
+    summary.fact("prediction", &text);
+    summary.detail("findings", &found.findings());
     if found.holds() {
         summary.detail("passage", &found.answer());
     }
@@ -200,9 +206,7 @@ fn warnings(found: &Found) -> Vec<[String; 2]> {
     if !found.holds() {
         warnings.push([
             "quadratic terms do not predict this field; their gains mean nothing".into(),
-            "more realisations, neighbouring sites or the travel time (--lag) may help; a contact that opens has \
-             no quadratic expansion: use `cascade budget` if the chain is known"
-                .into(),
+            "try more realisations, neighbouring sites, --lag; `cascade budget` if the chain is known".into(),
         ]);
     }
     warnings

@@ -14,8 +14,8 @@ use wavecascade::chain::scene::{SceneSource, Units};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Overlay;
 use wavecascade::report::{
-    TRANSMISSION_SCHEMA, percent, transmission_csv, transmission_html, transmission_snippet,
-    versioned_json, write_beside,
+    TRANSMISSION_SCHEMA, transmission_csv, transmission_html, transmission_snippet, versioned_json,
+    write_beside,
 };
 
 use crate::analyze::{print_notes, use_threads};
@@ -307,10 +307,10 @@ fn answer(transmission: &Transmission) -> String {
     all.sort_by(|a, b| a.relative_force.total_cmp(&b.relative_force));
     match (all.first(), all.last()) {
         (Some(least), Some(most)) => format!(
-            "{} of the force comes through at {key} {}, {} at {}",
-            percent(least.relative_force),
+            "least {} of the force of the homogeneous chain at {key} {}, largest {} at {}",
+            number(least.relative_force),
             number(least.value),
-            percent(most.relative_force),
+            number(most.relative_force),
             number(most.value)
         ),
         _ => "nothing comes through at any value".into(),

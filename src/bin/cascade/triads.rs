@@ -215,10 +215,9 @@ impl Estimate for Found {
         }
         let towards = if flux > 0.0 { "larger" } else { "smaller" };
         format!(
-            "{} of the energy passes k = {} {unit} towards {towards} wavenumbers, {} of it by near triads",
+            "{} of the energy passes k = {} {unit} towards {towards} wavenumbers",
             share(flux),
-            number(self.wavenumber[at]),
-            percent(self.locality.share_below(4.0))
+            number(self.wavenumber[at])
         )
     }
 

@@ -132,7 +132,6 @@ pub(super) fn of_frequencies(
     let count = points.len() as f64;
     let shared = shared_bins.min(count);
     let normal = chi_square_level(alpha, 1.0).sqrt();
-    let independent = (count / shared - 1.0).max(1.0);
     let reduced = match points.len() {
         0 => return None,
         1 => 0.0,
@@ -141,10 +140,7 @@ pub(super) fn of_frequencies(
     let is_dispersive = reduced > DIFFERENT;
     let half = match is_dispersive {
         true => normal * (squares / all).sqrt(),
-        false => {
-            let scattered = student_two_sided(alpha, independent) * reduced.sqrt();
-            normal.max(scattered) * (shared / all).sqrt()
-        }
+        false => normal * (reduced.max(1.0) * shared / all).sqrt(),
     };
     let [low, high] = inverse(mean, half)?;
     Some(WaveVelocity {

@@ -9,7 +9,7 @@ pub struct Peak {
     /// Index of the site, or of the time.
     pub column: usize,
     pub bin: usize,
-    /// Frequency, or wavenumber.
+    /// Frequency, or wavenumber, between bins.
     pub at: f64,
     /// Over the larger of the medians on both sides.
     pub ratio: f64,
@@ -19,6 +19,13 @@ pub struct Peak {
 const OWN: usize = 2;
 /// Bins of a side, at least.
 const LEAST: usize = 3;
+
+/// The top of the parabola through the logarithms of three powers, from the middle one on.
+fn between(powers: [f64; 3]) -> f64 {
+    let [below, own, above] = powers.map(f64::ln);
+    let shift = 0.5 * (below - above) / (below - 2.0 * own + above);
+    if shift.abs() <= 0.5 { shift } else { 0.0 }
+}
 
 impl SpectrumEstimate {
     /// Peaks of the sites that have intervals, the highest first: bins above what chance exceeds anywhere in all
@@ -50,6 +57,7 @@ impl SpectrumEstimate {
             }
             last.1
         };
+        let step = self.bins[1] - self.bins[0];
         let mut peaks = Vec::new();
         for column in columns {
             let power: Vec<f64> = self.spectrum.column(column).to_vec();
@@ -73,7 +81,8 @@ impl SpectrumEstimate {
                     peaks.push(Peak {
                         column,
                         bin,
-                        at: self.bins[bin],
+                        at: self.bins[bin]
+                            + between([neighbours[0], power[bin], neighbours[1]]) * step,
                         ratio,
                     });
                 }

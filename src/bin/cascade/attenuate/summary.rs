@@ -1,7 +1,7 @@
 //! What `cascade attenuate` found, in words.
 
-use wavecascade::attenuation::{AttenuationCurve, Compared, CurveRow};
-use wavecascade::report::{law_sentence, percent, reach_sentence, stop_sentence};
+use wavecascade::attenuation::{AttenuationCurve, Compared, CurveRow, Reach};
+use wavecascade::report::{law_sentence, reach_sentence, stop_sentence};
 
 use super::AttenuationReport;
 use crate::summary::Summary;
@@ -89,26 +89,34 @@ pub(super) fn told(subject: &str, found: &AttenuationReport) -> Summary {
 fn answer(found: &AttenuationReport) -> String {
     let attenuation = &found.attenuation;
     let curves = &attenuation.curves;
-    let differs = curves.iter().find(|curve| curve.stiffness_ratio > 1.0);
-    let Some(curve) = differs.or(curves.first()) else {
-        return "no chain has a pulse".into();
-    };
-    if let (Some(reach), Some(target)) = (&curve.reach, attenuation.target) {
-        let what = reach_sentence(reach, target);
-        return format!("force of {} ({}) {what}", curve.name, curve.sense.name());
+    if let Some(target) = attenuation.target {
+        let reached = |curve: &&AttenuationCurve| match curve.reach {
+            Some(Reach::Within { bodies }) => bodies,
+            _ => usize::MAX,
+        };
+        let first = curves.iter().filter(|curve| curve.reach.is_some());
+        if let Some(curve) = first.min_by_key(reached)
+            && let Some(reach) = &curve.reach
+        {
+            let what = reach_sentence(reach, target);
+            return format!("{} ({}): {what}", curve.name, curve.sense.name());
+        }
     }
-    let last = curve.rows.iter().rev();
-    let force = last
-        .filter_map(|row| Some((row.bodies, row.relative_force?)))
-        .next();
-    match force {
-        Some((bodies, force)) => format!(
-            "{} of the force is left after {bodies} bodies of {} ({}), of that in the homogeneous chain",
-            percent(force),
+    let forces = curves.iter().filter_map(|curve| {
+        let known = curve.rows.iter().rev();
+        let (bodies, force) = known
+            .filter_map(|row| Some((row.bodies, row.relative_force?)))
+            .next()?;
+        Some((curve, bodies, force))
+    });
+    match forces.min_by(|a, b| a.2.total_cmp(&b.2)) {
+        Some((curve, bodies, force)) => format!(
+            "{} has {:.1} % of the force of the homogeneous chain after {bodies} bodies ({}), the least",
             curve.name,
+            100.0 * force,
             curve.sense.name()
         ),
-        None => format!("no force of {} is known", curve.name),
+        None => "no chain has a pulse".into(),
     }
 }
 

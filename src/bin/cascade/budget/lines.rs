@@ -71,7 +71,7 @@ fn answer(budget: &Budget) -> String {
         false => String::new(),
     };
     format!(
-        "{:.1}{error} % of the energy passes {at} to {towards} wavenumbers, net, the most of all k",
+        "{:.1}{error} % of the energy passes {at} to {towards} wavenumbers (net)",
         100.0 * most.share.abs()
     )
 }

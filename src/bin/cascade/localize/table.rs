@@ -135,10 +135,16 @@ fn answer(typed: &Localize, rows: &[OrderRow]) -> String {
     let more = if ratios.len() > shown { ", ..." } else { "" };
     match ratios.is_empty() {
         true => format!("no localized wave of {orders} is resolved"),
-        false => format!(
-            "localized waves at {of} ratios {}{more} ({orders}){unresolved}",
-            ratios[..shown].join(", ")
-        ),
+        false => {
+            let what = match ratios.len() {
+                1 => format!("a localized wave at {of} ratio"),
+                _ => format!("localized waves at {of} ratios"),
+            };
+            format!(
+                "{what} {}{more} ({orders}){unresolved}",
+                ratios[..shown].join(", ")
+            )
+        }
     }
 }
 
