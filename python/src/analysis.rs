@@ -20,7 +20,7 @@ use super::kept::Kept;
 use super::samples::Source;
 use super::typed::{provenance, typed};
 use super::watch;
-use crate::analyze::{advised, conclusions, request};
+use crate::analyze::{advised, conclusions, in_time_of_run, request};
 use crate::failure::Failure;
 use crate::{advice, dispersion, effect};
 
@@ -104,7 +104,10 @@ pub fn analyze<'py>(
         let plan = plan(&field, &request).map_err(|error| error.of_file(&name))?;
         let kept = Kept::new(request.precision);
         let analysis = run_plan(&field, &plan, &kept, observer);
-        let analysis = analysis.map_err(|error| error.of_file(&name))?;
+        let mut analysis = analysis.map_err(|error| error.of_file(&name))?;
+        if let Some(path) = &path {
+            in_time_of_run(path, &mut analysis)?;
+        }
         field.check_unchanged()?;
         let input = path.as_ref().map(|path| path.display().to_string());
         let hash = analysis.content_hash.clone();

@@ -26,7 +26,7 @@ const SHORTEST: usize = 8;
 /// Magnitude, as a part of the largest of the field, below which a site has no energy to speak of.
 pub(super) const LIVE: f64 = 1e-3;
 /// Part of its first energy that a front holds as long as it is followed.
-const FOLLOWED: f64 = 0.25;
+const FOLLOWED: f64 = 0.3;
 /// The kind of window that fades, of those of a struck chain.
 const FADING: usize = 3;
 /// Steadiness of records above which they have no front.
@@ -657,8 +657,8 @@ impl Found<'_> {
         Moved::between(&self.groups[kind][a], &self.groups[kind][b])
     }
 
-    /// Withdraws what other windows (by kind) and the groups beside do not say.
-    fn checked(
+    /// Withdraws what other windows (by kind) do not say.
+    fn checked_by_windows(
         &self,
         kind: usize,
         (a, b): (usize, usize),
@@ -680,19 +680,33 @@ impl Found<'_> {
                 return movement.but_untold(Reason::Windows { up, down });
             }
         }
-        if groups.len() >= 4 {
-            let beside = [
-                (a + 1, b),
-                (a, b - 1),
-                (a.saturating_sub(1), b),
-                (a, (b + 1).min(groups.len() - 1)),
-            ];
-            for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {
-                let moved = self.moved(kind, a, b);
-                if !moved.agrees(verdict, tolerance) {
-                    let (up, down) = (moved.up.share, moved.down.share);
-                    return movement.but_untold(Reason::Neighbours { up, down });
-                }
+        movement
+    }
+
+    /// Withdraws what neither other windows (by kind) nor the groups beside say.
+    fn checked(
+        &self,
+        kind: usize,
+        (a, b): (usize, usize),
+        others: &[usize],
+        movement: Movement,
+    ) -> Movement {
+        let movement = self.checked_by_windows(kind, (a, b), others, movement);
+        let groups = &self.groups[kind];
+        if groups.len() < 4 {
+            return movement;
+        }
+        let beside = [
+            (a + 1, b),
+            (a, b - 1),
+            (a.saturating_sub(1), b),
+            (a, (b + 1).min(groups.len() - 1)),
+        ];
+        for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {
+            let moved = self.moved(kind, a, b);
+            if !moved.agrees(movement.verdict, self.options.tolerance) {
+                let (up, down) = (moved.up.share, moved.down.share);
+                return movement.but_untold(Reason::Neighbours { up, down });
             }
         }
         movement
@@ -743,7 +757,8 @@ impl Found<'_> {
                 (movement.verdict, movement.transfer) = (Verdict::Unchanged, None);
                 movement.bound = bound;
                 movement.settled_at = movement.from.map(|place| place.rows[0]);
-                let movement = self.checked(FADING, (formed, last), &[4, 5], movement);
+                // Groups beside have been compared, and those before are the launch.
+                let movement = self.checked_by_windows(FADING, (formed, last), &[4, 5], movement);
                 let launch = self.between(FADING, 0, formed.max(1));
                 let mut along = AlongX {
                     movement,
@@ -770,7 +785,7 @@ impl Found<'_> {
         behind && end.energy < 0.5 * fading[formed].energy
     }
 
-    /// The front never forms: it is followed while it holds a quarter of its energy.
+    /// The front never forms: it is followed while it holds three tenths of its energy.
     fn of_unsettled(&self, tail: Option<usize>) -> AlongX {
         let groups = &self.groups[0];
         let held = |group: &Group| group.energy >= FOLLOWED * groups[0].energy;

@@ -19,7 +19,7 @@
 //! Of a struck chain, launch and travel are apart: the front has formed at the first group from which U and D to every
 //! later group stay below the tolerance. Its windows fade out (the square of half a cosine), so that what it leaves behind
 //! counts less the later it comes. A front that forms nowhere in the first half of the chain sheds energy: then windows do not fade, and the
-//! groups compared are the first and the last with a quarter of its energy.
+//! groups compared are the first and the last with three tenths of its energy.
 
 mod along_x;
 mod in_time;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Any, Unpack
@@ -51,8 +52,9 @@ def analyze(
     Returns
     -------
     xarray.Dataset or dict
-        The arrays of ``spectra.nc`` with their dimensions, coordinates and units; settings, Parseval
-        residuals and accuracy are attributes. Without xarray a dictionary of the arrays, whose
+        The arrays of ``spectra.nc`` with their dimensions, coordinates and units; the verdicts
+        (``frequency_verdict``, ``frequency_up``, ``wavenumber_verdict``, ..., all of it as JSON in
+        ``answer``), settings, Parseval residuals and accuracy are attributes. Without xarray a dictionary of the arrays, whose
         attributes are under ``"attrs"``. Bits are those of the program.
     """
     found = _found(field, dict(options), progress, maps)
@@ -70,7 +72,13 @@ def _found(field: Any, options: dict[str, object], progress: Progress, maps: boo
 
 def _arranged(found: dict[str, Any]) -> Any:
     """The arrays of an analysis."""
-    attrs = summary_attrs(found["summary"], ("accuracy", "direction", "low_high", "warnings"))
+    attrs = summary_attrs(found["summary"], ("answer", "accuracy", "direction", "low_high", "warnings"))
+    answer = json.loads(attrs.get("answer", "{}"))
+    for axis in ("frequency", "wavenumber"):
+        for part in ("verdict", "up", "down"):
+            value = answer.get(axis, {}).get(part)
+            if value is not None:
+                attrs[f"{axis}_{part}"] = value
     out = dataset(found, attrs)
     if hasattr(out, "encoding"):
         out.encoding["cascade_analysis"] = found["analysis"]

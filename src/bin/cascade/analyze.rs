@@ -142,14 +142,7 @@ impl Task<'_> {
             },
         );
         let mut analysis = analysis.map_err(|error| error.of_file(path))?;
-        let run = match is_run_file(path)? {
-            true => Some(RunFile::read(path)?),
-            false => None,
-        };
-        let recorded = run.as_ref().filter(|file| file.run.displacement.is_some());
-        if let Some(file) = recorded {
-            answer_in_time(&Motion::of(&file.run)?, &mut analysis)?;
-        }
+        let run = in_time_of_run(path, &mut analysis)?;
         analysis.content_hash = analysis.content_hash.or(hash?);
         let opened = field.file_state();
         let read_as = conclusions(&field);
@@ -203,6 +196,18 @@ impl Task<'_> {
             ..Provenance::new(command, Some(input), analysis.content_hash.clone())
         }
     }
+}
+
+/// The run that a file holds, if it does: what moved in wavenumber is then that of the total energy.
+pub fn in_time_of_run(path: &Path, analysis: &mut Analysis) -> Result<Option<RunFile>, Failure> {
+    if !is_run_file(path)? {
+        return Ok(None);
+    }
+    let file = RunFile::read(path)?;
+    if file.run.displacement.is_some() {
+        answer_in_time(&Motion::of(&file.run)?, analysis)?;
+    }
+    Ok(Some(file))
 }
 
 /// The budgets of a field that carries its chain, from its samples, and how far they close.
