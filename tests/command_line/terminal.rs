@@ -93,7 +93,7 @@ const ANSWERS: [(&str, &str); 17] = [
         "struck chains",
     ),
     (
-        "sweep --sites 5 --end-time 9 --samples 33 --vary stiffness_ratio=1,2 --force",
+        "sweep --sites 5 --end-time 9 --samples 33 --vary stiffness_ratio=1,2",
         "sweep",
     ),
     (
