@@ -74,9 +74,12 @@ const ANSWERS: [(&str, &str); 17] = [
         "wave.npy",
     ),
     ("modes wave.npy --figures none", "wave.npy"),
-    ("bicoherence wave.npy --figures none", "wave.npy"),
+    (
+        "bicoherence wave.npy --segment 32 --figures none",
+        "wave.npy",
+    ),
     ("increments wave.npy --figures none", "wave.npy"),
-    ("slope wave.npy --band 0.1:2 --figures none", "wave.npy"),
+    ("slope wave.npy --band 1:6.3 --figures none", "wave.npy"),
     ("lomb wave.npy --figures none", "wave.npy"),
     ("budget run.npz --figures none --force", "run.npz"),
     (
