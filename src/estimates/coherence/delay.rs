@@ -429,11 +429,12 @@ impl<'a> DelaySearch<'a> {
         // 1/2 for each independent frequency.
         let expected = 0.5 * coherent.len() as f64 / self.shared_bins;
         let excess = (likelihood * misfit.sum::<f64>() / expected).max(1.0);
-        // So many of the frequencies are false, the weakest at best.
+        // So many of the frequencies are false, each with its neighbours, the weakest at best.
         let mut weights: Vec<f64> = coherent.iter().map(|one| one.weight).collect();
         weights.sort_unstable_by(f64::total_cmp);
-        let false_ones = (self.alpha * weights.len() as f64).ceil() as usize;
-        let by_chance: f64 = weights.iter().take(false_ones).sum();
+        let false_ones =
+            (self.alpha * weights.len() as f64).ceil() * (self.shared_bins.ceil() + 1.0);
+        let by_chance: f64 = weights.iter().take(false_ones as usize).sum();
         (self.points() as f64 / self.alpha).ln() * excess / likelihood + 2.0 * by_chance
     }
 
