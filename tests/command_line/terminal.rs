@@ -65,7 +65,8 @@ fn lines_keep_to_the_width_that_is_stated() {
 }
 
 /// Commands that answer, and the name that the answer begins with.
-const ANSWERS: [(&str, &str); 17] = [
+const ANSWERS: [(&str, &str); 18] = [
+    ("filter wave.npy --frequency 0:0.1", "wave.npy"),
     ("coherence wave.npy --figures none", "wave.npy"),
     ("ridges wave.npy --figures none", "wave.npy"),
     ("spectrum wave.npy --figures none", "wave.npy"),

@@ -340,6 +340,7 @@ fn tell(found: &Found, summary: &mut Summary) {
     if let Some(waves) = &found.velocity {
         let by = match (waves.sites, waves.frequencies) {
             (Some(sites), _) => format!("the delays of {sites} sites"),
+            (_, Some(1)) => "the phases at one frequency".into(),
             (_, frequencies) => format!("the phases at {} frequencies", frequencies.unwrap_or(0)),
         };
         let text = format!(
