@@ -95,7 +95,7 @@ fn exponents(axis: &AxisIncrements) -> Option<String> {
     let fit = axis.exponents.as_ref()?;
     let values = fit.exponents.iter().zip(&fit.half).zip(1..);
     let text: Vec<String> = values
-        .map(|((value, half), p)| format!("{p}: {} ± {}", number(*value), number(*half)))
+        .map(|((value, half), p)| format!("{p}: {}", with_half(*value, *half)))
         .collect();
     let basis = match fit.basis {
         ExponentBasis::Shots => "intervals over shots",

@@ -46,13 +46,19 @@ pub fn slope_sentences(found: &Slope) -> Vec<(String, String)> {
     }
     if let Some(steep) = &found.steepening {
         let mut text = format!(
-            "{} ± {} {time_unit} (interval of the regression of 1/max|∂v/∂x| over {} frames); slope there {} ± {}",
+            "{} ± {} {time_unit} (interval of the regression of 1/max|∂v/∂x| over {} frames)",
             number(steep.shock_time),
             number(steep.half),
-            steep.frames,
-            number(steep.slope_at_shock),
-            number(steep.slope_half)
+            steep.frames
         );
+        text += &match steep.slope_at_shock.is_finite() {
+            true => format!(
+                "; slope there {} ± {}",
+                number(steep.slope_at_shock),
+                number(steep.slope_half)
+            ),
+            false => "; the record ends before it".into(),
+        };
         if steep.slope_after.is_finite() {
             text += &format!(
                 ", from 1.5 shock times on {} ({} to {})",

@@ -65,7 +65,8 @@ fn lines_keep_to_the_width_that_is_stated() {
 }
 
 /// Commands that answer, and the name that the answer begins with.
-const ANSWERS: [(&str, &str); 17] = [
+const ANSWERS: [(&str, &str); 18] = [
+    ("filter wave.npy --frequency 0:0.1", "wave.npy"),
     ("coherence wave.npy --figures none", "wave.npy"),
     ("ridges wave.npy --figures none", "wave.npy"),
     ("spectrum wave.npy --figures none", "wave.npy"),
@@ -74,9 +75,12 @@ const ANSWERS: [(&str, &str); 17] = [
         "wave.npy",
     ),
     ("modes wave.npy --figures none", "wave.npy"),
-    ("bicoherence wave.npy --figures none", "wave.npy"),
+    (
+        "bicoherence wave.npy --segment 32 --figures none",
+        "wave.npy",
+    ),
     ("increments wave.npy --figures none", "wave.npy"),
-    ("slope wave.npy --band 0.1:2 --figures none", "wave.npy"),
+    ("slope wave.npy --band 1:6.3 --figures none", "wave.npy"),
     ("lomb wave.npy --figures none", "wave.npy"),
     ("budget run.npz --figures none --force", "run.npz"),
     (
@@ -93,7 +97,7 @@ const ANSWERS: [(&str, &str); 17] = [
         "struck chains",
     ),
     (
-        "sweep --sites 5 --end-time 9 --samples 33 --vary stiffness_ratio=1,2 --force",
+        "sweep --sites 5 --end-time 9 --samples 33 --vary stiffness_ratio=1,2",
         "sweep",
     ),
     (

@@ -209,11 +209,14 @@ fn tell(found: &Found, summary: &mut Summary) {
     for (n, triple) in strongest.iter().enumerate() {
         let [first, second, third] = triple.frequencies.map(number);
         let degrees = |angle: f64| format!("{:.0}", angle.to_degrees());
+        let half = match triple.biphase_interval.is_finite() {
+            true => format!(" \u{b1} {}", degrees(triple.biphase_interval)),
+            false => String::new(),
+        };
         let text = format!(
-            "{first} and {second} with {third} {unit}: b\u{b2} {}, biphase {} \u{b1} {} degrees",
+            "{first} and {second} with {third} {unit}: b\u{b2} {}, biphase {}{half} degrees",
             number(triple.bicoherence),
-            degrees(triple.biphase),
-            degrees(triple.biphase_interval)
+            degrees(triple.biphase)
         );
         let name = if n == 0 { "strongest" } else { "" };
         match triple.bicoherence > level {

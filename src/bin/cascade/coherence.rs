@@ -240,9 +240,15 @@ fn answer(found: &Found) -> String {
             false => confidence,
         };
         let is_behind = |delay: &Delay| delay.ambiguity.is_none() && delay.delay > 0.0;
-        let follows = match known.len() == coherent.len() && known.iter().all(is_behind) {
-            true => format!("{share} {verb} site {reference}"),
-            false => format!("{share} {are} coherent with site {reference}"),
+        let is_ahead = |delay: &Delay| delay.ambiguity.is_none() && delay.delay < 0.0;
+        let are_known = known.len() == coherent.len();
+        let follows = match (known.iter().all(is_behind), known.iter().all(is_ahead)) {
+            (true, _) if are_known => format!("{share} {verb} site {reference}"),
+            (_, true) if are_known => format!(
+                "{share} {} site {reference}",
+                verb.replace("follow", "precede")
+            ),
+            _ => format!("{share} {are} coherent with site {reference}"),
         };
         return format!("{follows}; waves travel towards {towards} at {velocity} ({of})");
     }
@@ -334,6 +340,7 @@ fn tell(found: &Found, summary: &mut Summary) {
     if let Some(waves) = &found.velocity {
         let by = match (waves.sites, waves.frequencies) {
             (Some(sites), _) => format!("the delays of {sites} sites"),
+            (_, Some(1)) => "the phases at one frequency".into(),
             (_, frequencies) => format!("the phases at {} frequencies", frequencies.unwrap_or(0)),
         };
         let text = format!(

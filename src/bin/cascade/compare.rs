@@ -144,10 +144,10 @@ fn answer(names: &[String; 2], budgets: &[Budget]) -> String {
     if let [Some(a), Some(b)] = passages {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         return format!(
-            "{} and {} of the energy pass to higher wavenumbers (net), {} apart",
+            "{} of the energy apart: {} and {} pass to higher wavenumbers (net)",
+            percent((b.share - a.share).abs()),
             percent(a.share),
-            percent(b.share),
-            percent((b.share - a.share).abs())
+            percent(b.share)
         );
     }
     let passed = [first, second].map(|budget| budget.passed.get(budget.n_contacts / 2).copied());

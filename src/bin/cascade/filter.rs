@@ -8,16 +8,18 @@ use serde_json::json;
 use wavecascade::analyze::{Filtered, filtered};
 use wavecascade::field::{Axis, OpenOptions};
 use wavecascade::measure::cycles_per;
-use wavecascade::report::FieldFile;
+use wavecascade::report::{FieldFile, percent};
 use wavecascade::transform::{Passband, Travelling};
 use wavecascade::{Error, Field};
 
 use crate::analyze::{named_after, open_options, print_notes};
 use crate::args::Input;
 use crate::chain_args::How;
+use crate::estimate::subject_of;
 use crate::failure::Failure;
 use crate::parse;
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::terminal::{self, Tone, number};
 
 /// What `cascade filter` takes.
@@ -108,7 +110,6 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
             terminal::message(Tone::Help, advice);
         }
     }
-    let mut stdout = terminal::stdout();
     if typed.how.json {
         let warnings = warnings
             .iter()
@@ -120,11 +121,22 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
             "warnings": warnings.collect::<Vec<_>>(),
         });
         let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
-        writeln!(stdout, "{text}")?;
+        writeln!(terminal::stdout(), "{text}")?;
     } else if !typed.how.quiet {
-        let share = found.energy_after / found.energy_before;
-        writeln!(stdout, "{} of the energy passes", number(share))?;
-        writeln!(stdout, "wrote {}; next: cascade analyze {0}", out.display())?;
+        let passes = match found.energy_before > 0.0 {
+            true => format!(
+                "{} of the energy passes",
+                percent(found.energy_after / found.energy_before)
+            ),
+            false => "there is no energy to pass".into(),
+        };
+        let subject = subject_of(std::slice::from_ref(&typed.field));
+        let mut summary = Summary::new(&subject, &passes);
+        summary.last(&format!(
+            "wrote {}; next: cascade analyze {0}",
+            out.display()
+        ));
+        summary.print(typed.how.detail.verbose)?;
     }
     Ok(())
 }

@@ -153,11 +153,13 @@ impl Estimate for Found {
             .filter(|end| end.3 == *is_intermittent)
             .map(|end| end.0)
             .collect();
-        let word = match *is_intermittent {
-            true => "intermittent",
-            false => "no intermittency is shown",
-        };
-        format!("{word} {}: flatness {small}, {large}", names.join(" and "))
+        match *is_intermittent {
+            true => format!(
+                "intermittent {}: flatness {small}, {large}",
+                names.join(" and ")
+            ),
+            false => format!("no intermittency is shown: flatness {small}, {large}"),
+        }
     }
 
     fn tell(&self, summary: &mut Summary) {

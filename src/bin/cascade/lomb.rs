@@ -146,7 +146,7 @@ impl Estimate for Found {
             ),
             (0, _) => format!("no line above the power beside it; the largest is {line}"),
             (count, _) => format!(
-                "lines at {count} of {} sites; the largest is {line} (by chance {chance})",
+                "lines at {count} of {} sites; the largest is {line}",
                 self.samples.len()
             ),
         }

@@ -11,7 +11,7 @@ use wavecascade::report::{
 use wavecascade::{Error, Field};
 
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, range_of};
 use crate::summary::Summary;
 use crate::terminal::number;
 
@@ -102,13 +102,11 @@ fn tell(found: &SpaceTimeEstimate, summary: &mut Summary) {
         Some([least, degrees, most]) => {
             let [low, high] = interval_factors(degrees, found.alpha);
             let text = format!(
-                "{} from {} to {} of a value, {} degrees of freedom ({} to {})",
+                "{} from {} to {} of a value, {} degrees of freedom",
                 percent(1.0 - found.alpha),
                 number(low),
                 number(high),
-                number(degrees),
-                number(least),
-                number(most)
+                range_of(least, degrees, most)
             );
             summary.fact("interval", &text);
         }

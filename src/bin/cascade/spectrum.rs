@@ -406,12 +406,10 @@ fn tell(found: &SpectrumEstimate, summary: &mut Summary) {
         Some([least, median, most]) => {
             let [low, high] = interval_factors(median, found.alpha);
             let text = format!(
-                "{confidence} from {} to {} of a value, {} degrees of freedom ({} to {})",
+                "{confidence} from {} to {} of a value, {} degrees of freedom",
                 number(low),
                 number(high),
-                number(median),
-                number(least),
-                number(most)
+                range_of(least, median, most)
             );
             summary.fact("interval", &text);
         }
@@ -452,6 +450,14 @@ fn tell(found: &SpectrumEstimate, summary: &mut Summary) {
         );
     }
     summary.detail("averages", &averages(&found.independence, found.segment[0]));
+}
+
+/// A number with its range, where it has one: `28.52`, `11.75 (9.669 to 14.00)`.
+pub fn range_of(least: f64, middle: f64, most: f64) -> String {
+    match most - least < 1e-3 * middle {
+        true => number(middle),
+        false => format!("{} ({} to {})", number(middle), number(least), number(most)),
+    }
 }
 
 /// How loud the noise is, and what of it was subtracted.

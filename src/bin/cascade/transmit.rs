@@ -307,11 +307,11 @@ fn answer(transmission: &Transmission) -> String {
     all.sort_by(|a, b| a.relative_force.total_cmp(&b.relative_force));
     match (all.first(), all.last()) {
         (Some(least), Some(most)) => format!(
-            "least {} of the force of the homogeneous chain at {key} {}, largest {} at {}",
-            number(least.relative_force),
+            "force at the wall least at {key} {} ({} of the homogeneous chain's), largest at {} ({})",
             number(least.value),
-            number(most.relative_force),
-            number(most.value)
+            number(least.relative_force),
+            number(most.value),
+            number(most.relative_force)
         ),
         _ => "nothing comes through at any value".into(),
     }

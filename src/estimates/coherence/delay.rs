@@ -68,7 +68,7 @@ const NOTHING_SHARED: f64 = 0.01;
 /// cancel; at least a quarter of the larger one.
 ///
 /// Another maximum is excluded where the logarithms of the likelihoods, `2 K / B C`, differ by more than `ln(n /
-/// alpha)`, over n points.
+/// alpha)`, over n points, without the weakest frequencies, of which a share alpha is false.
 ///
 /// Source: C. H. Knapp, G. C. Carter, IEEE Trans. Acoust. Speech Signal Process. 24, 320 (1976); H. White,
 /// Econometrica 48, 817 (1980) for residuals.
@@ -429,7 +429,13 @@ impl<'a> DelaySearch<'a> {
         // 1/2 for each independent frequency.
         let expected = 0.5 * coherent.len() as f64 / self.shared_bins;
         let excess = (likelihood * misfit.sum::<f64>() / expected).max(1.0);
-        (self.points() as f64 / self.alpha).ln() * excess / likelihood
+        // So many of the frequencies are false, each with its neighbours, the weakest at best.
+        let mut weights: Vec<f64> = coherent.iter().map(|one| one.weight).collect();
+        weights.sort_unstable_by(f64::total_cmp);
+        let false_ones =
+            (self.alpha * weights.len() as f64).ceil() * (self.shared_bins.ceil() + 1.0);
+        let by_chance: f64 = weights.iter().take(false_ones as usize).sum();
+        (self.points() as f64 / self.alpha).ln() * excess / likelihood + 2.0 * by_chance
     }
 
     /// The delay of a maximum, with its error; `None` where C has no maximum there.

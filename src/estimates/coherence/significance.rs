@@ -65,10 +65,9 @@ impl Significance {
         }
         let share = |n: usize| (n + 1) as f64 / bins as f64;
         let is_below = |alpha: f64| {
-            let ranked = self.sorted.iter().enumerate();
-            let below =
-                ranked.filter(move |(n, surprise)| (-**surprise).exp() <= alpha * share(*n));
-            below.last().map(|(n, _)| n)
+            let mut ranked = self.sorted.iter().enumerate();
+            let last = ranked.rfind(|(n, surprise)| (-**surprise).exp() <= alpha * share(*n));
+            last.map(|(n, _)| n)
         };
         let least = match self.sum {
             Some((of, least)) if of == bins => least,

@@ -28,7 +28,8 @@ pub struct Steepening {
     pub frames: usize,
     /// Largest over first gradient.
     pub growth: f64,
-    /// Slope in the frame that holds the shock time, with half of the interval of its regression.
+    /// Slope in the frame that holds the shock time, with half of the interval of its regression; NaN where the record
+    /// ends before.
     pub slope_at_shock: f64,
     pub slope_half: f64,
     /// Mean of the slopes of the frames from 1.5 shock times after the first on, and their extremes; NaN where
@@ -75,6 +76,10 @@ impl Steepening {
             let off = |i: &usize| (frames.time[*i] - shock_time).abs();
             off(a).total_cmp(&off(b))
         })?;
+        // Of a record that ends before the shock there is none.
+        let spacing = frames.time[1] - frames.time[0];
+        let has_shock = shock_time < frames.time[frames.time.len() - 1] + spacing;
+        let at_shock = |of: &[f64]| if has_shock { of[nearest] } else { f64::NAN };
         let from = frames.time[0] + 1.5 * (shock_time - frames.time[0]);
         let after = frames
             .time
@@ -88,8 +93,8 @@ impl Steepening {
             half,
             frames: count,
             growth,
-            slope_at_shock: frames.slope[nearest],
-            slope_half: frames.half[nearest],
+            slope_at_shock: at_shock(&frames.slope),
+            slope_half: at_shock(&frames.half),
             slope_after: after.iter().sum::<f64>() / after.len() as f64,
             slope_after_range: [ends(f64::min), ends(f64::max)],
         })

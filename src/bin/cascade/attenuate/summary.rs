@@ -111,7 +111,7 @@ fn answer(found: &AttenuationReport) -> String {
     });
     match forces.min_by(|a, b| a.2.total_cmp(&b.2)) {
         Some((curve, bodies, force)) => format!(
-            "{} has {:.1} % of the force of the homogeneous chain after {bodies} bodies ({}), the least",
+            "{} has {:.1} % of the force of the homogeneous chain after {bodies} bodies ({})",
             curve.name,
             100.0 * force,
             curve.sense.name()
