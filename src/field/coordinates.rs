@@ -1,5 +1,7 @@
 //! An axis from coordinates that a file lists.
 
+use wavecascade_formats::Sample;
+
 use super::interpolate::{Interpolant, Interpolation};
 use super::resample::Resample;
 use super::{Axis, Note};
@@ -123,9 +125,12 @@ impl Coordinates {
         if !values.iter().enumerate().all(is_even) {
             let index = line.farthest(values);
             let deviation = line.deviation(index, values[index]);
-            // Half of the rounding from the line that was meant, which this one is near.
-            let is_rounding =
-                step >= 4.0 * rounding && deviation.abs() <= 0.9 * rounding && n >= FEW;
+            // Half of the rounding from the line that was meant, which this one is near. Numbers of many
+            // printed digits are rounded once more.
+            let roundings = [rounding, Sample::F64.spacing(values)];
+            let explains =
+                |rounding: f64| step >= 4.0 * rounding && deviation.abs() <= 0.9 * rounding;
+            let is_rounding = n >= FEW && roundings.into_iter().any(explains);
             if !is_rounding || !values.is_sorted_by(|a, b| a < b) {
                 return Err(worst_step(values));
             }
@@ -419,8 +424,13 @@ mod tests {
         };
         let spacing = 2f64.powi(-22);
         for rate in [3e5, 4e5, 5e5, 9.5e5, 1e6] {
-            let even = Coordinates::fit(&clock(rate, 64), spacing).unwrap();
-            assert_eq!(even.step, Some(1.0 / rate), "{rate}");
+            for rounding in [spacing, 1e-6] {
+                let even = Coordinates::fit(&clock(rate, 64), rounding).unwrap();
+                assert!(
+                    (even.step.unwrap() * rate - 1.0).abs() < 1e-9,
+                    "{rate} {rounding}"
+                );
+            }
         }
         // One sample less, and a rate that the type cannot tell.
         let mut gap = clock(1e6, 64);

@@ -358,7 +358,7 @@ impl<'a> Table<'a> {
                 .map_err(|uneven| source.fault(uneven.fault(axis)))
         };
         let unit = header.zip(self.axis_column).and_then(|(header, column)| {
-            row_unit(&String::from_utf8_lossy(&header[column]), source.layout()).flatten()
+            row_unit(&excerpt(&header[column]), source.layout()).flatten()
         });
         let unit = unit.or_else(|| self.time_unit(header).filter(|_| rows_are_times));
         let rows = Listed {
@@ -571,7 +571,14 @@ pub(super) fn printed_unit(cell: &[u8]) -> f64 {
 }
 
 pub(super) fn excerpt(cell: &[u8]) -> String {
-    let text = String::from_utf8_lossy(&cell[..cell.len().min(160)]);
+    let cell = &cell[..cell.len().min(160)];
+    let text = match str::from_utf8(cell) {
+        // Old instruments write units in Latin-1.
+        Err(fault) if fault.error_len().is_some() => {
+            cell.iter().map(|&byte| char::from(byte)).collect()
+        }
+        _ => String::from_utf8_lossy(cell),
+    };
     text.trim().chars().take(40).collect()
 }
 

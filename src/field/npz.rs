@@ -57,6 +57,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         let (shape, values) = archive.array(name).ok()??;
         (shape.len() == 1).then(|| (values, archive.unit(name).ok().flatten()))
     };
+    source.check_at(&header)?;
     let at = &source.options.at;
     let contents = Contents::from_npy_at(&header, bytes, start, layout, at, &mut places);
     let mut contents = contents.map_err(|fault| archive.member_fault(index, fault))?;

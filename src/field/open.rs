@@ -46,6 +46,20 @@ impl FileSource<'_> {
     }
 }
 
+impl FileSource<'_> {
+    /// Checks that an array of NumPy has a further dimension where one is stated.
+    pub(super) fn check_at(&self, header: &npy::Header) -> Result<()> {
+        match header.shape.len() {
+            found @ 0..=2 if !self.options.at.is_empty() => Err(Error::Request {
+                option: "at",
+                expected: "an array of three dimensions or more".into(),
+                found: format!("one of {found}"),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// What is at a path.
 pub(super) struct Opened {
     pub(super) bytes: Arc<FileBytes>,
@@ -394,8 +408,9 @@ pub(super) fn completed(
 }
 
 fn read_npy(source: &FileSource) -> Result<Contents> {
-    let contents = npy::Header::parse(&source.bytes).and_then(|header| {
-        header.check_samples()?;
+    let header = npy::Header::parse(&source.bytes).map_err(|fault| source.fault(fault))?;
+    source.check_at(&header)?;
+    let contents = header.check_samples().and_then(|()| {
         header.check_len(source.bytes.len() as u64)?;
         let bytes = Bytes::File(Arc::clone(&source.bytes));
         let (start, layout) = (header.data_start, source.layout());

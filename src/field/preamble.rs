@@ -276,31 +276,30 @@ pub(super) fn unit_of(text: &str) -> String {
     }
 }
 
-/// That no number between commas has zeros before its other digits, as only decimals have them.
+/// That no row of whole numbers between commas has one with zeros before its other digits, as only decimals
+/// have them.
 ///
 /// # Errors
 /// The line of one that has.
 pub(super) fn check_commas(text: &[u8]) -> Result<(), InputFault> {
-    let is_digit = u8::is_ascii_digit;
-    let is_padded = |cell: &&[u8]| {
-        let digits = cell.strip_prefix(b"-").unwrap_or(cell);
-        digits.len() > 1 && digits[0] == b'0' && digits.iter().all(is_digit)
+    let is_digit = |byte: &u8| byte.is_ascii_digit();
+    // The digits of a number without a point, before its exponent.
+    let digits = |cell: &'_ [u8]| -> Option<Vec<u8>> {
+        let mantissa = cell.split(|byte| matches!(byte, b'e' | b'E')).next()?;
+        let digits = mantissa.strip_prefix(b"-").unwrap_or(mantissa);
+        let is_whole = !digits.is_empty() && digits.iter().all(is_digit);
+        (is_whole && number(cell).is_some()).then(|| digits.to_vec())
     };
     for (line, text) in (1..).zip(text.split(|&byte| byte == b'\n')) {
-        let cells = || text.split(|&byte| byte == b',').map(<[u8]>::trim_ascii);
-        if text.contains(&b'.') || text.starts_with(b"#") {
-            continue;
-        }
-        // The decimals follow a whole number.
-        let is_whole = |cell: &[u8]| {
-            let digits = cell.strip_prefix(b"-").unwrap_or(cell);
-            !digits.is_empty() && digits.iter().all(is_digit)
-        };
-        let mut pairs = cells().zip(cells().skip(1));
-        if let Some((whole, decimals)) =
-            pairs.find(|(whole, decimals)| is_whole(whole) && is_padded(decimals))
-        {
-            let found = [excerpt(whole), excerpt(decimals)].join(",");
+        let cells: Vec<&[u8]> = text
+            .split(|&byte| byte == b',')
+            .map(<[u8]>::trim_ascii)
+            .collect();
+        let all: Option<Vec<Vec<u8>>> = cells.iter().map(|cell| digits(cell)).collect();
+        let is_padded = |digits: &Vec<u8>| digits.len() > 1 && digits[0] == b'0';
+        let padded = all.iter().flatten().skip(1).position(is_padded);
+        if let Some(at) = padded {
+            let found = [excerpt(cells[at]), excerpt(cells[at + 1])].join(",");
             return Err(InputFault::DecimalCommas { line, found });
         }
     }

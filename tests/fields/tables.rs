@@ -249,10 +249,29 @@ fn val_definition_decimal_commas() {
             matches!(refused, InputFault::DecimalCommas { line: found, .. } if found == line);
         assert!(is_it, "{text}: {refused}");
     }
-    // Whole numbers, and numbers with points.
-    for text in ["0,10,20\n30,0,5\n", "0,00.5\n1,0\n"] {
+    assert!(matches!(
+        fault("a.csv", "0,01E+00,1,00E+00\n"),
+        InputFault::DecimalCommas { .. }
+    ));
+    // Whole numbers, numbers with points, and settings.
+    for text in [
+        "0,10,20\n30,0,5\n",
+        "0,00.5\n1,0\n",
+        "Start,10,05\nTIME,a\n0,1\n1,2\n2,3\n",
+    ] {
         table("a.csv", text);
     }
+}
+
+/// A clock since 1970 in microseconds, whose decimals a double does not hold.
+#[test]
+fn val_definition_a_table_of_times_since_1970() {
+    let rows = (0..50).map(|n| format!("1764158400.{n:06},{}\n", n % 7));
+    let field = table(
+        "a.csv",
+        &format!("time (s),a\n{}", rows.collect::<String>()),
+    );
+    assert_eq!((field.time.step, codes(&field)), (1e-6, vec!["rounded"]));
 }
 
 /// What looks like a row of settings, but is a damaged row of numbers.
