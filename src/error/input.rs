@@ -246,6 +246,12 @@ pub enum InputFault {
         found: String,
     },
 
+    #[error(
+        "line {line}: expected commas between numbers or within them, found both in {found:?}; write the \
+         table with semicolons or tabs between its cells"
+    )]
+    DecimalCommas { line: u64, found: String },
+
     #[error("line {line}: expected a row of at most {limit} bytes, found a longer one")]
     RowLength { line: u64, limit: usize },
 

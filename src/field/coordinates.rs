@@ -1,5 +1,7 @@
 //! An axis from coordinates that a file lists.
 
+use wavecascade_formats::Sample;
+
 use super::interpolate::{Interpolant, Interpolation};
 use super::resample::Resample;
 use super::{Axis, Note};
@@ -8,6 +10,9 @@ use crate::measure::{self, Dimension, Measure};
 
 /// Deviation from even spacing that is taken for rounding, relative to the length of the axis.
 const EVENNESS: f64 = 1e-9;
+
+/// Fewer values may be even by chance where their rounding is not small.
+const FEW: usize = 8;
 
 /// An axis as stated by a file; missing parts come from the sidecar or options, else the axis
 /// counts indices.
@@ -96,29 +101,54 @@ impl Coordinates {
     /// Origin and step of increasing, evenly spaced `values`, each exact to `rounding`.
     ///
     /// Even is what leaves `origin + index * step` by at most `rounding` plus `1e-9` of the
-    /// length of the axis, and in no case by more than a twentieth of a step. The step is known to
-    /// `rounding` over the length; of the numbers within, one of at most twelve digits is the step
-    /// that was meant: of `0, 1e-5, ..` in single precision 1e-5, not 9.99999974e-6.
+    /// length of the axis, and in no case by more than a twentieth of a step; or what leaves the line of
+    /// least squares by no more than about half of `rounding`, of which a step has at least four.
     pub(crate) fn fit(values: &[f64], rounding: f64) -> Result<Coordinates, Uneven> {
+        Coordinates::fit_coarse(values, rounding).map(|(even, _)| even)
+    }
+
+    /// As [`Coordinates::fit`], with the largest deviation where the rounding of the values is more than a
+    /// twentieth of a step.
+    fn fit_coarse(values: &[f64], rounding: f64) -> Result<(Coordinates, Option<Jitter>), Uneven> {
         let (&[first, .., last], n) = (values, values.len()) else {
-            return Ok(Coordinates::from_first(values));
+            return Ok((Coordinates::from_first(values), None));
         };
         let step = (last - first) / (n - 1) as f64;
         let tolerance = (EVENNESS * (last - first) + rounding).min(step / 20.0);
         let is_even =
             |(i, &value): (usize, &f64)| (value - (first + i as f64 * step)).abs() <= tolerance;
-        let rounded = rounding.max(f64::EPSILON * first.abs().max(last.abs()));
-        let meant = measure::shortest(step, rounded / (n - 1) as f64);
-        let has_few_digits = format!("{meant:.11e}").parse() == Ok(meant);
-        if step > 0.0 && values.iter().enumerate().all(is_even) {
-            Ok(Coordinates {
-                origin: Some(first),
-                step: Some(if has_few_digits { meant } else { step }),
-                unit: None,
-            })
-        } else {
-            Err(worst_step(values))
+        if !(step > 0.0 && step.is_finite()) {
+            return Err(worst_step(values));
         }
+        let line = Line::through(values);
+        let mut coarse = None;
+        if !values.iter().enumerate().all(is_even) {
+            let index = line.farthest(values);
+            let deviation = line.deviation(index, values[index]);
+            // Half of the rounding from the line that was meant, which this one is near. Numbers of many
+            // printed digits are rounded once more.
+            let roundings = [rounding, Sample::F64.spacing(values)];
+            let explains =
+                |rounding: f64| step >= 4.0 * rounding && deviation.abs() <= 0.9 * rounding;
+            let is_rounding = n >= FEW && roundings.into_iter().any(explains);
+            if !is_rounding || !values.is_sorted_by(|a, b| a < b) {
+                return Err(worst_step(values));
+            }
+            let share = deviation / line.step;
+            coarse = Some(Jitter { share, index });
+        }
+        let rounding = rounding.max(Sample::F64.spacing(values));
+        // Where each value is exact, so are the first and the last.
+        let found = match rounding < 1e-6 * step {
+            true => step,
+            false => line.step,
+        };
+        let even = Coordinates {
+            origin: Some(first),
+            step: Some(meant(found, 1.5 * rounding / (n - 1) as f64)),
+            unit: None,
+        };
+        Ok((even, coarse))
     }
 
     /// As [`Coordinates::fit`]; values that are not exact but deviate from the line through the first and
@@ -128,8 +158,8 @@ impl Coordinates {
         rounding: f64,
         share: f64,
     ) -> Result<(Coordinates, Option<Jitter>), Uneven> {
-        let uneven = match Coordinates::fit(values, rounding) {
-            Ok(even) => return Ok((even, None)),
+        let uneven = match Coordinates::fit_coarse(values, rounding) {
+            Ok(even) => return Ok(even),
             Err(uneven) => uneven,
         };
         let (&[first, .., last], n) = (values, values.len()) else {
@@ -167,7 +197,11 @@ impl Coordinates {
             Ok((even, jitter)) => {
                 return Ok(Listed {
                     even,
-                    note: jitter.map(|jitter| Note::Jitter { axis, jitter }),
+                    note: jitter.map(|jitter| match jitter.share.abs() <= rules.jitter {
+                        true => Note::Jitter { axis, jitter },
+                        // More than is taken for jitter, so it was explained by rounding.
+                        false => Note::Rounded { axis, jitter },
+                    }),
                     resampling: None,
                 });
             }
@@ -262,6 +296,73 @@ impl Coordinates {
     }
 }
 
+/// The line of least squares through values by their index.
+struct Line {
+    /// The first value, from which others count: no digits go to what all have in common.
+    first: f64,
+    /// The index in the middle, and the line there.
+    centre: f64,
+    middle: f64,
+    step: f64,
+}
+
+impl Line {
+    /// The line through at least two values.
+    fn through(values: &[f64]) -> Line {
+        let (first, n) = (values[0], values.len() as f64);
+        let centre = (n - 1.0) / 2.0;
+        let counted = || {
+            (0u32..)
+                .map(f64::from)
+                .zip(values.iter().map(|value| value - first))
+        };
+        let middle = counted().map(|(_, value)| value).sum::<f64>() / n;
+        let moment: f64 = counted()
+            .map(|(i, value)| (i - centre) * (value - middle))
+            .sum();
+        Line {
+            first,
+            centre,
+            middle,
+            step: moment / (n * (n * n - 1.0) / 12.0),
+        }
+    }
+
+    fn deviation(&self, index: usize, value: f64) -> f64 {
+        (value - self.first) - (self.middle + (index as f64 - self.centre) * self.step)
+    }
+
+    /// The index of the value that is farthest from it.
+    fn farthest(&self, values: &[f64]) -> usize {
+        let distance = |&i: &usize| self.deviation(i, values[i]).abs();
+        let farthest = (0..values.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
+        farthest.unwrap_or(0)
+    }
+}
+
+/// The step that was meant where `step` was found: of `0, 1e-5, ..` in single precision 1e-5, not
+/// 9.99999974e-6.
+///
+/// Within `rounding`, a number, or a number of steps per unit, of so few digits that one is found there by chance
+/// in at most a fifth of all cases; within what sums in double precision leave, a number of at most twelve digits.
+fn meant(step: f64, rounding: f64) -> f64 {
+    let shortest = |value: f64, tolerance: f64| {
+        let near = measure::shortest(value, tolerance);
+        let text = format!("{near:e}");
+        let (digits, exponent) = text.split_once('e')?;
+        let decimals = digits.trim_start_matches('-').len().saturating_sub(2) as i32;
+        let unit = 10f64.powi(exponent.parse::<i32>().ok()? - decimals);
+        (tolerance <= unit / 10.0).then_some(near)
+    };
+    let rate = || shortest(1.0 / step, rounding / (step * step)).map(|rate| 1.0 / rate);
+    let few_digits = || {
+        let short = measure::shortest(step, 16.0 * f64::EPSILON * step);
+        (format!("{short:.11e}").parse() == Ok(short)).then_some(short)
+    };
+    let meant = shortest(step, rounding).or_else(rate).or_else(few_digits);
+    meant.unwrap_or(step)
+}
+
 /// The first step that does not increase, else the one farthest from the median step.
 fn worst_step(values: &[f64]) -> Uneven {
     let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -316,6 +417,43 @@ mod tests {
         let thirds = [0.0, 0.333, 0.667, 1.0];
         assert!(Coordinates::fit(&thirds, 0.0).is_err());
         assert!(Coordinates::fit(&thirds, 0.001).is_ok());
+    }
+
+    /// Seconds since 1970 in double precision are multiples of 2^-22.
+    #[test]
+    fn val_definition_clocks_as_even_as_their_type() {
+        let clock = |rate: f64, n: u32| -> Vec<f64> {
+            (0..n)
+                .map(|i| 1_764_158_400.0 + f64::from(i) / rate)
+                .collect()
+        };
+        let spacing = 2f64.powi(-22);
+        // A rate of more digits is known to the rounding alone.
+        for (rate, error) in [(3e5, 1e-9), (5e5, 1e-9), (1e6, 1e-9), (9.5e5, 1e-3)] {
+            for rounding in [spacing, 1e-6] {
+                let even = Coordinates::fit(&clock(rate, 64), rounding).unwrap();
+                let found = even.step.unwrap() * rate - 1.0;
+                assert!(found.abs() < error, "{rate} {rounding}: {found}");
+            }
+        }
+        // One sample less, and a rate that the type cannot tell.
+        let mut gap = clock(1e6, 64);
+        gap.remove(30);
+        assert!(Coordinates::fit(&gap, spacing).is_err());
+        assert!(Coordinates::fit(&clock(3e6, 64), spacing).is_err());
+    }
+
+    /// Minutes as hours in single precision: the number of fewest digits, 0.01667, is 2e-4 off.
+    #[test]
+    fn val_definition_a_step_is_that_of_all_values() {
+        for (rate, n) in [(60.0, 100), (60.0, 1000), (70.0, 300), (59.97, 500)] {
+            let values: Vec<f64> = (0..n)
+                .map(|i| f64::from((8000.0 + f64::from(i) / rate) as f32))
+                .collect();
+            let even = Coordinates::fit(&values, 2f64.powi(-11)).unwrap();
+            let error = even.step.unwrap() * rate - 1.0;
+            assert!(error.abs() < 1e-5, "{rate} {n}: {error}");
+        }
     }
 
     #[test]

@@ -5,13 +5,16 @@ use csv::ByteRecord;
 
 use super::coordinates::{Coordinates, Listed, Uneven};
 use super::file_bytes::FileBytes;
-use super::names::row_unit;
+use super::labelled::quantity;
+use super::names::{self, row_unit};
 use super::open::{Contents, FileSource};
 use super::options::{Header, TimeColumn};
+use super::preamble::{Preamble, SETTING_CELLS, length, unit_of};
 use super::rows::{RowReader, line_of_row};
 use super::storage::Storage;
 use super::{Layout, Note, header};
 use crate::error::{CoordinateKind, Error, InputFault, Result};
+use crate::measure::{Time, size, symbol};
 use crate::system::memory::try_with_capacity;
 
 /// A table, with the coordinates that its header and its first column state.
@@ -23,13 +26,10 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         return Err(fault(InputFault::NoRows));
     }
     let stated = source.options.header;
-    let first_line = header::is_header(stated, &record).then(|| record.clone());
-    if first_line.is_some() && !rows.next(&mut record).map_err(fault)? {
-        return Err(fault(InputFault::NoRows));
-    }
+    let preamble = preamble(source, &mut rows, &mut record)?;
     let layout = source.layout();
-    let header = match first_line {
-        Some(line) => Some(header::of_line(line, &rows, record.len())),
+    let header = match &preamble.names {
+        Some(names) => Some(header::of_line(names.clone(), &rows, &record)),
         None if stated == Header::Detect => header::of_comments(
             &source.bytes,
             record.len(),
@@ -38,32 +38,76 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         ),
         None => None,
     };
-    let axis_column = axis_column(source, header.as_ref(), record.len())?;
-    let n_columns = record.len() - usize::from(axis_column.is_some());
+    let width = header.as_ref().map_or(record.len(), ByteRecord::len);
+    let axis_column = axis_column(source, header.as_ref(), &preamble, width)?;
+    let n_columns = width - usize::from(axis_column.is_some());
     if n_columns == 0 {
         return Err(fault(InputFault::NoColumns));
     }
-    let width = header.as_ref().map_or(record.len(), ByteRecord::len);
-    let mut table = Table::new(source, width, n_columns, axis_column)?;
+    let mut table = Table::new(source, width, axis_column, preamble)?;
+    if rows.has_decimal_commas() {
+        table.notes.push(Note::DecimalCommas);
+    }
     loop {
         table.push(&record).map_err(fault)?;
         if !rows.next(&mut record).map_err(fault)? {
             break;
         }
     }
-    if axis_column.is_none() && source.options.time_column == TimeColumn::Detect {
+    table.leave_out(header.as_ref());
+    let is_known = table.axis_column.is_some() || table.preamble.step.is_some();
+    if !is_known && source.options.time_column == TimeColumn::Detect {
         table.judge_first_column().map_err(fault)?;
     }
     table.contents(header.as_ref())
 }
 
+/// What stands before the first row of numbers, which becomes `record`.
+fn preamble(
+    source: &FileSource,
+    rows: &mut RowReader,
+    record: &mut ByteRecord,
+) -> Result<Preamble> {
+    let fault = |fault| source.fault(fault);
+    let stated = source.options.header;
+    if stated == Header::Detect && Preamble::is_beside(record) {
+        rows.leave_out(SETTING_CELLS, record);
+        return Ok(Preamble::beside(&source.bytes));
+    }
+    let mut first_rows = Vec::new();
+    let mut is_one = header::is_header(stated, record);
+    while is_one {
+        first_rows.push(record.clone());
+        if !rows.next(record).map_err(fault)? {
+            return Err(fault(InputFault::NoRows));
+        }
+        is_one = stated == Header::Detect && Preamble::may_continue(&first_rows, record);
+    }
+    if first_rows.is_empty() {
+        return Ok(Preamble::default());
+    }
+    let cell = |row: &ByteRecord| InputFault::Cell {
+        line: line_of_row(&source.bytes, starts_at(row)),
+        column: 1,
+        found: excerpt(&row[0]),
+    };
+    let places: Vec<InputFault> = first_rows.iter().map(cell).collect();
+    Preamble::of(first_rows, record).map_err(|row| match places.into_iter().nth(row) {
+        Some(place) => fault(place),
+        None => fault(InputFault::NoRows),
+    })
+}
+
 struct Table<'a> {
     source: &'a FileSource<'a>,
     width: usize,
+    preamble: Preamble,
     /// The column of the rows' coordinates: times, or with the layout site-time positions.
     axis_column: Option<usize>,
     /// Columns of samples.
-    n_columns: usize,
+    columns: Vec<usize>,
+    /// Which of all columns hold anything.
+    is_filled: Vec<bool>,
     values: Vec<f64>,
     /// The coordinates of the rows.
     places: Vec<f64>,
@@ -79,9 +123,11 @@ impl<'a> Table<'a> {
     fn new(
         source: &'a FileSource<'a>,
         width: usize,
-        n_columns: usize,
         axis_column: Option<usize>,
+        preamble: Preamble,
     ) -> Result<Table<'a>> {
+        let columns: Vec<usize> = (0..width).filter(|&c| axis_column != Some(c)).collect();
+        let n_columns = columns.len();
         let most = count_lines(&source.bytes)
             .saturating_mul(n_columns)
             .min(source.bytes.len() + 1);
@@ -95,26 +141,34 @@ impl<'a> Table<'a> {
         Ok(Table {
             source,
             width,
+            notes: match preamble.rows {
+                0 => Vec::new(),
+                lines => vec![Note::Preamble { lines }],
+            },
+            preamble,
             axis_column,
-            n_columns,
+            columns,
+            is_filled: vec![false; width],
             values,
             places: Vec::new(),
             lines: Vec::new(),
             rounding: f64::INFINITY,
-            notes: Vec::new(),
         })
     }
 
     fn push(&mut self, record: &ByteRecord) -> std::result::Result<(), InputFault> {
-        if record.len() != self.width {
+        // A separator behind the last cell of a row ends no cell.
+        let is_longer = record.len() > self.width && length(record, |_| false) > self.width;
+        if record.len() < self.width || is_longer {
             return Err(InputFault::Ragged {
                 line: self.line(starts_at(record)),
                 expected: self.width,
                 found: record.len(),
             });
         }
-        for (column, cell) in record.iter().enumerate() {
+        for (column, cell) in record.iter().take(self.width).enumerate() {
             let value = number(cell);
+            self.is_filled[column] |= !cell.trim_ascii().is_empty();
             let is_place = self.axis_column == Some(column);
             if column == self.axis_column.unwrap_or(0) {
                 self.rounding = self.rounding.min(printed_unit(cell));
@@ -152,7 +206,7 @@ impl<'a> Table<'a> {
         // Two rows always rise evenly or fall, and a few rise by chance.
         const EVENLY: usize = 3;
         const UNEVENLY: usize = 8;
-        let width = self.n_columns;
+        let width = self.columns.len();
         let n_rows = self.values.len() / width;
         if width < 2 || n_rows < EVENLY {
             return Ok(());
@@ -184,13 +238,76 @@ impl<'a> Table<'a> {
         }
         let step = even.step.unwrap_or(1.0);
         self.notes.push(Note::FirstColumn { layout, step });
+        (self.places, self.axis_column) = (first, Some(self.columns[0]));
+        self.remove(|place| place == 0);
+        Ok(())
+    }
+
+    /// Leaves out columns without a name that hold nothing behind the last that does, and columns that count
+    /// the rows beside those of known times.
+    fn leave_out(&mut self, header: Option<&ByteRecord>) {
+        let name = |column: usize| {
+            let name = header.and_then(|header| header.get(column));
+            name.map_or(String::new(), excerpt)
+        };
+        let last = self
+            .is_filled
+            .iter()
+            .rposition(|is_filled| *is_filled)
+            .unwrap_or(0);
+        let is_blank = |column: &usize| *column > last && name(*column).is_empty();
+        let blank: Vec<usize> = self.columns.iter().copied().filter(is_blank).collect();
+        let has_times = self.axis_column.is_some() || self.preamble.step.is_some();
+        let width = self.columns.len();
+        let counts = |place: usize| {
+            let mut values = self.values.iter().skip(place).step_by(width).copied();
+            let first = values.next().unwrap_or(f64::NAN);
+            let n_rows = self.values.len() / width;
+            n_rows > 2
+                && first.fract() == 0.0
+                && values.zip(1..).all(|(v, i)| v == first + f64::from(i))
+        };
+        let is_count = |&(place, column): &(usize, &usize)| {
+            let unit = self.preamble.units.get(*column).map_or("", String::as_str);
+            let is_named =
+                names::counts_rows(&name(*column)) || unit.eq_ignore_ascii_case("sequence");
+            has_times && is_named && counts(place)
+        };
+        let counting = self.columns.iter().enumerate().filter(is_count);
+        let counting: Vec<usize> = counting.map(|(_, column)| *column).collect();
+        let notes = counting.iter().map(|&column| Note::CountedRows {
+            column: name(column),
+        });
+        self.notes.extend(notes.collect::<Vec<_>>());
+        let columns = self.columns.clone();
+        let out = |place: usize| {
+            [&blank, &counting]
+                .iter()
+                .any(|all| all.contains(&columns[place]))
+        };
+        // What is left of a table of no other columns is its samples.
+        if (blank.len() + counting.len()..width).len() > 0 {
+            self.remove(out);
+        }
+    }
+
+    /// Removes columns of samples by their place among them.
+    fn remove(&mut self, is_out: impl Fn(usize) -> bool) {
+        let width = self.columns.len();
+        let is_out: Vec<bool> = (0..width).map(is_out).collect();
+        if !is_out.contains(&true) {
+            return;
+        }
         let mut at = 0;
         self.values.retain(|_| {
             at += 1;
-            (at - 1) % width != 0
+            !is_out[(at - 1) % width]
         });
-        (self.places, self.n_columns, self.axis_column) = (first, width - 1, Some(0));
-        Ok(())
+        let mut place = 0;
+        self.columns.retain(|_| {
+            place += 1;
+            !is_out[place - 1]
+        });
     }
 
     fn contents(mut self, header: Option<&ByteRecord>) -> Result<Contents> {
@@ -209,7 +326,15 @@ impl<'a> Table<'a> {
             }),
             false => Coordinates::listed(axis, values, rounding, source.options.evenness(axis)),
         };
-        let rows = fit(row_axis, &self.places, self.rounding, has_step).map_err(|uneven| {
+        let by_setting = rows_are_times.then(|| self.by_setting()).flatten();
+        let rows = match by_setting.filter(|_| !has_step) {
+            Some(even) => Ok(Listed {
+                even,
+                ..Listed::default()
+            }),
+            None => fit(row_axis, &self.places, self.rounding, has_step),
+        };
+        let rows = rows.map_err(|uneven| {
             source.fault(match uneven {
                 Uneven {
                     index,
@@ -224,26 +349,28 @@ impl<'a> Table<'a> {
                 other => other.fault(row_axis),
             })
         })?;
-        let n_rows = self.values.len() / self.n_columns;
+        let n_columns = self.columns.len();
+        let n_rows = self.values.len() / n_columns;
         let columns = |axis: &'static str, has_step| {
-            let labels = header.and_then(|header| header::labels(header, self.axis_column));
+            let labels = header.and_then(|header| header::labels(header, &self.columns));
             let (values, rounding) = labels.unwrap_or_default();
             fit(axis, &values, rounding, has_step)
                 .map_err(|uneven| source.fault(uneven.fault(axis)))
         };
         let unit = header.zip(self.axis_column).and_then(|(header, column)| {
-            row_unit(&String::from_utf8_lossy(&header[column]), source.layout()).flatten()
+            row_unit(&excerpt(&header[column]), source.layout()).flatten()
         });
+        let unit = unit.or_else(|| self.time_unit(header).filter(|_| rows_are_times));
         let rows = Listed {
             even: Coordinates { unit, ..rows.even },
             ..rows
         };
         let (n_times, n_sites, time, space) = if rows_are_times {
             let space = columns("space", stated.dx.is_some())?;
-            (n_rows, self.n_columns, rows, space)
+            (n_rows, n_columns, rows, space)
         } else {
             let time = columns("time", stated.dt.is_some())?;
-            (self.n_columns, n_rows, time, rows)
+            (n_columns, n_rows, time, rows)
         };
         self.notes.extend(
             [&time, &space]
@@ -254,22 +381,25 @@ impl<'a> Table<'a> {
             self.notes.extend(Note::on_shape(n_times, n_sites));
         }
         // Columns are sites where rows are times.
-        let names = header.into_iter().flat_map(ByteRecord::iter).enumerate();
-        let channels = names
-            .filter(|(column, _)| rows_are_times && self.axis_column != Some(*column))
-            .map(|(_, cell)| excerpt(cell))
-            .collect();
+        let name = |&column: &usize| header.and_then(|header| header.get(column)).map(excerpt);
+        let channels = self
+            .columns
+            .iter()
+            .filter(|_| rows_are_times)
+            .filter_map(name);
+        let channels: Vec<String> = channels.collect();
+        let unit = rows_are_times.then(|| self.unit(&channels)).flatten();
         Ok(Contents {
             struck: None,
             dispersion: None,
-            storage: Storage::from_values(self.values, self.n_columns, rows_are_times),
+            storage: Storage::from_values(self.values, n_columns, rows_are_times),
             n_times,
             n_sites,
             time: time.even,
             space: space.even,
             resampling: [time.resampling, space.resampling],
-            quantity: None,
-            unit: None,
+            quantity: quantity("", None, unit.as_deref()),
+            unit,
             axis_names: [None, None],
             channels,
             notes: self.notes,
@@ -277,9 +407,96 @@ impl<'a> Table<'a> {
     }
 }
 
+impl Table<'_> {
+    /// Times by the step that the preamble states, if those of the rows are none or agree.
+    fn by_setting(&self) -> Option<Coordinates> {
+        let step = self.preamble.step?;
+        let unit = |column: Option<usize>| {
+            column
+                .and_then(|column| self.preamble.units.get(column))
+                .filter(|unit| !unit.is_empty())
+        };
+        let (Some(&first), Some(&last)) = (self.places.first(), self.places.last()) else {
+            return Some(Coordinates {
+                origin: self.preamble.origin,
+                step: Some(step),
+                unit: None,
+            });
+        };
+        // The times may be in another unit, which their column states.
+        let units = [unit(self.axis_column), self.preamble.time_unit.as_ref()];
+        let [own, of_step] = units.map(|unit| unit.and_then(|unit| size::<Time>(unit)));
+        let step = match (own, of_step) {
+            (Some(own), Some(of_step)) => step * of_step / own,
+            _ => step,
+        };
+        let places = self.places.iter().zip(0u32..);
+        let distance = |(place, i): (&f64, u32)| (place - first - f64::from(i) * step).abs();
+        let farthest = places.map(distance).fold(0.0, f64::max);
+        let is_it = farthest <= self.rounding + 1e-6 * (last - first).abs();
+        is_it.then_some(Coordinates {
+            origin: Some(first),
+            step: Some(step),
+            unit: None,
+        })
+    }
+
+    /// The unit of the times in a row of units, or else in the preamble.
+    fn time_unit(&self, header: Option<&ByteRecord>) -> Option<String> {
+        let own = self.axis_column.and_then(|column| {
+            let named = header.and_then(|header| names::table_time(&excerpt(&header[column])));
+            let unit = self
+                .preamble
+                .units
+                .get(column)
+                .filter(|unit| !unit.is_empty());
+            named.flatten().or(unit.cloned())
+        });
+        let is_stated = self.axis_column.is_some() || self.preamble.step.is_some();
+        own.or(self.preamble.time_unit.clone().filter(|_| is_stated))
+    }
+
+    /// The unit that all channels have, by the row of units, the preamble or their names.
+    fn unit(&mut self, channels: &[String]) -> Option<String> {
+        let of_column = |(place, column): (usize, &usize)| {
+            let in_name = channels.get(place).and_then(|name| {
+                let open = name.rfind(['(', '['])?;
+                Some(unit_of(names::enclosed(&name[open..])?))
+            });
+            let own = self
+                .preamble
+                .units
+                .get(*column)
+                .filter(|unit| !unit.is_empty());
+            let settings = &self.preamble.channel_units;
+            let of_preamble = settings
+                .get(place)
+                .or(settings.first().filter(|_| settings.len() == 1));
+            own.cloned().or(in_name).or(of_preamble.cloned())
+        };
+        let units: Vec<Option<String>> = self.columns.iter().enumerate().map(of_column).collect();
+        let first = units.first()?.clone();
+        if units.iter().all(|unit| *unit == first) {
+            return first;
+        }
+        let units = units.into_iter().map(|unit| unit.unwrap_or("none".into()));
+        let mut units: Vec<String> = units.collect();
+        units.sort();
+        units.dedup();
+        self.notes.push(Note::Remark {
+            text: format!(
+                "the columns have different units, {}; their numbers are read as they are",
+                units.join(" and ")
+            ),
+        });
+        None
+    }
+}
+
 fn axis_column(
     source: &FileSource,
     header: Option<&ByteRecord>,
+    preamble: &Preamble,
     width: usize,
 ) -> Result<Option<usize>> {
     let asked = &source.options.time_column;
@@ -299,8 +516,22 @@ fn axis_column(
     let (column, asked) = match asked {
         TimeColumn::None => return Ok(None),
         TimeColumn::Detect => {
-            let is_time = |name: &String| header.is_some() && row_unit(name, layout).is_some();
-            return Ok(names.iter().position(is_time));
+            let is_named = |name: &String| match layout {
+                Layout::TimeSite => names::table_time(name).is_some(),
+                Layout::SiteTime => row_unit(name, layout).is_some(),
+            };
+            let named = names
+                .iter()
+                .position(|name| header.is_some() && is_named(name));
+            let in_time = |unit: &String| symbol::<Time>(unit).is_some();
+            let by_unit = || {
+                preamble
+                    .units
+                    .iter()
+                    .position(in_time)
+                    .filter(|&c| c < width)
+            };
+            return Ok(named.or_else(|| by_unit().filter(|_| layout == Layout::TimeSite)));
         }
         TimeColumn::Index(index) => (Some(*index).filter(|&i| i < width), index.to_string()),
         TimeColumn::Name(name) => (
@@ -339,8 +570,15 @@ pub(super) fn printed_unit(cell: &[u8]) -> f64 {
     10f64.powi(exponent.saturating_sub(decimals as i32))
 }
 
-fn excerpt(cell: &[u8]) -> String {
-    let text = String::from_utf8_lossy(&cell[..cell.len().min(160)]);
+pub(super) fn excerpt(cell: &[u8]) -> String {
+    let cell = &cell[..cell.len().min(160)];
+    let text = match str::from_utf8(cell) {
+        // Old instruments write units in Latin-1.
+        Err(fault) if fault.error_len().is_some() => {
+            cell.iter().map(|&byte| char::from(byte)).collect()
+        }
+        _ => String::from_utf8_lossy(cell),
+    };
     text.trim().chars().take(40).collect()
 }
 

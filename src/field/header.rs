@@ -6,6 +6,7 @@ use super::Layout;
 use super::csv::{number, printed_unit};
 use super::names::row_unit;
 use super::options::{Header, TimeColumn};
+use super::preamble::{is_setting, length};
 use super::rows::RowReader;
 
 /// Whether a first line names columns: it starts with a word, or holds no number at all. The only
@@ -38,15 +39,20 @@ fn is_damaged(cell: &[u8]) -> bool {
     number(cell).is_none() && (begins || but_for_it())
 }
 
-/// A first line as the names of `width` columns. Their delimiter may differ from that of the
-/// numbers: `time,x0,x1` before `0.0 1.0 2.0`. Unchanged if no delimiter gives `width` names.
-pub(super) fn of_line(line: ByteRecord, rows: &RowReader, width: usize) -> ByteRecord {
-    if line.len() == width {
+/// A line as the names of the columns of a row. Their delimiter may differ from that of the numbers:
+/// `time,x0,x1` before `0.0 1.0 2.0`. Cells behind the last name are left out where the row has none there
+/// either. Unchanged if no delimiter gives as many names.
+pub(super) fn of_line(line: ByteRecord, rows: &RowReader, row: &ByteRecord) -> ByteRecord {
+    let (named, filled) = (length(&line, is_setting), length(row, |_| false));
+    if filled <= named && named <= row.len() {
+        return line.iter().take(named).collect();
+    }
+    if line.len() == row.len() {
         return line;
     }
     let delimiter = char::from(rows.delimiter()).to_string();
     let cells: Vec<_> = line.iter().map(String::from_utf8_lossy).collect();
-    let names = names(&cells.join(&delimiter), width);
+    let names = names(&cells.join(&delimiter), row.len());
     names.map_or(line, |(names, _)| names)
 }
 
@@ -95,13 +101,9 @@ fn names(text: &str, width: usize) -> Option<(ByteRecord, bool)> {
     }
 }
 
-/// The numbers in a header that holds only numbers beside the column of coordinates, and their
-/// rounding.
-pub(super) fn labels(header: &ByteRecord, axis_column: Option<usize>) -> Option<(Vec<f64>, f64)> {
-    let cells = || {
-        let cells = header.iter().enumerate();
-        cells.filter_map(|(column, cell)| (axis_column != Some(column)).then_some(cell))
-    };
+/// The numbers in these columns of a header that holds only numbers there, and their rounding.
+pub(super) fn labels(header: &ByteRecord, columns: &[usize]) -> Option<(Vec<f64>, f64)> {
+    let cells = || columns.iter().filter_map(|&column| header.get(column));
     let values: Option<Vec<f64>> = cells()
         .map(|cell| number(cell).filter(|value| value.is_finite()))
         .collect();

@@ -6,6 +6,7 @@
 
 mod align;
 mod assembly;
+mod beside;
 mod block;
 mod coordinates;
 mod csv;
@@ -22,6 +23,7 @@ mod npy;
 mod npz;
 mod open;
 mod options;
+mod preamble;
 mod resample;
 mod rows;
 mod scan;

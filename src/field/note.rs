@@ -34,6 +34,31 @@ pub enum Note {
     Delays,
     /// Coordinates that are even but for a jitter.
     Jitter { axis: &'static str, jitter: Jitter },
+    /// Coordinates that are even to the precision of the numbers that hold them, which is coarse.
+    Rounded { axis: &'static str, jitter: Jitter },
+    /// A step, an origin or a unit that is stated beside the field, and where.
+    Stated {
+        place: String,
+        text: String,
+        what: &'static str,
+    },
+    /// A doubt of the reader of a format.
+    Remark { text: String },
+    /// A dimension that is taken at a coordinate near the stated one.
+    Nearest {
+        dimension: String,
+        index: u64,
+        value: f64,
+        unit: Option<String>,
+        /// What was stated.
+        stated: String,
+    },
+    /// A column of a table that counts its rows, which is no site.
+    CountedRows { column: String },
+    /// Rows before the names of the columns of a table, and before its numbers.
+    Preamble { lines: usize },
+    /// Commas in the numbers of a table are decimal signs.
+    DecimalCommas,
     /// Samples at uneven coordinates that were brought to even ones.
     Resampled {
         axis: &'static str,
@@ -90,6 +115,13 @@ impl Note {
             Note::Start { .. } => "start",
             Note::Delays => "delays",
             Note::Jitter { .. } => "jitter",
+            Note::Rounded { .. } => "rounded",
+            Note::Stated { .. } => "stated",
+            Note::Remark { .. } => "remark",
+            Note::Nearest { .. } => "nearest",
+            Note::CountedRows { .. } => "counted-rows",
+            Note::Preamble { .. } => "preamble",
+            Note::DecimalCommas => "decimal-commas",
             Note::Resampled { .. } => "resampled",
             Note::Scan { .. } => "scan",
             Note::Aligned { .. } => "aligned",
@@ -131,6 +163,40 @@ impl Note {
                 jitter.index,
                 digits((jitter.share * 1e4).round() / 1e4)
             ),
+            Note::Rounded { axis, jitter } => format!(
+                "the {axis} coordinates are even to the precision of their numbers, which is coarse: index {} \
+                 deviates by {} of a step, which is the most",
+                jitter.index,
+                digits((jitter.share * 1e4).round() / 1e4)
+            ),
+            Note::Stated { place, text, what } => format!("`{place}` = {text} is the {what}"),
+            Note::Remark { text } => text.clone(),
+            Note::Nearest {
+                dimension,
+                index,
+                value,
+                unit,
+                stated,
+            } => {
+                let unit = unit
+                    .as_ref()
+                    .map_or(String::new(), |unit| format!(" {unit}"));
+                let value = digits(*value);
+                format!(
+                    "`{dimension}` is taken at {value}{unit} (index {index}), the nearest to {stated}"
+                )
+            }
+            Note::CountedRows { column } => {
+                let column = match column.as_str() {
+                    "" => "a column without a name".to_owned(),
+                    name => format!("the column {name:?}"),
+                };
+                format!("{column} counts the rows and is left out")
+            }
+            Note::Preamble { lines } => {
+                format!("the first {lines} rows are read as settings, not as names or samples")
+            }
+            Note::DecimalCommas => "commas in the numbers are decimal signs".into(),
             Note::Resampled {
                 axis,
                 method,
@@ -233,7 +299,7 @@ impl Note {
     pub fn is_doubtful(&self) -> bool {
         matches!(
             self,
-            Note::Delays | Note::Wide { .. } | Note::RisingSite { .. }
+            Note::Delays | Note::Remark { .. } | Note::Wide { .. } | Note::RisingSite { .. }
         ) || matches!(self, Note::Resampled { error, .. } | Note::Aligned { error, .. } if *error > LOSS)
     }
 

@@ -71,24 +71,59 @@ impl Header {
         check_len(self.file_len()?, found)
     }
 
-    /// The lengths `(first, second)` of the two axes; one dimension is one column.
-    pub(crate) fn dimensions(&self) -> Result<(usize, usize), InputFault> {
-        let (first, second) = match self.shape[..] {
-            [first] => (first, 1),
-            [first, second] => (first, second),
-            _ => {
-                return Err(InputFault::Dimensions {
-                    shape: self.shape.clone(),
-                });
-            }
-        };
-        if first == 0 || second == 0 {
-            return Err(InputFault::NoSamples {
-                shape: self.shape.clone(),
-            });
+    /// That there are samples.
+    pub(crate) fn check_samples(&self) -> Result<(), InputFault> {
+        let shape = || self.shape.clone();
+        match self.shape[..] {
+            [] => Err(InputFault::Dimensions { shape: shape() }),
+            _ if self.shape.contains(&0) => Err(InputFault::NoSamples { shape: shape() }),
+            _ => self.data_len().map(|_| ()),
         }
-        self.data_len()?;
-        Ok((first as usize, second as usize))
+    }
+
+    /// The lengths `(first, second)` of the two axes; one dimension is one column.
+    fn dimensions(&self) -> Result<(usize, usize), InputFault> {
+        self.check_samples()?;
+        match self.shape[..] {
+            [first] => Ok((first as usize, 1)),
+            [first, second] => Ok((first as usize, second as usize)),
+            _ => Err(InputFault::Dimensions {
+                shape: self.shape.clone(),
+            }),
+        }
+    }
+
+    /// Names of the dimensions: of three, time, y and x; with the layout site-time y, x and time.
+    pub(crate) fn names(&self, layout: Layout) -> Vec<String> {
+        let n = self.shape.len();
+        let space = ["z", "y", "x"];
+        let number = |i: usize| match (n - 1).checked_sub(space.len()) {
+            Some(beyond) if i < beyond => format!("{i}"),
+            Some(beyond) => space[i - beyond].to_owned(),
+            None => space[space.len() - (n - 1) + i].to_owned(),
+        };
+        let mut names: Vec<String> = (0..n - 1).map(number).collect();
+        let time = match layout {
+            Layout::TimeSite => 0,
+            Layout::SiteTime => n - 1,
+        };
+        names.insert(time, "time".into());
+        names
+    }
+
+    /// Bytes from one index of each dimension to the next.
+    pub(crate) fn strides(&self) -> Vec<u64> {
+        let mut next = self.sample.bytes() as u64;
+        let mut strides = vec![0; self.shape.len()];
+        let mut of = |i: usize| {
+            strides[i] = next;
+            next *= self.shape[i];
+        };
+        match self.fortran_order {
+            true => (0..self.shape.len()).for_each(&mut of),
+            false => (0..self.shape.len()).rev().for_each(&mut of),
+        }
+        strides
     }
 
     /// The lengths `(times, sites)`; one dimension is the record of one site.

@@ -12,6 +12,7 @@ use zip::CompressionMethod;
 use zip::read::{ZipArchive, ZipReadOptions};
 use zip::result::ZipError;
 
+use super::beside::{self, Beside};
 use super::coordinates::{Coordinates, Listed};
 use super::open::{Contents, FileSource, map};
 use super::options::OpenOptions;
@@ -43,8 +44,8 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         Some(_) if matches!(name.as_str(), "force" | "energy_passed") => &["contact_position"][..],
         _ => &names::SPACE,
     };
-    let time = archive.coordinates("time", &names::TIME, index);
-    let space = archive.coordinates("space", along, index);
+    let time = archive.coordinates("time", &names::TIME, index)?;
+    let space = archive.coordinates("space", along, index)?;
     let lengths = [&time, &space].map(|member| member.as_ref().map(|member| member.len));
     let implied = match header.shape[..] {
         [rows, columns] => implied_layout([rows, columns], lengths),
@@ -52,10 +53,16 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     };
     let stated = &source.stated;
     let layout = stated.layout.or(implied).unwrap_or_default();
-    let mut contents = Contents::from_npy(&header, bytes, start, layout)
-        .map_err(|fault| archive.member_fault(index, fault))?;
+    let mut places = |name: &str| {
+        let (shape, values) = archive.array(name).ok()??;
+        (shape.len() == 1).then(|| (values, archive.unit(name).ok().flatten()))
+    };
+    source.check_at(&header)?;
+    let at = &source.options.at;
+    let contents = Contents::from_npy_at(&header, bytes, start, layout, at, &mut places);
+    let mut contents = contents.map_err(|fault| archive.member_fault(index, fault))?;
     contents.quantity = quantity(&name);
-    contents.unit = archive.unit(&name);
+    contents.unit = archive.unit(&name)?;
     if archive.find("schema").is_some() {
         contents.dispersion = archive.text("dispersion")?;
     }
@@ -78,6 +85,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         contents.resampling[1] = space.resampling;
     }
     if archive.find("schema").is_none() {
+        beside::complete(&mut contents, stated, &mut |name| archive.beside(name))?;
         let own = |member: &Option<Coordinate>| member.as_ref().map(|member| member.name.clone());
         contents.notes.push(Note::Members {
             field: name,
@@ -142,20 +150,14 @@ pub(super) fn positions(source: &FileSource, asked: Option<&str>) -> Result<Vec<
         if !is_it || count.ok() != Some(1) {
             continue;
         }
-        let (header, bytes, start) = archive.load(index)?;
-        let mut value = [0.0];
-        let shape = npy::Header {
-            shape: vec![1],
-            ..header
-        };
-        let contents = Contents::from_npy(&shape, bytes, start, Layout::TimeSite)
-            .map_err(|fault| archive.member_fault(index, fault))?;
-        contents.storage.read(0..1, 0..1, false, &mut value);
+        let value = archive.number(index)?;
+        let sample = archive.header(index).map(|header| header.sample);
+        let relative = sample.map_or(f64::EPSILON, |sample| sample.relative_rounding());
         found.push(NamedNumber {
-            unit: archive.unit(&name),
+            unit: archive.unit(&name)?,
             name,
-            value: value[0],
-            rounding: shape.sample.relative_rounding() * value[0].abs(),
+            value,
+            rounding: relative * value.abs(),
         });
     }
     Ok(found)
@@ -343,22 +345,76 @@ impl<'a> Archive<'a> {
         axis: &'static str,
         known: &[&str],
         field: usize,
-    ) -> Option<Coordinate> {
-        known.iter().enumerate().find_map(|(rank, name)| {
+    ) -> Result<Option<Coordinate>> {
+        for (rank, name) in known.iter().enumerate() {
             let same = |member: &ArchiveMember| match rank {
                 0 => member.name == *name,
                 _ => member.name.eq_ignore_ascii_case(name),
             };
-            let index = self.members.iter().position(same).filter(|&i| i != field)?;
-            let shape = self.header(index).map(|header| header.shape);
-            let shape = shape.unwrap_or_default();
-            (rank == 0 || shape.len() == 1).then(|| Coordinate {
-                axis,
-                index,
-                name: self.members[index].name.clone(),
-                len: shape.iter().product(),
-            })
-        })
+            let found = self.members.iter().position(same).filter(|&i| i != field);
+            let Some(index) = found else { continue };
+            let shape = match self.header(index).map(|header| header.shape) {
+                // What holds no numbers is no coordinate.
+                Err(fault) if rank > 0 && is_other_kind(&fault) => {
+                    self.check_whole(index)?;
+                    continue;
+                }
+                shape => shape.map_err(|fault| self.member_fault(index, fault))?,
+            };
+            if rank == 0 || shape.len() == 1 {
+                return Ok(Some(Coordinate {
+                    axis,
+                    index,
+                    name: self.members[index].name.clone(),
+                    len: shape.iter().product(),
+                }));
+            }
+            self.check_whole(index)?;
+        }
+        Ok(None)
+    }
+
+    /// The number or the text of a member, by a name whose case does not matter.
+    fn beside(&mut self, name: &str) -> Result<Option<Beside>> {
+        let same = |member: &ArchiveMember| member.name.eq_ignore_ascii_case(name);
+        let Some(index) = self.members.iter().position(same) else {
+            return Ok(None);
+        };
+        let place = self.members[index].name.clone();
+        let shape = match self.header(index) {
+            Ok(header) => header.shape,
+            Err(fault) if is_other_kind(&fault) => {
+                let text = self.text_of(&place)?;
+                let value = text.map(beside::Value::Text);
+                return Ok(value.map(|value| Beside { place, value }));
+            }
+            Err(fault) => return Err(self.member_fault(index, fault)),
+        };
+        if shape.iter().product::<u64>() != 1 {
+            return Ok(None);
+        }
+        let value = beside::Value::Number(self.number(index)?);
+        Ok(Some(Beside { place, value }))
+    }
+
+    /// The only number of a member.
+    fn number(&mut self, index: usize) -> Result<f64> {
+        let header = self.header(index);
+        let header = header.map_err(|fault| self.member_fault(index, fault))?;
+        let header = npy::Header {
+            shape: vec![1],
+            ..header
+        };
+        let expected = header
+            .file_len()
+            .map_err(|fault| self.member_fault(index, fault))?;
+        let (bytes, start) = self.bytes(index, expected)?;
+        let start = start + header.data_start;
+        let contents = Contents::from_npy(&header, bytes, start, Layout::TimeSite)
+            .map_err(|fault| self.member_fault(index, fault))?;
+        let mut value = [0.0];
+        contents.storage.read(0..1, 0..1, false, &mut value);
+        Ok(value[0])
     }
 
     /// The requested member, else `velocity` or `v`, else the only array of two dimensions.
@@ -424,7 +480,7 @@ impl<'a> Archive<'a> {
     /// The header of a member, the bytes that hold its samples, and where these start.
     fn load(&mut self, index: usize) -> Result<(npy::Header, Bytes, usize)> {
         let header = self.header(index).and_then(|header| {
-            header.dimensions()?;
+            header.check_samples()?;
             let expected = header.file_len()?;
             Ok((header, expected))
         });
@@ -459,8 +515,38 @@ impl<'a> Archive<'a> {
     }
 
     /// The unit of a member as stated by the archive; `None` unless it is a text.
-    fn unit(&mut self, member: &str) -> Option<String> {
-        self.text(&format!("{member}_unit")).ok().flatten()
+    fn unit(&mut self, member: &str) -> Result<Option<String>> {
+        self.text_of(&format!("{member}_unit"))
+    }
+
+    /// As [`Archive::text`]; `None` for what is no text.
+    fn text_of(&mut self, name: &str) -> Result<Option<String>> {
+        match self.text(name) {
+            Err(Error::Input {
+                fault: InputFault::Member { fault, .. },
+                ..
+            }) if is_other_kind(&fault) => {
+                if let Some(index) = self.find(name) {
+                    self.check_whole(index)?;
+                }
+                Ok(None)
+            }
+            text => text,
+        }
+    }
+
+    /// That a member of another kind is not one whose header was damaged; none of many bytes is read for that.
+    fn check_whole(&mut self, index: usize) -> Result<()> {
+        const MOST: u64 = 16 << 20;
+        let read = |zip: &mut ZipArchive<_>, index| {
+            let mut entry = zip.by_index(index).map_err(archive_fault)?;
+            if entry.size() <= MOST {
+                std::io::copy(&mut entry, &mut std::io::sink()).map_err(deflate_fault)?;
+            }
+            Ok(())
+        };
+        read(&mut self.zip, self.members[index].index)
+            .map_err(|fault| self.member_fault(index, fault))
     }
 
     /// The bytes that hold a member of `expected` bytes, and where it starts in them.
@@ -574,11 +660,8 @@ impl<'a> Archive<'a> {
                 ..Listed::default()
             });
         }
-        let largest = values
-            .iter()
-            .fold(0.0, |max: f64, value| max.max(value.abs()));
-        let rounding = largest * header.sample.relative_rounding();
-        let unit = self.unit(name);
+        let rounding = header.sample.spacing(&values);
+        let unit = self.unit(name)?;
         let rules = self.source.options.evenness(axis);
         let listed = Coordinates::listed(axis, &values, rounding, rules)
             .map_err(|uneven| self.member_fault(index, uneven.fault(axis)))?;
@@ -597,6 +680,21 @@ impl<'a> Archive<'a> {
             fault: Box::new(fault),
         })
     }
+}
+
+/// Whether a member is sound, but of another kind than what is looked for.
+fn is_other_kind(fault: &InputFault) -> bool {
+    use InputFault::*;
+    matches!(
+        fault,
+        PickledObjects
+            | StructuredType { .. }
+            | ComplexType { .. }
+            | SampleType { .. }
+            | NoText { .. }
+            | NotOneText { .. }
+            | TextLength { .. }
+    )
 }
 
 enum Place {

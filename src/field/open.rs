@@ -6,13 +6,13 @@ use std::sync::Arc;
 use super::coordinates::{Coordinates, StatedAxis};
 use super::file_bytes::FileBytes;
 use super::interpolate::Interpolant;
-use super::options::{Header, OpenOptions, ReadMode, TimeColumn};
+use super::options::{At, Header, OpenOptions, ReadMode, TimeColumn};
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::state::FileState;
-use super::storage::{Bytes, Storage};
+use super::storage::{Arrangement, Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz, resample};
-use crate::error::{Error, ForeignFormat, InputFault, Result};
+use crate::error::{DimensionName, Error, ForeignFormat, InputFault, Result};
 use crate::measure::{Dimension, Length};
 
 /// Input of the format readers: the bytes of a file and its settings.
@@ -43,6 +43,20 @@ impl FileSource<'_> {
             false => 0,
         };
         self.options.allow(what, needed.saturating_add(copied))
+    }
+}
+
+impl FileSource<'_> {
+    /// Checks that an array of NumPy has a further dimension where one is stated.
+    pub(super) fn check_at(&self, header: &npy::Header) -> Result<()> {
+        match header.shape.len() {
+            found @ 0..=2 if !self.options.at.is_empty() => Err(Error::Request {
+                option: "at",
+                expected: "an array of three dimensions or more".into(),
+                found: format!("one of {found}"),
+            }),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -109,8 +123,116 @@ impl Contents {
         layout: Layout,
     ) -> std::result::Result<Contents, InputFault> {
         let (n_times, n_sites) = header.field_lengths(layout)?;
+        let storage = Storage::new(bytes, header.arrangement(start, layout)?);
+        Ok(Contents::of(storage, [n_times, n_sites]))
+    }
+
+    /// As [`Contents::from_npy`], of an array of any dimensions, taken where `at` says; `coordinate` has the
+    /// values of a dimension and their unit.
+    pub(super) fn from_npy_at(
+        header: &npy::Header,
+        bytes: Bytes,
+        start: usize,
+        layout: Layout,
+        at: &[At],
+        coordinate: &mut dyn FnMut(&str) -> Option<(Vec<f64>, Option<String>)>,
+    ) -> std::result::Result<Contents, InputFault> {
+        if at.is_empty() && header.shape.len() <= 2 {
+            return Contents::from_npy(header, bytes, start, layout);
+        }
+        header.check_samples()?;
+        let names = header.names(layout);
+        let dimensions = || {
+            let named = names.iter().zip(&header.shape);
+            let named: Vec<String> = named.map(|(name, len)| format!("{name}: {len}")).collect();
+            named.join(", ")
+        };
+        let variable = || "the array".to_owned();
+        let (mut fixed, mut notes) = (vec![None; names.len()], Vec::new());
+        for At { dimension, label } in at {
+            let by_name = names.iter().position(|name| name == dimension);
+            let by_number = || dimension.parse().ok().filter(|&d| d < names.len());
+            let Some(d) = by_name.or_else(by_number) else {
+                return Err(InputFault::NoSuchDimension {
+                    name: dimension.clone(),
+                    variable: variable(),
+                    dimensions: dimensions(),
+                });
+            };
+            let len = header.shape[d];
+            let listed = coordinate(&names[d]).filter(|(values, _)| values.len() as u64 == len);
+            let (index, note) = labelled::nearest(&names[d], len, listed, label)?;
+            fixed[d] = Some(index);
+            notes.extend(note);
+        }
+        let free = (0..names.len()).filter(|&d| fixed[d].is_none());
+        let (time, others): (Vec<usize>, Vec<usize>) = free.partition(|&d| names[d] == "time");
+        let long = |&d: &usize| header.shape[d] > 1;
+        let mut sites: Vec<usize> = others.iter().copied().filter(long).collect();
+        if sites.is_empty() {
+            sites.extend(others.last());
+        }
+        let [time] = time[..] else {
+            return Err(InputFault::NoTimes {
+                variable: variable(),
+                dimension: names[sites.first().copied().unwrap_or(0)].clone(),
+            });
+        };
+        if let [_, .., _] = sites[..] {
+            return Err(InputFault::FurtherDimension {
+                variable: variable(),
+                dimensions: dimensions(),
+                dimension: Box::new(DimensionName {
+                    name: names[sites[0]].clone(),
+                    len: header.shape[sites[0]],
+                    range: None,
+                }),
+            });
+        }
+        let strides = header.strides();
+        let skipped = fixed
+            .iter()
+            .zip(&strides)
+            .map(|(index, stride)| index.unwrap_or(0) * stride);
+        let start = start + skipped.sum::<u64>() as usize;
+        let size = header.sample.bytes();
+        let stride = |d: usize| strides[d] as usize;
+        let (n_times, n_sites) = (
+            header.shape[time] as usize,
+            sites.first().map_or(1, |&d| header.shape[d] as usize),
+        );
+        let (along, across) = (stride(time), sites.first().map_or(size, |&d| stride(d)));
+        let arrangement = |row_len: usize, rows_are_times: bool| Arrangement {
+            sample: header.sample,
+            order: header.order,
+            start,
+            row_len,
+            rows_are_times,
+        };
+        let storage = match () {
+            _ if across == size && along >= n_sites * size => {
+                Storage::new(bytes, arrangement(along / size, true))
+            }
+            _ if along == size && across >= n_times * size => {
+                Storage::new(bytes, arrangement(across / size, false))
+            }
+            _ => {
+                let strides = [along as isize, across as isize];
+                let rows_are_times = along >= across;
+                let width = if rows_are_times { n_sites } else { n_times };
+                Storage::strided(bytes, arrangement(width, rows_are_times), strides)
+            }
+        };
         Ok(Contents {
-            storage: Storage::new(bytes, header.arrangement(start, layout)?),
+            notes,
+            ..Contents::of(storage, [n_times, n_sites])
+        })
+    }
+
+    /// Samples without axes.
+    fn of(storage: Storage, [n_times, n_sites]: [usize; 2]) -> Contents {
+        Contents {
+            storage,
             n_times,
             n_sites,
             time: Coordinates::default(),
@@ -123,7 +245,7 @@ impl Contents {
             channels: Vec::new(),
             struck: None,
             dispersion: None,
-        })
+        }
     }
 
     /// With uneven coordinates of times and sites taken out, where they are kept.
@@ -286,11 +408,14 @@ pub(super) fn completed(
 }
 
 fn read_npy(source: &FileSource) -> Result<Contents> {
-    let contents = npy::Header::parse(&source.bytes).and_then(|header| {
-        header.dimensions()?;
+    let header = npy::Header::parse(&source.bytes).map_err(|fault| source.fault(fault))?;
+    source.check_at(&header)?;
+    let contents = header.check_samples().and_then(|()| {
         header.check_len(source.bytes.len() as u64)?;
         let bytes = Bytes::File(Arc::clone(&source.bytes));
-        let mut contents = Contents::from_npy(&header, bytes, header.data_start, source.layout())?;
+        let (start, layout) = (header.data_start, source.layout());
+        let at = &source.options.at;
+        let mut contents = Contents::from_npy_at(&header, bytes, start, layout, at, &mut |_| None)?;
         contents.note_doubts(source.stated.layout.is_some());
         Ok(contents)
     });
@@ -419,7 +544,7 @@ impl Format {
                 options.space_dim.is_some() && !has_dimensions,
                 dimensions,
             ),
-            ("at", !options.at.is_empty() && !has_dimensions, dimensions),
+            ("at", !options.at.is_empty() && is_table, dimensions),
             ("header", has_header && !is_table, "a table of text"),
             ("time-column", has_column && !is_table, "a table of text"),
         ];

@@ -1,10 +1,12 @@
 //! The rows of a table, none of them longer than a bound.
 
+use std::borrow::Cow;
 use std::io::Read;
 
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::open::FileSource;
+use super::preamble::check_commas;
 use crate::error::InputFault;
 
 /// Bytes of one row, line ends in quotes included.
@@ -13,8 +15,18 @@ const ROW_LIMIT: usize = 16 << 20;
 const BOM: &[u8] = b"\xef\xbb\xbf";
 
 pub(super) struct RowReader<'a> {
-    delimiter: u8,
+    dialect: Dialect,
+    /// Cells before those of the table.
+    left_out: usize,
     reader: csv::Reader<TextCells<'a>>,
+}
+
+/// How a table writes cells and numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Dialect {
+    delimiter: u8,
+    /// Whether commas are decimal signs.
+    has_decimal_commas: bool,
 }
 
 impl<'a> RowReader<'a> {
@@ -38,11 +50,11 @@ impl<'a> RowReader<'a> {
             .path
             .extension()
             .is_some_and(|extension| extension == "tsv");
-        let delimiter = if is_tsv {
-            b'\t'
-        } else {
-            detect_delimiter(&sample[start..])
-        };
+        let dialect = detect(&sample[start..], is_tsv);
+        let delimiter = dialect.delimiter;
+        if delimiter == b',' {
+            check_commas(&sample[start..])?;
+        }
         let text = TextCells {
             text: bytes,
             at: start,
@@ -58,12 +70,38 @@ impl<'a> RowReader<'a> {
             .comment(Some(b'#'))
             .delimiter(delimiter)
             .from_reader(text);
-        Ok(RowReader { delimiter, reader })
+        Ok(RowReader {
+            dialect,
+            left_out: 0,
+            reader,
+        })
     }
 
     /// What separates the cells.
     pub(super) fn delimiter(&self) -> u8 {
-        self.delimiter
+        self.dialect.delimiter
+    }
+
+    /// Whether commas are decimal signs.
+    pub(super) fn has_decimal_commas(&self) -> bool {
+        self.dialect.has_decimal_commas
+    }
+
+    /// Leaves so many cells out of every row from now on, of `record` too.
+    pub(super) fn leave_out(&mut self, cells: usize, record: &mut ByteRecord) {
+        self.left_out = cells;
+        self.cut(record);
+    }
+
+    fn cut(&self, record: &mut ByteRecord) {
+        let cells = record.iter().skip(self.left_out);
+        let cells = cells.map(|cell| match self.dialect.has_decimal_commas {
+            true => with_point(cell),
+            false => Cow::Borrowed(cell),
+        });
+        let mut kept: ByteRecord = cells.collect();
+        kept.set_position(record.position().cloned());
+        *record = kept;
     }
 
     /// Whether there was another row.
@@ -74,10 +112,14 @@ impl<'a> RowReader<'a> {
         self.reader.get_mut().allowance = ROW_LIMIT;
         let line = self.reader.position().line();
         let read = self.reader.read_byte_record(record);
-        read.map_err(|_| InputFault::RowLength {
+        let read = read.map_err(|_| InputFault::RowLength {
             line: line_of_row(self.reader.get_ref().text, line),
             limit: ROW_LIMIT,
-        })
+        })?;
+        if self.left_out > 0 || self.dialect.has_decimal_commas {
+            self.cut(record);
+        }
+        Ok(read)
     }
 }
 
@@ -93,20 +135,76 @@ pub(super) fn line_of_row(text: &[u8], line: u64) -> u64 {
     rows.next().map_or(line, |(number, _)| number)
 }
 
-/// Detected in the second line, since the first may be a header; else in the first.
-fn detect_delimiter(sample: &[u8]) -> u8 {
+/// Told by the last lines of numbers, since others may stand before them.
+fn detect(sample: &[u8], is_tsv: bool) -> Dialect {
+    /// Lines that are looked at.
+    const MOST: usize = 64;
     let lines = sample.split(|byte| matches!(byte, b'\n' | b'\r'));
-    let line = lines
-        .map(<[u8]>::trim_ascii)
+    let lines = lines.map(<[u8]>::trim_ascii);
+    let lines: Vec<&[u8]> = lines
         .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
-        .take(2)
-        .last()
-        .unwrap_or_default();
-    let is_there = |delimiter: &u8| line.contains(delimiter);
-    *b";,\t "
-        .iter()
-        .find(|delimiter| is_there(delimiter))
-        .unwrap_or(&b',')
+        .collect();
+    let last = || lines.iter().rev().take(MOST);
+    let choices: &[u8] = if is_tsv { b"\t" } else { b";\t, " };
+    let told = last().find_map(|line| {
+        let is_it = |delimiter: &&u8| cells(line, **delimiter).is_some_and(|n| n > 1);
+        choices.iter().find(is_it)
+    });
+    let contained = || {
+        let line = lines
+            .iter()
+            .take(2)
+            .next_back()
+            .copied()
+            .unwrap_or_default();
+        b";,\t ".iter().find(|delimiter| line.contains(delimiter))
+    };
+    let delimiter = match is_tsv {
+        true => b'\t',
+        false => told.or_else(contained).copied().unwrap_or(b','),
+    };
+    let mut numbers = last().filter(|line| cells(line, delimiter).is_some());
+    let has_commas = delimiter != b',' && numbers.clone().any(|line| line.contains(&b','));
+    Dialect {
+        delimiter,
+        has_decimal_commas: has_commas && !numbers.any(|line| line.contains(&b'.')),
+    }
+}
+
+/// How many cells of numbers a line has; none if one of them is something else, or all are empty.
+fn cells(line: &[u8], delimiter: u8) -> Option<usize> {
+    let trimmed = |cell: &[u8]| -> Vec<u8> {
+        let cell = cell.trim_ascii();
+        let quoted = cell
+            .strip_prefix(b"\"")
+            .and_then(|cell| cell.strip_suffix(b"\""));
+        with_point(quoted.unwrap_or(cell).trim_ascii()).into_owned()
+    };
+    let (mut count, mut filled) = (0, 0);
+    for cell in line.split(|&byte| byte == delimiter || delimiter == b' ' && byte == b'\t') {
+        let cell = trimmed(cell);
+        if cell.is_empty() && delimiter == b' ' {
+            continue;
+        }
+        count += 1;
+        filled += usize::from(!cell.is_empty());
+        super::csv::number(&cell)?;
+    }
+    (filled > 0).then_some(count)
+}
+
+/// A number whose decimal sign is a comma, with a point; other cells as they are.
+fn with_point(cell: &[u8]) -> Cow<'_, [u8]> {
+    let is_part = |byte: &u8| byte.is_ascii_digit() || b"+-eE, ".contains(byte);
+    let commas = cell.iter().filter(|&&byte| byte == b',').count();
+    match commas == 1 && cell.iter().all(is_part) {
+        true => Cow::Owned(
+            cell.iter()
+                .map(|&byte| if byte == b',' { b'.' } else { byte })
+                .collect(),
+        ),
+        false => Cow::Borrowed(cell),
+    }
 }
 
 /// The text of a file, as far as a row is allowed to reach, with `\n` for every line end.
@@ -180,14 +278,24 @@ mod tests {
 
     #[test]
     fn the_delimiter_is_told_by_the_numbers() {
-        for (text, delimiter) in [
-            ("time (s), v (m/s)\n0,1\n", b','),
-            ("time (s)\n0\n", b','),
-            ("# 1;2;3\n\n0.5\t1\n", b'\t'),
-            ("a b\n1;2\n", b';'),
-            ("  0.5   1.5  \n", b' '),
+        for (text, delimiter, has_decimal_commas) in [
+            ("time (s), v (m/s)\n0,1\n", b',', false),
+            ("time (s)\n0\n", b',', false),
+            ("# 1;2;3\n\n0.5\t1\n", b'\t', false),
+            ("a b\n1;2\n", b';', false),
+            ("  0.5   1.5  \n", b' ', false),
+            ("a;b\n0,5;1,5e-3\n", b';', true),
+            ("0,5\t1\n", b'\t', true),
+            ("0,5 1,5\n", b' ', true),
+            ("0.5, 1.5\n", b',', false),
+            ("1.0;2\n3;4,5\n", b';', false),
+            ("Model,A\nPoints,2\n\n0;1\n0;2\n", b';', false),
         ] {
-            assert_eq!(detect_delimiter(text.as_bytes()), delimiter, "{text:?}");
+            let dialect = Dialect {
+                delimiter,
+                has_decimal_commas,
+            };
+            assert_eq!(detect(text.as_bytes(), false), dialect, "{text:?}");
         }
     }
 

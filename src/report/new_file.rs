@@ -41,7 +41,10 @@ impl NewFile {
     ) -> Result<()> {
         let mut working = self.begin(path, replace, fill)?;
         self.check_free(path, replace)?;
-        working.publish().map_err(Error::write("finish", path))
+        match replace {
+            true => working.publish().map_err(Error::write("finish", path)),
+            false => place(&mut working, path, false),
+        }
     }
 
     /// A file that `fill` has written and that has not yet its name.
@@ -111,6 +114,25 @@ impl NewFile {
             }),
         }
     }
+}
+
+/// Gives what was written its name, in place of a file of that name only if that is to be replaced.
+///
+/// # Errors
+/// [`Error::Exists`], [`Error::Write`].
+pub(super) fn place(working: &mut Working, path: &Path, replace: bool) -> Result<()> {
+    let placed = match replace {
+        // The old one is kept until all is done.
+        true if path.exists() => working.swap(),
+        true => working.publish(),
+        false => working.publish_new(),
+    };
+    placed.map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists if !replace => Error::Exists {
+            path: path.to_owned(),
+        },
+        _ => Error::write("finish", path)(error),
+    })
 }
 
 /// Formats of fields that are known by their extension.

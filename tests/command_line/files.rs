@@ -194,3 +194,73 @@ fn regress_a_result_does_not_take_the_place_of_a_symbolic_link() {
     assert!(place.path("folder/result/summary.json").exists());
     assert_eq!(fs::read_dir(place.path("folder")).unwrap().count(), 1);
 }
+
+/// Starts all commands at once; their exit codes.
+fn at_once(place: &Place, commands: &[&[&str]]) -> Vec<Option<i32>> {
+    let started: Vec<Child> = commands.iter().map(|words| start(place, words)).collect();
+    let ended = started
+        .into_iter()
+        .map(|child| child.wait_with_output().unwrap());
+    ended.map(|output| output.status.code()).collect()
+}
+
+#[test]
+fn regress_of_several_runs_of_one_new_file_one_succeeds() {
+    let place = test_support::pulse::place();
+    for words in [
+        &["convert", "wave.npy", "new.npz"][..],
+        &["convert", "wave.npy", "new.nc"],
+        &["convert", "wave.npy", "new.npy"],
+        &["convert", "wave.npy", "new.csv"],
+        &[
+            "filter",
+            "wave.npy",
+            "--towards",
+            "plus-x",
+            "--out",
+            "new.npz",
+        ],
+        &[
+            "simulate",
+            "--sites",
+            "3",
+            "--end-time",
+            "3",
+            "--out",
+            "new.npz",
+        ],
+    ] {
+        let before = place.names();
+        for _ in 0..8 {
+            let mut codes = at_once(&place, &[words; 4]);
+            codes.sort();
+            assert_eq!(codes, [Some(0), Some(2), Some(2), Some(2)], "{words:?}");
+            for name in place.names().difference(&before) {
+                assert!(name.starts_with("new."), "{name}");
+                fs::remove_file(place.path(name)).unwrap();
+            }
+        }
+    }
+}
+
+/// An array and its sidecar are of one run.
+#[test]
+fn regress_of_two_runs_that_replace_one_file_one_remains() {
+    let place = Place::new();
+    for (name, value) in [("a.npy", 1.0), ("b.npy", 2.0)] {
+        place.save(name, &ndarray::Array2::from_elem((400, 100), value));
+    }
+    for name in ["c.npy", "c.csv"] {
+        place.good(&["convert", "a.npy", name, "--dt", "1"]);
+        for _ in 0..12 {
+            let [a, b] = [["a.npy", "1"], ["b.npy", "2"]]
+                .map(|[from, dt]| ["convert", from, name, "--dt", dt, "--force"]);
+            let codes = at_once(&place, &[&a, &b, &a, &b]);
+            assert_eq!(codes, [Some(0); 4], "{name}");
+            let field = test_support::made::open(&place, name);
+            let mut first = [0.0];
+            field.read_time_major(0..1, 0..1, &mut first);
+            assert_eq!(field.time.step, first[0], "{name}");
+        }
+    }
+}

@@ -18,8 +18,10 @@ fn steps_carry_units() {
         let first = said.lines().next().unwrap().to_owned();
         (place.json("a-cascade/summary.json")["field"].clone(), first)
     };
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 10] = [
         (&["--dt", "10us", "--dx", "2mm"], ""),
+        (&["--dt", "10", "us", "--dx", "2", "mm"], ""),
+        (&["--rate=100", "kHz", "--dx", "0.2", "cm"], ""),
         (&["--rate", "100kHz", "--dx", "0.2 cm"], ""),
         (&["--fs", "100000", "--time-unit", "sec", "--dx", "2mm"], ""),
         (&[], "dt = \"10 us\"\ndx = \"2 mm\"\n"),

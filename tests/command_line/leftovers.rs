@@ -41,7 +41,7 @@ fn regress_the_next_run_removes_what_a_killed_one_left() {
     place.good(&[&words[..], &["--force"]].concat());
     assert_eq!(partial(&place), held);
     signal(&child, "TERM");
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(child.wait().unwrap().code(), Some(143));
     assert_eq!(place.names(), after);
 }
 
@@ -79,7 +79,7 @@ fn regress_clean_lists_and_removes() {
         "{held}"
     );
     signal(&child, "TERM");
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(child.wait().unwrap().code(), Some(143));
     assert!(place.bad(1, &["clean", "nowhere"]).contains("nowhere"));
 }
 

@@ -175,8 +175,10 @@ fn npy_shapes_that_are_no_field() {
     let eight = [0; 64];
     let shape_of = |shape: &str| fault("field.npy", npy("<f8", shape, &eight));
     assert_eq!(shape_of("()"), InputFault::Dimensions { shape: vec![] });
-    let shape = vec![2, 2, 2];
-    assert_eq!(shape_of("(2, 2, 2)"), InputFault::Dimensions { shape });
+    match shape_of("(2, 2, 2)") {
+        InputFault::FurtherDimension { dimension, .. } => assert_eq!(dimension.name, "y"),
+        other => panic!("{other}"),
+    }
     for shape in [vec![0, 8], vec![8, 0], vec![0, u64::MAX]] {
         let text = format!("({}, {})", shape[0], shape[1]);
         assert_eq!(shape_of(&text), InputFault::NoSamples { shape });

@@ -96,6 +96,58 @@ fn npz_bytes_that_changed() {
     assert_eq!(faults, 40);
 }
 
+/// Damage of coordinates and of units is no lack of them.
+#[test]
+fn regress_npz_coordinates_that_changed() {
+    let field = npy_f64("(40, 2)", (0..80).map(|n| f64::from(n % 7)));
+    let times = npy_f64("(40,)", (0..40).map(f64::from));
+    for name in ["t.npy", "x.npy", "time.npy"] {
+        let members = [("v.npy", &field[..]), (name, &times[..])];
+        for method in BOTH {
+            let whole = npz(method, &members);
+            // The samples of the last member, before the directory.
+            let directory = whole.windows(4).position(|w| w == b"PK\x01\x02").unwrap();
+            let local = whole[..directory]
+                .windows(4)
+                .rposition(|w| w == b"PK\x03\x04")
+                .unwrap();
+            let extra = usize::from(whole[local + 28]);
+            let from = local + 30 + name.len() + extra;
+            for at in from..directory {
+                let mut bytes = whole.clone();
+                bytes[at] ^= 0x10;
+                let folder = Folder::new();
+                let path = folder.write("field.npz", bytes);
+                // Another stream may stand for the same bytes.
+                if let Ok(field) = Field::open(path, &OpenOptions::default()) {
+                    let axes = [&field.time, &field.space].map(|axis| (axis.origin, axis.step));
+                    assert_eq!(axes, [(0.0, 1.0); 2]);
+                    let said = field.notes[0].message();
+                    assert!(said.contains("its "), "{name} {method}, {at}: {said}");
+                }
+            }
+            // Encrypted, by the flag of both headers.
+            let mut bytes = whole.clone();
+            bytes[local + 6] |= 1;
+            let entry = whole.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
+            bytes[entry + 8] |= 1;
+            let (_, fault) = member_fault(fault("field.npz", bytes));
+            assert_eq!(fault, InputFault::Encrypted, "{name} {method}");
+        }
+    }
+    // What is no array of numbers is no coordinate.
+    let text = npy("<U1", "()", &[b's', 0, 0, 0]);
+    let folder = Folder::new();
+    let path = folder.write(
+        "field.npz",
+        npz(
+            CompressionMethod::Stored,
+            &[("v.npy", &field[..]), ("t.npy", &text[..])],
+        ),
+    );
+    assert!(Field::open(path, &OpenOptions::default()).is_ok());
+}
+
 #[test]
 fn npz_member_that_is_not_what_its_header_says() {
     let short = npy_f64("(4, 2)", (0..7).map(f64::from));

@@ -83,6 +83,17 @@ fn val_definition_a_further_dimension_is_taken_where_it_is_stated() {
         let field = opened(&place, "scan.nc", &options);
         let expected = Array2::from_shape_fn((TIMES, SITES), |(n, j)| sample(n, h, j));
         assert_eq!(values(&field), expected, "{stated}");
+        // Between two of them, it is said which one is taken.
+        let said = field.notes.iter().find(|note| note.code() == "nearest");
+        assert_eq!(
+            said.is_some(),
+            stated.contains("1.2 m") || stated.contains("1400"),
+            "{stated}"
+        );
+        if stated == "y=1.2 m" {
+            let said = said.unwrap().message();
+            assert_eq!(said, "`y` is taken at 1 m (index 1), the nearest to 1.2m");
+        }
         assert_eq!((field.time.origin, field.time.step), (1.0, 0.25));
         assert_eq!(field.time.unit.as_deref(), Some("ms"));
         assert_eq!(

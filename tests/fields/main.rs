@@ -1,5 +1,6 @@
 //! Fields from files: formats, conclusions, hostile input.
 
+mod cases;
 mod formats;
 mod hostile;
 mod hostile_npz;
@@ -9,4 +10,5 @@ mod labelled;
 mod random;
 mod resample;
 mod scans;
+mod tables;
 mod written;

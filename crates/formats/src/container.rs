@@ -44,6 +44,18 @@ pub struct Remark {
     pub text: String,
 }
 
+impl Remark {
+    /// `what` and the first few of `texts`; none if there are none.
+    pub(crate) fn listing(what: &str, texts: impl Iterator<Item = String>) -> Option<String> {
+        const NAMED: usize = 4;
+        let mut texts: Vec<String> = texts.take(NAMED + 1).collect();
+        if let Some(last) = texts.get_mut(NAMED) {
+            *last = "and more".into();
+        }
+        (!texts.is_empty()).then(|| format!("{what} {}", texts.join("; ")))
+    }
+}
+
 /// One index of an array.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dimension {

@@ -54,6 +54,17 @@ impl Sample {
         }
     }
 
+    /// The distance of neighbouring stored numbers as large as the largest of `values`.
+    pub fn spacing(self, values: &[f64]) -> f64 {
+        let largest = values
+            .iter()
+            .fold(0.0, |max: f64, value| max.max(value.abs()));
+        match largest > 0.0 && largest.is_finite() {
+            true => self.relative_rounding() * largest.log2().floor().exp2(),
+            false => 0.0,
+        }
+    }
+
     /// The number in `bytes`, which are [`Sample::bytes`] long. Integers beyond 2^53 are rounded.
     ///
     /// # Panics

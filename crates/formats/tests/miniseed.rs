@@ -168,6 +168,18 @@ fn regress_traces_of_one_shape_are_one_variable() {
         ("/traces", vec![3, 300]),
     ];
     assert_eq!(sorted, expected);
+    let said: Vec<&str> = container
+        .remarks
+        .iter()
+        .map(|remark| &remark.text[..])
+        .collect();
+    assert_eq!(
+        said,
+        [
+            "traces that are left out: XX.B.00.HHZ (40 samples, not 300); \
+         XX.STA.00.LOG (0.1 Hz, not 100)"
+        ]
+    );
     let traces = &container.variables[container.find("traces").unwrap()];
     assert_eq!(traces.dimensions[0].name.as_deref(), Some("trace"));
     let attributes = &traces.attributes;

@@ -1,10 +1,10 @@
 //! Signals that would end the program without a word.
 
 #[cfg(unix)]
-pub use unix::{Watched, prepare};
+pub use unix::{Watched, prepare, remember_stop, stopped_by};
 
 #[cfg(not(unix))]
-pub use other::{Watched, prepare};
+pub use other::{Watched, prepare, remember_stop, stopped_by};
 
 #[cfg(unix)]
 mod unix {
@@ -12,7 +12,7 @@ mod unix {
     use std::os::unix::ffi::OsStrExt;
     use std::path::Path;
     use std::sync::OnceLock;
-    use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicUsize, Ordering};
+    use std::sync::atomic::{AtomicBool, AtomicI32, AtomicPtr, AtomicUsize, Ordering};
 
     /// Files that are mapped at a time and named in the message; of more it is silent.
     const SLOTS: usize = 64;
@@ -85,6 +85,52 @@ mod unix {
                 slot.end.store(0, Ordering::Release);
                 slot.is_taken.store(false, Ordering::Release);
             }
+        }
+    }
+
+    /// Signals that stop a process, beside the interrupt.
+    const STOPS: [c_int; 2] = [libc::SIGTERM, libc::SIGHUP];
+
+    /// The last of them that came.
+    static STOPPED_BY: AtomicI32 = AtomicI32::new(0);
+
+    /// The handlers that they had.
+    static HANDLERS: [AtomicUsize; 2] = [const { AtomicUsize::new(0) }; 2];
+
+    /// Has the handlers that are set for a termination and a hangup be preceded by a note of the signal.
+    pub fn remember_stop() {
+        for (signal, former) in STOPS.into_iter().zip(&HANDLERS) {
+            // SAFETY: zeros are a valid `sigaction`; the pointers are those of live locals.
+            unsafe {
+                let mut action: libc::sigaction = std::mem::zeroed();
+                let is_known = libc::sigaction(signal, std::ptr::null(), &mut action) == 0;
+                let handler: extern "C" fn(c_int) = on_stop;
+                let ours = handler as libc::sighandler_t;
+                let is_plain = action.sa_flags & libc::SA_SIGINFO == 0;
+                let is_none = [libc::SIG_DFL, libc::SIG_IGN, ours].contains(&action.sa_sigaction);
+                if is_known && is_plain && !is_none {
+                    former.store(action.sa_sigaction, Ordering::Release);
+                    action.sa_sigaction = ours;
+                    libc::sigaction(signal, &action, std::ptr::null_mut());
+                }
+            }
+        }
+    }
+
+    /// The termination or hangup that came, if one did.
+    pub fn stopped_by() -> Option<c_int> {
+        Some(STOPPED_BY.load(Ordering::Relaxed)).filter(|&signal| signal != 0)
+    }
+
+    /// Calls nothing but the former handler.
+    extern "C" fn on_stop(signal: c_int) {
+        STOPPED_BY.store(signal, Ordering::Relaxed);
+        let former = STOPS.iter().position(|&stop| stop == signal);
+        let former = former.map_or(0, |n| HANDLERS[n].load(Ordering::Acquire));
+        if former != 0 {
+            // SAFETY: it was set as a handler of this type before this one was.
+            let former: extern "C" fn(c_int) = unsafe { std::mem::transmute(former) };
+            former(signal);
         }
     }
 
@@ -176,4 +222,12 @@ mod other {
 
     /// Of no effect here: there are no such signals.
     pub fn prepare(_text: &'static str) {}
+
+    /// Likewise.
+    pub fn remember_stop() {}
+
+    /// None here.
+    pub fn stopped_by() -> Option<i32> {
+        None
+    }
 }

@@ -76,14 +76,14 @@ impl From<std::io::Error> for Failure {
     }
 }
 
-/// As shells count an interrupt.
+/// As shells count an interrupt; other signals are counted likewise.
 pub const INTERRUPTED: u8 = 130;
 
 /// As `timeout` ends what took too long.
 pub const TIMED_OUT: u8 = 124;
 
 impl Failure {
-    /// Prints it to standard error. 2: the request was wrong; 1: the run failed; 130: interrupted; 124: the time of `--max-time` is over.
+    /// Prints it to standard error. 2: the request was wrong; 1: the run failed; 130: interrupted, 143: terminated; 124: the time of `--max-time` is over.
     pub fn report(&self) -> u8 {
         if let Some(mut text) = self.text() {
             if let Some(reason) = reason().filter(|_| self.is_stopped()) {

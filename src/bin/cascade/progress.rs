@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use wavecascade::observer::Observer;
+use wavecascade_system::signals;
 
 use crate::failure::{INTERRUPTED, TIMED_OUT};
 use crate::terminal;
@@ -41,12 +42,13 @@ pub fn end_after(most: Option<Duration>) {
     let _ = std::thread::Builder::new().spawn(wait);
 }
 
-/// The exit code of work that was stopped: as shells count an interrupt, or as `timeout` ends.
+/// The exit code of work that was stopped: as shells count signals, or as `timeout` ends.
 pub fn stopped_code() -> u8 {
-    match EXPIRED.load(Ordering::Relaxed) {
-        true => TIMED_OUT,
-        false => INTERRUPTED,
+    if EXPIRED.load(Ordering::Relaxed) {
+        return TIMED_OUT;
     }
+    let signal = signals::stopped_by().and_then(|signal| u8::try_from(signal).ok());
+    signal.map_or(INTERRUPTED, |signal| 128 + signal)
 }
 
 /// Of work that was stopped, the reason, where it is `--max-time`.
@@ -113,6 +115,7 @@ impl Progress {
         let heard = Arc::clone(&shared);
         // Without a handler an interrupt still ends the program, only less tidily.
         let _ = ctrlc::set_handler(move || heard.interrupt());
+        signals::remember_stop();
         Progress {
             shown,
             part: Mutex::default(),

@@ -12,7 +12,53 @@ pub fn typed() -> Vec<OsString> {
     if let Some(words) = GIVEN.get() {
         return words.clone();
     }
-    std::env::args_os().collect()
+    joined(std::env::args_os().collect(), |name| {
+        std::path::Path::new(name).exists()
+    })
+}
+
+/// The words with a unit that stands apart from the number of an option as one with it: `--dx 2 mm`. A word
+/// that is the name of a file stays one.
+fn joined(words: Vec<OsString>, is_file: impl Fn(&str) -> bool) -> Vec<OsString> {
+    let mut all: Vec<OsString> = Vec::new();
+    for word in words {
+        let is_number = |text: &str| text.parse::<f64>().is_ok();
+        let number = match &all[..] {
+            [.., option, value] => match (option.to_str(), value.to_str()) {
+                (_, Some(value)) if value.starts_with("--") => value
+                    .split_once('=')
+                    .is_some_and(|(_, number)| is_number(number)),
+                (Some(option), Some(value)) => option.starts_with("--") && is_number(value),
+                _ => false,
+            },
+            _ => false,
+        };
+        let unit = word
+            .to_str()
+            .filter(|unit| number && is_unit(unit) && !is_file(unit));
+        match (unit, all.last_mut()) {
+            (Some(unit), Some(last)) => {
+                last.push(" ");
+                last.push(unit);
+            }
+            _ => all.push(word),
+        }
+    }
+    all
+}
+
+fn is_unit(name: &str) -> bool {
+    use wavecascade::measure as m;
+    m::size::<m::Time>(name)
+        .or(m::size::<m::Length>(name))
+        .or(m::size::<m::Frequency>(name))
+        .or(m::size::<m::Speed>(name))
+        .or(m::size::<m::Mass>(name))
+        .or(m::size::<m::Density>(name))
+        .or(m::size::<m::Pressure>(name))
+        .or(m::size::<m::Force>(name))
+        .or(m::size::<m::Wavenumber>(name))
+        .is_some()
 }
 
 /// The same as text.
@@ -28,5 +74,30 @@ pub fn quoted(word: &str) -> String {
     match word.contains(|c: char| c.is_whitespace() || "*?;&|()'\"".contains(c)) {
         true => format!("'{}'", word.replace('\'', "'\\''")),
         false => word.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_belongs_to_the_number_before_it() {
+        for (typed, expected) in [
+            ("cascade analyze a --dx 2 mm", "cascade|analyze|a|--dx|2 mm"),
+            ("c analyze --dt=1e-5 s a", "c|analyze|--dt=1e-5 s|a"),
+            (
+                "c simulate --radius 9 mm --force",
+                "c|simulate|--radius|9 mm|--force",
+            ),
+            ("c analyze --dx 2 a mm", "c|analyze|--dx|2|a|mm"),
+            ("c analyze --dx 2mm m", "c|analyze|--dx|2mm|m"),
+            ("c analyze --dx 2 cm", "c|analyze|--dx|2|cm"),
+        ] {
+            let words = typed.split(' ').map(OsString::from).collect();
+            let found = joined(words, |name| name == "cm");
+            let found: Vec<&str> = found.iter().filter_map(|word| word.to_str()).collect();
+            assert_eq!(found.join("|"), expected);
+        }
     }
 }

@@ -85,10 +85,8 @@ fn listed(
             (values, unit, Some(()))
         }
     };
-    let largest = values.iter().fold(0.0, |max: f64, v| max.max(v.abs()));
-    let relative = sample.map_or(f64::EPSILON, |sample| sample.relative_rounding());
     let rounding = match rounding {
-        Some(()) => largest * relative,
+        Some(()) => sample.map_or(0.0, |sample| sample.spacing(&values)),
         // Differences of large numbers are as exact as those.
         None => rounding_since(container, i)?,
     };
@@ -144,8 +142,8 @@ fn rounding_since(container: &Container, i: usize) -> Result<f64> {
     let since = Since::of(&container.variables[i].attributes);
     let divisor = since.map_or(1.0, |since| since.divisor);
     let numbers = container.numbers(i)?;
-    let largest = numbers.iter().fold(0.0, |max: f64, v| max.max(v.abs()));
-    Ok(largest * f64::EPSILON / divisor)
+    let sample = container.variables[i].sample_type.number();
+    Ok(sample.map_or(0.0, |sample| sample.spacing(&numbers)) / divisor)
 }
 
 #[derive(Debug, Clone, Copy)]

@@ -40,6 +40,8 @@ pub(super) struct Choice {
     pub fixed: Vec<(usize, u64)>,
     /// Whether names, units or lengths say which dimension is time.
     pub is_layout_known: bool,
+    /// What is taken of the other dimensions, where that is not what was stated.
+    pub notes: Vec<Note>,
 }
 
 /// What a dimension stands for.
@@ -63,14 +65,16 @@ impl Choice {
             None => Ok(None),
         };
         let (time, space) = (named(&options.time_dim)?, named(&options.space_dim)?);
-        let mut fixed = Vec::new();
+        let (mut fixed, mut notes) = (Vec::new(), Vec::new());
         for At {
             dimension: name,
             label,
         } in &options.at
         {
             let place = dimension(found, name)?;
-            fixed.push((place, index_at(container, found, place, label)?));
+            let (index, note) = index_at(container, found, place, label)?;
+            fixed.push((place, index));
+            notes.extend(note);
         }
         let is_fixed = |d: &usize| fixed.iter().any(|(place, _)| place == d);
         let free: Vec<usize> = (0..found.dimensions.len())
@@ -108,6 +112,7 @@ impl Choice {
             sites: roles.space.map(|d| place(d, roles.siblings[1])),
             fixed,
             is_layout_known: roles.is_known,
+            notes,
         })
     }
 
@@ -450,47 +455,64 @@ fn further(container: &Container, variable: &Variable, place: usize) -> InputFau
     }
 }
 
-/// The index of a dimension at `label`: that of the nearest coordinate, which is no farther than half a
-/// step.
+/// The index of a dimension at `label`, as [`nearest`].
 fn index_at(
     container: &Container,
     variable: &Variable,
     place: usize,
     label: &Label,
-) -> std::result::Result<u64, InputFault> {
+) -> std::result::Result<(u64, Option<Note>), InputFault> {
     let d = &variable.dimensions[place];
-    let refuse = |expected: String| InputFault::NoSuchLabel {
-        dimension: d.name.clone().unwrap_or_else(|| place.to_string()),
-        expected,
-        found: label.to_string(),
-    };
-    let by_number = |value: f64| {
-        let is_index = value.fract() == 0.0 && (0.0..d.len as f64).contains(&value);
-        let last = d.len.saturating_sub(1);
-        is_index
-            .then_some(value as u64)
-            .ok_or_else(|| refuse(format!("an index from 0 to {last}")))
-    };
-    let value = match label {
-        Label::Index(index) => return by_number(*index as f64),
-        Label::Value { value, .. } => *value,
-    };
-    let (values, unit) = match &d.coordinate {
-        None => return by_number(value),
+    let listed = match &d.coordinate {
+        None => None,
         Some(Coordinate::Even { origin, step, unit }) => {
             let at = |i: u64| origin + i as f64 * step;
-            ((0..d.len).map(at).collect(), unit.clone())
+            Some(((0..d.len).map(at).collect(), unit.clone()))
         }
         Some(Coordinate::Listed(i)) => {
             let damaged = |fault| InputFault::Container {
                 fault: Box::new(fault),
             };
             let unit = container.variables[*i].attributes.text("units");
-            (
-                container.numbers(*i).map_err(damaged)?,
-                unit.map(str::to_owned),
-            )
+            let values = container.numbers(*i).map_err(damaged)?;
+            Some((values, unit.map(str::to_owned)))
         }
+    };
+    let name = d.name.clone().unwrap_or_else(|| place.to_string());
+    nearest(last_name(&name), d.len, listed, label)
+}
+
+/// The index of a dimension at `label`: that of the nearest coordinate, which is no farther than half a
+/// step, or without coordinates the number itself; with a note where the coordinate is another one.
+pub(in super::super) fn nearest(
+    name: &str,
+    len: u64,
+    listed: Option<(Vec<f64>, Option<String>)>,
+    label: &Label,
+) -> std::result::Result<(u64, Option<Note>), InputFault> {
+    let refuse = |expected: String| InputFault::NoSuchLabel {
+        dimension: name.to_owned(),
+        expected,
+        found: label.to_string(),
+    };
+    let by_number = |value: f64| {
+        let is_index = value.fract() == 0.0 && (0.0..len as f64).contains(&value);
+        let last = len.saturating_sub(1);
+        is_index
+            .then_some((value as u64, None))
+            .ok_or_else(|| refuse(format!("an index from 0 to {last}")))
+    };
+    let stated = match label {
+        Label::Index(index) => return by_number(*index as f64),
+        Label::Value { value, .. } => *value,
+    };
+    let Some((values, unit)) = listed else {
+        return match label {
+            Label::Value { unit: Some(_), .. } => {
+                Err(refuse("an index, as nothing says where it is".into()))
+            }
+            _ => by_number(stated),
+        };
     };
     let factor = label.factor(unit.as_deref()).ok_or_else(|| {
         refuse(format!(
@@ -498,7 +520,7 @@ fn index_at(
             unit.as_deref().unwrap_or("its own unit")
         ))
     })?;
-    let value = value * factor;
+    let value = stated * factor;
     let distance = |i: &usize| (values[*i] - value).abs();
     let nearest = (0..values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let nearest = nearest.ok_or_else(|| refuse("a dimension with values".into()))?;
@@ -511,7 +533,7 @@ fn index_at(
         .get(neighbour)
         .map_or(0.0, |other| (other - values[nearest]).abs());
     let tolerance = (step / 2.0).max(1e-9 * value.abs());
-    if distance(&nearest) > tolerance {
+    if distance(&nearest) > tolerance * (1.0 + 1e-9) {
         let (first, last) = (values[0], values[values.len() - 1]);
         let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
         let range = format!(
@@ -521,7 +543,16 @@ fn index_at(
         );
         return Err(refuse(range));
     }
-    Ok(nearest as u64)
+    // Beyond what a number in single precision is rounded by.
+    let is_other = distance(&nearest) > 1e-3 * step + 1e-6 * value.abs();
+    let note = is_other.then(|| Note::Nearest {
+        dimension: name.to_owned(),
+        index: nearest as u64,
+        value: values[nearest],
+        unit,
+        stated: label.to_string(),
+    });
+    Ok((nearest as u64, note))
 }
 
 /// What a dimension stands for, by its coordinates or its name.

@@ -12,8 +12,9 @@ mod load;
 
 use std::sync::Arc;
 
-use wavecascade_formats::{Attributes, Container, Format, Options, Value};
+use wavecascade_formats::{Attributes, Container, Format, Options, Remark, Value};
 
+use super::beside::{self, Beside};
 use super::file_bytes::FileBytes;
 use super::open::{Contents, FileSource};
 use super::options::{Delays, Label};
@@ -25,7 +26,7 @@ use crate::measure::{self, Length};
 
 use axes::AxisFault;
 use choose::Choice;
-pub(super) use choose::dimensions;
+pub(super) use choose::{dimensions, nearest};
 
 /// The field of a file of `format`.
 pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
@@ -42,6 +43,12 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         Some(_) => Vec::new(),
         None => vec![choice.note(&container)],
     };
+    notes.extend(choice.notes.iter().cloned());
+    let of_it = |remark: &&Remark| remark.variable.is_none_or(|about| about == choice.variable);
+    let remarks = container.remarks.iter().filter(of_it);
+    notes.extend(remarks.map(|remark| Note::Remark {
+        text: remark.text.clone(),
+    }));
     let stated = &source.stated;
     let axis_of = |axis, place: Option<&choose::Place>, is_stated: bool| {
         let rules = (!is_stated).then(|| source.options.evenness(axis));
@@ -85,7 +92,13 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         struck: None,
         dispersion: None,
     };
-    if own.is_some() {
+    if own.is_none() {
+        let mut find = |name: &str| {
+            stated_beside(&container, choice.variable, name)
+                .map_err(|fault| source.container_fault(fault))
+        };
+        beside::complete(&mut contents, stated, &mut find)?;
+    } else {
         let attributes = &container.attributes;
         contents.dispersion = attributes.text("dispersion").map(str::to_owned);
         contents.struck = match attributes.get("struck_site") {
@@ -105,6 +118,50 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         }
         treated => delays::aligned(source, &container, contents, treated),
     }
+}
+
+/// What the attributes of a variable, else its group or struct, else the groups around it state under a name:
+/// an attribute or a variable of one number.
+fn stated_beside(
+    container: &Container,
+    variable: usize,
+    name: &str,
+) -> wavecascade_formats::Result<Option<Beside>> {
+    let path = container.variables[variable].path.trim_start_matches('/');
+    let of = |attributes: &Attributes, found: &str| match attributes.text(found) {
+        Some(text) => Some(beside::Value::Text(text.to_owned())),
+        None => attributes.number(found).map(beside::Value::Number),
+    };
+    let attribute = |attributes: &Attributes, wanted: &str| {
+        let mut names = attributes.0.iter().map(|(found, _)| found.clone());
+        let found = names.find(|found| found.eq_ignore_ascii_case(wanted))?;
+        of(attributes, &found).map(|value| (found, value))
+    };
+    if let Some((found, value)) = attribute(&container.variables[variable].attributes, name) {
+        let place = format!("{path}/{found}");
+        return Ok(Some(Beside { place, value }));
+    }
+    let mut group = path;
+    while let Some(end) = group.rfind(['/', '.']).or((!group.is_empty()).then_some(0)) {
+        let prefix = &path[..end + usize::from(end > 0)];
+        group = &path[..end];
+        let wanted = format!("{prefix}{name}");
+        if let Some((place, value)) = attribute(&container.attributes, &wanted) {
+            return Ok(Some(Beside { place, value }));
+        }
+        for (i, other) in container.variables.iter().enumerate() {
+            let place = other.path.trim_start_matches('/');
+            let is_number = other.count() == Some(1) && other.sample_type.number().is_some();
+            if is_number && place.eq_ignore_ascii_case(&wanted) {
+                let value = beside::Value::Number(container.numbers(i)?[0]);
+                return Ok(Some(Beside {
+                    place: place.to_owned(),
+                    value,
+                }));
+            }
+        }
+    }
+    Ok(None)
 }
 
 /// Single numbers of a file that may be the position of its record: attributes of the field and of the file,

@@ -6,7 +6,7 @@ mod write;
 use std::path::{Path, PathBuf};
 
 use super::directory::read_text;
-use super::new_file::NewFile;
+use super::new_file::{NewFile, place};
 use crate::error::{Error, Result};
 use crate::field::{Field, is_field_file, netcdf_schema};
 use crate::observer::{Observer, Silent};
@@ -165,9 +165,13 @@ impl FieldFile {
         let samples = new.begin(path, replace, fill)?;
         let axes =
             NEW_SIDECAR.begin(&sidecar, replace, |working| write::sidecar(working, field))?;
+        // Of two processes one publishes both of its files, then the other.
+        let names = samples.lock_names();
         new.check_free(path, replace)?;
         NEW_SIDECAR.check_free(&sidecar, replace)?;
-        publish_pair((axes, &sidecar), (samples, path))
+        let published = publish_pair((axes, &sidecar), (samples, path), replace);
+        drop(names);
+        published
     }
 }
 
@@ -186,21 +190,15 @@ fn check_width(path: &Path, field: &Field) -> Result<()> {
 fn publish_pair(
     (mut axes, sidecar): (Working, &Path),
     (mut samples, path): (Working, &Path),
+    replace: bool,
 ) -> Result<()> {
-    let published = place(&mut axes, sidecar).and_then(|()| place(&mut samples, path));
+    let published =
+        place(&mut axes, sidecar, replace).and_then(|()| place(&mut samples, path, replace));
     published.inspect_err(|_| {
         // Samples would be misread with the axes of others.
         let _ = samples.withdraw();
         let _ = axes.withdraw();
     })
-}
-
-fn place(working: &mut Working, path: &Path) -> Result<()> {
-    let placed = match path.exists() {
-        true => working.swap(),
-        false => working.publish(),
-    };
-    placed.map_err(Error::write("finish", path))
 }
 
 fn sidecar_of(path: &Path) -> PathBuf {

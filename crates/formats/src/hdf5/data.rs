@@ -101,6 +101,33 @@ pub(super) fn has_foreign_fill(dataset: &Dataset, header: &ObjectHeader) -> bool
     !has_own && fill.is_ok_and(|fill| fill.datatype != *dataset.dtype())
 }
 
+/// The characters of a row of MATLAB, if they are few.
+pub(super) fn short_text(dataset: &Dataset) -> Option<String> {
+    const MOST: u64 = 256;
+    let shape = dataset.shape();
+    let count = shape
+        .iter()
+        .try_fold(1u64, |count, len| count.checked_mul(*len))?;
+    let is_row = shape.iter().filter(|len| **len > 1).count() <= 1;
+    if !is_row || !(1..=MOST).contains(&count) {
+        return None;
+    }
+    let all = shape.iter().map(|&end| SliceInfoElem::Slice {
+        start: 0,
+        end,
+        step: 1,
+    });
+    let slice = SliceInfo {
+        selections: all.collect(),
+    };
+    let mut bytes = vec![0; 2 * count as usize];
+    copy::<2>(dataset, &slice, &mut bytes).ok()?;
+    let units = bytes
+        .chunks_exact(2)
+        .map(|unit| u16::from_ne_bytes([unit[0], unit[1]]));
+    String::from_utf16(&units.collect::<Vec<_>>()).ok()
+}
+
 /// The data sets of a file with their paths, one for each variable.
 pub(super) struct Datasets(pub(super) Vec<Option<(String, Dataset)>>);
 

@@ -215,6 +215,11 @@ impl Walk<'_> {
         let attributes = attributes::read(&found);
         let scales = axes::scales(parent, &found, dataset.ndim());
         let is_text = attributes.text("MATLAB_class") == Some("char");
+        if is_text && let Some(text) = data::short_text(&dataset) {
+            // As in MATLAB 5 files.
+            self.attributes
+                .insert_text(path.trim_start_matches('/'), text);
+        }
         let (sample_type, place) = match types::refusal(header) {
             Some(other) => (SampleType::Other(other), data::NOWHERE),
             None if is_text => (SampleType::Other("text".into()), data::NOWHERE),

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::{
     Attributes, Block, Bytes, Container, Coordinate, Decoder, Dimension, Error, Format, Options,
-    Place, Result, Sample, SampleType, Value, Variable, time,
+    Place, Remark, Result, Sample, SampleType, Value, Variable, time,
 };
 use record::{Encoding, Record};
 
@@ -70,8 +70,13 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     }
     let several = sets.iter().filter(|set| set.len() > 1).count();
     let mut number = 0;
-    let mut variables = Vec::new();
+    let (mut variables, mut remarks) = (Vec::new(), Vec::new());
     for set in &sets {
+        if set.len() > 1 {
+            let text = left_out(set, &sets, &others);
+            let variable = Some(variables.len());
+            remarks.extend(text.map(|text| Remark { variable, text }));
+        }
         let path = match &set[..] {
             [trace] => format!("/{}", trace.name),
             _ if several == 1 => "/traces".to_owned(),
@@ -90,7 +95,34 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
     let mut container = Container::new(format, bytes, Some(Box::new(decoder)));
     container.attributes = attributes;
     container.variables = variables;
+    container.remarks = remarks;
     Ok(container)
+}
+
+/// What is said of a set of traces about others of the file that are no part of it.
+fn left_out(set: &[Trace], sets: &[Vec<Trace>], others: &[Variable]) -> Option<String> {
+    let own = set[0].key();
+    let apart = sets.iter().flatten().filter_map(|trace| {
+        let key = trace.key();
+        let why = match () {
+            _ if key == own => return None,
+            _ if key.rate != own.rate => {
+                let rates = [key.rate, own.rate].map(f64::from_bits);
+                format!("{} Hz, not {}", rates[0], rates[1])
+            }
+            _ if key.start != own.start => format!("starts at {}", time::text(key.start)),
+            _ if key.len != own.len => format!("{} samples, not {}", key.len, own.len),
+            _ => format!("{}, not {}", key.sample.name(), own.sample.name()),
+        };
+        Some(format!("{} ({why})", trace.name))
+    });
+    let others = others.iter().filter_map(|other| match &other.sample_type {
+        SampleType::Other(what) if what != "text" => {
+            Some(format!("{} ({what})", other.path.trim_start_matches('/')))
+        }
+        _ => None,
+    });
+    Remark::listing("traces that are left out:", apart.chain(others))
 }
 
 /// The records of a file by the names of their traces, in the order of the file.

@@ -179,34 +179,25 @@ impl Listing {
 /// What is said of a set of channels about others of its group that are no part of it, and about some of
 /// another type that are.
 fn remark(sets: &[Vec<Channel>], set: usize) -> Option<String> {
-    /// Channels that are named.
-    const NAMED: usize = 4;
     let channels = &sets[set];
     let key = channels[0].key().filter(|_| channels.len() > 1)?;
-    let listed = |what: &str, texts: &mut dyn Iterator<Item = String>| {
-        let mut texts: Vec<String> = texts.take(NAMED + 1).collect();
-        if texts.len() > NAMED {
-            texts[NAMED] = "and more".into();
-        }
-        (!texts.is_empty()).then(|| format!("{what} {}", texts.join("; ")))
-    };
     let others = sets.iter().enumerate().filter(|(other, _)| *other != set);
-    let mut apart = others.flat_map(|(_, others)| others).filter_map(|channel| {
+    let apart = others.flat_map(|(_, others)| others).filter_map(|channel| {
         let why = key.differs(channel)?;
         Some(format!("{:?} ({why})", channel.name))
     });
-    let apart = listed("channels of the group that are left out:", &mut apart);
+    let apart = Remark::listing("channels of the group that are left out:", apart);
     let is_float = |sample: &Sample| matches!(sample, Sample::F16 | Sample::F32 | Sample::F64);
     let integer = |channel: &Channel| match channel.form {
         Form::Numbers(sample, None) if !is_float(&sample) => Some(sample),
         _ => None,
     };
     let is_mixed = channels.iter().any(|channel| integer(channel).is_none());
-    let mut integers = channels.iter().filter(|_| is_mixed).filter_map(|channel| {
+    let integers = channels.iter().filter(|_| is_mixed).filter_map(|channel| {
         let sample = integer(channel)?.name();
         Some(format!("{:?} ({sample})", channel.name))
     });
-    let integers = listed("unscaled integers beside floats:", &mut integers);
+    let integers = Remark::listing("unscaled integers beside floats:", integers);
     let said: Vec<String> = [apart, integers].into_iter().flatten().collect();
     (!said.is_empty()).then(|| said.join("; "))
 }

@@ -97,8 +97,8 @@ pub(crate) fn open(format: Format, bytes: Bytes, options: &Options) -> Result<Co
 /// What is said of each group about functions of the file that are no part of it, although they measure the
 /// same, or about some whose label is another one.
 fn left_out(groups: &[Group]) -> Vec<Option<String>> {
-    /// Functions that are named.
-    const NAMED: usize = 4;
+    /// Functions after which no others are looked for.
+    const ENOUGH: usize = 64;
     let named = |group: &Group, i: usize, why: &str| {
         let function = &group.functions[i];
         let name = match function.name.as_str() {
@@ -119,7 +119,10 @@ fn left_out(groups: &[Group]) -> Vec<Option<String>> {
             };
             let of_it =
                 (0..other.functions.len()).map(|i| (other.numbers[i], named(other, i, &why)));
-            apart.extend(of_it.take(NAMED + 1));
+            apart.extend(of_it);
+            if apart.len() > ENOUGH {
+                break;
+            }
         }
         apart.sort();
         let label = &group.functions[0].label;
@@ -128,21 +131,13 @@ fn left_out(groups: &[Group]) -> Vec<Option<String>> {
             let why = format!("label {:?}, not {label:?}", group.functions[i].label);
             named(group, i, &why)
         });
-        let renamed: Vec<String> = renamed.take(NAMED + 1).collect();
-        let list = |what: &str, mut texts: Vec<String>| {
-            if texts.len() > NAMED {
-                texts.truncate(NAMED);
-                texts.push("and more".into());
-            }
-            (!texts.is_empty()).then(|| format!("{what} {}", texts.join("; ")))
-        };
-        let apart = apart.into_iter().map(|(_, text)| text).collect();
+        let apart = apart.into_iter().map(|(_, text)| text);
         let said = [
-            list(
+            Remark::listing(
                 "records that are left out, so that those behind them move up:",
                 apart,
             ),
-            list(
+            Remark::listing(
                 "records with another label that are taken with the others:",
                 renamed,
             ),

@@ -64,6 +64,41 @@ pub(super) fn exchange(a: &Path, b: &Path) -> Result<bool> {
     }
 }
 
+/// Gives a file or directory a name that nothing has.
+///
+/// # Errors
+/// The system's, [`ErrorKind::AlreadyExists`] where something has it.
+pub(super) fn rename_new(from: &Path, to: &Path) -> Result<()> {
+    #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+    {
+        use rustix::fs::{CWD, RenameFlags, renameat_with};
+        let flags = RenameFlags::NOREPLACE;
+        match renameat_with(CWD, from, CWD, to, flags).map_err(std::io::Error::from) {
+            Err(error) if is_refusal(&error) || error.kind() == ErrorKind::PermissionDenied => {}
+            done => return done,
+        }
+    }
+    if fs::symlink_metadata(from)?.is_file() {
+        match fs::hard_link(from, to) {
+            // The other name goes with what is left of the work.
+            Ok(()) => return fs::remove_file(from),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => return Err(error),
+            // A file system without links.
+            Err(_) => {}
+        }
+    }
+    match fs::symlink_metadata(to) {
+        Ok(_) => Err(ErrorKind::AlreadyExists.into()),
+        Err(_) => fs::rename(from, to),
+    }
+}
+
+/// Waits until no other process of this program gives names in a folder, where the system has locks.
+pub(super) fn lock_names(folder: &Path) -> Option<File> {
+    let folder = File::open(folder).ok()?;
+    folder.lock().is_ok().then_some(folder)
+}
+
 fn is_refusal(error: &std::io::Error) -> bool {
     matches!(
         error.kind(),

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
-use super::durable::{exchange, remove, sync_directory, sync_tree};
+use super::durable::{exchange, lock_names, remove, rename_new, sync_directory, sync_tree};
 use super::leftovers::remove_abandoned;
 use super::lock::Lock;
 use super::{LOCK, OLD};
@@ -127,6 +127,23 @@ impl Working {
         fs::rename(&self.path, &self.target)?;
         self.state = State::Published;
         self.sync_names()
+    }
+
+    /// As [`Working::publish`], in place of nothing.
+    ///
+    /// # Errors
+    /// The system's, [`ErrorKind::AlreadyExists`] where something has the name of the target.
+    pub fn publish_new(&mut self) -> Result<()> {
+        sync_tree(&self.path)?;
+        rename_new(&self.path, &self.target)?;
+        self.state = State::Published;
+        self.sync_names()
+    }
+
+    /// Waits until no other process that does the same gives several files in the folder of the target their
+    /// names, and keeps others waiting as long as the result lives.
+    pub fn lock_names(&self) -> Option<File> {
+        lock_names(&self.folder)
     }
 
     /// Exchanges what was written with the target, which is there. When dropped, the old one goes.

@@ -1,0 +1,307 @@
+//! What stands before the rows of a table: settings of an oscilloscope or a logger, names of the columns,
+//! their units.
+
+use csv::ByteRecord;
+
+use super::csv::{excerpt, number};
+use super::labelled::quantity;
+use super::names;
+use crate::error::InputFault;
+use crate::measure::{Frequency, Measure, Time, symbol};
+
+/// Rows before those of numbers.
+const MOST_ROWS: usize = 1000;
+
+/// Cells before the columns of numbers, where settings stand beside them: name, value and unit.
+pub(super) const SETTING_CELLS: usize = 3;
+
+/// What the rows before those of numbers say.
+#[derive(Debug, Default)]
+pub(super) struct Preamble {
+    /// Rows before the names of the columns.
+    pub(super) rows: usize,
+    /// Names of the columns.
+    pub(super) names: Option<ByteRecord>,
+    /// Units of the columns, from a row of their own; empty where there is none.
+    pub(super) units: Vec<String>,
+    pub(super) step: Option<f64>,
+    pub(super) origin: Option<f64>,
+    pub(super) time_unit: Option<String>,
+    /// Of the samples of each channel.
+    pub(super) channel_units: Vec<String>,
+}
+
+impl Preamble {
+    /// Whether a row is one of them: it names something, or holds no number; behind several of them also one
+    /// that is empty.
+    pub(super) fn may_continue(rows: &[ByteRecord], row: &ByteRecord) -> bool {
+        let is_empty = || rows.len() > 1 && row.iter().all(|cell| cell.trim_ascii().is_empty());
+        let is_named = super::header::is_header(super::Header::Detect, row);
+        !rows.is_empty() && rows.len() < MOST_ROWS && (is_named || is_empty())
+    }
+
+    /// What `rows` say about a table whose first row of numbers is `first`. The last of them that holds no
+    /// units names the columns, if it has as many cells.
+    ///
+    /// # Errors
+    /// The place of a row that is none of these, and its first cell.
+    pub(super) fn of(mut rows: Vec<ByteRecord>, first: &ByteRecord) -> Result<Preamble, usize> {
+        let mut found = Preamble::default();
+        let width = length(first, |_| false);
+        let mut named = rows.len() - 1;
+        while named > 0 {
+            let row = &rows[named];
+            if length(row, |_| false) == 0 {
+                named -= 1;
+            } else if found.units.is_empty() && is_row_of_units(row, width) {
+                found.units = row.iter().map(unit_in).collect();
+                found.set_by_columns(&rows[named - 1], row);
+                named -= 1;
+            } else {
+                break;
+            }
+        }
+        let row = &rows[named];
+        let cells = row.iter().map(String::from_utf8_lossy);
+        cells.clone().for_each(|cell| found.set_by_equation(&cell));
+        // A single row is one of names, whose number may be wrong.
+        let is_known = rows.len() > 1 && found.set_by_row(row);
+        let has_names = rows.len() == 1 || !is_known && length(row, is_setting) >= width;
+        if has_names {
+            let holds_number = row
+                .iter()
+                .any(|cell| number(cell).is_some_and(f64::is_finite));
+            let begins_with_time = names::table_time(&cells.clone().next().unwrap_or_default());
+            let is_damaged = named > 0 && holds_number && found.units.is_empty();
+            if is_damaged && begins_with_time.is_none() {
+                return Err(named);
+            }
+            found.rows = named;
+        } else {
+            found.rows = named + 1;
+        }
+        let settings = rows[..found.rows].iter();
+        let known = settings.filter(|row| found.set_by_row(row)).count();
+        if !has_names && known == 0 {
+            return Err(1);
+        }
+        found.names = has_names.then(|| rows.swap_remove(named));
+        Ok(found)
+    }
+
+    /// Of settings in the first cells of rows of numbers, as older oscilloscopes of Tektronix write them.
+    pub(super) fn beside(text: &[u8]) -> Preamble {
+        let mut found = Preamble::default();
+        let mut channels = Vec::new();
+        for line in text.split(|&byte| byte == b'\n').take(MOST_ROWS) {
+            let cells: Vec<&[u8]> = line.split(|&byte| byte == b',').collect();
+            let cells = &cells[..cells.len().min(SETTING_CELLS)];
+            if cells.iter().all(|cell| cell.trim_ascii().is_empty()) {
+                break;
+            }
+            let cells: Vec<&[u8]> = cells
+                .iter()
+                .map(|cell| cell.trim_ascii())
+                .map(|cell| cell.strip_prefix(b"\"").unwrap_or(cell))
+                .map(|cell| cell.strip_suffix(b"\"").unwrap_or(cell))
+                .collect();
+            if cells[0].eq_ignore_ascii_case(b"source") {
+                channels.extend(cells.get(1).map(|name| excerpt(name)));
+            }
+            found.set_by_row(&ByteRecord::from(cells));
+        }
+        let mut names = ByteRecord::from(vec!["time"]);
+        let channel = channels.first().map_or("CH1", String::as_str);
+        names.push_field(channel.as_bytes());
+        found.names = Some(names);
+        found
+    }
+
+    /// Whether settings stand beside the numbers of this row.
+    pub(super) fn is_beside(row: &ByteRecord) -> bool {
+        let is_number =
+            |cell: Option<&[u8]>| cell.is_some_and(|cell| number(cell).is_some_and(f64::is_finite));
+        row.get(0)
+            .is_some_and(|cell| cell.eq_ignore_ascii_case(b"record length"))
+            && is_number(row.get(SETTING_CELLS))
+            && is_number(row.get(SETTING_CELLS + 1))
+    }
+
+    /// Takes a setting and its values; whether it is one that is known.
+    fn set_by_row(&mut self, row: &ByteRecord) -> bool {
+        let mut cells = row.iter().map(|cell| excerpt(cell));
+        let name = cells.next().unwrap_or_default();
+        let values: Vec<String> = cells.filter(|cell| !cell.is_empty()).collect();
+        let name = name.trim_end_matches(':').trim().to_lowercase();
+        let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
+        let Some(value) = values.first() else {
+            return false;
+        };
+        match name.as_str() {
+            "vertical units" | "vertical unit" | "yunits" | "y units" | "yunit" | "vunit" => {
+                self.channel_units = values.iter().map(|unit| unit_of(unit)).collect();
+                true
+            }
+            "horizontal units" | "horizontal unit" | "xunits" | "x units" | "xunit" | "hunit" => {
+                self.time_unit = Some(unit_of(value));
+                true
+            }
+            name => {
+                let unit = values.get(1).and_then(|unit| symbol::<Time>(unit));
+                let is_known = self.set(name, value);
+                if let Some(unit) = unit.filter(|_| is_known) {
+                    self.time_unit = Some(unit.to_owned());
+                }
+                is_known
+            }
+        }
+    }
+
+    /// Takes `tInc = 1e-6` of a cell.
+    fn set_by_equation(&mut self, cell: &str) {
+        if let Some((name, value)) = cell.split_once('=') {
+            self.set(&name.trim().to_lowercase(), value.trim());
+        }
+    }
+
+    /// Takes the columns `Start` and `Increment`, whose values stand in the row of units.
+    fn set_by_columns(&mut self, names: &ByteRecord, values: &ByteRecord) {
+        for (name, value) in names.iter().zip(values) {
+            let name = excerpt(name).to_lowercase();
+            if matches!(name.as_str(), "start" | "increment") {
+                self.set(&name, &excerpt(value));
+            }
+        }
+    }
+
+    /// Takes a setting that is a number, with or without a unit.
+    fn set(&mut self, name: &str, value: &str) -> bool {
+        let time = Measure::<Time>::read(value).ok();
+        let (step, unit) = match name {
+            "sample interval"
+            | "sampling interval"
+            | "sample period"
+            | "sampling period"
+            | "horizontal interval"
+            | "time interval"
+            | "xinc"
+            | "x increment"
+            | "xincrement"
+            | "increment"
+            | "tinc"
+            | "delta t"
+            | "dt" => (time, None),
+            "sample rate" | "sampling rate" | "sample frequency" | "sampling frequency" => {
+                let rate = Measure::<Frequency>::read(value).ok();
+                let rate = rate.filter(|rate| rate.value > 0.0);
+                (rate.map(Measure::period), Some("s"))
+            }
+            "xorg" | "x origin" | "xorigin" | "start" | "t0" => {
+                self.origin = time.map(|time| time.value).or(self.origin);
+                return time.is_some();
+            }
+            _ => return false,
+        };
+        let step = step.filter(|step| step.value > 0.0);
+        self.step = step.map(|step| step.value).or(self.step);
+        let has_unit = step.is_some_and(|step| step.has_unit);
+        let unit = unit.or(has_unit.then_some("s")).map(str::to_owned);
+        self.time_unit = self.time_unit.take().or(unit);
+        step.is_some()
+    }
+}
+
+/// Cells as far as one holds something that is no setting of its own.
+pub(super) fn length(row: &ByteRecord, is_setting: fn(&[u8]) -> bool) -> usize {
+    let is_content = |cell: &[u8]| !cell.trim_ascii().is_empty() && !is_setting(cell);
+    let cells: Vec<bool> = row.iter().map(is_content).collect();
+    cells
+        .iter()
+        .rposition(|is_content| *is_content)
+        .map_or(0, |last| last + 1)
+}
+
+/// Whether a cell of a row of names is no name, but `tInc = 1e-6`, or heads a column of one value.
+pub(super) fn is_setting(cell: &[u8]) -> bool {
+    let cell = excerpt(cell).to_lowercase();
+    let value = cell
+        .split_once('=')
+        .map(|(_, value)| number(value.as_bytes()));
+    value.is_some_and(|value| value.is_some_and(f64::is_finite))
+        || matches!(cell.as_str(), "start" | "increment")
+}
+
+/// Whether each cell is a unit, or beyond the columns of the table a number.
+fn is_row_of_units(row: &ByteRecord, width: usize) -> bool {
+    let cells = row.iter().enumerate();
+    let mut cells = cells.filter(|(_, cell)| !cell.trim_ascii().is_empty());
+    cells.all(|(at, cell)| match number(cell) {
+        Some(_) => at >= width,
+        None => {
+            let text = excerpt(cell);
+            let unit = unit_of(&text);
+            names::enclosed(&text).is_some()
+                || is_unit(&unit)
+                || matches!(
+                    unit.to_lowercase().as_str(),
+                    "sequence" | "points" | "samples"
+                )
+        }
+    })
+}
+
+fn is_unit(unit: &str) -> bool {
+    const UNITS: [&str; 12] = [
+        "V", "mV", "uV", "\u{b5}V", "kV", "A", "mA", "uA", "W", "Pa", "dB", "dBm",
+    ];
+    symbol::<Time>(unit).is_some()
+        || symbol::<Frequency>(unit).is_some()
+        || UNITS.contains(&unit)
+        || quantity("", None, Some(unit)).is_some()
+}
+
+fn unit_in(cell: &[u8]) -> String {
+    unit_of(&excerpt(cell))
+}
+
+/// A unit as a symbol, without its brackets.
+pub(super) fn unit_of(text: &str) -> String {
+    let bare = names::enclosed(text).unwrap_or(text).trim();
+    let lower = bare.to_lowercase();
+    match lower.as_str() {
+        "volt" | "volts" => "V".into(),
+        "millivolt" | "millivolts" => "mV".into(),
+        "ampere" | "amperes" | "amp" | "amps" => "A".into(),
+        _ => symbol::<Time>(&lower).unwrap_or(bare).to_owned(),
+    }
+}
+
+/// That no row of whole numbers between commas has one with zeros before its other digits, as only decimals
+/// have them.
+///
+/// # Errors
+/// The line of one that has.
+pub(super) fn check_commas(text: &[u8]) -> Result<(), InputFault> {
+    let is_digit = |byte: &u8| byte.is_ascii_digit();
+    // The digits of a number without a point, before its exponent.
+    let digits = |cell: &'_ [u8]| -> Option<Vec<u8>> {
+        let mantissa = cell.split(|byte| matches!(byte, b'e' | b'E')).next()?;
+        let digits = mantissa.strip_prefix(b"-").unwrap_or(mantissa);
+        let is_whole = !digits.is_empty() && digits.iter().all(is_digit);
+        (is_whole && number(cell).is_some()).then(|| digits.to_vec())
+    };
+    for (line, text) in (1..).zip(text.split(|&byte| byte == b'\n')) {
+        let cells: Vec<&[u8]> = text
+            .split(|&byte| byte == b',')
+            .map(<[u8]>::trim_ascii)
+            .collect();
+        let all: Option<Vec<Vec<u8>>> = cells.iter().map(|cell| digits(cell)).collect();
+        let is_padded = |digits: &Vec<u8>| digits.len() > 1 && digits[0] == b'0';
+        let padded = all.iter().flatten().skip(1).position(is_padded);
+        if let Some(at) = padded {
+            let found = [excerpt(cells[at]), excerpt(cells[at + 1])].join(",");
+            return Err(InputFault::DecimalCommas { line, found });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,196 @@
+//! Small files beside the repository on which readers fell short, and what is right for them.
+
+use std::path::Path;
+
+use ndarray::Array2;
+use test_support::made::values;
+use test_support::place::Place;
+use test_support::shared::shared_data;
+use wavecascade::Field;
+use wavecascade::error::InputFault;
+use wavecascade::field::{At, Axis, Label, Note, OpenOptions, Quantity, ReadMode};
+
+fn case(name: &str) -> Option<Field> {
+    let path = shared_data(&format!("cases/{name}"))?;
+    let field = Field::open(&path, &OpenOptions::default());
+    Some(field.unwrap_or_else(|error| panic!("{error}")))
+}
+
+fn axis(origin: f64, step: f64, unit: &str) -> Axis {
+    Axis {
+        origin,
+        step,
+        unit: Some(unit.into()),
+    }
+}
+
+fn has(field: &Field, code: &str) -> bool {
+    field.notes.iter().any(|note| note.code() == code)
+}
+
+#[test]
+fn val_case_tables() {
+    let sites = |name, n_sites, dt: f64| {
+        let Some(field) = case(name) else { return };
+        assert_eq!((field.n_sites(), field.time.step), (n_sites, dt), "{name}");
+    };
+    sites("index_column.csv", 2, 0.01);
+    sites("trailing_separator.csv", 4, 0.01);
+    if let Some(field) = case("tek.csv") {
+        assert_eq!(field.time, axis(-8e-3, 1e-5, "s"));
+        assert_eq!((field.n_sites(), field.unit.as_deref()), (2, Some("V")));
+    }
+    if let Some(field) = case("scope_de.csv") {
+        assert_eq!(field.time, axis(-8.0, 0.01, "ms"));
+        assert_eq!((field.n_sites(), field.unit.as_deref()), (2, Some("mV")));
+        assert_eq!(values(&field)[[1, 1]], 0.25);
+    }
+    if let Some(path) = shared_data("cases/decimal_and_separator_comma.csv") {
+        let refused = Field::open(path, &OpenOptions::default()).unwrap_err();
+        assert!(
+            refused.to_string().contains("found both in \"0,000000\""),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
+fn val_case_clocks() {
+    if let Some(field) = case("epoch_1MHz.h5") {
+        assert_eq!(
+            (field.time.step, field.time.unit.as_deref()),
+            (1e-6, Some("s"))
+        );
+        assert!(has(&field, "rounded"), "{:?}", field.notes);
+    }
+    if let Some(field) = case("single_precision_minutes.nc") {
+        assert!(
+            (field.time.step * 60.0 - 1.0).abs() < 1e-5,
+            "{}",
+            field.time.step
+        );
+        assert_eq!(field.time.unit.as_deref(), Some("h"));
+    }
+}
+
+#[test]
+fn val_case_containers() {
+    // Bytes from 0 to 200, by 0.01 from -1; as signed ones they would reach down to -2.27.
+    if let Some(field) = case("unsigned.nc") {
+        let found = values(&field);
+        let (least, most) = found
+            .iter()
+            .fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(*v), b.max(*v)));
+        assert!(
+            (least + 1.0).abs() < 1e-12 && (most - 1.0).abs() < 1e-12,
+            "{least} {most}"
+        );
+    }
+    if let Some(field) = case("padded_line.uff") {
+        assert_eq!((field.n_times(), field.n_sites()), (7, 3));
+    }
+    if let Some(field) = case("image_flags.lammpstrj") {
+        assert_eq!(field.space, axis(3.5, 1.5, "m"));
+    }
+}
+
+fn beside(name: &str) -> Field {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/input_formats");
+    Field::open(folder.join(name), &OpenOptions::default()).unwrap()
+}
+
+/// What `beside.py` wrote with h5py and SciPy.
+#[test]
+fn val_peer_rates_and_units_beside_the_samples() {
+    let expected = Array2::from_shape_fn((6, 2), |(n, j)| (2 * n + j) as f64);
+    for (name, unit) in [
+        ("beside.h5", Some("mm")),
+        ("beside.mat", None),
+        ("beside73.mat", None),
+    ] {
+        let field = beside(name);
+        assert_eq!(values(&field), expected, "{name}");
+        assert_eq!(field.time, axis(0.0, 1e-5, "s"), "{name}");
+        let space = Axis {
+            origin: 0.0,
+            step: 0.5,
+            unit: unit.map(String::from),
+        };
+        assert_eq!(field.space, space, "{name}");
+        assert_eq!(
+            (field.unit.as_deref(), field.quantity),
+            (Some("mm/s"), Quantity::Velocity)
+        );
+        let said: Vec<String> = field.notes.iter().map(Note::message).collect();
+        let said = said.join("\n");
+        assert!(said.contains("fs` = 100000 is the sampling rate"), "{said}");
+        assert!(said.contains("unit` = \"mm/s\" is the unit"), "{said}");
+    }
+    // What is stated comes first.
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/input_formats");
+    let options = OpenOptions {
+        dt: Some(2.0.into()),
+        unit: Some("m/s".into()),
+        ..OpenOptions::default()
+    };
+    let field = Field::open(folder.join("beside.h5"), &options).unwrap();
+    assert_eq!((field.time.step, field.unit.as_deref()), (2.0, Some("m/s")));
+}
+
+fn at(dimension: &str, label: &str) -> OpenOptions {
+    OpenOptions {
+        at: vec![At {
+            dimension: dimension.into(),
+            label: Label::parse(label).unwrap(),
+        }],
+        ..OpenOptions::default()
+    }
+}
+
+#[test]
+fn val_definition_a_slice_of_three_dimensions() {
+    use ndarray::{Array3, Axis as D, ShapeBuilder};
+    let place = Place::new();
+    let of = |(n, h, j): (usize, usize, usize)| (100 * n + 10 * h + j) as f64;
+    let rows = Array3::from_shape_fn((5, 3, 4), of);
+    let columns = Array3::from_shape_fn((5, 3, 4).f(), of);
+    for array in [&rows, &columns] {
+        ndarray_npy::write_npy(place.path("a.npy"), array).unwrap();
+        for (dimension, label, kept) in [
+            ("y", "2", array.index_axis(D(1), 2)),
+            ("y", "#1", array.index_axis(D(1), 1)),
+            ("1", "#0", array.index_axis(D(1), 0)),
+            ("x", "3", array.index_axis(D(2), 3)),
+        ] {
+            for read in [ReadMode::Map, ReadMode::Copy] {
+                let options = OpenOptions {
+                    read,
+                    ..at(dimension, label)
+                };
+                let field = Field::open(place.path("a.npy"), &options).unwrap();
+                assert_eq!(values(&field), kept, "{dimension}={label}");
+                let mut out = vec![0.0; 2 * kept.ncols()];
+                field.read_site_major(1..3, 0..kept.ncols(), &mut out);
+                let expected = kept.slice(ndarray::s![1..3, ..]);
+                assert!(out.iter().eq(expected.t().iter()), "{dimension}={label}");
+            }
+        }
+        let fault = |options: &OpenOptions| match Field::open(place.path("a.npy"), options) {
+            Err(wavecascade::Error::Input { fault, .. }) => fault,
+            other => panic!("{other:?}"),
+        };
+        let further = fault(&OpenOptions::default());
+        assert!(
+            matches!(further, InputFault::FurtherDimension { .. }),
+            "{further}"
+        );
+        for (dimension, label) in [("y", "3"), ("y", "1 mm"), ("z", "0"), ("time", "0")] {
+            fault(&at(dimension, label));
+        }
+    }
+    // Dimensions of one index need no label.
+    let single = Array3::from_shape_fn((5, 1, 4), |(n, _, j)| (10 * n + j) as f64);
+    ndarray_npy::write_npy(place.path("b.npy"), &single).unwrap();
+    let field = Field::open(place.path("b.npy"), &OpenOptions::default()).unwrap();
+    assert_eq!(values(&field), single.index_axis(D(1), 0));
+}
