@@ -4,7 +4,7 @@ use maud::{Markup, Render, html as markup};
 
 use crate::plot::Style;
 use crate::report::page::{self, Page, number};
-use crate::report::{Content, FieldOutcome, FieldRow, Headlines, Movement, percent};
+use crate::report::{FieldOutcome, FieldRow, Headlines, MovedShares, percent, verdicts_in_words};
 
 /// The list of several fields with their headlines; each links to its page or its summary.
 pub fn fields_html(rows: &[FieldRow]) -> String {
@@ -16,15 +16,11 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
             FieldOutcome::Failed(why) => failed.push(vec![row.field.clone(), why.clone()]),
         }
     }
-    let count = match (rows.len(), failed.len()) {
-        (1, 0) => "one field".to_owned(),
-        (fields, 0) => format!("{fields} fields"),
-        (fields, failures) => format!("{fields} fields, {failures} of them without a result"),
-    };
+    let (fields, verdicts) = verdicts_in_words(rows);
     let page = Page {
         title: "Fields".into(),
-        sentence: format!("{count}; all numbers are in headlines.csv"),
-        answers: most_rise(&analyzed),
+        sentence: "what moves in frequency along x".into(),
+        answers: Markup::default(),
         warnings: page::warnings(&[]),
         rows: Vec::new(),
         rest: page::numbers(markup! {
@@ -35,88 +31,82 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
         }),
         style: Style::default(),
     };
-    page.html()
-}
-
-/// The field whose centroid rises most along each axis.
-fn most_rise(analyzed: &[(&FieldRow, &Headlines)]) -> Markup {
-    let most = |of: fn(&Headlines) -> Option<&Movement>| {
-        let risen = analyzed.iter();
-        let risen = risen.filter_map(|(row, found)| Some((of(found)?.rise()?, &row.name)));
-        let (rise, name) = risen.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(match rise > 1.0 {
-            true => format!("In {name}, to {} times the reference.", number(rise)),
-            false => "In none of them.".into(),
-        })
-    };
-    let of_each = [
-        (
-            "Where does the centroid of frequency rise most along x?",
-            most(|f| f.along_x.as_ref()),
-        ),
-        (
-            "Where does the centroid of wavenumber rise most in time?",
-            most(|f| f.along_t.as_ref()),
-        ),
-    ];
-    markup! {
-        @for (question, answer) in of_each {
-            @if let Some(answer) = answer { (page::answer(question, answer)) }
-        }
-    }
+    page.html_headed(
+        &format!("{fields}: {verdicts}"),
+        "all numbers are in headlines.csv",
+    )
 }
 
 fn table(analyzed: &[(&FieldRow, &Headlines)]) -> Markup {
     let head = [
         "field",
-        "times × sites",
-        "centroid along x",
-        "rise",
-        "high band along x",
-        "centroid in time",
-        "rise",
-        "high band in time",
+        "frequency along x",
+        "up",
+        "down",
+        "energy ratio",
+        "from, to site",
+        "wavenumber in time",
+        "up",
+        "down",
         "towards +x",
+        "towards −x",
+        "times × sites",
         "warnings",
     ];
     let rows: Vec<Vec<Markup>> = analyzed
         .iter()
         .map(|(row, found)| cells(row, found))
         .collect();
-    page::grid(
-        "Headlines: at the reference → at the last site or time with energy",
-        &head,
-        &rows,
-    )
+    let title = "Verdicts, the shares of energy that moved up and down, and where";
+    page::grid(title, &head, &rows)
 }
 
 fn cells(row: &FieldRow, found: &Headlines) -> Vec<Markup> {
+    const NONE: &str = "–";
     let text = |text: String| text.render();
-    let mut cells = vec![
-        match &row.opens {
-            Some(target) => markup! { a href=(encoded(target)) { (row.name) } },
-            None => text(row.name.clone()),
-        },
-        text(format!("{} × {}", found.times, found.sites)),
-    ];
-    for movement in [&found.along_x, &found.along_t] {
-        let Some(movement) = movement else {
-            cells.extend(["–", "–", "–"].map(|dash| dash.render()));
-            continue;
-        };
-        let both = |of: &dyn Fn(&Content) -> Option<String>| {
-            let one =
-                |content: &Option<Content>| content.as_ref().and_then(of).unwrap_or("–".into());
-            format!("{} → {}", one(&movement.reference), one(&movement.last))
-        };
-        let centroids = both(&|content| content.centroid.map(number));
-        cells.push(text(format!("{centroids} {}", movement.unit)));
-        cells.push(text(movement.rise().map_or("–".into(), number)));
-        cells.push(text(both(&|content| content.high_share.map(percent))));
-    }
-    cells.push(text(found.toward_plus_x.map_or("–".into(), percent)));
+    let known = |value: Option<String>| value.unwrap_or_else(|| NONE.into()).render();
+    let mut cells = vec![match &row.opens {
+        Some(target) => markup! { a href=(encoded(target)) { (row.name) } },
+        None => text(row.name.clone()),
+    }];
+    cells.extend(moved(found.frequency.as_ref()));
+    cells.push(known(found.energy_ratio.map(number)));
+    cells.push(known(
+        found
+            .from
+            .zip(found.to)
+            .map(|(from, to)| format!("{from}, {to}")),
+    ));
+    cells.extend(moved(found.wavenumber.as_ref()));
+    cells.push(known(found.toward_plus_x.map(percent)));
+    cells.push(known(found.toward_minus_x.map(percent)));
+    cells.push(text(format!("{} × {}", found.times, found.sites)));
     cells.push(text(found.warnings.to_string()));
     cells
+}
+
+/// The verdict, up and down.
+fn moved(of: Option<&MovedShares>) -> [Markup; 3] {
+    let Some(of) = of else {
+        return ["–"; 3].map(|dash| dash.render());
+    };
+    let share = |share: Option<f64>, word: &str, at: Option<f64>| match (share, at) {
+        (Some(share), Some(at)) => {
+            let unit = &of.unit;
+            format!("{} {word} {} {unit}", percent(share), number(at)).render()
+        }
+        (Some(share), None) => percent(share).render(),
+        (None, _) => "–".render(),
+    };
+    let verdict = match &of.reason {
+        None => of.verdict.name().render(),
+        Some(reason) => format!("cannot be told: {reason}").render(),
+    };
+    [
+        verdict,
+        share(of.up, "past", of.up_at),
+        share(of.down, "below", of.down_at),
+    ]
 }
 
 /// A relative path as a link.
