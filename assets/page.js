@@ -12,7 +12,9 @@
   const CURVE_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
   // From the first place to the last, by way of one that is neither.
   const SHADES = [[0, 114, 178], [128, 120, 120], [213, 94, 0]];
-  const WIDTHS = { thin: 1, bold: 3.5, gap: 5 };
+  const WIDTHS = { thin: 1, gap: 5 };
+  // Of curves that coincide, the first show beside the last.
+  const boldWidth = (place) => 6.5 - 3 * place;
   // Curves of at most this many points show each of them.
   const MARKED_POINTS = 60;
   const FONT = '"DejaVu Sans", system-ui, sans-serif';
@@ -141,7 +143,7 @@
     ticks: "outside",
     tickcolor: color("--faint"),
     exponentformat: "power",
-    minexponent: 3,
+    minexponent: 5,
     tickfont: { size: 11 },
     automargin: true,
   });
@@ -391,7 +393,7 @@
             type: "scatter", name: series.label, showlegend: !single && !isQuiet && series.label !== "",
             mode: dots ? "markers" : x.length <= MARKED_POINTS && series.look !== "dashed" && !weight ? "lines+markers" : "lines",
             yaxis: `y${suffix}`, xaxis: "x", legend: `legend${suffix}`,
-            line: { color: style, width: WIDTHS[weight] ?? (this.group.cumulative ? 2.5 : 1.5), dash: series.look === "dashed" ? "dash" : "solid" },
+            line: { color: style, width: weight === "bold" ? boldWidth(series.shade ?? 1) : WIDTHS[weight] ?? (this.group.cumulative ? 2.5 : 1.5), dash: series.look === "dashed" ? "dash" : "solid" },
             marker: { color: style, size: dots ? 8 : 4 },
             ...(series.errors && { error_y: { type: "data", array: Array.from(series.errors, moderate), color: style } }),
             ...(series.band && { fill: "tonexty", fillcolor: "rgba(0,114,178,0.35)", line: { color: style, width: 1 } }),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::directory::{holds_result, names as names_in, read_text};
-use super::{Headlines, write_beside};
+use super::{Headlines, MovedShares, write_beside};
 use crate::error::{Error, Result};
 use crate::moved::Verdict;
 use crate::system::publish::{is_working_name, remove_abandoned};
@@ -283,21 +283,22 @@ pub fn verdicts_in_words(rows: &[FieldRow]) -> (String, String) {
         1 => "1 field".to_owned(),
         fields => format!("{fields} fields"),
     };
-    let verdict = |row: &FieldRow| match &row.outcome {
-        FieldOutcome::Headlines(found) => found.frequency.as_ref().map(|of| of.verdict),
+    let word = |row: &FieldRow| match &row.outcome {
+        FieldOutcome::Headlines(found) => found.frequency.as_ref().map(MovedShares::word),
         FieldOutcome::Failed(_) => None,
     };
     let kinds = [
-        (Some(Verdict::Up), "up"),
-        (Some(Verdict::Down), "down"),
-        (Some(Verdict::Spreads), "spread"),
-        (Some(Verdict::Unchanged), "unchanged"),
-        (Some(Verdict::Untold), "cannot be told"),
+        (Some("up"), "up"),
+        (Some("down"), "down"),
+        (Some("spreads"), "spread"),
+        (Some("selective loss"), "selective loss"),
+        (Some("unchanged"), "unchanged"),
+        (Some("untold"), "cannot be told"),
         (None, "without a result"),
     ];
-    let counted = kinds.iter().filter_map(|(kind, word)| {
-        let count = rows.iter().filter(|row| verdict(row) == *kind).count();
-        (count > 0).then(|| format!("{count} {word}"))
+    let counted = kinds.iter().filter_map(|(kind, said)| {
+        let count = rows.iter().filter(|row| word(row) == *kind).count();
+        (count > 0).then(|| format!("{count} {said}"))
     });
     (all, counted.collect::<Vec<_>>().join(", "))
 }
@@ -326,6 +327,7 @@ struct CsvRow<'a> {
     frequency_up_at: Option<f64>,
     frequency_down: Option<f64>,
     frequency_down_at: Option<f64>,
+    frequency_transfer: Option<bool>,
     energy_ratio: Option<f64>,
     from_site: Option<usize>,
     to_site: Option<usize>,
@@ -367,6 +369,7 @@ impl CsvRow<'_> {
             frequency_up_at: f.and_then(|of| of.up_at),
             frequency_down: f.and_then(|of| of.down),
             frequency_down_at: f.and_then(|of| of.down_at),
+            frequency_transfer: f.and_then(|of| of.transfer),
             energy_ratio: found.energy_ratio,
             from_site: found.from,
             to_site: found.to,

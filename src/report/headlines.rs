@@ -29,6 +29,8 @@ pub struct Headlines {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MovedShares {
     pub verdict: Verdict,
+    /// Whether energy itself grew where shares did; `false` of a selective loss.
+    pub transfer: Option<bool>,
     /// Why it cannot be told.
     pub reason: Option<String>,
     pub up: Option<f64>,
@@ -63,9 +65,18 @@ impl Headlines {
 }
 
 impl MovedShares {
+    /// The verdict in a word or two.
+    pub fn word(&self) -> &'static str {
+        match (self.verdict, self.transfer) {
+            (Verdict::Up | Verdict::Down, Some(false)) => "selective loss",
+            (verdict, _) => verdict.name(),
+        }
+    }
+
     fn of(of: &Movement, unit: String) -> MovedShares {
         MovedShares {
             verdict: of.verdict,
+            transfer: of.transfer,
             reason: of.reason.map(|reason| reason.message()),
             up: defined(of.up),
             up_at: defined(of.up_at),

@@ -99,7 +99,7 @@ fn moved(of: Option<&MovedShares>) -> [Markup; 3] {
         (None, _) => "–".render(),
     };
     let verdict = match &of.reason {
-        None => of.verdict.name().render(),
+        None => of.word().render(),
         Some(reason) => format!("cannot be told: {reason}").render(),
     };
     [

@@ -13,8 +13,8 @@ const THIN: usize = 6;
 /// Least difference of cumulative shares between neighbouring points of a curve.
 const STEP: f64 = 1e-3;
 
-/// Energy below the end of the axis, at first.
-const MOST: f64 = 0.999;
+/// Share of the energy below the end of the axis, at first.
+const MOST: f64 = 0.995;
 
 /// Ends over the frequency below which a tenth of the energy lies, from which on the axis is logarithmic.
 const WIDE: f64 = 40.0;

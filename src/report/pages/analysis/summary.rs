@@ -20,7 +20,7 @@ pub(super) fn sentence(analysis: &Analysis) -> String {
         None => String::new(),
     };
     format!(
-        "{quantity}{unit}: {} times by {} sites",
+        "{quantity}{unit}, {} times by {} sites",
         axes.n_times, axes.n_sites
     )
 }

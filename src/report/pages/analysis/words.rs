@@ -75,13 +75,13 @@ pub(super) fn short_caption(id: &str, spectra: &ShortTimeSpectra) -> String {
 pub(super) fn curve_caption(id: &str) -> &'static str {
     match id {
         "moved-along-x" => {
-            "The gap between the bold curves is what moved. A curve to the right of another has \
+            "The gap between bold curves is what moved. A curve to the right of another has \
              its energy at higher frequency; curves that coincide have moved nothing. Colours run along x, from blue to \
              orange; thin curves are other groups of sites. Energy is that of the front window of a pulse, or of \
              the record of a steady field, noise subtracted, each group's total being 1."
         }
         "moved-in-time" => {
-            "The gap between the bold curves is what moved. They are averages over times at which the wave is inside. \
+            "The gap between bold curves is what moved. They are averages over times at which the wave is inside. \
              A curve to the right of another has its energy at higher wavenumber. Colours run in time, from blue to \
              orange."
         }
