@@ -424,16 +424,18 @@
 
     names() {
       const { marks, cumulative } = this.group;
-      // Above the curves, each beside its line, towards the middle.
+      // Above the curves, each from its line on, as far left as its end needs.
       if (cumulative) {
         const range = this.onAxis(this.range ?? this.whole() ?? [0, 1]);
+        const size = this.root.clientWidth < 520 ? 12 : 14;
+        const width = this.root.clientWidth - 82;
         return marks.map(([at, text], n) => {
           const x = this.onAxis([at])[0];
-          const isRight = x > (range[0] + range[1]) / 2;
+          const left = ((x - range[0]) / (range[1] - range[0])) * width;
           return {
             x, y: 1, yref: "paper", yanchor: "bottom", yshift: 16 * (marks.length - 1 - n),
-            xanchor: isRight ? "right" : "left", text, showarrow: false,
-            font: { size: 14, weight: "bold", color: color("--ink") },
+            xanchor: "left", xshift: Math.min(0, width - left - 0.68 * size * text.length), text, showarrow: false,
+            font: { size, weight: "bold", color: color("--ink") },
           };
         });
       }

@@ -551,6 +551,13 @@ impl PictureWords<'_> {
 
     /// The shares that moved, and where: `24 % up past 4.1 Hz`.
     pub fn in_frequency(&self, of: &Movement) -> [(f64, String); 2] {
+        if of.transfer == Some(false) && !self.0.answer.is_struck {
+            let changed =
+                |share: String, at| format!("share above {}: {share}", self.0.frequency(at));
+            let up = changed(format!("+{}", share(of.up)), of.up_at);
+            let down = changed(format!("−{}", share(of.down)), of.down_at);
+            return [(of.up_at, up), (of.down_at, down)];
+        }
         moves(of, |f| self.0.frequency(f))
     }
 

@@ -3,8 +3,8 @@
 use maud::{Markup, Render, html as markup};
 
 use crate::plot::Style;
-use crate::report::page::{self, Page, number};
-use crate::report::{FieldOutcome, FieldRow, Headlines, MovedShares, percent, verdicts_in_words};
+use crate::report::page::{self, Page};
+use crate::report::{FieldOutcome, FieldRow, Headlines, MovedShares, verdicts_in_words};
 
 /// The list of several fields with their headlines; each links to its page or its summary.
 pub fn fields_html(rows: &[FieldRow]) -> String {
@@ -13,7 +13,9 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
     for row in rows {
         match &row.outcome {
             FieldOutcome::Headlines(found) => analyzed.push((row, found)),
-            FieldOutcome::Failed(why) => failed.push(vec![row.field.clone(), why.clone()]),
+            FieldOutcome::Failed(why) => {
+                failed.push(vec![row.field.as_str().render(), page::prose(why)])
+            }
         }
     }
     let (fields, verdicts) = verdicts_in_words(rows);
@@ -52,6 +54,7 @@ fn table(analyzed: &[(&FieldRow, &Headlines)]) -> Markup {
         "towards −x",
         "times × sites",
         "warnings",
+        "cannot be told",
     ];
     let rows: Vec<Vec<Markup>> = analyzed
         .iter()
@@ -82,6 +85,15 @@ fn cells(row: &FieldRow, found: &Headlines) -> Vec<Markup> {
     cells.push(known(found.toward_minus_x.map(percent)));
     cells.push(text(format!("{} × {}", found.times, found.sites)));
     cells.push(text(found.warnings.to_string()));
+    let reasons = [
+        ("frequency", &found.frequency),
+        ("wavenumber", &found.wavenumber),
+    ];
+    let reasons = reasons.iter().filter_map(|(name, of)| {
+        let reason = of.as_ref()?.reason.as_ref()?;
+        Some(format!("{name}: {reason}"))
+    });
+    cells.push(text(reasons.collect::<Vec<_>>().join("; ")));
     cells
 }
 
@@ -92,21 +104,34 @@ fn moved(of: Option<&MovedShares>) -> [Markup; 3] {
     };
     let share = |share: Option<f64>, word: &str, at: Option<f64>| match (share, at) {
         (Some(share), Some(at)) => {
-            let unit = &of.unit;
-            format!("{} {word} {} {unit}", percent(share), number(at)).render()
+            let unit = match of.unit.starts_with("cycles/unit") {
+                true => "",
+                false => of.unit.as_str(),
+            };
+            let text = format!("{} {word} {} {unit}", percent(share), number(at));
+            text.trim_end().render()
         }
         (Some(share), None) => percent(share).render(),
         (None, _) => "–".render(),
     };
     let verdict = match &of.reason {
-        None => of.word().render(),
-        Some(reason) => format!("cannot be told: {reason}").render(),
+        None => of.word(),
+        Some(_) => "cannot be told",
     };
     [
-        verdict,
+        verdict.render(),
         share(of.up, "past", of.up_at),
         share(of.down, "below", of.down_at),
     ]
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// Three digits.
+fn number(value: f64) -> String {
+    page::number(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// A relative path as a link.
