@@ -107,7 +107,7 @@ impl Page {
             header {
                 p { b { (self.title) } ": " (self.sentence) }
                 h1 { (prose(verdict)) }
-                p class="numbers" { (prose(numbers)) }
+                @if !numbers.is_empty() { p class="numbers" { (prose(numbers)) } }
             }
             (self.no_script())
         };
@@ -120,7 +120,7 @@ impl Page {
             markup! {
                 div class="lead" {
                     (row(first))
-                    section id="answer" { (self.answers) }
+                    @if !self.answers.0.is_empty() { section id="answer" { (self.answers) } }
                 }
                 (self.warnings)
                 @for pictures in others { (row(pictures)) }

@@ -38,6 +38,10 @@ pub fn analysis_html(analysis: &Analysis, advice: Advice, style: &Style) -> Stri
     };
     match words {
         Some(words) => page.html_headed(&sentence_case(&words.verdict), &words.numbers),
+        // Nothing is said of a field without energy.
+        None if analysis.headline_space.last.is_none() && analysis.headline_time.last.is_none() => {
+            page.html_headed("What moves cannot be told: nothing moves", "")
+        }
         None => page.html(),
     }
 }
