@@ -370,7 +370,9 @@
       };
       layout[`legend${suffix}`] = {
         ...(this.group.cumulative
-          ? { x: 0.99, xanchor: "right", y: 0.02, yanchor: "bottom" }
+          ? this.risesLate(chart)
+            ? { x: 0.01, xanchor: "left", y: 0.98, yanchor: "top" }
+            : { x: 0.99, xanchor: "right", y: 0.02, yanchor: "bottom" }
           : { orientation: "h", x: 1, xanchor: "right", y: top, yanchor: "bottom" }),
         bgcolor: "rgba(0,0,0,0)",
       };
@@ -407,6 +409,15 @@
       if (typeof chart.mark === "number") {
         this.levels.push({ at: moderate(chart.mark), yref: `y${suffix}` });
       }
+    }
+
+    // Whether a cumulative curve is still low in the right half of the axis, where names would stand.
+    risesLate({ series }) {
+      const curve = series.find(({ weight }) => weight === "bold");
+      const range = this.onAxis(this.range ?? this.whole() ?? [0, 1]);
+      const place = range[0] + 0.6 * (range[1] - range[0]);
+      const at = this.group.x.findIndex((x) => this.onAxis([x, x])[0] >= place);
+      return at >= 0 && curve !== undefined && curve.values[at] < 0.5;
     }
 
     // Marked levels, named places on x, and the picked value.
