@@ -10,6 +10,11 @@
 
   const LINE_COLORS = ["#ff6f3c", "#ffffff", "#56c8ff"];
   const CURVE_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+  // From the first place to the last, by way of one that is neither.
+  const SHADES = [[0, 114, 178], [128, 120, 120], [213, 94, 0]];
+  const WIDTHS = { thin: 1, gap: 5 };
+  // Of curves that coincide, the first show beside the last.
+  const boldWidth = (place) => 6.5 - 3 * place;
   // Curves of at most this many points show each of them.
   const MARKED_POINTS = 60;
   const FONT = '"DejaVu Sans", system-ui, sans-serif';
@@ -52,6 +57,12 @@
     const [digitsOf, exponent] = value.toExponential(digits - 1).split("e");
     const mantissa = String(Number(digitsOf));
     return minus(mantissa === "1" ? power(Number(exponent)) : `${mantissa}·${power(Number(exponent))}`);
+  }
+
+  function shadeOf(place) {
+    const n = Math.min(Math.floor(2 * place), 1);
+    const between = SHADES[n].map((v, i) => v + (2 * place - n) * (SHADES[n + 1][i] - v));
+    return `rgb(${between.map(Math.round).join(",")})`;
   }
 
   function roundTicks(low, high, count) {
@@ -132,7 +143,7 @@
     ticks: "outside",
     tickcolor: color("--faint"),
     exponentformat: "power",
-    minexponent: 3,
+    minexponent: 5,
     tickfont: { size: 11 },
     automargin: true,
   });
@@ -281,8 +292,8 @@
   }
 
   class CurvePlot {
-    // group: { title, xLabel, x, role, log, marks, note, charts: [{ label, log, mark, series }] }
-    // series: { label, values, x, look, color, errors, band }
+    // group: { title, xLabel, x, role, log, marks, cumulative, note, charts: [{ label, log, mark, series }] }
+    // series: { label, values, x, look, color, shade, weight, errors, band }
     constructor(root, note, group, onPick) {
       Object.assign(this, { root, note, group, onPick });
       this.range = group?.shown ?? null;
@@ -322,7 +333,7 @@
         // Points may be far apart: the nearest one is read.
         hoverdistance: -1,
         showlegend: true,
-        margin: { l: 70, r: 12, t: 34, b: 50 },
+        margin: { l: 70, r: 12, t: group.cumulative ? 10 + 16 * (group.marks?.length ?? 0) : 34, b: 50 },
         title: group.title ? { text: group.title, font: { size: 12 }, x: 0.5, y: 0.99, yanchor: "top" } : undefined,
         xaxis: {
           ...axisStyle(group.xLabel),
@@ -358,12 +369,20 @@
         ...(log ? logAxis(bounds) : linearAxis(bounds, exponent)),
       };
       layout[`legend${suffix}`] = {
-        orientation: "h", x: 1, xanchor: "right", y: top, yanchor: "bottom",
+        ...(this.group.cumulative
+          ? this.risesLate(chart)
+            ? { x: 0.01, xanchor: "left", y: 0.98, yanchor: "top" }
+            : { x: 0.99, xanchor: "right", y: 0.02, yanchor: "bottom" }
+          : { orientation: "h", x: 1, xanchor: "right", y: top, yanchor: "bottom" }),
         bgcolor: "rgba(0,0,0,0)",
       };
       const single = chart.series.length === 1;
       chart.series.forEach((series, m) => {
-        const style = CURVE_COLORS[(series.color ?? m) % CURVE_COLORS.length];
+        const { weight } = series;
+        const style = weight === "gap" ? color("--ink")
+          : typeof series.shade === "number" ? shadeOf(series.shade)
+          : CURVE_COLORS[(series.color ?? m) % CURVE_COLORS.length];
+        const isQuiet = weight === "thin" || weight === "gap";
         const x = series.x ?? this.group.x;
         const dots = series.look === "dots";
         this.traces.push({
@@ -373,21 +392,32 @@
             ? series.values
             : Array.from(series.values, (v) => (log && !(v > 0) ? NaN : moderate(v))),
           trace: {
-            type: "scatter", name: series.label, showlegend: !single && series.label !== "",
-            mode: dots ? "markers" : x.length <= MARKED_POINTS && series.look !== "dashed" ? "lines+markers" : "lines",
+            type: "scatter", name: series.label, showlegend: !single && !isQuiet && series.label !== "",
+            mode: dots ? "markers" : x.length <= MARKED_POINTS && series.look !== "dashed" && !weight ? "lines+markers" : "lines",
             yaxis: `y${suffix}`, xaxis: "x", legend: `legend${suffix}`,
-            line: { color: style, width: 1.5, dash: series.look === "dashed" ? "dash" : "solid" },
+            line: { color: style, width: weight === "bold" ? boldWidth(series.shade ?? 1) : WIDTHS[weight] ?? (this.group.cumulative ? 2.5 : 1.5), dash: series.look === "dashed" ? "dash" : "solid" },
             marker: { color: style, size: dots ? 8 : 4 },
             ...(series.errors && { error_y: { type: "data", array: Array.from(series.errors, moderate), color: style } }),
             ...(series.band && { fill: "tonexty", fillcolor: "rgba(0,114,178,0.35)", line: { color: style, width: 1 } }),
             connectgaps: false,
-            hovertemplate: "%{y:.5~g}<extra>" + (single ? "" : series.label) + "</extra>",
+            ...(isQuiet
+              ? { hoverinfo: "skip" }
+              : { hovertemplate: "%{y:.5~g}<extra>" + (single ? "" : series.label) + "</extra>" }),
           },
         });
       });
       if (typeof chart.mark === "number") {
         this.levels.push({ at: moderate(chart.mark), yref: `y${suffix}` });
       }
+    }
+
+    // Whether a cumulative curve is still low in the right half of the axis, where names would stand.
+    risesLate({ series }) {
+      const curve = series.find(({ weight }) => weight === "bold");
+      const range = this.onAxis(this.range ?? this.whole() ?? [0, 1]);
+      const place = range[0] + 0.6 * (range[1] - range[0]);
+      const at = this.group.x.findIndex((x) => this.onAxis([x, x])[0] >= place);
+      return at >= 0 && curve !== undefined && curve.values[at] < 0.5;
     }
 
     // Marked levels, named places on x, and the picked value.
@@ -404,7 +434,23 @@
     }
 
     names() {
-      return (this.group.marks ?? []).map(([at, text]) => ({
+      const { marks, cumulative } = this.group;
+      // Above the curves, each from its line on, as far left as its end needs.
+      if (cumulative) {
+        const range = this.onAxis(this.range ?? this.whole() ?? [0, 1]);
+        const size = this.root.clientWidth < 520 ? 12 : 14;
+        const width = this.root.clientWidth - 82;
+        return marks.map(([at, text], n) => {
+          const x = this.onAxis([at])[0];
+          const left = ((x - range[0]) / (range[1] - range[0])) * width;
+          return {
+            x, y: 1, yref: "paper", yanchor: "bottom", yshift: 16 * (marks.length - 1 - n),
+            xanchor: "left", xshift: Math.min(0, width - left - 0.68 * size * text.length), text, showarrow: false,
+            font: { size, weight: "bold", color: color("--ink") },
+          };
+        });
+      }
+      return (marks ?? []).map(([at, text]) => ({
         x: this.onAxis([at])[0], y: 1, yref: "paper", yanchor: "top", xanchor: "left", text,
         showarrow: false, font: { size: 11, color: color("--faint") },
       }));
@@ -440,7 +486,7 @@
       if (this.note) {
         this.note.textContent = (per > 1
           ? `Drawn: least and largest of every ${per} points; zoom in for all of them.`
-          : "Drawn: every point.") + (this.group.note ?? "");
+          : "") + (this.group.note ?? "");
       }
       return shown.map(({ x, y }) => ({ x, y }));
     }
@@ -933,7 +979,9 @@
       this.plot = new CurvePlot(this.root.querySelector(".curve"), this.root.querySelector(".note"), {
         ...group, xLabel: group.label, x: doubles(group.x), charts, title: null,
       }, group.role && ((x) => pick({ [group.role]: x })));
-      this.plot.root.style.height = `${charts.length > 1 ? 90 + 200 * charts.length : 400}px`;
+      if (!group.cumulative) {
+        this.plot.root.style.height = `${charts.length > 1 ? 90 + 200 * charts.length : 400}px`;
+      }
     }
 
     start() {

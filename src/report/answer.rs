@@ -521,6 +521,58 @@ fn movement(
     })
 }
 
+/// The words of pictures of what moved.
+#[cfg(feature = "figures")]
+pub(super) struct PictureWords<'a>(Words<'a>);
+
+#[cfg(feature = "figures")]
+impl PictureWords<'_> {
+    pub fn of(analysis: &Analysis) -> Option<PictureWords<'_>> {
+        Some(PictureWords(Words {
+            axes: &analysis.axes,
+            answer: analysis.answer.as_ref()?,
+        }))
+    }
+
+    /// The name of a group of sites.
+    pub fn sites(&self, place: &Place) -> String {
+        let name = match (self.0.answer.is_struck, place.rows[0] == place.rows[1]) {
+            (true, true) => "body",
+            (true, false) => "bodies",
+            (false, true) => "site",
+            (false, false) => "sites",
+        };
+        format!("{name} {}", self.0.sites(place))
+    }
+
+    pub fn time(&self, place: &Place) -> String {
+        format!("t = {}", self.0.time(place))
+    }
+
+    /// The shares that moved, and where: `24 % up past 4.1 Hz`.
+    pub fn in_frequency(&self, of: &Movement) -> [(f64, String); 2] {
+        if of.transfer == Some(false) && !self.0.answer.is_struck {
+            let changed =
+                |share: String, at| format!("share above {}: {share}", self.0.frequency(at));
+            let up = changed(format!("+{}", share(of.up)), of.up_at);
+            let down = changed(format!("−{}", share(of.down)), of.down_at);
+            return [(of.up_at, up), (of.down_at, down)];
+        }
+        moves(of, |f| self.0.frequency(f))
+    }
+
+    pub fn in_wavenumber(&self, of: &Movement) -> [(f64, String); 2] {
+        moves(of, |k| self.0.wavenumber(k))
+    }
+}
+
+#[cfg(feature = "figures")]
+fn moves(of: &Movement, place: impl Fn(f64) -> String) -> [(f64, String); 2] {
+    let up = format!("{} up past {}", share(of.up), place(of.up_at));
+    let down = format!("{} down below {}", share(of.down), place(of.down_at));
+    [(of.up_at, up), (of.down_at, down)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

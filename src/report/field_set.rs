@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::directory::{holds_result, names as names_in, read_text};
-use super::{Headlines, write_beside};
+use super::{Headlines, MovedShares, write_beside};
 use crate::error::{Error, Result};
+use crate::moved::Verdict;
 use crate::system::publish::{is_working_name, remove_abandoned};
 
 /// Version of the layout of `index.json`.
-pub const FIELDS_SCHEMA: &str = "cascade.fields/1";
+pub const FIELDS_SCHEMA: &str = "cascade.fields/2";
 
 const INDEX: &str = "index.json";
 const TABLE: &str = "headlines.csv";
@@ -276,6 +277,32 @@ fn clashing(names: &[String]) -> Vec<usize> {
     (0..names.len()).filter(is_repeated).collect()
 }
 
+/// How many fields there are, and how many there are of each verdict in frequency: `3 fields`, `1 up, 2 unchanged`.
+pub fn verdicts_in_words(rows: &[FieldRow]) -> (String, String) {
+    let all = match rows.len() {
+        1 => "1 field".to_owned(),
+        fields => format!("{fields} fields"),
+    };
+    let word = |row: &FieldRow| match &row.outcome {
+        FieldOutcome::Headlines(found) => found.frequency.as_ref().map(MovedShares::word),
+        FieldOutcome::Failed(_) => None,
+    };
+    let kinds = [
+        (Some("up"), "up"),
+        (Some("down"), "down"),
+        (Some("spreads"), "spread"),
+        (Some("selective loss"), "selective loss"),
+        (Some("unchanged"), "unchanged"),
+        (Some("untold"), "cannot be told"),
+        (None, "without a result"),
+    ];
+    let counted = kinds.iter().filter_map(|(kind, said)| {
+        let count = rows.iter().filter(|row| word(row) == *kind).count();
+        (count > 0).then(|| format!("{count} {said}"))
+    });
+    (all, counted.collect::<Vec<_>>().join(", "))
+}
+
 /// The headlines of all fields as CSV, a row for each. Numbers have all their digits; unknown values
 /// are empty.
 fn fields_csv(rows: &[FieldRow]) -> std::result::Result<String, csv::Error> {
@@ -295,15 +322,21 @@ struct CsvRow<'a> {
     times: Option<usize>,
     sites: Option<usize>,
     frequency_unit: Option<&'a str>,
-    frequency_centroid_reference: Option<f64>,
-    frequency_centroid_last: Option<f64>,
-    high_frequency_share_reference: Option<f64>,
-    high_frequency_share_last: Option<f64>,
+    frequency_verdict: Option<Verdict>,
+    frequency_up: Option<f64>,
+    frequency_up_at: Option<f64>,
+    frequency_down: Option<f64>,
+    frequency_down_at: Option<f64>,
+    frequency_transfer: Option<bool>,
+    energy_ratio: Option<f64>,
+    from_site: Option<usize>,
+    to_site: Option<usize>,
     wavenumber_unit: Option<&'a str>,
-    wavenumber_centroid_reference: Option<f64>,
-    wavenumber_centroid_last: Option<f64>,
-    high_wavenumber_share_reference: Option<f64>,
-    high_wavenumber_share_last: Option<f64>,
+    wavenumber_verdict: Option<Verdict>,
+    wavenumber_up: Option<f64>,
+    wavenumber_up_at: Option<f64>,
+    wavenumber_down: Option<f64>,
+    wavenumber_down_at: Option<f64>,
     toward_plus_x: Option<f64>,
     toward_minus_x: Option<f64>,
     warnings: Option<usize>,
@@ -324,24 +357,28 @@ impl CsvRow<'_> {
                 };
             }
         };
-        let (x, t) = (found.along_x.as_ref(), found.along_t.as_ref());
-        let [x_reference, x_last] = [x.and_then(|x| x.reference), x.and_then(|x| x.last)];
-        let [t_reference, t_last] = [t.and_then(|t| t.reference), t.and_then(|t| t.last)];
+        let (f, k) = (found.frequency.as_ref(), found.wavenumber.as_ref());
         CsvRow {
             field,
             name,
             times: Some(found.times),
             sites: Some(found.sites),
-            frequency_unit: x.map(|x| x.unit.as_str()),
-            frequency_centroid_reference: x_reference.and_then(|c| c.centroid),
-            frequency_centroid_last: x_last.and_then(|c| c.centroid),
-            high_frequency_share_reference: x_reference.and_then(|c| c.high_share),
-            high_frequency_share_last: x_last.and_then(|c| c.high_share),
-            wavenumber_unit: t.map(|t| t.unit.as_str()),
-            wavenumber_centroid_reference: t_reference.and_then(|c| c.centroid),
-            wavenumber_centroid_last: t_last.and_then(|c| c.centroid),
-            high_wavenumber_share_reference: t_reference.and_then(|c| c.high_share),
-            high_wavenumber_share_last: t_last.and_then(|c| c.high_share),
+            frequency_unit: f.map(|of| of.unit.as_str()),
+            frequency_verdict: f.map(|of| of.verdict),
+            frequency_up: f.and_then(|of| of.up),
+            frequency_up_at: f.and_then(|of| of.up_at),
+            frequency_down: f.and_then(|of| of.down),
+            frequency_down_at: f.and_then(|of| of.down_at),
+            frequency_transfer: f.and_then(|of| of.transfer),
+            energy_ratio: found.energy_ratio,
+            from_site: found.from,
+            to_site: found.to,
+            wavenumber_unit: k.map(|of| of.unit.as_str()),
+            wavenumber_verdict: k.map(|of| of.verdict),
+            wavenumber_up: k.and_then(|of| of.up),
+            wavenumber_up_at: k.and_then(|of| of.up_at),
+            wavenumber_down: k.and_then(|of| of.down),
+            wavenumber_down_at: k.and_then(|of| of.down_at),
             toward_plus_x: found.toward_plus_x,
             toward_minus_x: found.toward_minus_x,
             warnings: Some(found.warnings),

@@ -2,95 +2,89 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::sentences::has_shares;
-use crate::analyze::{Analysis, Headline, Moments, Spot};
+use crate::analyze::Analysis;
+use crate::moved::{Movement, Verdict};
 
-/// Headline numbers of an analysis; those that are not defined are `None`.
+/// Headline numbers of an analysis; those that are not known are `None`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Headlines {
     pub times: usize,
     pub sites: usize,
-    /// From the reference site to the last one with energy; over the passage of the front where that
-    /// is known, else over the whole record.
-    pub along_x: Option<Movement>,
-    /// From the reference time to the last one with energy.
-    pub along_t: Option<Movement>,
-    /// Shares of the energy by direction.
+    /// What moved in frequency along x.
+    pub frequency: Option<MovedShares>,
+    /// Energy at the last sites compared over that at the first.
+    pub energy_ratio: Option<f64>,
+    /// First and last of the sites compared.
+    pub from: Option<usize>,
+    pub to: Option<usize>,
+    /// What moved in wavenumber in time.
+    pub wavenumber: Option<MovedShares>,
+    /// Shares of the energy by direction, where they can be told.
     pub toward_plus_x: Option<f64>,
     pub toward_minus_x: Option<f64>,
     pub warnings: usize,
 }
 
-/// How the content of a field changes along one of its axes.
+/// The shares of the energy that moved up and down, and where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Movement {
-    /// Unit of the centroids.
+pub struct MovedShares {
+    pub verdict: Verdict,
+    /// Whether energy itself grew where shares did; `false` of a selective loss.
+    pub transfer: Option<bool>,
+    /// Why it cannot be told.
+    pub reason: Option<String>,
+    pub up: Option<f64>,
+    pub up_at: Option<f64>,
+    pub down: Option<f64>,
+    pub down_at: Option<f64>,
+    /// Of `up_at` and `down_at`.
     pub unit: String,
-    pub reference: Option<Content>,
-    pub last: Option<Content>,
-}
-
-/// Content at one site or time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Content {
-    /// Index in the file.
-    pub index: usize,
-    /// Position or time.
-    pub at: f64,
-    /// Centroid of the spectrum of the whole record (of the whole snapshot).
-    pub centroid: Option<f64>,
-    /// Share of the energy in the high band.
-    pub high_share: Option<f64>,
 }
 
 impl Headlines {
     /// The headlines of an analysis; computes nothing new.
     pub fn of(analysis: &Analysis) -> Headlines {
         let axes = &analysis.axes;
-        let front = analysis.front.as_ref().map(|front| &front.headline);
-        let along_x = front.filter(|headline| has_shares(headline));
-        let along_x = along_x.unwrap_or(&analysis.headline_space);
-        let movement = |moments: &Option<Moments>, headline: &Headline, unit: String| {
-            let content = |spot: Spot| content_at(moments.as_ref()?, spot);
-            moments.as_ref()?;
-            Some(Movement {
-                unit,
-                reference: headline.reference.and_then(content),
-                last: headline.last.and_then(content),
-            })
-        };
-        let direction = analysis.direction;
+        let answer = analysis.answer.as_ref();
+        let frequency = answer.map(|answer| &answer.frequency);
+        let told = analysis.direction.filter(|_| analysis.undirected.is_none());
         Headlines {
             times: axes.n_times,
             sites: axes.n_sites,
-            along_x: movement(&analysis.along_space, along_x, axes.frequency_unit()),
-            along_t: movement(
-                &analysis.along_time,
-                &analysis.headline_time,
-                axes.wavenumber_unit(),
-            ),
-            toward_plus_x: direction.and_then(|d| defined(d.toward_plus_x)),
-            toward_minus_x: direction.and_then(|d| defined(d.toward_minus_x)),
+            frequency: frequency.map(|of| MovedShares::of(of, axes.frequency_unit())),
+            energy_ratio: frequency.and_then(|of| defined(of.energy_ratio)),
+            from: frequency.and_then(|of| Some(of.from?.rows[0])),
+            to: frequency.and_then(|of| Some(of.to?.rows[1])),
+            wavenumber: answer
+                .map(|answer| MovedShares::of(&answer.wavenumber, axes.wavenumber_unit())),
+            toward_plus_x: told.and_then(|direction| defined(direction.toward_plus_x)),
+            toward_minus_x: told.and_then(|direction| defined(direction.toward_minus_x)),
             warnings: analysis.warnings.len(),
         }
     }
 }
 
-impl Movement {
-    /// Centroid at the last row over that at the reference.
-    pub fn rise(&self) -> Option<f64> {
-        let rise = self.last?.centroid? / self.reference?.centroid?;
-        defined(rise)
+impl MovedShares {
+    /// The verdict in a word or two.
+    pub fn word(&self) -> &'static str {
+        match (self.verdict, self.transfer) {
+            (Verdict::Up | Verdict::Down, Some(false)) => "selective loss",
+            (verdict, _) => verdict.name(),
+        }
     }
-}
 
-fn content_at(moments: &Moments, spot: Spot) -> Option<Content> {
-    Some(Content {
-        index: spot.index,
-        at: spot.at,
-        centroid: moments.centroid.get(spot.row).copied().and_then(defined),
-        high_share: spot.high_share,
-    })
+    fn of(of: &Movement, unit: String) -> MovedShares {
+        MovedShares {
+            verdict: of.verdict,
+            transfer: of.transfer,
+            reason: of.reason.map(|reason| reason.message()),
+            up: defined(of.up),
+            up_at: defined(of.up_at),
+            down: defined(of.down),
+            down_at: defined(of.down_at),
+            unit,
+        }
+    }
 }
 
 fn defined(x: f64) -> Option<f64> {

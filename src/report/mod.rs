@@ -59,8 +59,10 @@ pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arr
 pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, coherence_arrays};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
-pub use field_set::{FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names};
-pub use headlines::{Content, Headlines, Movement};
+pub use field_set::{
+    FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names, verdicts_in_words,
+};
+pub use headlines::{Headlines, MovedShares};
 pub use increment_words::increment_sentences;
 pub use increments::{INCREMENTS_SCHEMA, IncrementsSummary, increments_arrays};
 pub use leftovers::{Hold, Leftover, Leftovers};
@@ -82,7 +84,7 @@ pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_abou
 pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_arrays, ridges_csv};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
-pub use sentences::{Answer, Sentence, Unresolved, answers, number, percent, sentences};
+pub use sentences::{Sentence, Unresolved, number, percent, sentences};
 pub use slope::{SLOPE_SCHEMA, SlopeSummary, slope_arrays};
 pub use slope_words::slope_sentences;
 pub use snippet::{

@@ -79,56 +79,6 @@ pub fn sentences(analysis: &Analysis) -> Vec<Sentence> {
     said
 }
 
-/// A question that a field is analysed for, and what its analysis says about it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Answer {
-    pub question: &'static str,
-    /// Shares of the high band at the reference and at the last row with energy, or why there are none.
-    pub text: String,
-    /// Why there are none, where the caller can change that.
-    pub unresolved: Option<Unresolved>,
-}
-
-/// The answers of an analysis in a sentence each. It states shares; whether they differ by more than
-/// the field's noise is for the reader to judge.
-pub fn answers(analysis: &Analysis) -> Vec<Answer> {
-    let axes = &analysis.axes;
-    let mut answers = Vec::new();
-    if let Some(moments) = &analysis.along_space {
-        let along = Along::space(axes);
-        let whole = &analysis.headline_space;
-        let front = analysis.front.as_ref().map(|front| &front.headline);
-        let front = front.filter(|headline| has_shares(headline));
-        let over = match front {
-            Some(_) => "while the front passes",
-            None => "over the whole record",
-        };
-        let edge = analysis.frequency_edge;
-        let headline = front.unwrap_or(whole);
-        answers.push(Answer {
-            question: "Does energy move to higher frequency along the structure?",
-            text: along.answer(headline, edge, over),
-            unresolved: edge.and_then(|edge| along.unresolved(edge, moments, whole)),
-        });
-    }
-    if let Some(moments) = &analysis.along_time {
-        let along = Along::time(axes);
-        let headline = &analysis.headline_time;
-        let edge = analysis.wavenumber_edge;
-        answers.push(Answer {
-            question: "Does energy move to higher wavenumber in time?",
-            text: along.answer(headline, edge, ""),
-            unresolved: edge.and_then(|edge| along.unresolved(edge, moments, headline)),
-        });
-    }
-    answers
-}
-
-pub(super) fn has_shares(headline: &Headline) -> bool {
-    let spots = [headline.reference, headline.last];
-    spots.iter().flatten().any(|spot| spot.high_share.is_some())
-}
-
 fn detail(name: &'static str, text: String) -> Sentence {
     Sentence {
         name,
@@ -237,37 +187,6 @@ impl<'a> Along<'a> {
             (true, true) => format!("undefined: {}", self.single),
             (true, false) => "undefined: no energy".into(),
         }
-    }
-
-    fn answer(&self, headline: &Headline, edge: Option<BandEdge>, over: &str) -> String {
-        let Some(edge) = edge else {
-            return "Undefined: no band edge.".into();
-        };
-        match edge {
-            BandEdge::Unresolved { .. } | BandEdge::Undefined => {
-                return format!("Band edge {}.", self.edge(edge, headline));
-            }
-            _ if !has_shares(headline) => return "Undefined: no energy at the reference.".into(),
-            BandEdge::Given { .. } | BandEdge::Reference { .. } => {}
-        }
-        let mut spots = vec![headline.reference, headline.last];
-        spots.dedup_by_key(|spot| spot.map(|spot| spot.row));
-        let shares: Vec<String> = spots
-            .into_iter()
-            .flatten()
-            .filter_map(|spot| Some((spot.high_share?, spot)))
-            .map(|(share, spot)| format!("{} at {}", percent(share), (self.place)(&spot)))
-            .collect();
-        let unit = &self.content_unit;
-        let over = match over {
-            "" => String::new(),
-            over => format!(", {over}"),
-        };
-        format!(
-            "Above {} {unit} lie {} of the energy{over}.",
-            number(edge.value()),
-            shares.join(" and ")
-        )
     }
 
     fn edge(&self, edge: BandEdge, headline: &Headline) -> String {

@@ -145,9 +145,9 @@ fn maps_decode_to_the_values_of_the_analysis() {
     let data = payload(&analysis);
     let maps = [
         ("field", analysis.field_map.as_ref()),
+        ("spacetime", analysis.spacetime_map.as_ref()),
         ("temporal", analysis.temporal_map.as_ref()),
         ("spatial", analysis.spatial_map.as_ref()),
-        ("spacetime", analysis.spacetime_map.as_ref()),
         ("flux", analysis.flux_map.as_ref()),
     ];
     for (found, (id, map)) in data["pictures"].as_array().unwrap().iter().zip(maps) {
@@ -209,19 +209,75 @@ fn the_page_states_warnings_bands_and_accuracy() {
     assert!(page.len() < 6_000_000, "{} bytes", page.len());
 }
 
+/// A pulse of constant shape whose second half of sites has a part of twice the frequency.
+fn moved() -> Analysis {
+    let values = ndarray::Array2::from_shape_fn((1024, 48), |(i, j)| {
+        let t = i as f64 - 100.0 - 6.0 * j as f64;
+        let high = 0.02 * j as f64;
+        let envelope = (-(t / 30.0).powi(2)).exp();
+        envelope * ((0.3 * t).cos() + high * (0.6 * t).cos())
+    });
+    let field = wavecascade::Field::from_array(values);
+    wavecascade::analyze(&field, &Default::default()).unwrap().0
+}
+
 #[test]
-fn answers_come_first_then_pictures_then_numbers() {
-    let page = report::html(&test_support::figures::full(), &|_| None, &Style::default());
+fn the_verdict_comes_first_then_its_picture_then_warnings_and_numbers() {
+    let mut analysis = moved();
+    analysis.warnings = test_support::figures::full().warnings;
+    let page = report::html(&analysis, &|_| None, &Style::default());
+    let words = report::AnswerWords::of(&analysis).unwrap();
+    assert!(words.verdict.starts_with("energy moves up"), "{words:?}");
+    let heading = element(&page, "h1", "").replace('\u{a0}', " ");
+    assert_eq!(heading.to_lowercase(), words.verdict.to_lowercase());
     let places = [
-        "Does energy move to higher frequency",
+        "<h1>",
+        "class=\"numbers\"",
+        "id=\"moved-along-x\"",
+        "class=\"facts\"",
         "id=\"warnings\"",
-        "class=\"picture\"",
+        "id=\"field\"",
+        "id=\"spacetime\"",
         "id=\"direction\"",
         "id=\"summary\"",
         "Parseval residual, time",
     ];
     let places = places.map(|text| page.find(text).unwrap_or_else(|| panic!("no {text}")));
     assert!(places.is_sorted(), "{places:?}");
+}
+
+/// The bold curves are those of the groups compared, and the mark is where they differ most.
+#[test]
+fn the_picture_shows_the_share_that_moved() {
+    let analysis = moved();
+    let answer = analysis.answer.as_ref().unwrap();
+    let data = payload(&analysis);
+    let picture = &data["pictures"][0];
+    assert_eq!(picture["id"], "moved-along-x");
+    assert_eq!(picture["marks"][0][0], answer.frequency.up_at);
+    let series = picture["charts"][0]["series"].as_array().unwrap();
+    let weighing = |weight: &str| {
+        let of = |one: &&Value| one["weight"] == weight;
+        series.iter().filter(of).collect::<Vec<_>>()
+    };
+    let bold = weighing("bold");
+    let [first, last] = [answer.frequency.from, answer.frequency.to].map(|place| {
+        let [from, to] = place.unwrap().rows;
+        format!("sites {from} to {to}")
+    });
+    assert_eq!(bold.len(), 2);
+    assert_eq!([&bold[0]["label"], &bold[1]["label"]], [&first, &last]);
+    for curve in &bold {
+        let shares = doubles(&curve["values"]);
+        assert!(shares.is_sorted() && shares[0] == 0.0, "{shares:?}");
+        assert!((shares[shares.len() - 1] - 1.0).abs() < 1e-9);
+    }
+    let gap = doubles(&weighing("gap")[0]["values"]);
+    assert!(
+        (gap[0] - gap[1] - answer.frequency.up).abs() < 1e-9,
+        "{gap:?}"
+    );
+    assert!(!weighing("thin").is_empty());
 }
 
 /// A pulse between samples of the map: the largest magnitude alone would drop its other sign.

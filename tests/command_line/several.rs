@@ -19,7 +19,7 @@ fn fields() -> Place {
 
 fn index(place: &Place, out: &str) -> Vec<Value> {
     let index = place.json(&format!("{out}/index.json"));
-    assert_eq!(index["schema"], "cascade.fields/1");
+    assert_eq!(index["schema"], "cascade.fields/2");
     index["fields"].as_array().unwrap().clone()
 }
 
@@ -34,15 +34,17 @@ fn each_field_has_a_directory_and_one_page_lists_them() {
         said.contains("error: 1 of 3 fields have no result"),
         "{said}"
     );
-    for word in [
-        "one",
-        "two",
-        "bad.npy: expected",
-        "all/index.html",
-        "numpy.save",
-    ] {
+    assert!(
+        told.starts_with("3 fields: 2 ") && told.contains(", 1 without a result\n"),
+        "{told}"
+    );
+    for word in ["one", "two", "all/index.html"] {
         assert!(told.contains(word), "{word}: {told}");
     }
+    for word in ["bad.npy: expected", "numpy.save"] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    assert!(told.lines().count() <= 12, "{told}");
     assert!(
         told.lines().all(|line| line.chars().count() <= 80),
         "{told}"
@@ -68,14 +70,24 @@ fn each_field_has_a_directory_and_one_page_lists_them() {
     let summary = place.json("all/one/summary.json");
     assert_eq!(
         headlines["toward_plus_x"],
-        summary["direction"]["toward_plus_x"]
+        summary["answer"]["direction"]["toward_plus_x"]
     );
-    let front = &summary["low_high"]["front_passage"];
-    assert_eq!(
-        headlines["along_x"]["last"]["high_share"],
-        front["last"]["high_share"]
-    );
-    assert!(headlines["along_x"]["last"]["high_share"].is_f64());
+    for (kind, numbers) in [
+        (
+            "frequency",
+            &["verdict", "up", "up_at", "down", "down_at"][..],
+        ),
+        ("wavenumber", &["verdict", "up", "down", "reason"]),
+    ] {
+        for number in numbers {
+            let answer = &summary["answer"][kind][number];
+            assert_eq!(&headlines[kind][number], answer, "{kind} {number}");
+        }
+    }
+    let frequency = &summary["answer"]["frequency"];
+    for number in ["energy_ratio", "from", "to"] {
+        assert_eq!(headlines[number], frequency[number], "{number}");
+    }
     assert!(rows[1]["failed"].as_str().unwrap().contains("bad.npy"));
     let table = fs::read_to_string(place.path("all/headlines.csv")).unwrap();
     assert_eq!(table.lines().count(), 4, "{table}");

@@ -7,15 +7,16 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use wavecascade::Error;
 use wavecascade::report::{
-    FieldOutcome, FieldRow, FieldSet, Headlines, Movement, field_names, percent,
+    FieldOutcome, FieldRow, FieldSet, Headlines, MovedShares, field_names, verdicts_in_words,
 };
 
 use crate::analyze::{Finished, Task, print_plan};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::settings::{Call, CommandLine};
+use crate::summary::Summary;
 use crate::table::Table;
-use crate::terminal::{self, HEADING, Tone, number, paragraphs, styled};
+use crate::terminal::{self, HEADING, Tone, number, styled};
 
 /// Directory of the results where none is named.
 const DEFAULT: &str = "fields-cascade";
@@ -161,16 +162,15 @@ fn stopped(rows: Vec<FieldRow>, out: &Path, fields: usize) -> Result<(), Failure
     })
 }
 
-/// The table at the end, and whether all went well.
+/// The verdicts, and whether all went well.
 fn tell(call: &Call, rows: &[FieldRow], out: &Path) -> Result<(), Failure> {
     let failed = rows.iter().filter(|row| failure_of(row).is_some()).count();
     if !call.quiet && !call.json {
-        let text = table(rows, terminal::width());
-        let mut stdout = terminal::stdout();
-        stdout.write_all(text.as_bytes())?;
+        let mut summary = summary(rows);
         if failed < rows.len() {
-            writeln!(stdout, "open {}", out.join("index.html").display())?;
+            summary.last(&format!("open {}", out.join("index.html").display()));
         }
+        summary.print(call.verbose)?;
     } else if !call.json {
         for row in rows {
             if let Some(why) = failure_of(row) {
@@ -202,48 +202,97 @@ fn named(row: &FieldRow, why: &str) -> String {
     }
 }
 
-/// Headlines in columns, then the failures.
-fn table(rows: &[FieldRow], width: usize) -> String {
-    let (centroid, high) = ("centroid ratio", "high band, last");
-    let table = Table::new("field")
-        .numbers("size")
-        .in_group(centroid, "along x")
-        .in_group(centroid, "in time")
-        .in_group(high, "along x")
-        .in_group(high, "in time");
-    let mut table = table.numbers("to +x").numbers("warnings");
-    let mut failures = Vec::new();
-    let known = |value: Option<f64>, word: fn(f64) -> String| value.map_or("-".into(), word);
+/// How many fields there are of each verdict, the verdicts, and why others have none.
+fn summary(rows: &[FieldRow]) -> Summary {
+    let (fields, verdicts) = verdicts_in_words(rows);
+    let mut summary = Summary::new(&fields, &verdicts);
+    let found = rows.iter().filter_map(|row| match &row.outcome {
+        FieldOutcome::Headlines(found) => Some((row.name.as_str(), found.as_ref())),
+        FieldOutcome::Failed(_) => None,
+    });
+    let found: Vec<(&str, &Headlines)> = found.collect();
+    if !found.is_empty() {
+        summary.rows(verdicts_of(&found));
+        summary.detailed_rows(places_of(&found));
+    }
     for row in rows {
-        let found = match &row.outcome {
-            FieldOutcome::Headlines(found) => found,
-            FieldOutcome::Failed(why) => {
-                failures.push(named(row, why));
-                continue;
-            }
+        if let Some(why) = failure_of(row) {
+            let (why, advice) = why.split_once(" -> ").unwrap_or((why, ""));
+            summary.warning(&named(row, why), advice);
+        }
+    }
+    summary
+}
+
+fn known<T>(value: Option<T>, word: impl Fn(T) -> String) -> String {
+    value.map_or("-".into(), word)
+}
+
+/// The verdict, up and down, as cells.
+fn moved(of: Option<&MovedShares>) -> [String; 3] {
+    [
+        known(of, |of| of.word().into()),
+        known(of.and_then(|of| of.up), share),
+        known(of.and_then(|of| of.down), share),
+    ]
+}
+
+fn share(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// What moved, in columns that fit 80 characters.
+fn verdicts_of(found: &[(&str, &Headlines)]) -> Table {
+    let (along_x, in_time) = ("in frequency along x", "in wavenumber in time");
+    let mut table = Table::new("field")
+        .in_group(along_x, "verdict")
+        .in_group(along_x, "up")
+        .in_group(along_x, "down")
+        .in_group(in_time, "verdict")
+        .in_group(in_time, "up")
+        .in_group(in_time, "down");
+    for (name, found) in found {
+        let mut cells = vec![(*name).to_owned()];
+        cells.extend(moved(found.frequency.as_ref()));
+        cells.extend(moved(found.wavenumber.as_ref()));
+        table.row(cells);
+    }
+    table
+}
+
+/// Where it moved, energy and direction.
+fn places_of(found: &[(&str, &Headlines)]) -> Table {
+    let mut table = Table::new("field")
+        .numbers("up past")
+        .numbers("down below")
+        .numbers("energy")
+        .numbers("from site")
+        .numbers("to")
+        .numbers("to +x")
+        .numbers("to -x")
+        .numbers("size")
+        .numbers("warnings");
+    for (name, found) in found {
+        let of = found.frequency.as_ref();
+        let at = |at: fn(&MovedShares) -> Option<f64>| {
+            let at = of.and_then(|of| Some((at(of)?, &of.unit)));
+            known(at, |(at, unit)| match unit.starts_with("cycles") {
+                true => number(at),
+                false => format!("{} {unit}", number(at)),
+            })
         };
-        let [x, t] = [&found.along_x, &found.along_t].map(Option::as_ref);
-        let high = |of: Option<&Movement>| of?.last?.high_share;
         table.row(vec![
-            row.name.clone(),
+            (*name).to_owned(),
+            at(|of| of.up_at),
+            at(|of| of.down_at),
+            known(found.energy_ratio, number),
+            known(found.from, |site| site.to_string()),
+            known(found.to, |site| site.to_string()),
+            known(found.toward_plus_x, share),
+            known(found.toward_minus_x, share),
             format!("{} x {}", found.times, found.sites),
-            known(x.and_then(Movement::rise), number),
-            known(t.and_then(Movement::rise), number),
-            known(high(x), percent),
-            known(high(t), percent),
-            known(found.toward_plus_x, percent),
             found.warnings.to_string(),
         ]);
     }
-    let mut text = String::new();
-    if failures.len() < rows.len() {
-        text += &table.text(width);
-        let legend = "centroid ratio: at the last site or time with energy, over the reference";
-        text += &paragraphs(&[legend.to_owned()], width);
-    }
-    if !failures.is_empty() {
-        text += &format!("{}\n", styled(Tone::Error.style(), "failed"));
-        text += &paragraphs(&failures, width);
-    }
-    text
+    table
 }

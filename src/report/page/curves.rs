@@ -17,6 +17,25 @@ pub(in crate::report) enum Look {
     Dots,
 }
 
+/// How much a series stands out.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(in crate::report) enum Weight {
+    /// Without values on hovering.
+    Thin,
+    #[default]
+    Normal,
+    Bold,
+    /// A difference between other series.
+    Gap,
+}
+
+impl Weight {
+    fn is_normal(&self) -> bool {
+        *self == Weight::Normal
+    }
+}
+
 /// Values on the group's x, or on their own.
 #[derive(Debug, Serialize)]
 pub(in crate::report) struct Series {
@@ -24,6 +43,11 @@ pub(in crate::report) struct Series {
     look: Look,
     /// Index of its colour; by default that of its place in the chart.
     color: Option<usize>,
+    /// Place on a scale of colours, from 0 to 1, in its stead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shade: Option<f64>,
+    #[serde(skip_serializing_if = "Weight::is_normal")]
+    weight: Weight,
     /// Little-endian f64, as all: energies of faint fields are below the range of f32.
     x: Option<String>,
     values: String,
@@ -43,6 +67,8 @@ impl Series {
             label: label.into(),
             look: Look::Line,
             color: None,
+            shade: None,
+            weight: Weight::Normal,
             x: None,
             values: match shown(values.len()) {
                 EmbeddedCurve::All => doubles(values.iter().copied()),
@@ -60,6 +86,8 @@ impl Series {
             label: label.into(),
             look: Look::Line,
             color: None,
+            shade: None,
+            weight: Weight::Normal,
             x: Some(doubles(points.iter().map(|point| point.0))),
             values: doubles(points.iter().map(|point| point.1)),
             errors: None,
@@ -73,6 +101,18 @@ impl Series {
             color: Some(color),
             ..self
         }
+    }
+
+    /// The colour of a place between the first (0) and the last (1).
+    pub fn shaded(self, place: f64) -> Series {
+        Series {
+            shade: Some(place),
+            ..self
+        }
+    }
+
+    pub fn weighing(self, weight: Weight) -> Series {
+        Series { weight, ..self }
     }
 
     pub fn looking(self, look: Look) -> Series {
@@ -134,6 +174,9 @@ pub(in crate::report) struct CurveGroup {
     log: bool,
     /// Places on x, with their names.
     marks: Vec<(f64, String)>,
+    /// Whether they rise to 1 towards the right, where names have room below them.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    cumulative: bool,
     /// Ends of what is shown at first, where that is not all.
     shown: Option<[f64; 2]>,
     /// Little-endian f64.
@@ -174,6 +217,7 @@ impl CurveGroup {
             role,
             log: false,
             marks: Vec::new(),
+            cumulative: false,
             shown: None,
             x: doubles(embedded),
             charts,
@@ -244,6 +288,14 @@ impl CurveGroup {
     /// With a logarithmic x axis, if `log`.
     pub fn on_log_axis(self, log: bool) -> CurveGroup {
         CurveGroup { log, ..self }
+    }
+
+    /// Curves that rise to 1.
+    pub fn cumulative(self) -> CurveGroup {
+        CurveGroup {
+            cumulative: true,
+            ..self
+        }
     }
 
     pub fn marked(self, marks: Vec<(f64, String)>) -> CurveGroup {

@@ -10,7 +10,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, Render, html as markup};
 use serde::Serialize;
 
 use crate::plot::{self, ColorScale, Colormap, Depth, Style};
-pub(super) use curves::{Chart, CurveGroup, Look, Series};
+pub(super) use curves::{Chart, CurveGroup, Look, Series, Weight};
 pub(super) use map::{AxisData, MapData, page_opens};
 
 const PLOTLY: &str = include_str!("../../../assets/plotly/plotly-cartesian.min.js");
@@ -83,6 +83,64 @@ impl Page {
     /// there is no value), curves as `f64`, so that hovering and the curves beside each map read the
     /// same numbers that the colours show.
     pub fn html(&self) -> String {
+        let opening = markup! {
+            header {
+                h1 { (self.title) }
+                p { (self.sentence) }
+            }
+            section id="answer" { (self.answers) }
+            (self.no_script())
+        };
+        self.whole(
+            opening,
+            markup! {
+                (self.warnings)
+                @for pictures in &self.rows { (row(pictures)) }
+            },
+        )
+    }
+
+    /// The same under a verdict and its numbers. What it rests on, the first pictures, follows at once, with the
+    /// answers beside it; then come warnings.
+    pub fn html_headed(&self, verdict: &str, numbers: &str) -> String {
+        let opening = markup! {
+            header {
+                p { b { (self.title) } ": " (self.sentence) }
+                h1 { (prose(verdict)) }
+                @if !numbers.is_empty() { p class="numbers" { (prose(numbers)) } }
+            }
+            (self.no_script())
+        };
+        let (first, others) = match self.rows.split_first() {
+            Some((first, others)) => (&first[..], others),
+            None => (&[][..], &[][..]),
+        };
+        self.whole(
+            opening,
+            markup! {
+                div class="lead" {
+                    (row(first))
+                    @if !self.answers.0.is_empty() { section id="answer" { (self.answers) } }
+                }
+                (self.warnings)
+                @for pictures in others { (row(pictures)) }
+            },
+        )
+    }
+
+    fn no_script(&self) -> Markup {
+        markup! {
+            @if !self.rows.is_empty() {
+                noscript {
+                    p class="warning" {
+                        "The pictures need JavaScript, which is off; tables and definitions do not."
+                    }
+                }
+            }
+        }
+    }
+
+    fn whole(&self, opening: Markup, content: Markup) -> String {
         let page = markup! {
             (DOCTYPE)
             html lang="en" {
@@ -95,28 +153,9 @@ impl Page {
                     style { (PreEscaped(STYLE)) }
                 }
                 body {
-                    header {
-                        h1 { (self.title) }
-                        p { (self.sentence) }
-                    }
-                    section id="answer" { (self.answers) }
-                    @if !self.rows.is_empty() {
-                        noscript {
-                            p class="warning" {
-                                "The pictures need JavaScript, which is off; tables and definitions do \
-                                 not."
-                            }
-                        }
-                    }
+                    (opening)
                     main {
-                        (self.warnings)
-                        @for row in &self.rows {
-                            @if row.len() > 1 {
-                                div class="row" { @for picture in row { (section(picture)) } }
-                            } @else {
-                                @for picture in row { (section(picture)) }
-                            }
-                        }
+                        (content)
                         (self.rest)
                     }
                     @if !self.rows.is_empty() {
@@ -167,6 +206,16 @@ fn singles(values: impl Iterator<Item = f32>) -> String {
     BASE64_STANDARD.encode(values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
 }
 
+fn row(pictures: &[Picture]) -> Markup {
+    markup! {
+        @if let [picture] = pictures {
+            (section(picture))
+        } @else if !pictures.is_empty() {
+            div class="row" { @for picture in pictures { (section(picture)) } }
+        }
+    }
+}
+
 fn section(picture: &Picture) -> Markup {
     match picture {
         Picture::Map(map) => map_section(map),
@@ -198,8 +247,25 @@ fn map_section(map: &MapData) -> Markup {
                     aria-label={ (map.title) ". Arrow keys move the picked cell, plus and minus zoom, 0 resets." } {}
                 div class="curve" {}
                 output class="readout" { "Hover to read values; click to pick; drag to zoom." }
-                figcaption { (map.caption) " " span class="note" {} }
+                (caption(&map.caption))
             }
+        }
+    }
+}
+
+/// The first sentence; others are folded below it.
+fn caption(text: &str) -> Markup {
+    markup! {
+        figcaption {
+            @match text.split_once(". ") {
+                Some((first, others)) => details {
+                    summary { (prose(first)) "." }
+                    p { (prose(others)) }
+                },
+                None => (prose(text)),
+            }
+            " "
+            span class="note" {}
         }
     }
 }
@@ -216,7 +282,7 @@ fn curve_section(group: &CurveGroup) -> Markup {
             div class="tools" { (zooms(group.opens_on_part())) (downloads()) }
             figure {
                 div class="curve" {}
-                figcaption { (group.caption) " " span class="note" {} }
+                (caption(&group.caption))
             }
         }
     }
@@ -241,6 +307,15 @@ fn downloads() -> Markup {
             legend { "Save" }
             button type="button" data-png { "PNG" }
             button type="button" data-csv { "CSV" }
+        }
+    }
+}
+
+/// Answers by their names, close together.
+pub(super) fn facts(named: &[(&str, String)]) -> Markup {
+    markup! {
+        dl class="facts" {
+            @for (name, text) in named { div { dt { (name) } dd { (prose(text)) } } }
         }
     }
 }

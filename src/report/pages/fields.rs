@@ -3,8 +3,8 @@
 use maud::{Markup, Render, html as markup};
 
 use crate::plot::Style;
-use crate::report::page::{self, Page, number};
-use crate::report::{Content, FieldOutcome, FieldRow, Headlines, Movement, percent};
+use crate::report::page::{self, Page};
+use crate::report::{FieldOutcome, FieldRow, Headlines, MovedShares, verdicts_in_words};
 
 /// The list of several fields with their headlines; each links to its page or its summary.
 pub fn fields_html(rows: &[FieldRow]) -> String {
@@ -13,18 +13,16 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
     for row in rows {
         match &row.outcome {
             FieldOutcome::Headlines(found) => analyzed.push((row, found)),
-            FieldOutcome::Failed(why) => failed.push(vec![row.field.clone(), why.clone()]),
+            FieldOutcome::Failed(why) => {
+                failed.push(vec![row.field.as_str().render(), page::prose(why)])
+            }
         }
     }
-    let count = match (rows.len(), failed.len()) {
-        (1, 0) => "one field".to_owned(),
-        (fields, 0) => format!("{fields} fields"),
-        (fields, failures) => format!("{fields} fields, {failures} of them without a result"),
-    };
+    let (fields, verdicts) = verdicts_in_words(rows);
     let page = Page {
         title: "Fields".into(),
-        sentence: format!("{count}; all numbers are in headlines.csv"),
-        answers: most_rise(&analyzed),
+        sentence: "what moves in frequency along x".into(),
+        answers: Markup::default(),
         warnings: page::warnings(&[]),
         rows: Vec::new(),
         rest: page::numbers(markup! {
@@ -35,88 +33,105 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
         }),
         style: Style::default(),
     };
-    page.html()
-}
-
-/// The field whose centroid rises most along each axis.
-fn most_rise(analyzed: &[(&FieldRow, &Headlines)]) -> Markup {
-    let most = |of: fn(&Headlines) -> Option<&Movement>| {
-        let risen = analyzed.iter();
-        let risen = risen.filter_map(|(row, found)| Some((of(found)?.rise()?, &row.name)));
-        let (rise, name) = risen.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(match rise > 1.0 {
-            true => format!("In {name}, to {} times the reference.", number(rise)),
-            false => "In none of them.".into(),
-        })
-    };
-    let of_each = [
-        (
-            "Where does the centroid of frequency rise most along x?",
-            most(|f| f.along_x.as_ref()),
-        ),
-        (
-            "Where does the centroid of wavenumber rise most in time?",
-            most(|f| f.along_t.as_ref()),
-        ),
-    ];
-    markup! {
-        @for (question, answer) in of_each {
-            @if let Some(answer) = answer { (page::answer(question, answer)) }
-        }
-    }
+    page.html_headed(
+        &format!("{fields}: {verdicts}"),
+        "all numbers are in headlines.csv",
+    )
 }
 
 fn table(analyzed: &[(&FieldRow, &Headlines)]) -> Markup {
     let head = [
         "field",
-        "times × sites",
-        "centroid along x",
-        "rise",
-        "high band along x",
-        "centroid in time",
-        "rise",
-        "high band in time",
+        "frequency along x",
+        "up",
+        "down",
+        "energy ratio",
+        "from, to site",
+        "wavenumber in time",
+        "up",
+        "down",
         "towards +x",
+        "towards −x",
+        "times × sites",
         "warnings",
+        "cannot be told",
     ];
     let rows: Vec<Vec<Markup>> = analyzed
         .iter()
         .map(|(row, found)| cells(row, found))
         .collect();
-    page::grid(
-        "Headlines: at the reference → at the last site or time with energy",
-        &head,
-        &rows,
-    )
+    let title = "Verdicts, the shares of energy that moved up and down, and where";
+    page::grid(title, &head, &rows)
 }
 
 fn cells(row: &FieldRow, found: &Headlines) -> Vec<Markup> {
+    const NONE: &str = "–";
     let text = |text: String| text.render();
-    let mut cells = vec![
-        match &row.opens {
-            Some(target) => markup! { a href=(encoded(target)) { (row.name) } },
-            None => text(row.name.clone()),
-        },
-        text(format!("{} × {}", found.times, found.sites)),
-    ];
-    for movement in [&found.along_x, &found.along_t] {
-        let Some(movement) = movement else {
-            cells.extend(["–", "–", "–"].map(|dash| dash.render()));
-            continue;
-        };
-        let both = |of: &dyn Fn(&Content) -> Option<String>| {
-            let one =
-                |content: &Option<Content>| content.as_ref().and_then(of).unwrap_or("–".into());
-            format!("{} → {}", one(&movement.reference), one(&movement.last))
-        };
-        let centroids = both(&|content| content.centroid.map(number));
-        cells.push(text(format!("{centroids} {}", movement.unit)));
-        cells.push(text(movement.rise().map_or("–".into(), number)));
-        cells.push(text(both(&|content| content.high_share.map(percent))));
-    }
-    cells.push(text(found.toward_plus_x.map_or("–".into(), percent)));
+    let known = |value: Option<String>| value.unwrap_or_else(|| NONE.into()).render();
+    let mut cells = vec![match &row.opens {
+        Some(target) => markup! { a href=(encoded(target)) { (row.name) } },
+        None => text(row.name.clone()),
+    }];
+    cells.extend(moved(found.frequency.as_ref()));
+    cells.push(known(found.energy_ratio.map(number)));
+    cells.push(known(
+        found
+            .from
+            .zip(found.to)
+            .map(|(from, to)| format!("{from}, {to}")),
+    ));
+    cells.extend(moved(found.wavenumber.as_ref()));
+    cells.push(known(found.toward_plus_x.map(percent)));
+    cells.push(known(found.toward_minus_x.map(percent)));
+    cells.push(text(format!("{} × {}", found.times, found.sites)));
     cells.push(text(found.warnings.to_string()));
+    let reasons = [
+        ("frequency", &found.frequency),
+        ("wavenumber", &found.wavenumber),
+    ];
+    let reasons = reasons.iter().filter_map(|(name, of)| {
+        let reason = of.as_ref()?.reason.as_ref()?;
+        Some(format!("{name}: {reason}"))
+    });
+    cells.push(text(reasons.collect::<Vec<_>>().join("; ")));
     cells
+}
+
+/// The verdict, up and down.
+fn moved(of: Option<&MovedShares>) -> [Markup; 3] {
+    let Some(of) = of else {
+        return ["–"; 3].map(|dash| dash.render());
+    };
+    let share = |share: Option<f64>, word: &str, at: Option<f64>| match (share, at) {
+        (Some(share), Some(at)) => {
+            let unit = match of.unit.starts_with("cycles/unit") {
+                true => "",
+                false => of.unit.as_str(),
+            };
+            let text = format!("{} {word} {} {unit}", percent(share), number(at));
+            text.trim_end().render()
+        }
+        (Some(share), None) => percent(share).render(),
+        (None, _) => "–".render(),
+    };
+    let verdict = match &of.reason {
+        None => of.word(),
+        Some(_) => "cannot be told",
+    };
+    [
+        verdict.render(),
+        share(of.up, "past", of.up_at),
+        share(of.down, "below", of.down_at),
+    ]
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// Three digits.
+fn number(value: f64) -> String {
+    page::number(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// A relative path as a link.

@@ -43,6 +43,7 @@ pub struct Call {
     pub plan: bool,
     pub json: bool,
     pub quiet: bool,
+    pub verbose: bool,
     pub max_time: Option<Duration>,
 }
 
@@ -112,6 +113,7 @@ impl CommandLine {
             plan: flag("plan"),
             json: flag("json"),
             quiet: flag("quiet"),
+            verbose: flag("verbose"),
             max_time: seen
                 .and_then(|seen| seen.try_get_one("max_time").ok().flatten())
                 .copied(),

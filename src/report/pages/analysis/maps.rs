@@ -23,17 +23,17 @@ pub(super) fn of(analysis: &Analysis) -> Vec<MapData> {
     };
     add("field", &analysis.field_map, [Side::Space, Side::Time]);
     add(
+        "spacetime",
+        &analysis.spacetime_map,
+        [Side::SignedWavenumber, Side::Frequency],
+    );
+    add(
         "temporal",
         &analysis.temporal_map,
         [Side::Space, Side::Frequency],
     );
     let over_time = [Side::Wavenumber, Side::Time];
     add("spatial", &analysis.spatial_map, over_time);
-    add(
-        "spacetime",
-        &analysis.spacetime_map,
-        [Side::SignedWavenumber, Side::Frequency],
-    );
     add("flux", &analysis.flux_map, over_time);
     maps.extend(short_time(analysis));
     maps.extend(short_space(analysis));

@@ -6,8 +6,8 @@ use super::words::percent;
 use crate::analyze::{Analysis, Timing};
 use crate::field::Axis;
 use crate::prepare::WindowGains;
-use crate::report::page::{self, number, prose, sentence_case, table};
-use crate::report::{Advice, Doubt, answers, sentences};
+use crate::report::page::{self, number, sentence_case, table};
+use crate::report::{Advice, AnswerWords, Doubt, sentences};
 
 type Row = (&'static str, String);
 
@@ -20,23 +20,19 @@ pub(super) fn sentence(analysis: &Analysis) -> String {
         None => String::new(),
     };
     format!(
-        "{quantity}{unit}: {} times by {} sites",
+        "{quantity}{unit}, {} times by {} sites",
         axes.n_times, axes.n_sites
     )
 }
 
-/// The questions that a field is analysed for, each with its answer.
-pub(super) fn answer(analysis: &Analysis, advice: Advice) -> Markup {
-    markup! {
-        @for answer in answers(analysis) {
-            (page::answer(answer.question, markup! {
-                (answer.text)
-                @if let Some(advice) = answer.unresolved.map(Doubt::Unresolved).and_then(advice) {
-                    " " (prose(&sentence_case(&advice))) "."
-                }
-            }))
-        }
-    }
+/// The answers beside the picture that shows the verdict.
+pub(super) fn answer(words: &AnswerWords) -> Markup {
+    let lines = words.lines.iter();
+    page::facts(
+        &lines
+            .map(|line| (line.name, line.text.clone()))
+            .collect::<Vec<_>>(),
+    )
 }
 
 pub(super) fn warnings(analysis: &Analysis, advice: Advice) -> Markup {

@@ -22,6 +22,8 @@ pub(super) fn title(id: &str) -> &'static str {
         "flux" => "Kinetic flux surrogate Π_K(k, t)",
         "short-time" => "Short-time spectrum",
         "short-space" => "Short-space spectrum",
+        "moved-along-x" => "Cumulative spectra C(f) along x",
+        "moved-in-time" => "Cumulative spectra C(k) in time",
         "along-x" => "Frequency content along x",
         "along-t" => "Wavenumber content along t",
         _ => "Direction of travel at each frequency",
@@ -72,6 +74,17 @@ pub(super) fn short_caption(id: &str, spectra: &ShortTimeSpectra) -> String {
 
 pub(super) fn curve_caption(id: &str) -> &'static str {
     match id {
+        "moved-along-x" => {
+            "The gap between bold curves is what moved. A curve to the right of another has \
+             its energy at higher frequency; curves that coincide have moved nothing. Colours run along x, from blue to \
+             orange; thin curves are other groups of sites. Energy is that of the front window of a pulse, or of \
+             the record of a steady field, noise subtracted, each group's total being 1."
+        }
+        "moved-in-time" => {
+            "The gap between bold curves is what moved. They are averages over times at which the wave is inside. \
+             A curve to the right of another has its energy at higher wavenumber. Colours run in time, from blue to \
+             orange."
+        }
         "along-x" => {
             "Centroid, median and 90 % frequency of each site, the shares of energy in the two \
              bands, over the whole record and over the passage of the front, and the energy itself. \
@@ -98,6 +111,20 @@ pub(super) fn how_to_read(analysis: &Analysis) -> Markup {
         Scaling::Spectrum => "Power spectrum: a sine of amplitude A peaks at A²/2.",
     };
     let definitions = [
+        (
+            "Moved share",
+            "The largest difference of two cumulative spectra: the share of energy that lies above a frequency at \
+             one place and below it at the other (up), or the reverse (down).",
+        ),
+        (
+            "Front, tail",
+            "The front is the energy within ten widths of the pulse from each arrival on; the tail is what follows.",
+        ),
+        (
+            "Launch, travel, settled",
+            "The front of a struck chain has settled at the first bodies from which no later ones differ; the launch \
+             is the way there, the travel the way from there on.",
+        ),
         ("Spectra", scaling),
         (
             "Frequency and wavenumber",
