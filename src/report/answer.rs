@@ -207,11 +207,11 @@ impl Words<'_> {
             let parts = [(of.up, "up", of.up_at), (of.down, "down", of.down_at)];
             let parts: Vec<String> = parts
                 .iter()
-                .filter(|(moved, ..)| *moved >= 0.005)
+                .filter(|(moved, ..)| *moved >= 0.01)
                 .map(|(moved, way, q)| format!("{} {way}{}", share(*moved), at(*q)))
                 .collect();
             match parts.is_empty() {
-                true => "less than 0.5 %".into(),
+                true => "less than 1 %".into(),
                 false => parts.join(", "),
             }
         };
@@ -224,7 +224,7 @@ impl Words<'_> {
             format!(", {body} {} against {}", self.sites(&from), self.sites(&to))
         });
         let start = match launch {
-            Some(launch) => format!("{} at launch; then ", moved(launch)),
+            Some(launch) => format!("launch {}; then ", moved(launch)),
             None => String::new(),
         };
         format!("{start}{}{}", moved(of), places.unwrap_or_default())
@@ -368,7 +368,7 @@ impl Words<'_> {
         let speed = self.answer.speed.map(|speed| {
             let unit = match (length, self.axes.time.unit.as_deref()) {
                 (Some(length), Some(time)) => format!("{length}/{time}"),
-                _ => "sites per unit of time".into(),
+                _ => "sites per time".into(),
             };
             let decimals = (1.0 - speed.error.log10().floor()).clamp(0.0, 6.0) as usize;
             let (value, error) = (speed.value.abs(), speed.error.max(1e-6));
@@ -415,7 +415,7 @@ impl Words<'_> {
         Some(AnswerLine {
             name: "front, tail",
             text: format!(
-                "{} and {} of the energy; the tail around {}, {} of it {way} than the front",
+                "{} and {} of the energy; the tail lies around {}, {} of it {way}",
                 share(front.energy_share),
                 share(tail.energy_share),
                 self.frequency(tail.peak_frequency),
