@@ -286,7 +286,7 @@ impl<'a> Table<'a> {
                 .any(|all| all.contains(&columns[place]))
         };
         // What is left of a table of no other columns is its samples.
-        if (blank.len() + counting.len()..width).len() > 0 {
+        if blank.len() + counting.len() < width {
             self.remove(out);
         }
     }

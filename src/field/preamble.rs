@@ -129,7 +129,7 @@ impl Preamble {
 
     /// Takes a setting and its values; whether it is one that is known.
     fn set_by_row(&mut self, row: &ByteRecord) -> bool {
-        let mut cells = row.iter().map(|cell| excerpt(cell));
+        let mut cells = row.iter().map(excerpt);
         let name = cells.next().unwrap_or_default();
         let values: Vec<String> = cells.filter(|cell| !cell.is_empty()).collect();
         let name = name.trim_end_matches(':').trim().to_lowercase();
