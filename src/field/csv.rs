@@ -286,7 +286,7 @@ impl<'a> Table<'a> {
                 .any(|all| all.contains(&columns[place]))
         };
         // What is left of a table of no other columns is its samples.
-        if (blank.len() + counting.len()..width).len() > 0 {
+        if blank.len() + counting.len() < width {
             self.remove(out);
         }
     }
@@ -351,8 +351,12 @@ impl<'a> Table<'a> {
         })?;
         let n_columns = self.columns.len();
         let n_rows = self.values.len() / n_columns;
+        // Numbers above units are those of channels.
+        let is_numbered = !self.preamble.units.is_empty();
         let columns = |axis: &'static str, has_step| {
-            let labels = header.and_then(|header| header::labels(header, &self.columns));
+            let labels = header
+                .filter(|_| !is_numbered)
+                .and_then(|header| header::labels(header, &self.columns));
             let (values, rounding) = labels.unwrap_or_default();
             fit(axis, &values, rounding, has_step)
                 .map_err(|uneven| source.fault(uneven.fault(axis)))

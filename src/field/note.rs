@@ -193,6 +193,9 @@ impl Note {
                 };
                 format!("{column} counts the rows and is left out")
             }
+            Note::Preamble { lines: 1 } => {
+                "the first row is read as a setting, not as names or samples".into()
+            }
             Note::Preamble { lines } => {
                 format!("the first {lines} rows are read as settings, not as names or samples")
             }

@@ -135,7 +135,7 @@ impl Contents {
         start: usize,
         layout: Layout,
         at: &[At],
-        coordinate: &mut dyn FnMut(&str) -> Option<(Vec<f64>, Option<String>)>,
+        coordinate: &mut dyn FnMut(&str) -> Option<labelled::Places>,
     ) -> std::result::Result<Contents, InputFault> {
         if at.is_empty() && header.shape.len() <= 2 {
             return Contents::from_npy(header, bytes, start, layout);

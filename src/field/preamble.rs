@@ -129,7 +129,7 @@ impl Preamble {
 
     /// Takes a setting and its values; whether it is one that is known.
     fn set_by_row(&mut self, row: &ByteRecord) -> bool {
-        let mut cells = row.iter().map(|cell| excerpt(cell));
+        let mut cells = row.iter().map(excerpt);
         let name = cells.next().unwrap_or_default();
         let values: Vec<String> = cells.filter(|cell| !cell.is_empty()).collect();
         let name = name.trim_end_matches(':').trim().to_lowercase();
@@ -147,7 +147,9 @@ impl Preamble {
                 true
             }
             name => {
-                let unit = values.get(1).and_then(|unit| symbol::<Time>(unit));
+                let unit = values
+                    .get(1)
+                    .and_then(|unit| symbol::<Time>(&unit_of(unit)));
                 let is_known = self.set(name, value);
                 if let Some(unit) = unit.filter(|_| is_known) {
                     self.time_unit = Some(unit.to_owned());
@@ -159,8 +161,13 @@ impl Preamble {
 
     /// Takes `tInc = 1e-6` of a cell.
     fn set_by_equation(&mut self, cell: &str) {
-        if let Some((name, value)) = cell.split_once('=') {
-            self.set(&name.trim().to_lowercase(), value.trim());
+        let Some((name, value)) = cell.split_once('=') else {
+            return;
+        };
+        let name = name.trim().to_lowercase();
+        // Those oscilloscopes count in seconds.
+        if self.set(&name, value.trim()) && name == "tinc" {
+            self.time_unit.get_or_insert("s".into());
         }
     }
 
@@ -168,8 +175,8 @@ impl Preamble {
     fn set_by_columns(&mut self, names: &ByteRecord, values: &ByteRecord) {
         for (name, value) in names.iter().zip(values) {
             let name = excerpt(name).to_lowercase();
-            if matches!(name.as_str(), "start" | "increment") {
-                self.set(&name, &excerpt(value));
+            if matches!(name.as_str(), "start" | "increment") && self.set(&name, &excerpt(value)) {
+                self.time_unit.get_or_insert("s".into());
             }
         }
     }
@@ -196,7 +203,7 @@ impl Preamble {
                 let rate = rate.filter(|rate| rate.value > 0.0);
                 (rate.map(Measure::period), Some("s"))
             }
-            "xorg" | "x origin" | "xorigin" | "start" | "t0" => {
+            "xorg" | "x origin" | "xorigin" | "start" | "t0" | "hoffset" => {
                 self.origin = time.map(|time| time.value).or(self.origin);
                 return time.is_some();
             }

@@ -194,3 +194,32 @@ fn val_definition_a_slice_of_three_dimensions() {
     let field = Field::open(place.path("b.npy"), &OpenOptions::default()).unwrap();
     assert_eq!(values(&field), single.index_axis(D(1), 0));
 }
+
+#[test]
+fn regress_what_a_reader_doubts_is_a_warning() {
+    let place = Place::new();
+    let frame = |step: usize| {
+        let atoms = (0..4).map(|i| format!("{} {} {}\n", i + 1, 2 * i + 1, (step + i) % 3));
+        format!(
+            "ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n4\nITEM: BOX BOUNDS pp pp pp\n0 8\n0 1\n0 1\n\
+             ITEM: ATOMS id x vx\n{}",
+            atoms.collect::<String>()
+        )
+    };
+    let frames: String = (0..9).map(frame).collect();
+    std::fs::write(place.path("a.lammpstrj"), frames).unwrap();
+    let options = OpenOptions {
+        variable: Some("vx".into()),
+        ..OpenOptions::default()
+    };
+    let field = Field::open(place.path("a.lammpstrj"), &options).unwrap();
+    let doubt = field
+        .notes
+        .iter()
+        .find(|note| note.code() == "remark")
+        .unwrap();
+    assert!(
+        doubt.is_doubtful() && doubt.message().contains("image flags"),
+        "{doubt:?}"
+    );
+}

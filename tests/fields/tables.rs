@@ -59,7 +59,7 @@ fn val_definition_oscilloscopes() {
         (
             "Tektronix TDS",
             "Record Length,3.0e+00,,-0.000500000000,   0.25000,\n\
-             Sample Interval,2.0e-05,s,-0.000480000000,   0.50000,\nVertical Units,V,,-0.000460000000,  -0.12500,\n",
+             Sample Interval,2.0e-05,Seconds,-0.000480000000,   0.50000,\nVertical Units,V,,-0.000460000000,  -0.12500,\n",
             axis(-5e-4, 2e-5, Some("s")),
             volt,
             &one,
@@ -83,14 +83,14 @@ fn val_definition_oscilloscopes() {
         (
             "Rigol DS1000Z",
             "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-6.0e-04,1.0e-06\n0,0.25,2.0,,\n1,0.5,1.0,,\n2,-0.125,4.0,,\n",
-            axis(-6e-4, 1e-6, None),
+            axis(-6e-4, 1e-6, Some("s")),
             volt,
             &both,
         ),
         (
             "Rigol MSO5000",
             "CH1(V),CH2(V),t0 =-0.0005, tInc = 1e-06,\n0.25,2.0,,\n0.5,1.0,,\n-0.125,4.0,,\n",
-            axis(-5e-4, 1e-6, None),
+            axis(-5e-4, 1e-6, Some("s")),
             volt,
             &both,
         ),
@@ -146,6 +146,7 @@ fn val_definition_oscilloscopes() {
         let error = found.step / time.step - 1.0;
         assert!(error.abs() < 1e-12, "{maker}: {}", found.step);
         assert_eq!(field.unit.as_deref(), unit, "{maker}");
+        assert_eq!(field.space, Axis::index(), "{maker}");
     }
 }
 

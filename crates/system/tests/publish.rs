@@ -63,6 +63,33 @@ fn regress_a_name_is_that_of_a_whole_result_and_nothing_else_stays() {
 }
 
 #[test]
+fn regress_a_new_name_is_given_once() {
+    let place = tempfile::tempdir().unwrap();
+    for is_file in [true, false] {
+        let target = place.path().join(format!("result-{is_file}"));
+        let begun = |text: &str| match is_file {
+            true => {
+                let working = Working::reserve(&target).unwrap();
+                fs::write(working.path(), text).unwrap();
+                working
+            }
+            false => begun(&target, text),
+        };
+        let (mut first, mut second) = (begun("first"), begun("second"));
+        second.publish_new().unwrap();
+        let refused = first.publish_new().unwrap_err();
+        assert_eq!(refused.kind(), std::io::ErrorKind::AlreadyExists);
+        let path = if is_file {
+            target.clone()
+        } else {
+            target.join("a")
+        };
+        assert_eq!(fs::read(path).unwrap(), b"second");
+    }
+    assert_eq!(names(place.path()), set(&["result-false", "result-true"]));
+}
+
+#[test]
 fn regress_names_as_long_as_the_system_allows() {
     let place = tempfile::tempdir().unwrap();
     let name = "n".repeat(255);

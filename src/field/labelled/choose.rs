@@ -482,12 +482,15 @@ fn index_at(
     nearest(last_name(&name), d.len, listed, label)
 }
 
+/// The coordinates of a dimension and their unit.
+pub(in super::super) type Places = (Vec<f64>, Option<String>);
+
 /// The index of a dimension at `label`: that of the nearest coordinate, which is no farther than half a
 /// step, or without coordinates the number itself; with a note where the coordinate is another one.
 pub(in super::super) fn nearest(
     name: &str,
     len: u64,
-    listed: Option<(Vec<f64>, Option<String>)>,
+    listed: Option<Places>,
     label: &Label,
 ) -> std::result::Result<(u64, Option<Note>), InputFault> {
     let refuse = |expected: String| InputFault::NoSuchLabel {

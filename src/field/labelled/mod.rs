@@ -26,7 +26,7 @@ use crate::measure::{self, Length};
 
 use axes::AxisFault;
 use choose::Choice;
-pub(super) use choose::{dimensions, nearest};
+pub(super) use choose::{Places, dimensions, nearest};
 
 /// The field of a file of `format`.
 pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
