@@ -86,7 +86,7 @@ fn the_summary_says_where_it_came_from_and_what_it_read() {
     ];
     place.good(&words);
     let summary = place.json("wave-cascade/summary.json");
-    assert_eq!(summary["schema"], "cascade.analyze/2");
+    assert_eq!(summary["schema"], "cascade.analyze/3");
     let provenance = &summary["provenance"];
     let command = provenance["command"].as_array().unwrap();
     assert!(command[0].as_str().unwrap().ends_with("cascade"));
