@@ -50,12 +50,22 @@ fn a_run_leaves_a_result_and_names_its_report() {
     }
     let last = said.lines().last().unwrap();
     assert!(last.ends_with("new/result/report.html"), "{last}");
-    assert!(said.lines().count() <= 24, "one screen:\n{said}");
+    assert!(said.starts_with("wave: "), "{said}");
+    assert!(said.lines().count() <= 12, "a dozen lines:\n{said}");
     assert!(
         said.lines().all(|line| line.chars().count() <= 100),
         "{said}"
     );
     assert!(!said.contains('\x1b'), "{said}");
+    let words = [
+        "analyze",
+        "wave.npy",
+        "--out",
+        "new/result",
+        "--force",
+        "-v",
+    ];
+    let said = text(&place.run(&words).stdout);
     assert!(
         said.contains("dt 0.01 s, dx 0.5 m") && said.contains(" Hz,"),
         "{said}"
@@ -65,10 +75,18 @@ fn a_run_leaves_a_result_and_names_its_report() {
 #[test]
 fn the_summary_says_where_it_came_from_and_what_it_read() {
     let place = test_support::pulse::place();
-    let words = ["analyze", "wave.npy", "--figures", "none", "--sites", "2:9"];
+    let words = [
+        "analyze",
+        "wave.npy",
+        "--figures",
+        "none",
+        "--sites",
+        "2:9",
+        "--quiet",
+    ];
     place.good(&words);
     let summary = place.json("wave-cascade/summary.json");
-    assert_eq!(summary["schema"], "cascade.analyze/2");
+    assert_eq!(summary["schema"], "cascade.analyze/3");
     let provenance = &summary["provenance"];
     let command = provenance["command"].as_array().unwrap();
     assert!(command[0].as_str().unwrap().ends_with("cascade"));
@@ -422,6 +440,7 @@ fn regress_what_is_left_open_is_named_with_commands_that_run() {
         "1kHz",
         "--figures",
         "none",
+        "--verbose",
     ];
     let mut command = place.command(words);
     let output = command.env("COLUMNS", "200").output().unwrap();
@@ -450,7 +469,8 @@ fn regress_what_is_left_open_is_named_with_commands_that_run() {
     }
     // One pulse has no intervals: repeated records are named.
     let place = test_support::pulse::place();
-    let said = place.good(&["analyze", "wave.npy", "--figures", "none"]);
+    let words = ["analyze", "wave.npy", "--figures", "none", "--verbose"];
+    let said = place.good(&words);
     assert!(
         said.contains("repeated") && !said.contains("coherence wave.npy"),
         "{said}"
