@@ -19,6 +19,8 @@ const GROUPS: usize = 80;
 const NEIGHBOURS: usize = 4;
 /// Groups without which nothing is compared.
 const FEWEST: usize = 2;
+/// Ratio of the parts of the energy that windows hold, at the last and the first group, below which a wave spreads out of them.
+const SPREADS_OUT: f64 = 0.85;
 /// Correlation of arrivals with x from which on they are those of one wave.
 const ONE_WAY: f64 = 0.9;
 /// Samples of the shortest window.
@@ -729,6 +731,10 @@ impl Found<'_> {
         if self.sense == 0.0 {
             (movement.transfer, movement.energy_ratio) = (None, f64::NAN);
         }
+        let moves = !matches!(movement.verdict, Verdict::Unchanged | Verdict::Untold);
+        if moves && self.spreads_out() {
+            (movement.transfer, movement.lags) = (None, true);
+        }
         let mut along = AlongX {
             movement,
             evidence: Some(self.evidence(0, [0, last])),
@@ -739,6 +745,19 @@ impl Found<'_> {
             self.add_tail(&mut along, (0, 0..last + 1), tail);
         }
         along
+    }
+
+    /// Whether windows hold less and less of the energy of those of twice the length: a wave that disperses leaves its
+    /// window, slow frequencies first, which are not lost.
+    fn spreads_out(&self) -> bool {
+        let [window, twice] = [&self.groups[0], &self.groups[2]];
+        let held = |group: Option<&Group>| {
+            let group = group?;
+            let same = window.iter().find(|one| one.rows == group.rows)?;
+            Some(same.energy / group.energy)
+        };
+        let ends = held(twice.first()).zip(held(twice.last()));
+        ends.is_some_and(|(first, last)| last < SPREADS_OUT * first)
     }
 
     fn of_struck_chain(&self, tail: Option<usize>) -> AlongX {

@@ -125,7 +125,10 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
             Group::of_parts(&parts, 1, [window.start, window.end - 1], false)
         })
         .collect();
-    if groups.iter().any(|group| !(group.energy > 0.0)) {
+    if groups
+        .iter()
+        .any(|group| group.energy.is_nan() || group.energy <= 0.0)
+    {
         return Err(Reason::NoEnergy);
     }
     // Sums go on from window to window.
@@ -233,7 +236,7 @@ fn inside(source: &Source) -> Option<Range<usize>> {
         .filter(|e| *e > 0.5 * largest)
         .collect();
     let usual = median(&mut high);
-    if !(usual > 0.0) {
+    if usual.is_nan() || usual <= 0.0 {
         return None;
     }
     let enough = |e: &f64| *e >= INSIDE * usual;

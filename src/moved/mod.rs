@@ -96,6 +96,8 @@ pub struct Movement {
     pub settled_at: Option<usize>,
     /// Whether it moved back by the end.
     pub returns: bool,
+    /// Whether what is missing follows behind the front windows: dispersion, neither a transfer nor a loss.
+    pub lags: bool,
     /// Why it cannot be told.
     pub reason: Option<Reason>,
 }
@@ -115,6 +117,7 @@ impl Movement {
             to: None,
             settled_at: None,
             returns: false,
+            lags: false,
             reason: Some(reason),
         }
     }
@@ -159,6 +162,7 @@ impl Movement {
             to: Some(place(b)),
             settled_at: None,
             returns: false,
+            lags: false,
             reason: None,
         }
     }

@@ -99,23 +99,23 @@ pub(super) fn along_x(
                 }
             };
             let mean = record.iter().sum::<f64>() / record.len() as f64;
-            (site, (parts, floor, mean))
+            (site, Seen { parts, floor, mean })
         },
     )?;
-    let mut seen: Vec<Option<(Vec<Vec<f64>>, f64, f64)>> = vec![None; n_sites];
+    let mut seen: Vec<Option<Seen>> = (0..n_sites).map(|_| None).collect();
     for (site, one) in read {
         seen[site] = Some(one);
     }
     let levels = (0..n_sites).map(|j| {
         let mean = seen[j]
             .as_ref()
-            .map_or(onsets[j].baseline, |(.., mean)| *mean);
+            .map_or(onsets[j].baseline, |seen| seen.mean);
         [mean, 0.0]
     });
     let levels: Vec<[f64; 2]> = levels.collect();
     let flat = grid.sums((0..transform.bins()).map(|m| if m < first { 0.0 } else { 1.0 }));
     let energy = |site: &usize| -> f64 {
-        let parts = seen[*site].as_ref().map(|(parts, ..)| parts);
+        let parts = seen[*site].as_ref().map(|seen| &seen.parts);
         parts.into_iter().flatten().flatten().sum()
     };
     // Constant records have none.
@@ -127,7 +127,12 @@ pub(super) fn along_x(
         let seen = members.iter().filter_map(|j| seen[**j].as_ref());
         let mut parts = vec![vec![0.0; grid.upper.len()]; SEGMENTS];
         let mut floor = 0.0;
-        for (of_site, level, _) in seen {
+        for Seen {
+            parts: of_site,
+            floor: level,
+            ..
+        } in seen
+        {
             floor += level;
             for (part, of_site) in parts.iter_mut().zip(of_site) {
                 part.iter_mut().zip(of_site).for_each(|(sum, p)| *sum += p);
@@ -181,6 +186,15 @@ pub(super) fn along_x(
     along.movement = between(&told, &grid, options);
     along.evidence = Some(Evidence::new(&grid.upper, &told, [0, last], &place));
     Ok(along)
+}
+
+/// What a record holds.
+struct Seen {
+    /// Powers of each segment on the grid.
+    parts: Vec<Vec<f64>>,
+    /// White floor, in a bin that counts once.
+    floor: f64,
+    mean: f64,
 }
 
 /// From the first group to the last, the same for the groups beside.

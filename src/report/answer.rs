@@ -73,7 +73,8 @@ impl Words<'_> {
         let (scale, unit) = match self.axes.frequency_unit().as_str() {
             "Hz" if f >= 1e6 => (1e-6, "MHz".to_owned()),
             "Hz" if f >= 1e3 => (1e-3, "kHz".to_owned()),
-            unit if unit.starts_with("cycles/unit") => (1.0, String::new()),
+            // Longer than the number.
+            unit if unit.len() > 12 => (1.0, String::new()),
             unit => (1.0, unit.to_owned()),
         };
         format!("{} {unit}", short(scale * f)).trim_end().to_owned()
@@ -122,6 +123,16 @@ impl Words<'_> {
             Verdict::Unchanged => format!(
                 "no energy moves in frequency along x (less than {}, at 95 %)",
                 below(of.bound)
+            ),
+            Verdict::Down if of.lags => format!(
+                "higher frequencies lag behind the front: its share above {} falls by {} by site {to}",
+                self.frequency(of.down_at),
+                share(of.down)
+            ),
+            Verdict::Up if of.lags => format!(
+                "lower frequencies lag behind the front: its share above {} grows by {} by site {to}",
+                self.frequency(of.up_at),
+                share(of.up)
             ),
             Verdict::Up if of.transfer == Some(false) => format!(
                 "selective loss: the share above {} grows by {}, no energy is gained there",
@@ -446,7 +457,7 @@ fn undirected(reason: Undirected, axes: &Axes) -> String {
 pub fn blocks(profile: &[f64], width: usize) -> String {
     const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let largest = profile.iter().copied().fold(0.0, f64::max);
-    if !(largest > 0.0) {
+    if largest <= 0.0 {
         return String::new();
     }
     let count = width.min(profile.len());
@@ -515,6 +526,7 @@ fn movement(
         "to_rows": of.to.map(|place| place.rows),
         "settled_at": of.settled_at,
         "returns": of.returns,
+        "lags": of.lags,
         "reason": of.reason.as_ref().map(|reason| reason.message()),
         "reason_code": of.reason.as_ref().map(|reason| reason.code()),
         "advice": of.reason.as_ref().map(|reason| reason.advice()),
