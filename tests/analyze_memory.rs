@@ -278,7 +278,7 @@ fn coherence_holds_no_more_than_is_counted() {
             let counted = needed(of(1));
             for allowed in [counted, 4 << 30] {
                 let (most, found) = taken(|| of(allowed));
-                assert!(found.unwrap().delays[2].is_some());
+                found.unwrap();
                 let case = format!("{shape:?} {segment} {threads} threads, {allowed} allowed");
                 println!("{case}: {most} of {counted}");
                 assert!(most <= counted, "{case}: {most} of {counted}");

@@ -61,7 +61,7 @@ pub(super) fn find(
         first_site: plan.sites.start,
         origin: axes.space.origin,
         dx: axes.space.step,
-        most_bytes: plan.memory_allowed / 8,
+        most_bytes: plan.answer_bytes,
     };
     let along = along_x(prepared, &options, observer)?;
     let since = since(&along, struck);
@@ -186,6 +186,7 @@ impl OfField<'_> {
     fn profile(&self, time: usize) -> Vec<f64> {
         let mut profile = vec![0.0; self.levels.len()];
         self.prepared.profiles(time..time + 1, &mut profile);
+        self.prepared.release_pages();
         for (v, [baseline, _]) in profile.iter_mut().zip(self.levels) {
             *v -= baseline;
         }

@@ -66,7 +66,8 @@ impl Options {
 
     /// Groups of sites, each of whose sites takes so many numbers.
     pub(super) fn most_groups(&self, numbers: usize) -> usize {
-        let sites = self.most_bytes as usize / (8 * numbers.max(1));
+        // Once as they are read, once in sums of groups.
+        let sites = self.most_bytes as usize / (16 * numbers.max(1));
         (sites / NEIGHBOURS).clamp(8, GROUPS)
     }
 
@@ -373,10 +374,10 @@ impl Fronts<'_> {
             .unwrap_or((WIDTHS * self.width).round() as usize);
         let goes_on =
             options.window.is_none() && wanted > longest && self.width > 0.25 * longest as f64;
-        let (window, weights) = match goes_on {
+        let window = match goes_on {
             // Motion that goes on has no pulse: what two thirds of the sites have of it.
-            true => (longest, Weights::Hann),
-            false => (wanted.max(SHORTEST), Weights::Flat),
+            true => longest,
+            false => wanted.max(SHORTEST),
         };
         if window < SHORTEST {
             let left_out = self.left_out;
@@ -384,10 +385,10 @@ impl Fronts<'_> {
         }
         let is_struck = options.is_simulated() && !goes_on;
         let plan = |weights, span| Windows::new(weights, span, options.dt, shape);
-        let mut kinds = vec![plan(weights, (0, window))];
+        let mut kinds = vec![plan(Weights::Flat, (0, window))];
         // Checks with windows of half and twice the length, as far as these fit.
-        kinds.push(plan(weights, (0, (window / 2).max(SHORTEST))));
-        kinds.push(plan(weights, (0, 2 * window)));
+        kinds.push(plan(Weights::Flat, (0, (window / 2).max(SHORTEST))));
+        kinds.push(plan(Weights::Flat, (0, 2 * window)));
         if is_struck {
             kinds.push(plan(Weights::Fading, (0, window)));
             kinds.push(plan(Weights::Fading, (0, (window / 2).max(SHORTEST))));
@@ -747,16 +748,20 @@ impl Found<'_> {
         along
     }
 
-    /// Whether windows hold less and less of the energy of those of twice the length: a wave that disperses leaves its
-    /// window, slow frequencies first, which are not lost.
+    /// Whether windows hold less and less of the energy of those of twice the length (or those of half of theirs, where the
+    /// former do not fit): a wave that disperses leaves its window, slow frequencies first, which are not lost.
     fn spreads_out(&self) -> bool {
-        let [window, twice] = [&self.groups[0], &self.groups[2]];
+        let [window, half, twice] = [0, 1, 2].map(|kind| &self.groups[kind]);
+        let [short, long] = match twice.len() >= FEWEST {
+            true => [window, twice],
+            false => [half, window],
+        };
         let held = |group: Option<&Group>| {
             let group = group?;
-            let same = window.iter().find(|one| one.rows == group.rows)?;
+            let same = short.iter().find(|one| one.rows == group.rows)?;
             Some(same.energy / group.energy)
         };
-        let ends = held(twice.first()).zip(held(twice.last()));
+        let ends = held(long.first()).zip(held(long.last()));
         ends.is_some_and(|(first, last)| last < SPREADS_OUT * first)
     }
 

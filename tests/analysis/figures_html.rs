@@ -263,7 +263,7 @@ fn the_picture_shows_the_share_that_moved() {
     let bold = weighing("bold");
     let [first, last] = [answer.frequency.from, answer.frequency.to].map(|place| {
         let [from, to] = place.unwrap().rows;
-        format!("sites {from} to {to}")
+        format!("sites {from}-{to}")
     });
     assert_eq!(bold.len(), 2);
     assert_eq!([&bold[0]["label"], &bold[1]["label"]], [&first, &last]);

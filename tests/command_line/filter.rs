@@ -89,8 +89,9 @@ fn val_parts_are_together_the_field() {
         "--out",
         "plus.npz",
     ]);
-    let share: f64 = said.split(' ').next().unwrap().parse().unwrap();
-    assert!((0.85..1.0).contains(&share), "{said}");
+    let share = said.split_once(" %").unwrap().0.rsplit(' ').next().unwrap();
+    let share: f64 = share.parse().unwrap();
+    assert!((85.0..100.0).contains(&share), "{said}");
     let said = place.good(&[
         "filter", "run.npz", "--speed", "1:", "--json", "--out", "fast.npz",
     ]);

@@ -42,7 +42,10 @@ fn each_field_has_a_directory_and_one_page_lists_them() {
         assert!(told.contains(word), "{word}: {told}");
     }
     for word in ["bad.npy: expected", "numpy.save"] {
-        assert!(said.contains(word), "{word}: {said}");
+        assert!(
+            told.contains(word) || said.contains(word),
+            "{word}: {told}{said}"
+        );
     }
     assert!(told.lines().count() <= 12, "{told}");
     assert!(

@@ -20,6 +20,13 @@ const SCRATCH_BYTES: u64 = 128 << 20;
 /// Fine maps take at most one part in so many of the memory allowed.
 const FINE_SHARE: u64 = 16;
 
+/// Bytes of the answer for a sample of a record that a thread looks at, for a site, and for a bin of a site that is compared.
+const ANSWER_SAMPLE: u64 = 96;
+const ANSWER_SITE: u64 = 500;
+const ANSWER_BIN: u64 = 8 * 14;
+/// Bins that are kept apart in spectra of windows.
+const FINE_BINS: u64 = 512;
+
 /// Bytes a bin of eight spectra that are measured, sums of leaves included.
 const MEASURED: u64 = 64 + 16;
 
@@ -103,7 +110,13 @@ impl Plan {
         let fine = self.map_bytes();
         self.has_fine_maps = fine <= allowed / FINE_SHARE && results + fine + blocks <= allowed;
         let vectors = results + self.map_bytes();
-        let least = vectors + blocks;
+        // What moved is found once the passes have let go of theirs.
+        let answers = self.request.results.answer;
+        let answer = |tile: u64| match answers {
+            true => need.answer(tile, 0),
+            false => 0,
+        };
+        let least = vectors + blocks.max(pieces + answer(1) + need.per_site(true));
         if allowed < least {
             return Err(Error::Memory {
                 what: "the smallest block of this field",
@@ -120,7 +133,7 @@ impl Plan {
             0
         };
         free -= held;
-        let streams = mapped > free.min(allowed / 4);
+        let streams = mapped > free.min(allowed / 4) || vectors + mapped + answer(1) > allowed;
 
         let fixed = vectors + held + if streams { pieces } else { mapped };
         let spare = allowed - fixed;
@@ -135,6 +148,20 @@ impl Plan {
             true => fixed + both,
             false => fixed + tiles + records.max(snapshots),
         };
+        let beside = match streams {
+            true => pieces + need.nt * 8 * self.blocks.sites as u64,
+            false => mapped,
+        };
+        let base = vectors + beside;
+        while self.tiles.sites > 1 && base + answer(self.tiles.sites as u64) > allowed {
+            self.tiles.sites = self.tiles.sites.div_ceil(2);
+        }
+        let tile = self.tiles.sites as u64;
+        self.answer_bytes = allowed.saturating_sub(base + answer(tile)).min(allowed / 8);
+        if answers {
+            let answer = need.answer(tile, self.answer_bytes);
+            self.memory_needed = self.memory_needed.max((base + answer).min(allowed));
+        }
         self.tiles.ahead = streams.then_some(self.blocks.sites);
         let shape = (self.between_rows(), self.axes.n_sites);
         self.scratch_file = match in_memory {
@@ -341,6 +368,14 @@ impl Need {
     /// Of blocks of frequencies: one is computed while another is written.
     fn per_frequency(&self) -> u64 {
         16 * (self.nks + self.nx) + self.segments * self.intermediate_row
+    }
+
+    /// Of the answer: tiles of records and the scratch of one a thread, what is known of each site, and the spectra of windows
+    /// at some sites, in `spectra` bytes or those of the fewest sites.
+    fn answer(&self, tile: u64, spectra: u64) -> u64 {
+        let records = self.at_work(self.nx, tile) * (8 * tile + ANSWER_SAMPLE) * self.nt;
+        let of = |sites: u64| self.nx.min(sites) * ANSWER_BIN * self.nt.min(2 * FINE_BINS);
+        records + ANSWER_SITE * self.nx + of(320).min(spectra.max(of(32)))
     }
 
     /// Times of the smallest block: the flux surrogate differentiates over three neighbours.

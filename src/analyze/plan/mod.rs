@@ -51,6 +51,8 @@ pub struct Plan {
     pub threads: usize,
     /// Bytes of working memory that the blocks will use, by estimate.
     pub memory_needed: u64,
+    /// Of it, what spectra of front windows may take.
+    pub(super) answer_bytes: u64,
     /// Bytes allowed.
     pub memory_allowed: u64,
     /// Bytes of scratch file for the space-time spectrum; 0 where it is held in memory.
@@ -222,6 +224,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         interleaved: false,
         threads,
         memory_needed: 0,
+        answer_bytes: 0,
         memory_allowed,
         scratch_file: 0,
         stages: Vec::new(),

@@ -34,14 +34,7 @@ pub fn summary(analysis: &Analysis, read_as: &[String]) -> Summary {
             summary.fact(line.name, format!("{profile} {}", line.text).trim_start());
         }
     }
-    let checks = checks(analysis);
-    if !checks.is_empty() {
-        summary.fact("checks", &checks);
-    }
-    for conclusion in read_as {
-        summary.fact("read as", conclusion);
-    }
-    summary.detail(
+    summary.fact(
         "field",
         &format!(
             "{} times x {} sites{}{}",
@@ -51,6 +44,13 @@ pub fn summary(analysis: &Analysis, read_as: &[String]) -> Summary {
             step("dx", &axes.space, "x counts sites")
         ),
     );
+    let checks = checks(analysis);
+    if !checks.is_empty() {
+        summary.fact("checks", &checks);
+    }
+    for conclusion in read_as {
+        summary.fact("read as", conclusion);
+    }
     for sentence in sentences(analysis) {
         let indent = if sentence.is_detail { "  " } else { "" };
         let name = format!("{indent}{}", sentence.name);
