@@ -112,7 +112,7 @@ fn a_run_that_is_told_to_stop_says_so() {
     let field = Field::from_array(Array2::from_shape_fn((6_000, 200), |(n, j)| {
         (0.01 * (n * (j + 1)) as f64).sin()
     }));
-    for (memory, streams) in [(1 << 30, false), (28 << 20, true)] {
+    for (memory, streams) in [(1 << 30, false), (30 << 20, true)] {
         let request = Request {
             threads: Some(2),
             memory: Some(memory),

@@ -21,7 +21,7 @@ const SCRATCH_BYTES: u64 = 128 << 20;
 const FINE_SHARE: u64 = 16;
 
 /// Bytes of the answer for a sample of a record that a thread looks at, for a site, and for a bin of a site that is compared.
-const ANSWER_SAMPLE: u64 = 96;
+const ANSWER_SAMPLE: u64 = 200;
 const ANSWER_SITE: u64 = 500;
 const ANSWER_BIN: u64 = 8 * 14;
 /// Bins that are kept apart in spectra of windows.
@@ -310,7 +310,7 @@ impl Need {
 
     /// Vectors as long as an axis, of the result and of each thread.
     fn vectors(&self, surveyed: u64) -> u64 {
-        let result = 160 * (self.nt + self.nx) + 40 * (self.nf + self.nks) + (2 << 20);
+        let result = 160 * (self.nt + self.nx) + 40 * (self.nf + self.nks) + (4 << 20);
         result + self.threads * (160 * self.nx + surveyed)
     }
 
