@@ -150,9 +150,9 @@ def coherence(
     -------
     xarray.Dataset or dict
         ``coherence``, ``phase`` and ``phase_interval`` (rad), ``spectrum`` ``(frequency, position)``;
-        ``delay``, ``delay_error``, ``delay_interval``, ``delay_ambiguity`` ``(position)``, positive behind the
-        reference; ``phase_velocity`` and its neighbours ``(speed_frequency)``. Averages (``independence``), the
-        level of significance and the ``velocity`` of the waves are attributes.
+        ``delay``, ``delay_error``, ``delay_interval``, ``delay_ambiguity`` ``(position)``, positive
+        behind the reference; ``phase_velocity`` and its neighbours ``(speed_frequency)``. Averages
+        (``independence``), the level of significance and the ``velocity`` of the waves are attributes.
     """
     return _made("coherence", field, options, progress, other)
 
