@@ -99,7 +99,7 @@ pub(crate) struct AlongX {
 }
 
 impl AlongX {
-    fn untold(reason: Reason) -> AlongX {
+    pub(super) fn untold(reason: Reason) -> AlongX {
         AlongX {
             movement: Movement::untold(reason),
             launch: None,

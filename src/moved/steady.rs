@@ -34,18 +34,8 @@ pub(super) fn along_x(
     let (n_times, n_sites) = (prepared.n_times(), prepared.n_sites());
     let length = 2 * n_times / (SEGMENTS + 1);
     let untold = |reason| AlongX {
-        movement: Movement::untold(reason),
-        launch: None,
-        front: None,
-        tail: None,
-        evidence: None,
-        speed: None,
-        has_fronts: false,
-        is_struck: false,
-        first_site: 0,
-        levels: Vec::new(),
         arrivals: vec![None; n_sites],
-        median: f64::NAN,
+        ..AlongX::untold(reason)
     };
     if length < SHORTEST {
         return Ok(untold(Reason::ShortRecord { times: n_times }));
