@@ -180,11 +180,11 @@ impl Envelopes {
         for x in &mut spectrum {
             *x *= Complex::new(0.0, -1.0);
         }
-        let mut turned = vec![0.0; n];
+        let mut quadrature = vec![0.0; n];
         let input = Columns::new(&spectrum, self.inverse.bins(), 1, 1).expect("one column");
-        let output = ColumnsMut::new(&mut turned, n, 1, 1).expect("one column");
+        let output = ColumnsMut::new(&mut quadrature, n, 1, 1).expect("one column");
         self.inverse.process(input, output).expect("as planned");
-        let pairs = values.iter().zip(&turned).take(self.length);
+        let pairs = values.iter().zip(&quadrature).take(self.length);
         let squared: Vec<f64> = pairs.map(|(v, h)| v * v + h * h).collect();
         let peak = (0..squared.len()).max_by(|&a, &b| squared[a].total_cmp(&squared[b]));
         let Some(peak) = peak else { return 0.0 };
