@@ -31,6 +31,8 @@ pub(super) const LIVE: f64 = 1e-3;
 const FOLLOWED: f64 = 0.3;
 /// The kind of window that fades, of those of a struck chain.
 const FADING: usize = 3;
+/// Times the noise in the leads of others from which on what is quiet behind a peak is none.
+const LOUDER: f64 = 3.0;
 /// Steadiness of records above which they have no front.
 const STEADY: f64 = 0.5;
 
@@ -156,27 +158,7 @@ pub(crate) fn along_x(
     }
     let live: Vec<bool> = onsets.iter().map(|o| o.peak > LIVE * largest).collect();
 
-    // Where a record has no quiet part, the noise is that of the others.
-    let mut known: Vec<f64> = onsets
-        .iter()
-        .zip(&live)
-        .filter(|(_, l)| **l)
-        .filter_map(|(o, _)| o.noise)
-        .collect();
-    let alive = live.iter().filter(|l| **l).count();
-    let is_known = 2 * known.len() >= alive;
-    if is_known && known.len() < alive {
-        let common = median(&mut known);
-        let unknown = |site: usize| live[site] && onsets[site].noise.is_none();
-        let sites: Vec<usize> = (0..n_sites).filter(|j| unknown(*j)).collect();
-        let arrivals = prepared.each_record_of(unknown, observer, |site, record, _| {
-            onsets[site].arrives(record, common)
-        })?;
-        for (site, arrival) in sites.into_iter().zip(arrivals) {
-            onsets[site].noise = Some(common);
-            onsets[site].arrival = arrival;
-        }
-    }
+    let is_known = share_noise(prepared, &mut onsets, &live, how.noise, observer)?;
     let mut fronts = Fronts {
         options,
         onsets,
@@ -191,6 +173,57 @@ pub(crate) fn along_x(
         return steady::along_x(prepared, options, &fronts.onsets, &fronts.live, observer);
     }
     fronts.compare(prepared, &eligible, &shape, observer)
+}
+
+/// Gives records whose noise is not known that of the others; returns whether it is known at most of them. It is not
+/// where none is quiet, nor where what is quiet follows the peak and is far louder than the leads of others: the end of the wave.
+fn share_noise(
+    prepared: &Prepared,
+    onsets: &mut [Onset],
+    live: &[bool],
+    given: Option<f64>,
+    observer: &dyn Observer,
+) -> Result<bool> {
+    let of_live = |has_lead: bool| {
+        let all = onsets.iter().zip(live).filter(|(_, live)| **live);
+        all.filter(move |(onset, _)| onset.has_lead || !has_lead)
+            .filter_map(|(onset, _)| Some((onset, onset.noise?)))
+    };
+    let [mut leads, mut parts]: [Vec<f64>; 2] = [
+        of_live(true).map(|(_, noise)| noise).collect(),
+        of_live(true).map(|(onset, noise)| noise / onset.peak).collect(),
+    ];
+    let (lead, part) = (median(&mut leads), median(&mut parts));
+    // Louder by itself and beside its own peak: neither a gain nor a loss of the wave along x.
+    let is_tail = |onset: &Onset| {
+        let louder = |noise| noise > LOUDER * lead && noise > LOUDER * part * onset.peak;
+        given.is_none() && !onset.has_lead && onset.noise.is_some_and(louder)
+    };
+    let unknown: Vec<bool> = onsets
+        .iter()
+        .zip(live)
+        .map(|(onset, live)| *live && (onset.noise.is_none() || is_tail(onset)))
+        .collect();
+    let alive = live.iter().filter(|l| **l).count();
+    let sites: Vec<usize> = (0..onsets.len()).filter(|j| unknown[*j]).collect();
+    if 2 * sites.len() > alive {
+        return Ok(false);
+    }
+    let known = onsets.iter().zip(live).zip(&unknown);
+    let known = known.filter(|((_, live), unknown)| **live && !**unknown);
+    let mut known: Vec<f64> = known.filter_map(|((onset, _), _)| onset.noise).collect();
+    if sites.is_empty() || known.is_empty() {
+        return Ok(2 * known.len() >= alive);
+    }
+    let common = median(&mut known);
+    let arrivals = prepared.each_record_of(|j| unknown[j], observer, |site, record, _| {
+        onsets[site].arrives(record, common)
+    })?;
+    for (site, arrival) in sites.into_iter().zip(arrivals) {
+        onsets[site].noise = Some(common);
+        onsets[site].arrival = arrival;
+    }
+    Ok(true)
 }
 
 pub(super) fn median(values: &mut [f64]) -> f64 {

@@ -31,6 +31,8 @@ pub(super) struct Onset {
     pub baseline: f64,
     /// Standard deviation of the quiet parts; `None` where there are none.
     pub noise: Option<f64>,
+    /// Whether some of the quiet parts lie before the peak. Else what is quiet may be the end of the wave.
+    pub has_lead: bool,
     /// `(sum e)^2 / (n sum e^2)` of the energies of n pieces: 1 for a record that is steady.
     pub steadiness: f64,
     pub arrival: Option<usize>,
@@ -99,12 +101,15 @@ impl Onset {
         let energies = record.chunks_exact(length);
         let energies = energies.map(|p| p.iter().map(|v| (v - baseline).powi(2)).sum::<f64>());
         let (sum, squares) = energies.fold((0.0, 0.0), |(s, q), e| (s + e, q + e * e));
+        let (at, peak) = record.iter().enumerate().fold((0, 0.0), |(at, most), (n, v)| {
+            let v = (v - baseline).abs();
+            if v > most { (n, v) } else { (at, most) }
+        });
         let mut onset = Onset {
-            peak: record
-                .iter()
-                .fold(0.0, |m: f64, v| m.max((v - baseline).abs())),
+            peak,
             baseline,
             noise,
+            has_lead: quiet[..(at / length).min(quiet.len())].contains(&true),
             steadiness: match squares > 0.0 {
                 true => sum * sum / squares / quiet.len() as f64,
                 false => f64::NAN,

@@ -24,6 +24,8 @@ const FINE_SHARE: u64 = 16;
 const ANSWER_SAMPLE: u64 = 200;
 const ANSWER_SITE: u64 = 500;
 const ANSWER_BIN: u64 = 8 * 14;
+/// Its spectra take at most one part in so many of the memory allowed, beside what the allocator keeps of the passes.
+const ANSWER_SHARE: u64 = 16;
 /// Bins that are kept apart in spectra of windows.
 const FINE_BINS: u64 = 512;
 
@@ -157,7 +159,7 @@ impl Plan {
             self.tiles.sites = self.tiles.sites.div_ceil(2);
         }
         let tile = self.tiles.sites as u64;
-        self.answer_bytes = allowed.saturating_sub(base + answer(tile)).min(allowed / 8);
+        self.answer_bytes = allowed.saturating_sub(base + answer(tile)).min(allowed / ANSWER_SHARE);
         if answers {
             let answer = need.answer(tile, self.answer_bytes);
             self.memory_needed = self.memory_needed.max((base + answer).min(allowed));
