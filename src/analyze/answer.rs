@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::plan::Plan;
 use super::spacetime::{ByDirection, Frequencies};
+use super::warning::{Sites, Warning};
 use crate::error::Result;
 use crate::moved::{
     AlongX, Answer, Movement, Options, Place, Profiles, Reason, Source, TOLERANCE, along_x,
@@ -82,6 +83,7 @@ pub(super) fn find(
         along_t,
         since,
         period: 1.0 / along.median,
+        gain_changes: along.gain_changes,
         noise: match along.has_fronts {
             true => sum(&along
                 .levels
@@ -90,6 +92,24 @@ pub(super) fn find(
                 .collect::<Vec<_>>()),
             false => 0.0,
         },
+    })
+}
+
+/// Takes back energies along x that gains which change hide; returns what to say of gains that change in time.
+pub(super) fn gains(answer: &mut Answer, plan: &Plan, found: &[Warning]) -> Option<Warning> {
+    let axes = &plan.axes;
+    let changes = std::mem::take(&mut answer.gain_changes);
+    let steps = |warning: &Warning| matches!(warning, Warning::GainSteps { .. });
+    if !changes.is_empty() || found.iter().any(steps) {
+        answer.frequency.without_energies();
+    }
+    let sites: Vec<usize> = changes.iter().map(|change| change.site).collect();
+    let times = changes.iter().map(|change| axes.time.at(change.sample));
+    (!changes.is_empty()).then(|| Warning::GainChanges {
+        sites: Sites::of(&sites, plan.sites.start, axes),
+        times: times.collect(),
+        time_unit: axes.time_unit().to_owned(),
+        ratios: changes.iter().map(|change| change.ratio).collect(),
     })
 }
 

@@ -43,6 +43,8 @@ pub(crate) struct Findings<'a> {
     pub by_site: Option<&'a [SpectrumMoments]>,
     /// Measures of each time's spectrum.
     pub by_time: Option<&'a [SpectrumMoments]>,
+    /// Energy at each frequency that travels neither way, at k = 0 and its Nyquist line.
+    pub undirected: Option<Vec<f64>>,
     pub frequency: Bins<'a>,
     pub wavenumber: Bins<'a>,
     /// By how much records are longer with zeros; bin 0 is narrower by that.
@@ -56,6 +58,10 @@ pub(crate) struct Findings<'a> {
 /// The effective bandwidth of a periodogram of white noise is 0.66 of the axis, and less for few bins.
 pub(super) const FLAT_PART: f64 = 0.5;
 const COMMON_SHARE: f64 = 0.5;
+/// The same of a single line; bins on each side that it fills, and its part of what is common.
+const COMMON_LINE: f64 = 0.2;
+const LINE_BINS: usize = 2;
+const LINE_PART: f64 = 0.8;
 const STATIC_SHARE: f64 = 0.5;
 /// A jump between the ends, over the root mean square, and over that of neighbours.
 const STEP: f64 = 0.5;
@@ -93,7 +99,7 @@ pub(crate) fn findings(found: &Findings, request: &Request, axes: &Axes) -> Vec<
         warnings.extend(found.along_time(request));
     }
     if results.spatial || results.spacetime || results.flux_surrogate {
-        warnings.extend(found.along_space(request, energy));
+        warnings.extend(found.along_space(request, axes, energy));
     }
     warnings
 }
@@ -232,13 +238,33 @@ impl Findings<'_> {
         (starts_late || last > least).then_some(Warning::TransientCut { first, last })
     }
 
+    /// The frequency of the line in which the energy common to all sites lies, if it is one.
+    fn common_line(&self) -> Option<f64> {
+        let undirected = self.undirected.as_deref()?;
+        let moving = undirected.get(1..)?;
+        let at = (0..moving.len()).max_by(|&a, &b| moving[a].total_cmp(&moving[b]))?;
+        let from = at.saturating_sub(LINE_BINS);
+        let near = &moving[from..(at + LINE_BINS + 1).min(moving.len())];
+        let centres = &self.frequency.centres[from + 1..];
+        let moments: Vec<f64> = near.iter().zip(centres).map(|(e, f)| e * f).collect();
+        // What lies at f = 0 are offsets.
+        (sum(near) > LINE_PART * sum(moving) && undirected[0] < sum(near))
+            .then(|| sum(&moments) / sum(near))
+    }
+
     /// Defects that affect spectra along space.
-    fn along_space(&self, request: &Request, energy: f64) -> Vec<Warning> {
+    fn along_space(&self, request: &Request, axes: &Axes, energy: f64) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let n_sites = self.scans.len();
         let common = self.of_ends(|e| e.common) / energy;
-        if n_sites > 1 && common > COMMON_SHARE {
-            warnings.push(Warning::CommonMode { share: common });
+        // A chain between walls moves in modes.
+        let line = self.common_line().filter(|_| !self.simulated);
+        if n_sites > 1 && (common > COMMON_SHARE || (line.is_some() && common > COMMON_LINE)) {
+            warnings.push(Warning::CommonMode {
+                share: common,
+                line,
+                frequency_unit: axes.frequency_unit(),
+            });
         }
         let Some(rows) = self.by_time.filter(|_| !self.simulated && n_sites > 2) else {
             return warnings;

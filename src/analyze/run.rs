@@ -155,6 +155,7 @@ fn passes<T: Real>(
         &scans,
         columns.as_ref(),
         &rows,
+        spacetime.as_ref(),
         (unit, stored),
     );
 
@@ -173,10 +174,13 @@ fn passes<T: Real>(
         });
     }
 
-    let answer = match results.answer && !prepared.is_silent() {
+    let mut answer = match results.answer && !prepared.is_silent() {
         true => Some(answer::find(plan, &prepared, spacetime.as_ref(), observer)?),
         false => None,
     };
+    if let Some(answer) = &mut answer {
+        warnings.extend(answer::gains(answer, plan, &warnings));
+    }
     let undirected = spacetime.as_ref().zip(columns.as_ref());
     let undirected = undirected.and_then(|(found, columns)| {
         let samples = sum(&columns.energies) / plan.segments.count() as f64;
@@ -292,6 +296,7 @@ fn warnings(
     scans: &[ChannelScan],
     columns: Option<&TemporalPassResult>,
     rows: &SpatialPassResult,
+    spacetime: Option<&Frequencies>,
     (unit, stored): (f64, f64),
 ) -> Vec<Warning> {
     let found = Findings {
@@ -304,6 +309,7 @@ fn warnings(
         last_profile: &rows.last_profile,
         by_site: columns.map(|c| &*c.rows),
         by_time: (!rows.rows.is_empty()).then_some(&*rows.rows),
+        undirected: spacetime.map(|found| found.directions.iter().map(|d| d.undirected).collect()),
         frequency: plan.frequency_bins(),
         wavenumber: plan.wavenumber_bins(),
         padding_time: plan.padding_time(),

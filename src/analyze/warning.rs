@@ -32,16 +32,11 @@ impl Sites {
 
     /// The first few, in words: `3, 7 at 0.3, 0.7 m`.
     fn words(&self) -> String {
-        let some = |words: Vec<String>| {
-            let more = if self.indices.len() > 8 { ", ..." } else { "" };
-            format!("{}{more}", words.join(", "))
-        };
-        let indices = some(self.indices.iter().take(8).map(usize::to_string).collect());
+        let indices = some(self.indices.iter().map(usize::to_string).collect());
         let Some(unit) = &self.unit else {
             return indices;
         };
-        let positions = self.positions.iter().take(8);
-        let positions = some(positions.map(|x| rounded(*x)).collect());
+        let positions = some(self.positions.iter().map(|x| rounded(*x)).collect());
         format!("{indices} at {positions} {unit}")
     }
 }
@@ -67,6 +62,15 @@ pub enum Warning {
     /// Sites with far more energy in the top tenth of the frequency axis than those beside them: at most two
     /// neighbours; `ratio` of these energies.
     NoisyChannels { sites: Sites, ratio: f64 },
+    /// Sites from which on records are `ratios` times as large as those before them, noise included.
+    GainSteps { sites: Sites, ratios: Vec<f64> },
+    /// Sites whose records become `ratios` times as large at `times`, while those beside them do not.
+    GainChanges {
+        sites: Sites,
+        times: Vec<f64>,
+        time_unit: String,
+        ratios: Vec<f64>,
+    },
     /// Noise was subtracted from spectra along time: at how many sites, and bins that would have been negative.
     NoiseSubtracted {
         known: usize,
@@ -90,8 +94,12 @@ pub enum Warning {
         share: f64,
         ratio: f64,
     },
-    /// Share of energy common to all sites (k = 0).
-    CommonMode { share: f64 },
+    /// Share of energy common to all sites (k = 0), and the line that holds most of it, in `frequency_unit`.
+    CommonMode {
+        share: f64,
+        line: Option<f64>,
+        frequency_unit: String,
+    },
     /// Share of energy at f = 0.
     Static { share: f64 },
     /// Untapered records whose ends do not meet: mean step between last and first sample,
@@ -128,6 +136,8 @@ impl Warning {
             Warning::QuietChannels { .. } => "quiet-channels",
             Warning::LoudChannels { .. } => "loud-channels",
             Warning::NoisyChannels { .. } => "noisy-channels",
+            Warning::GainSteps { .. } => "gain-steps",
+            Warning::GainChanges { .. } => "gain-changes",
             Warning::SitesLeftOut { .. } => "sites-left-out",
             Warning::NoiseSubtracted { .. } => "noise-subtracted",
             Warning::ZeroTimes { .. } => "zero-times",
@@ -155,6 +165,8 @@ impl Warning {
                 | Warning::SaturatedChannels { .. }
                 | Warning::LoudChannels { .. }
                 | Warning::NoisyChannels { .. }
+                | Warning::GainSteps { .. }
+                | Warning::GainChanges { .. }
         )
     }
 
@@ -206,6 +218,22 @@ impl Warning {
                 rounded(*ratio),
                 sites.words()
             ),
+            Warning::GainSteps { sites, ratios } => format!(
+                "the gain changes along x: x {} from site {} on",
+                some(ratios.iter().map(|r| short(*r)).collect()),
+                sites.words()
+            ),
+            Warning::GainChanges {
+                sites,
+                times,
+                time_unit,
+                ratios,
+            } => format!(
+                "the gain changes in time: x {} at {} {time_unit}, site {}",
+                some(ratios.iter().map(|r| short(*r)).collect()),
+                some(times.iter().map(|t| short(*t)).collect()),
+                sites.words()
+            ),
             Warning::NoiseSubtracted {
                 known,
                 sites,
@@ -238,12 +266,19 @@ impl Warning {
                 percent(*share),
                 rounded(*ratio)
             ),
-            Warning::CommonMode { share } => {
-                format!(
-                    "{} of the energy is common to all sites (k = 0)",
-                    percent(*share)
-                )
-            }
+            Warning::CommonMode {
+                share,
+                line: Some(line),
+                frequency_unit,
+            } => format!(
+                "{} {frequency_unit} common to all sites (k = 0) holds {:.0} % of the energy",
+                short(*line),
+                100.0 * share
+            ),
+            Warning::CommonMode { share, .. } => format!(
+                "{} of the energy is common to all sites (k = 0)",
+                percent(*share)
+            ),
             Warning::Static { share } => format!(
                 "{} of the energy lies at f = 0: means of the records, not their motion, make up \
                  most of centroids and shares",
@@ -321,7 +356,21 @@ impl Warning {
                 share,
                 ratio,
             } => json!({"times": times, "share": share, "ratio": ratio}),
-            Warning::CommonMode { share } => json!({"share": share}),
+            Warning::CommonMode { share, line, .. } => json!({"share": share, "line": line}),
+            Warning::GainSteps { sites, ratios } => {
+                json!({"sites": sites.indices, "positions": sites.positions, "ratios": ratios})
+            }
+            Warning::GainChanges {
+                sites,
+                times,
+                ratios,
+                ..
+            } => json!({
+                "sites": sites.indices,
+                "positions": sites.positions,
+                "times": times,
+                "ratios": ratios,
+            }),
             Warning::LeakageTime { step } | Warning::LeakageSpace { step } => {
                 json!({"step": step})
             }
@@ -341,6 +390,17 @@ impl Warning {
             _ => Map::new(),
         }
     }
+}
+
+/// The first few.
+fn some(words: Vec<String>) -> String {
+    let more = if words.len() > 8 { ", ..." } else { "" };
+    format!("{}{more}", words[..words.len().min(8)].join(", "))
+}
+
+/// Three digits of a number, whatever its size.
+fn short(value: f64) -> String {
+    digits(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// Four digits of a number, whatever its size.

@@ -22,6 +22,9 @@
 //! groups compared are the first and the last with three tenths of its energy.
 
 mod along_x;
+mod front;
+mod gain;
+mod groups;
 mod in_time;
 mod onset;
 mod reason;
@@ -32,6 +35,7 @@ mod windows;
 use serde::Serialize;
 
 pub(crate) use along_x::{AlongX, Options, along_x};
+pub(crate) use gain::GainChange;
 pub(crate) use in_time::{Profiles, Source, in_time};
 pub use reason::{LeftOut, Reason};
 use share::{Group, Moved};
@@ -167,6 +171,11 @@ impl Movement {
         }
     }
 
+    /// The same shares, where gains that change along x hide the energies.
+    pub(crate) fn without_energies(&mut self) {
+        (self.transfer, self.energy_ratio) = (None, f64::NAN);
+    }
+
     /// The same numbers, but nothing is said of them.
     fn but_untold(self, reason: Reason) -> Movement {
         Movement {
@@ -299,6 +308,8 @@ pub struct Answer {
     pub(crate) period: f64,
     /// Variance of the noise, summed over the sites.
     pub(crate) noise: f64,
+    /// Channels of a steady record whose gain changes.
+    pub(crate) gain_changes: Vec<GainChange>,
 }
 
 /// The least length of at least `samples` with no prime factor above 5.

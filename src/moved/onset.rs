@@ -33,6 +33,8 @@ pub(super) struct Onset {
     pub noise: Option<f64>,
     /// Whether some of the quiet parts lie before the peak. Else what is quiet may be the end of the wave.
     pub has_lead: bool,
+    /// Logarithms of the mean squares of the pieces, each from its mean.
+    pub levels: Vec<f32>,
     /// `(sum e)^2 / (n sum e^2)` of the energies of n pieces: 1 for a record that is steady.
     pub steadiness: f64,
     pub arrival: Option<usize>,
@@ -50,7 +52,7 @@ pub(super) struct Reading {
 }
 
 /// Samples of a piece of a record of `samples`.
-fn piece(samples: usize) -> usize {
+pub(super) fn piece(samples: usize) -> usize {
     samples.div_ceil(PIECES).max(LEAST_PIECE).min(samples)
 }
 
@@ -98,14 +100,19 @@ impl Onset {
                 (squares.map(|(s, _)| s).sum::<f64>() / many as f64).sqrt()
             }),
         };
+        let (at, peak) = record
+            .iter()
+            .enumerate()
+            .fold((0, 0.0), |(at, most), (n, v)| {
+                let v = (v - baseline).abs();
+                if v > most { (n, v) } else { (at, most) }
+            });
+        let levels = squares.iter().map(|s| s.ln() as f32).collect();
         let energies = record.chunks_exact(length);
         let energies = energies.map(|p| p.iter().map(|v| (v - baseline).powi(2)).sum::<f64>());
         let (sum, squares) = energies.fold((0.0, 0.0), |(s, q), e| (s + e, q + e * e));
-        let (at, peak) = record.iter().enumerate().fold((0, 0.0), |(at, most), (n, v)| {
-            let v = (v - baseline).abs();
-            if v > most { (n, v) } else { (at, most) }
-        });
         let mut onset = Onset {
+            levels,
             peak,
             baseline,
             noise,

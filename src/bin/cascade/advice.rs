@@ -377,6 +377,9 @@ pub fn of_warning(warning: &Warning) -> &'static str {
             "check their gains and units: their energy decides spectra and directions; leave them out \
              with `--without-sites`, or scale them first"
         }
+        Warning::GainSteps { .. } | Warning::GainChanges { .. } => {
+            "scale the records before energies of sites are compared"
+        }
         Warning::ZeroTimes { .. } => {
             "where the recording dropped out, state `nan` there and `--gaps interpolate`"
         }

@@ -1,0 +1,86 @@
+//! Channels whose gain changes while a steady record runs.
+
+use super::along_x::median;
+use super::onset::{Onset, piece};
+
+/// Pieces on each side of a change, at least.
+const SIDE: usize = 4;
+/// The least ratio of amplitudes, and how many of its errors a change exceeds.
+const LEAST: f64 = 1.5;
+const ERRORS: f64 = 6.0;
+/// Sites that make up a common level, at least, and the largest part of them that may change.
+const SITES: usize = 6;
+const PART: usize = 4;
+
+/// A record that becomes larger or smaller from a sample on, while the others do not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GainChange {
+    pub site: usize,
+    /// The first sample, to a piece of the record.
+    pub sample: usize,
+    /// Amplitudes after it over those before.
+    pub ratio: f64,
+}
+
+/// Changes at `live` sites of a record of `samples`: the step of `ln e_j(i) - median_j ln e_j(i)` over the pieces i, twice that of the amplitudes.
+pub(super) fn changes(onsets: &[Onset], live: &[bool], samples: usize) -> Vec<GainChange> {
+    let sites: Vec<usize> = (0..onsets.len()).filter(|&j| live[j]).collect();
+    let pieces = onsets.first().map_or(0, |onset| onset.levels.len());
+    if sites.len() < SITES || pieces < 2 * SIDE {
+        return Vec::new();
+    }
+    let level = |j: usize, i: usize| f64::from(onsets[j].levels[i]);
+    let own = |j: usize| median(&mut (0..pieces).map(|i| level(j, i)).collect::<Vec<_>>());
+    let owns: Vec<f64> = sites.iter().map(|&j| own(j)).collect();
+    let common = (0..pieces).map(|i| {
+        let levels = sites.iter().zip(&owns).map(|(&j, own)| level(j, i) - own);
+        median(&mut levels.collect::<Vec<_>>())
+    });
+    let common: Vec<f64> = common.collect();
+    let found = sites.iter().filter_map(|&j| {
+        let rest: Vec<f64> = (0..pieces).map(|i| level(j, i) - common[i]).collect();
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+        let squares = |part: &[f64]| {
+            let mean = mean(part);
+            part.iter().map(|v| (v - mean).powi(2)).sum::<f64>()
+        };
+        let within = |at: &usize| squares(&rest[..*at]) + squares(&rest[*at..]);
+        let at = (SIDE..=pieces - SIDE).min_by(|a, b| within(a).total_cmp(&within(b)))?;
+        let step = mean(&rest[at..]) - mean(&rest[..at]);
+        let deviation = (within(&at) / (pieces - 2) as f64).sqrt();
+        let error = deviation * (1.0 / at as f64 + 1.0 / (pieces - at) as f64).sqrt();
+        let changes = step.abs() > (2.0 * LEAST.ln()).max(ERRORS * error);
+        changes.then(|| GainChange {
+            site: j,
+            sample: at * piece(samples),
+            ratio: ratio(onsets, beside(&sites, j), j, at),
+        })
+    });
+    let found: Vec<GainChange> = found.collect();
+    // Motion that comes and goes at many sites is none of the sensors'.
+    match PART * found.len() <= sites.len() {
+        true => found,
+        false => Vec::new(),
+    }
+}
+
+/// Up to two of the `sites` on each side of j.
+fn beside(sites: &[usize], j: usize) -> impl Iterator<Item = usize> + '_ {
+    let at = sites.partition_point(|site| *site < j);
+    let around = at.saturating_sub(2)..(at + 3).min(sites.len());
+    around.map(|i| sites[i]).filter(move |site| *site != j)
+}
+
+/// Amplitudes at site j after the piece `at` over those before, beside those of its neighbours.
+fn ratio(onsets: &[Onset], beside: impl Iterator<Item = usize>, j: usize, at: usize) -> f64 {
+    let grows = |j: usize| {
+        let energies = onsets[j].levels.iter().map(|level| f64::from(*level).exp());
+        let (before, after): (Vec<_>, Vec<_>) = energies.enumerate().partition(|(i, _)| *i < at);
+        let mean =
+            |part: Vec<(usize, f64)>| part.iter().map(|(_, e)| e).sum::<f64>() / part.len() as f64;
+        mean(after) / mean(before)
+    };
+    let others: Vec<f64> = beside.map(grows).collect();
+    let common = others.iter().map(|ratio| ratio.ln()).sum::<f64>() / others.len() as f64;
+    (grows(j) / common.exp()).sqrt()
+}

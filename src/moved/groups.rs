@@ -1,0 +1,258 @@
+//! What groups of sites say, in each kind of window.
+
+use super::along_x::{AlongX, Options};
+use super::share::{Grid, Group, Moved, Share};
+use super::windows::Windows;
+use super::{Evidence, Movement, Part, Reason, Verdict, seen};
+
+/// Groups without which nothing is compared.
+pub(super) const FEWEST: usize = 2;
+/// Ratio of the parts of the energy that windows hold, at the last and the first group, below which a wave spreads out of them.
+const SPREADS_OUT: f64 = 0.85;
+/// Part of its first energy that a front holds as long as it is followed.
+const FOLLOWED: f64 = 0.3;
+/// The kind of window that fades, of those of a struck chain.
+const FADING: usize = 3;
+
+/// Groups by kind of window: flat ones of the length, its half and its double; of a struck chain the same fading; the tail.
+pub(super) struct Found<'a> {
+    pub options: &'a Options,
+    pub kinds: &'a [Windows],
+    pub groups: Vec<Vec<Group>>,
+    pub sense: f64,
+}
+
+impl Found<'_> {
+    fn between(&self, kind: usize, a: usize, b: usize) -> Movement {
+        let groups = &self.groups[kind];
+        let upper = &self.kinds[kind].grid.upper;
+        let place = |group: &Group| self.options.place(group);
+        Movement::between(
+            &groups[a],
+            &groups[b],
+            upper,
+            self.options.tolerance,
+            &place,
+        )
+    }
+
+    fn moved(&self, kind: usize, a: usize, b: usize) -> Moved {
+        Moved::between(&self.groups[kind][a], &self.groups[kind][b])
+    }
+
+    /// Withdraws what other windows (by kind) do not say.
+    fn checked_by_windows(
+        &self,
+        kind: usize,
+        (a, b): (usize, usize),
+        others: &[usize],
+        movement: Movement,
+    ) -> Movement {
+        let tolerance = self.options.tolerance;
+        let (verdict, groups) = (movement.verdict, &self.groups[kind]);
+        if verdict == Verdict::Unchanged && movement.bound > 6.0 * tolerance {
+            let bound = movement.bound;
+            return movement.but_untold(Reason::Errors { bound });
+        }
+        for &other in others {
+            let at = |rows: [usize; 2]| self.groups[other].iter().position(|g| g.rows == rows);
+            let same = at(groups[a].rows).zip(at(groups[b].rows));
+            let moved = same.map(|(a, b)| self.moved(other, a, b));
+            if let Some(moved) = moved.filter(|moved| !moved.agrees(verdict, tolerance)) {
+                let (up, down) = (moved.up.share, moved.down.share);
+                return movement.but_untold(Reason::Windows { up, down });
+            }
+        }
+        movement
+    }
+
+    /// Withdraws what neither other windows (by kind) nor the groups beside say.
+    fn checked(
+        &self,
+        kind: usize,
+        (a, b): (usize, usize),
+        others: &[usize],
+        movement: Movement,
+    ) -> Movement {
+        let movement = self.checked_by_windows(kind, (a, b), others, movement);
+        let groups = &self.groups[kind];
+        if groups.len() < 4 {
+            return movement;
+        }
+        let beside = [
+            (a + 1, b),
+            (a, b - 1),
+            (a.saturating_sub(1), b),
+            (a, (b + 1).min(groups.len() - 1)),
+        ];
+        for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {
+            let moved = self.moved(kind, a, b);
+            if !moved.agrees(movement.verdict, self.options.tolerance) {
+                let (up, down) = (moved.up.share, moved.down.share);
+                return movement.but_untold(Reason::Neighbours { up, down });
+            }
+        }
+        movement
+    }
+
+    fn evidence(&self, kind: usize, compared: [usize; 2]) -> Evidence {
+        let place = |group: &Group| self.options.place(group);
+        Evidence::new(
+            &self.kinds[kind].grid.upper,
+            &self.groups[kind],
+            compared,
+            &place,
+        )
+    }
+
+    /// From the first group to the last.
+    pub fn of_field(&self, tail: Option<usize>) -> AlongX {
+        let last = self.groups[0].len() - 1;
+        let mut movement = self.checked(0, (0, last), &[1, 2], self.between(0, 0, last));
+        if self.sense == 0.0 {
+            (movement.transfer, movement.energy_ratio) = (None, f64::NAN);
+        }
+        let moves = !matches!(movement.verdict, Verdict::Unchanged | Verdict::Untold);
+        if moves && self.spreads_out() {
+            (movement.transfer, movement.lags) = (None, true);
+        }
+        let mut along = AlongX {
+            movement,
+            evidence: Some(self.evidence(0, [0, last])),
+            ..AlongX::untold(Reason::NoEnergy)
+        };
+        // Of an array into which waves of several origins run, no part is a tail.
+        if let Some(tail) = tail.filter(|_| self.sense != 0.0) {
+            self.add_tail(&mut along, (0, 0..last + 1), tail);
+        }
+        along
+    }
+
+    /// Whether windows hold less and less of the energy of those of twice the length (or those of half of theirs, where the
+    /// former do not fit): a wave that disperses leaves its window, slow frequencies first, which are not lost.
+    fn spreads_out(&self) -> bool {
+        let [window, half, twice] = [0, 1, 2].map(|kind| &self.groups[kind]);
+        let [short, long] = match twice.len() >= FEWEST {
+            true => [window, twice],
+            false => [half, window],
+        };
+        let held = |group: Option<&Group>| {
+            let group = group?;
+            let same = short.iter().find(|one| one.rows == group.rows)?;
+            Some(same.energy / group.energy)
+        };
+        let ends = held(long.first()).zip(held(long.last()));
+        ends.is_some_and(|(first, last)| last < SPREADS_OUT * first)
+    }
+
+    pub fn of_struck_chain(&self, tail: Option<usize>) -> AlongX {
+        let tolerance = self.options.tolerance;
+        let groups = &self.groups[FADING];
+        let last = groups.len() - 1;
+        let later = |a: usize| (a + 1..=last).map(move |b| self.moved(FADING, a, b));
+        let is_formed = |&a: &usize| later(a).all(|moved| moved.most() < tolerance);
+        match (0..last.div_ceil(2))
+            .find(is_formed)
+            .filter(|&formed| !self.sheds(formed, last))
+        {
+            Some(formed) => {
+                let mut movement = self.between(FADING, formed, last);
+                let bound = later(formed).map(|moved| moved.bound()).fold(0.0, f64::max);
+                (movement.verdict, movement.transfer) = (Verdict::Unchanged, None);
+                movement.bound = bound;
+                movement.settled_at = movement.from.map(|place| place.rows[0]);
+                // Groups beside have been compared, and those before are the launch.
+                let movement = self.checked_by_windows(FADING, (formed, last), &[4, 5], movement);
+                let launch = self.between(FADING, 0, formed.max(1));
+                let mut along = AlongX {
+                    movement,
+                    launch: Some(launch),
+                    evidence: Some(self.evidence(FADING, [0, formed.max(1)])),
+                    ..AlongX::untold(Reason::NoEnergy)
+                };
+                if let Some(tail) = tail {
+                    self.add_tail(&mut along, (0, formed..last + 1), tail);
+                }
+                along
+            }
+            None => self.of_unsettled(tail),
+        }
+    }
+
+    /// Whether a front whose content has settled loses most of its energy to what follows it: half of its own is gone, and a
+    /// fifth of that of the window lies behind it.
+    fn sheds(&self, formed: usize, last: usize) -> bool {
+        let [flat, fading] = [&self.groups[0], &self.groups[FADING]];
+        let end = &fading[last];
+        let window = flat.iter().find(|group| group.rows == end.rows);
+        let behind = window.is_some_and(|window| end.energy < 0.8 * window.energy);
+        behind && end.energy < 0.5 * fading[formed].energy
+    }
+
+    /// The front never forms: it is followed while it holds three tenths of its energy.
+    fn of_unsettled(&self, tail: Option<usize>) -> AlongX {
+        let groups = &self.groups[0];
+        let held = |group: &Group| group.energy >= FOLLOWED * groups[0].energy;
+        let end = (1..groups.len())
+            .take_while(|&b| held(&groups[b]))
+            .last()
+            .unwrap_or(1);
+        let mut movement = self.between(0, 0, end);
+        if movement.energy_ratio < 0.9 {
+            movement.transfer = None;
+        }
+        let movement = self.checked(0, (0, end), &[1, 2], movement);
+        let mut along = AlongX {
+            movement,
+            evidence: Some(self.evidence(0, [0, end])),
+            ..AlongX::untold(Reason::NoEnergy)
+        };
+        if let Some(tail) = tail {
+            self.add_tail(&mut along, (0, end..end + 1), tail);
+        }
+        along
+    }
+
+    /// The front and what it leaves behind, at the groups of `kind` in a range that both have.
+    fn add_tail(
+        &self,
+        along: &mut AlongX,
+        (kind, range): (usize, std::ops::Range<usize>),
+        tail: usize,
+    ) {
+        let both = self.groups[kind][range].iter().filter_map(|front| {
+            let tail = self.groups[tail]
+                .iter()
+                .find(|tail| tail.rows == front.rows)?;
+            Some((front, tail))
+        });
+        let both: Vec<(&Group, &Group)> = both.collect();
+        // A front in the middle of the range, where it has formed and its tail is long.
+        let Some(&(front, behind)) = both.get(both.len() / 2) else {
+            return;
+        };
+        let [fine, coarse] = [&self.kinds[tail].grid, &self.kinds[kind].grid];
+        let on_tail = front.on(coarse, fine);
+        let against = Moved::between(&on_tail, behind);
+        let first = Moved::between(&self.groups[kind][0], front);
+        let all = front.energy + behind.energy;
+        let part = |group: &Group, grid: &Grid, moved: &Moved, upper: &[f64]| {
+            let at = |share: &Share| (share.share > 0.0).then(|| upper[share.at]);
+            Part {
+                energy_share: group.energy / all,
+                up: moved.up.share,
+                up_at: at(&moved.up),
+                down: moved.down.share,
+                down_at: at(&moved.down),
+                peak_frequency: group.peak(grid),
+                band: [group.quantile(grid, 0.1), group.quantile(grid, 0.9)],
+            }
+        };
+        along.front = Some(part(front, coarse, &first, &coarse.upper));
+        along.tail = Some(part(behind, fine, &against, &fine.upper));
+        if let Some(evidence) = &mut along.evidence {
+            let place = |group: &Group| self.options.place(group);
+            evidence.tail = Some(seen(&behind.on(fine, coarse), &evidence.upper, &place));
+        }
+    }
+}
