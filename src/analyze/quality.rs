@@ -243,13 +243,16 @@ impl Findings<'_> {
         let undirected = self.undirected.as_deref()?;
         let moving = undirected.get(1..)?;
         let at = (0..moving.len()).max_by(|&a, &b| moving[a].total_cmp(&moving[b]))?;
-        let from = at.saturating_sub(LINE_BINS);
-        let near = &moving[from..(at + LINE_BINS + 1).min(moving.len())];
-        let centres = &self.frequency.centres[from + 1..];
-        let moments: Vec<f64> = near.iter().zip(centres).map(|(e, f)| e * f).collect();
+        let near = &moving[at.saturating_sub(LINE_BINS)..(at + LINE_BINS + 1).min(moving.len())];
         // What lies at f = 0 are offsets.
-        (sum(near) > LINE_PART * sum(moving) && undirected[0] < sum(near))
-            .then(|| sum(&moments) / sum(near))
+        let is_line = sum(near) > LINE_PART * sum(moving) && undirected[0] < sum(near);
+        let (line, bin) = (self.frequency.centres[at + 1], self.frequency.centres[1]);
+        // No finer than it is known.
+        let digit = 10f64.powf(bin.log10().ceil());
+        is_line.then(|| match line >= 10.0 * digit {
+            true => (line / digit).round() * digit,
+            false => line,
+        })
     }
 
     /// Defects that affect spectra along space.

@@ -79,14 +79,16 @@ pub struct CurveRow {
 pub enum Reach {
     /// From this number of bodies on, the curve is at or below the target.
     Within { bodies: usize },
-    /// The curve ends above the target, but the chosen law reaches it at this length.
+    /// The curve ends above the target, but the chosen law reaches it at this length, at most half as long again as the curve. The
+    /// interval covers what the law misses of the last third of the curve when it is fitted to the rest.
     Beyond { law: AttenuationLaw, length: Length },
     /// The chosen law settles above the target.
     Never {
         law: AttenuationLaw,
         settles_at: f64,
     },
-    /// The curve ends above the target, and no law predicts the length.
+    /// The curve ends above the target, and no law predicts the length: none holds for the last third of the curve, or the
+    /// length is more than half as long again.
     Unknown,
 }
 
@@ -166,14 +168,20 @@ pub(super) fn reach(target: f64, n: &[f64], y: &[f64], fits: Option<&Fits>) -> R
     let Some(fit) = fits.map(Fits::chosen) else {
         return Reach::Unknown;
     };
+    // As far as the law, fitted to two thirds of the curve, has been seen to hold.
+    let Some(missed) = fit.missed_beyond(2.0 / 3.0, n, y) else {
+        return Reach::Unknown;
+    };
     let law = fit.law;
     let last = n.last().copied().unwrap_or(0.0);
-    match fit.reaches(target) {
-        Some(length) if length.value > last => Reach::Beyond { law, length },
-        None if fit.settles_at() > target => Reach::Never {
-            law,
-            settles_at: fit.settles_at(),
-        },
+    let settles_at = fit.settles_at();
+    match fit.reaches_within(target, missed) {
+        Some(length)
+            if length.value > last && length.value <= 1.5 * last && length.high.is_finite() =>
+        {
+            Reach::Beyond { law, length }
+        }
+        None if settles_at > target * (1.0 + missed) => Reach::Never { law, settles_at },
         // A law that reaches the target within the computed lengths contradicts the curve.
         _ => Reach::Unknown,
     }

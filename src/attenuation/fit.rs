@@ -4,6 +4,9 @@ use serde::Serialize;
 
 use super::least_squares::{GRID, Solution, correlation, judged, solve};
 
+/// Relative error beyond the points that a law was fitted to, above which it predicts nothing.
+const MISSED: f64 = 0.1;
+
 /// A model of an attenuation curve; lengths n are in bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -223,6 +226,35 @@ impl Fit {
             low: (value - half).max(0.0),
             high: value + half,
         })
+    }
+
+    /// The length at which the law reaches a level, with an interval that also covers levels that are `missed` by this part.
+    pub(super) fn reaches_within(&self, level: f64, missed: f64) -> Option<Length> {
+        let length = self.reaches(level)?;
+        let values = self.values();
+        let shift = |level: f64| reaches(self.law, &values, level);
+        let early = shift(level * (1.0 + missed)).unwrap_or(0.0);
+        let late = shift(level / (1.0 + missed)).unwrap_or(f64::INFINITY);
+        let bounds = [early, late, length.low, length.high];
+        Some(Length {
+            low: bounds.iter().copied().fold(f64::INFINITY, f64::min),
+            high: bounds.iter().copied().fold(0.0, f64::max),
+            ..length
+        })
+    }
+
+    /// The largest relative error of this law beyond a part of the points, fitted to that part. `None` where it is above
+    /// [`MISSED`], or where the part is too short.
+    pub(super) fn missed_beyond(&self, part: f64, n: &[f64], y: &[f64]) -> Option<f64> {
+        let seen = (part * n.len() as f64).round() as usize;
+        let points = |from: &mut dyn Iterator<Item = usize>| -> Vec<(f64, f64)> {
+            from.map(|i| (n[i], y[i])).collect()
+        };
+        let solution = (seen >= 5).then(|| solve(self.law, &points(&mut (0..seen))))??;
+        let rest = points(&mut (seen..n.len()));
+        let residuals = solution.residuals(self.law, &rest);
+        let missed = residuals.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
+        (missed <= MISSED).then_some(missed)
     }
 
     fn values(&self) -> Vec<f64> {

@@ -81,7 +81,15 @@ pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
                 value,
                 error: Some(error),
             }),
-            None if points.is_empty() && !headed => headed = true,
+            None if points.is_empty() && !headed => {
+                if let Some(unit) = cells.get(1).and_then(|cell| unit_of(cell)) {
+                    let expected =
+                        "forces relative to those of the homogeneous chain, without a unit";
+                    let found = format!("`{}` in `{unit}`", cells[1]);
+                    return Err(fault(number + 1, expected, found));
+                }
+                headed = true;
+            }
             _ => {
                 let expected =
                     "two or three finite numbers: abscissa, value, standard error of 0 or more";
@@ -93,6 +101,14 @@ pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
         return Err(fault(1, "at least one row of numbers", "none".into()));
     }
     Ok(points)
+}
+
+/// The unit in brackets that a heading states; `None` for numbers.
+fn unit_of(heading: &str) -> Option<&str> {
+    let open = heading.find(['(', '['])?;
+    let unit = heading[open + 1..].trim_end_matches([')', ']']).trim();
+    let is_number = matches!(unit, "" | "1" | "-" | "relative" | "rel." | "ratio");
+    (!is_number && unit.len() <= 4).then_some(unit)
 }
 
 /// A time with its standard error.
@@ -115,7 +131,8 @@ pub struct MeasuredPeak {
     /// Arrival: the last time before the peak at which the velocity is half of the peak; `None`
     /// where the record begins too late.
     pub arrival: Option<MeasuredTime>,
-    /// Standard deviation of the samples before the pulse.
+    /// Standard deviation of the samples before the pulse; where these are few, the median of other sites. `None`
+    /// if it is known at no site: then errors are those of interpolation alone.
     pub noise: Option<f64>,
 }
 
@@ -125,7 +142,7 @@ impl MeasuredPeak {
         let point = |value, error| MeasuredPoint {
             at,
             value,
-            error: Some(error),
+            error: self.noise.map(|_| error),
         };
         let arrival = self.arrival.map(|time| point(time.value, time.error));
         (point(self.velocity, self.velocity_error), arrival)
@@ -150,9 +167,21 @@ const ENOUGH: usize = 16;
 pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
     let times = field.n_times();
     let mut record = vec![0.0; times];
+    let mut noises: Vec<Option<f64>> = (0..field.n_sites())
+        .map(|site| {
+            field.read_site_major(0..times, site..site + 1, &mut record);
+            noise_of(&record)
+        })
+        .collect();
+    let mut known: Vec<f64> = noises.iter().flatten().copied().collect();
+    known.sort_by(f64::total_cmp);
+    let common = known.get(known.len() / 2).copied();
+    noises
+        .iter_mut()
+        .for_each(|noise| *noise = noise.or(common));
     let peaks = (0..field.n_sites()).filter_map(|site| {
         field.read_site_major(0..times, site..site + 1, &mut record);
-        peak_of(&record).map(|peak| MeasuredPeak {
+        peak_of(&record, noises[site]).map(|peak| MeasuredPeak {
             site,
             time: field.time.origin + peak.time * field.time.step,
             time_error: peak.time_error * field.time.step,
@@ -166,12 +195,27 @@ pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
     peaks.collect()
 }
 
-/// The peak of one site's record; times are in samples.
-fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
+/// The first of the largest finite samples.
+fn largest(record: &[f64]) -> Option<usize> {
     let by = |a: &usize, b: &usize| record[*a].total_cmp(&record[*b]);
-    let top = (0..record.len())
+    (0..record.len())
         .filter(|i| record[*i].is_finite())
-        .max_by(by)?;
+        .max_by(by)
+}
+
+/// Standard deviation of the samples before the pulse; `None` where they are few.
+fn noise_of(record: &[f64]) -> Option<f64> {
+    let top = record[largest(record)?];
+    let quiet = record.iter().position(|v| v.abs() > QUIET * top)?;
+    let quiet = &record[..quiet / 2];
+    let mean = quiet.iter().sum::<f64>() / quiet.len() as f64;
+    let squares: f64 = quiet.iter().map(|v| (v - mean).powi(2)).sum();
+    (quiet.len() >= ENOUGH).then(|| (squares / (quiet.len() - 1) as f64).sqrt())
+}
+
+/// The peak of one site's record; times are in samples.
+fn peak_of(record: &[f64], noise: Option<f64>) -> Option<MeasuredPeak> {
+    let top = largest(record)?;
     if record[top] <= 0.0 || top < REACH || top + REACH >= record.len() {
         return None;
     }
@@ -179,13 +223,6 @@ fn peak_of(record: &[f64]) -> Option<MeasuredPeak> {
     if v.iter().any(|v| !v.is_finite()) {
         return None;
     }
-    let quiet = record.iter().position(|v| v.abs() > QUIET * record[top])?;
-    let quiet = &record[..quiet / 2];
-    let noise = (quiet.len() >= ENOUGH).then(|| {
-        let mean = quiet.iter().sum::<f64>() / quiet.len() as f64;
-        let squares: f64 = quiet.iter().map(|v| (v - mean).powi(2)).sum();
-        (squares / (quiet.len() - 1) as f64).sqrt()
-    });
     // Derivatives of the quartic at the middle sample, by finite differences.
     let slope = (v[0] - 8.0 * v[1] + 8.0 * v[3] - v[4]) / 12.0;
     let bend = (-v[0] + 16.0 * v[1] - 30.0 * v[2] + 16.0 * v[3] - v[4]) / 12.0;
@@ -264,7 +301,7 @@ mod tests {
             let record: Vec<f64> = (0..128)
                 .map(|i| 3.0 * (-0.5 * ((f64::from(i) - at) / width).powi(2)).exp())
                 .collect();
-            let peak = peak_of(&record).unwrap();
+            let peak = peak_of(&record, noise_of(&record)).unwrap();
             let off = (peak.velocity - 3.0).abs();
             assert!(off <= peak.velocity_error, "{width}: {off:e} {peak:?}");
             assert!(
@@ -304,7 +341,7 @@ mod tests {
                     (-0.5 * ((f64::from(i) - at) / 6.0).powi(2)).exp() + 0.003 * sum
                 })
                 .collect();
-            let peak = peak_of(&record).unwrap();
+            let peak = peak_of(&record, noise_of(&record)).unwrap();
             held[0] += i32::from((peak.velocity - 1.0).abs() <= peak.velocity_error);
             held[1] += i32::from((peak.time - at).abs() <= peak.time_error);
             let arrival = peak.arrival.unwrap();
@@ -322,7 +359,7 @@ mod tests {
         let record: Vec<f64> = (0..32)
             .map(|i| (-0.5 * ((f64::from(i) - 4.0) / 6.0).powi(2)).exp())
             .collect();
-        let peak = peak_of(&record).unwrap();
+        let peak = peak_of(&record, noise_of(&record)).unwrap();
         assert!((peak.velocity - 1.0).abs() < 1e-6 && peak.arrival.is_none());
         assert!(peak.points(3.0).1.is_none());
     }

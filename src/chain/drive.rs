@@ -39,6 +39,20 @@ impl Waveform {
         }
     }
 
+    /// The same up to its end, and smooth beyond: what a step that ends there sees.
+    pub(crate) fn onward(&self) -> Waveform {
+        match *self {
+            Waveform::HalfSine {
+                amplitude,
+                duration,
+            } => Waveform::Sine {
+                amplitude,
+                frequency: 0.5 / duration,
+            },
+            sine => sine,
+        }
+    }
+
     pub fn angular_frequency(&self) -> f64 {
         match self {
             Waveform::Sine { frequency, .. } => 2.0 * std::f64::consts::PI * frequency,
@@ -70,6 +84,14 @@ pub enum Drive {
 }
 
 impl Drive {
+    /// With another waveform.
+    pub(crate) fn with(self, waveform: Waveform) -> Drive {
+        match self {
+            Drive::Force(_) => Drive::Force(waveform),
+            Drive::Wall(_) => Drive::Wall(waveform),
+        }
+    }
+
     pub fn waveform(&self) -> &Waveform {
         match self {
             Drive::Force(waveform) | Drive::Wall(waveform) => waveform,

@@ -15,7 +15,7 @@ mod increments;
 mod lomb;
 mod modes;
 mod parts;
-mod realisations;
+pub(crate) mod realisations;
 mod slope;
 mod spacetime;
 mod spectrum;

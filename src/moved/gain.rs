@@ -2,12 +2,15 @@
 
 use super::along_x::median;
 use super::onset::{Onset, piece};
+use crate::numeric::student_two_sided;
 
 /// Pieces on each side of a change, at least.
 const SIDE: usize = 4;
-/// The least ratio of amplitudes, and how many of its errors a change exceeds.
+/// Samples of a piece, at least: levels of fewer scatter too much.
+const SAMPLES: usize = 32;
+/// The least ratio of amplitudes, and the probability by which chance makes such a change in any record.
 const LEAST: f64 = 1.5;
-const ERRORS: f64 = 6.0;
+const CHANCE: f64 = 1e-3;
 /// Sites that make up a common level, at least, and the largest part of them that may change.
 const SITES: usize = 6;
 const PART: usize = 4;
@@ -26,7 +29,7 @@ pub(crate) struct GainChange {
 pub(super) fn changes(onsets: &[Onset], live: &[bool], samples: usize) -> Vec<GainChange> {
     let sites: Vec<usize> = (0..onsets.len()).filter(|&j| live[j]).collect();
     let pieces = onsets.first().map_or(0, |onset| onset.levels.len());
-    if sites.len() < SITES || pieces < 2 * SIDE {
+    if sites.len() < SITES || pieces < 2 * SIDE || piece(samples) < SAMPLES {
         return Vec::new();
     }
     let level = |j: usize, i: usize| f64::from(onsets[j].levels[i]);
@@ -37,6 +40,9 @@ pub(super) fn changes(onsets: &[Onset], live: &[bool], samples: usize) -> Vec<Ga
         median(&mut levels.collect::<Vec<_>>())
     });
     let common: Vec<f64> = common.collect();
+    // At any site and any piece.
+    let chance = CHANCE / (sites.len() * pieces) as f64;
+    let errors = student_two_sided(chance, (pieces - 2) as f64);
     let found = sites.iter().filter_map(|&j| {
         let rest: Vec<f64> = (0..pieces).map(|i| level(j, i) - common[i]).collect();
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
@@ -49,7 +55,7 @@ pub(super) fn changes(onsets: &[Onset], live: &[bool], samples: usize) -> Vec<Ga
         let step = mean(&rest[at..]) - mean(&rest[..at]);
         let deviation = (within(&at) / (pieces - 2) as f64).sqrt();
         let error = deviation * (1.0 / at as f64 + 1.0 / (pieces - at) as f64).sqrt();
-        let changes = step.abs() > (2.0 * LEAST.ln()).max(ERRORS * error);
+        let changes = step.abs() > (2.0 * LEAST.ln()).max(errors * error);
         changes.then(|| GainChange {
             site: j,
             sample: at * piece(samples),

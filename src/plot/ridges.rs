@@ -29,10 +29,16 @@ pub fn ridges(found: &Ridges, name: &str, style: &Style) -> Vec<Figure> {
         title: "Ridges of S(k, f)".into(),
         data: name.into(),
         rows,
-        notes: vec![format!(
-            "Peaks exceed {:.1} times the noise about them; noise does so anywhere with probability {}.",
-            found.level, found.alpha
-        )],
+        notes: vec![match found.independence.is_transient() {
+            true => format!(
+                "Peaks exceed {:.1} times the background about them.",
+                found.level
+            ),
+            false => format!(
+                "Peaks exceed {:.1} times the noise about them; noise does so anywhere with probability {}.",
+                found.level, found.alpha
+            ),
+        }],
         ..Sheet::default()
     };
     figures.push(sheet.figure("ridges", style));

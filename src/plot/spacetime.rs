@@ -40,9 +40,10 @@ fn spacetime_note(found: &SpaceTimeEstimate) -> String {
                 "{confidence} % intervals by {degrees} degrees of freedom. Positive k travels towards +x."
             )
         }
-        None => "No interval can be stated: one record of a transient is one realisation. Positive k travels \
-                 towards +x."
-            .into(),
+        None => format!(
+            "No interval can be stated: {}. Positive k travels towards +x.",
+            found.independence.why()
+        ),
     }
 }
 

@@ -41,7 +41,7 @@ fn spectrum_note(found: &SpectrumEstimate) -> String {
                 LeftOutEach::Record => "The jackknife leaves out one record at a time.",
             }
         ),
-        None => "No interval can be stated: one record of a transient is one realisation.".into(),
+        None => format!("No interval can be stated: {}.", found.independence.why()),
     }
 }
 

@@ -166,9 +166,14 @@ impl<'a> Prepared<'a> {
 
     /// The samples of `site` that are masked, in order of time.
     pub fn masked(&self, site: usize) -> &[Gap] {
-        if !self.masked {
-            return &[];
+        match self.masked {
+            true => self.gaps_of(site),
+            false => &[],
         }
+    }
+
+    /// The same, and those that were filled.
+    pub fn gaps_of(&self, site: usize) -> &[Gap] {
         let first = self.gaps.partition_point(|gap| gap.site < site);
         let end = self.gaps.partition_point(|gap| gap.site <= site);
         &self.gaps[first..end]

@@ -50,10 +50,12 @@ pub fn reach_sentence(reach: &Reach, target: f64) -> String {
             number(length.high)
         ),
         Reach::Never { law, settles_at } => format!(
-            "never at {target}: {} settles at {}",
+            "not at {target} by the law so far: {} settles at {}",
             law_name(*law),
             number(*settles_at)
         ),
-        Reach::Unknown => format!("{target} is not reached, and no law says where it would be"),
+        Reach::Unknown => format!(
+            "{target} is not reached within the lengths computed, and no law that holds for their last third says where it would be"
+        ),
     }
 }

@@ -22,7 +22,8 @@ use crate::analyze::{self, Analysis, DispersionCurve, Request, Results, Scaling,
 use crate::arrays::{Collect, LargeArray};
 use crate::diagnostics::{MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
-use crate::estimates::Averaging;
+use crate::estimates::realisations::{FILLED, TOGETHER, steadiness_of_sites, steadiness_without};
+use crate::estimates::{Averaging, Independence};
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Window};
@@ -140,6 +141,9 @@ pub struct Ridges {
     pub records: usize,
     /// Independent realisations of the average, of noise.
     pub realisations: f64,
+    /// Of the site at which half of the energy lies at sites that are less steady. What a single transient says has no errors:
+    /// those of its points and fits are NaN.
+    pub independence: Independence,
     pub alpha: f64,
     /// The power that a peak must exceed, over the mean of the noise about it.
     pub level: f64,
@@ -270,11 +274,58 @@ pub fn ridges(
             analysis,
             power,
             realisations,
-            records: fields.len(),
+            independence: Independence::new(
+                [fields.len(), segments.count(), 1],
+                effective,
+                steadiness(fields),
+            ),
             segment: segments.length,
         }
         .run()
     })
+}
+
+/// How steady the fields are; see [`Independence::steadiness`].
+fn steadiness(fields: &[&Field]) -> f64 {
+    let of = |field: &&Field| {
+        let times = field.n_times();
+        let mut sites = Vec::with_capacity(field.n_sites());
+        let mut records = vec![0.0; times * TOGETHER];
+        for from in (0..field.n_sites()).step_by(TOGETHER) {
+            let some = from..field.n_sites().min(from + TOGETHER);
+            let records = &mut records[..times * some.len()];
+            field.read_site_major(0..times, some, records);
+            for record in records.chunks_exact_mut(times) {
+                let missing = (0..times).filter(|n| !record[*n].is_finite());
+                let missing: Vec<usize> = missing.collect();
+                missing.iter().for_each(|n| record[*n] = 0.0);
+                let steadiness = match missing.len() as f64 > FILLED * times as f64 {
+                    true => f64::NAN,
+                    false => steadiness_without(record, &missing, true),
+                };
+                sites.push((steadiness, crate::numeric::sum_of_squares(record)));
+            }
+        }
+        steadiness_of_sites(sites)
+    };
+    fields.iter().map(of).sum::<f64>() / fields.len() as f64
+}
+
+/// Errors by noise and spread are none of a single transient's, which is as it is.
+fn without_errors(ridges: &mut [Ridge], fits: &mut [RidgeFit]) {
+    for point in ridges.iter_mut().flat_map(|ridge| &mut ridge.points) {
+        let errors = [
+            &mut point.frequency_error,
+            &mut point.wavenumber_error,
+            &mut point.phase_velocity_error,
+            &mut point.group_velocity_error,
+        ];
+        errors.into_iter().for_each(|error| *error = f64::NAN);
+    }
+    for fit in fits {
+        fit.reduced = f64::NAN;
+        fit.parameters.iter_mut().for_each(|p| p.error = f64::NAN);
+    }
 }
 
 /// The map of an average.
@@ -328,7 +379,7 @@ struct Search<'a> {
     /// `[frequency, signed wavenumber]`
     power: Array2<f64>,
     realisations: f64,
-    records: usize,
+    independence: Independence,
     /// Samples a transform along time.
     segment: usize,
 }
@@ -426,14 +477,19 @@ impl Search<'_> {
             .iter()
             .map(|law| law.fit(&all, site, [df, dk]));
         let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
+        let (mut ridges, mut fits) = (ridges, fits);
+        if self.independence.is_transient() && self.independence.records < 2 {
+            without_errors(&mut ridges, &mut fits);
+        }
         self.analysis.dispersion = curves(&ridges);
         self.analysis
             .dispersion
             .extend(fits.iter().map(|fit| fit.curve.clone()));
         Ok(Ridges {
             analysis: self.analysis,
-            records: self.records,
+            records: self.independence.records,
             realisations: self.realisations,
+            independence: self.independence,
             alpha: self.request.alpha,
             level,
             bins: [df, dk],

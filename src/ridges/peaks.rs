@@ -73,11 +73,13 @@ impl Cuts<'_> {
         let largest = self.power.iter().fold(0.0, |m: f64, p| m.max(*p));
         let level = self.level();
         let median = exceeded(0.5, 2.0 * self.realisations);
+        let background = self.background();
         let judge = Judge {
             cuts: self,
             strongest: &strongest,
             level,
             median,
+            background: &background,
             least: largest * self.least,
             speckle: self.speckle(),
         };
@@ -88,6 +90,43 @@ impl Cuts<'_> {
                 false => Vec::new(),
             })
             .collect()
+    }
+
+    /// What the spectrum has along a cut whatever the cut: medians over the cuts, smoothed by running medians over four main lobes, so
+    /// that a branch along a cut is no background. Noise that is correlated in time or along x has such a shape.
+    fn background(&self) -> Vec<f64> {
+        let middle = |values: &mut Vec<f64>| {
+            let middle = values.len() / 2;
+            *values.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        let of_place = |place: usize| {
+            let column = self.power.index_axis(Axis(1), place);
+            let mut inside: Vec<f64> = self.cuts.clone().map(|cut| column[cut]).collect();
+            match inside.is_empty() {
+                true => 1.0,
+                false => middle(&mut inside),
+            }
+        };
+        let n = self.power.ncols();
+        let medians: Vec<f64> = (0..n).into_par_iter().map(of_place).collect();
+        let reach = (2.0 * self.along.half).ceil() as isize;
+        let at = |i: isize| match self.around[0] {
+            Some(_) => i.rem_euclid(n as isize) as usize,
+            // Mirrored at the ends.
+            None => {
+                let i = i.unsigned_abs();
+                if i < n {
+                    i
+                } else {
+                    (2 * (n - 1)).saturating_sub(i)
+                }
+            }
+        };
+        let smooth = |i: usize| {
+            let about = (-reach..=reach).map(|d| medians[at(i as isize + d)]);
+            middle(&mut about.collect()).max(f64::MIN_POSITIVE)
+        };
+        (0..n).map(smooth).collect()
     }
 
     /// By what factor two bins of noise differ, exceeded in one pair of a hundred: the logarithm of a mean of
@@ -134,6 +173,8 @@ struct Judge<'a, 'c> {
     level: f64,
     /// The median of noise over its mean.
     median: f64,
+    /// How noise is distributed along a cut.
+    background: &'a [f64],
     least: f64,
     speckle: f64,
 }
@@ -142,7 +183,7 @@ impl Judge<'_, '_> {
     fn peaks(&self, cut: usize) -> Vec<Peak> {
         let powers = self.cuts.power.index_axis(Axis(0), cut);
         let noise = self.noise(powers);
-        let at = |i: usize| noise[(i / STRIDE).min(noise.len() - 1)];
+        let at = |i: usize| self.background[i] * noise[(i / STRIDE).min(noise.len() - 1)];
         let mut candidates: Vec<usize> = tops(powers)
             .filter(|i| *i > 0 && *i + 1 < powers.len() && self.cuts.places.contains(i))
             .filter(|i| powers[*i] > self.level * at(*i) && powers[*i] > self.least)
@@ -163,7 +204,7 @@ impl Judge<'_, '_> {
         accepted.iter().map(peak).collect()
     }
 
-    /// The mean power of the noise, from medians, one every [`STRIDE`] cells.
+    /// The mean power of the noise over the background, from medians, one every [`STRIDE`] cells.
     fn noise(&self, powers: ArrayView1<'_, f64>) -> Vec<f64> {
         let n = powers.len();
         let mut sorted = Vec::with_capacity(MEDIAN);
@@ -172,7 +213,8 @@ impl Judge<'_, '_> {
                 .saturating_sub(MEDIAN / 2)
                 .min(n.saturating_sub(MEDIAN));
             sorted.clear();
-            sorted.extend(powers.iter().skip(from).take(MEDIAN));
+            let about = powers.iter().zip(self.background).skip(from).take(MEDIAN);
+            sorted.extend(about.map(|(power, background)| power / background));
             sorted.sort_by(f64::total_cmp);
             sorted[sorted.len() / 2] / self.median
         };

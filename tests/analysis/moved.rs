@@ -262,7 +262,7 @@ fn val_construction_faults_of_channels_move_nothing() {
             "hum" => "60 cycles/unit of time common to all sites (k = 0) holds 88 %",
             "dead" => "2 of the records are constant: sites 7, 41",
             "offsets" => "lies at f = 0",
-            _ => "the gain changes along x: x 6 from site 30 on",
+            _ => "the gain changes along x: x 6 from site 30",
         };
         assert!(
             said.iter().any(|said| said.contains(wanted)),

@@ -105,7 +105,31 @@ fn val_identity_energies_balance_with_losses_drive_and_other_ends() {
         alpha: 0.0,
         beta: 0.5,
     };
+    // The closing contact of a ring loses energy once.
+    let mut lossy_ring = ring.clone();
+    lossy_ring.scheme = Scheme::RungeKutta;
+    lossy_ring.chain.losses = Losses {
+        dashpot: 0.02,
+        tangent: 0.01,
+        drag: 0.01,
+    };
+    // The wall's velocity jumps where the drive ends, at no sample.
+    let mut shoved = pressed.clone();
+    shoved.chain.ends = Ends::Fixed {
+        left_coefficient: 1.0,
+    };
+    shoved.velocity[0] = 0.0;
+    shoved.drive = Some(Drive::Wall(Waveform::HalfSine {
+        amplitude: 0.2,
+        duration: 3.1234,
+    }));
+    let mut lossy_shoved = shoved.clone();
+    lossy_shoved.scheme = Scheme::RungeKutta;
+    lossy_shoved.chain.losses = lossy.chain.losses;
     for (name, simulation) in [
+        ("lossy ring", lossy_ring),
+        ("shoved", shoved),
+        ("lossy and shoved", lossy_shoved),
         ("lossy", lossy),
         ("pressed", pressed),
         ("fixed", fixed),

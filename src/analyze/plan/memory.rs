@@ -22,7 +22,7 @@ const FINE_SHARE: u64 = 16;
 
 /// Bytes of the answer for a sample of a record that a thread looks at, for a site, and for a bin of a site that is compared.
 const ANSWER_SAMPLE: u64 = 200;
-const ANSWER_SITE: u64 = 700;
+const ANSWER_SITE: u64 = 500;
 const ANSWER_BIN: u64 = 8 * 14;
 /// Its spectra take at most one part in so many of the memory allowed, beside what the allocator keeps of the passes.
 const ANSWER_SHARE: u64 = 16;

@@ -504,7 +504,7 @@ pub fn request(typed: &Analyze, draws: bool) -> Request {
 /// What of a stated memory the program itself takes: code, libraries, a report while it is written.
 /// Less than twice as much is left to the samples.
 fn own(stated: Option<u64>) -> u64 {
-    const PROGRAM: u64 = 18 << 20;
+    const PROGRAM: u64 = 20 << 20;
     match stated {
         Some(stated) if stated >= 2 * PROGRAM => PROGRAM,
         _ => 0,

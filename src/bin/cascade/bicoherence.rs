@@ -15,7 +15,7 @@ use wavecascade::report::{
 use wavecascade::{Error, Field};
 
 use crate::coherence::averages;
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed, one_realisation};
 use crate::failure::Failure;
 use crate::parse;
 use crate::parts::{self, InParts, PartArgs};
@@ -167,7 +167,7 @@ fn answer(found: &Found) -> String {
     let independence = &found.independence;
     let (Some(_), Some(map)) = (found.cell_level(), found.map_level()) else {
         let why = match independence.is_transient() {
-            true => "the record has one transient, which is one realisation",
+            true => independence.why(),
             false => "there are too few independent realisations",
         };
         return format!("coupling cannot be told: {why}");
@@ -231,14 +231,8 @@ fn tell(found: &Found, summary: &mut Summary) {
 fn warnings(found: &Found) -> Vec<[String; 2]> {
     let independence = &found.independence;
     let mut warnings = Vec::new();
-    if independence.is_transient() && independence.records < 2 {
-        warnings.push([
-            format!(
-                "the record is a transient (steadiness {}): its segments are not independent",
-                number(independence.steadiness)
-            ),
-            "name several records of the same sites, one a shot".into(),
-        ]);
+    if let Some(warning) = one_realisation(independence, "record") {
+        warnings.push(warning);
     } else if independence.is_transient() {
         warnings.push([
             "the records are transients: alike in every shot, they have a bicoherence of 1".into(),

@@ -16,7 +16,7 @@ use wavecascade::report::{
 use wavecascade::{Error, Field};
 
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed, one_realisation};
 use crate::failure::Failure;
 use crate::parse;
 use crate::parts::{self, InParts, PartArgs};
@@ -207,7 +207,7 @@ fn answer(found: &Found) -> String {
     }
     if found.level().is_none() {
         let why = match found.independence.is_transient() {
-            true => "the reference has one transient, which is one realisation",
+            true => found.independence.why(),
             false => "there are fewer than two independent realisations",
         };
         return format!("nothing can be told: {why}");
@@ -418,14 +418,6 @@ pub fn warnings(found: &Found) -> Vec<[String; 2]> {
             "compare with another site (`--reference`)".into(),
         ]);
     }
-    if independence.is_transient() && independence.records < 2 {
-        warnings.push([
-            format!(
-                "the reference is a transient (steadiness {}): its segments are not independent",
-                number(independence.steadiness)
-            ),
-            "name several records of the same sites, one a shot".into(),
-        ]);
-    }
+    warnings.extend(one_realisation(independence, "reference"));
     warnings
 }

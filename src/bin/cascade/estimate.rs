@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use wavecascade::arrays::Precision;
+use wavecascade::estimates::Independence;
 use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
@@ -257,4 +258,24 @@ pub fn publish<E: Estimate>(
         summary.print(typed.how.detail.verbose)?;
     }
     Ok(())
+}
+
+/// What to say of a record, or what stands for it, that is one realisation by itself.
+pub fn one_realisation(of: &Independence, what: &str) -> Option<[String; 2]> {
+    (of.is_transient() && of.records < 2).then(|| match of.steadiness.is_nan() {
+        true => [
+            format!(
+                "{} of the {what}: no level of chance and no interval is stated",
+                of.why()
+            ),
+            "leave out the segments that miss samples: `--gaps leave-out`".into(),
+        ],
+        false => [
+            format!(
+                "the {what} is a transient (steadiness {}): its segments are not independent",
+                terminal::number(of.steadiness)
+            ),
+            "name several records of the same sites, one a shot".into(),
+        ],
+    })
 }

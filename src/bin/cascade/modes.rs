@@ -12,7 +12,7 @@ use wavecascade::report::{
 use wavecascade::{Error, Field};
 
 use crate::coherence::{AverageArgs, averages};
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed, one_realisation};
 use crate::summary::Summary;
 use crate::terminal::number;
 
@@ -94,16 +94,9 @@ impl Estimate for Found {
     }
 
     fn warnings(&self) -> Vec<[String; 2]> {
-        let independence = &self.independence;
-        if !(independence.is_transient() && independence.records < 2) {
-            return Vec::new();
-        }
-        let message = format!(
-            "the record is a transient (steadiness {}): its segments are not independent",
-            number(independence.steadiness)
-        );
-        let advice = "name several records of the same sites, one a shot";
-        vec![[message, advice.into()]]
+        one_realisation(&self.independence, "record")
+            .into_iter()
+            .collect()
     }
 
     fn answer(&self) -> String {
@@ -125,7 +118,7 @@ fn answer(found: &Found) -> String {
     let share = percent(found.leading_share(shapes.bin));
     let Some(count) = found.above_noise(shapes.bin) else {
         let why = match found.independence.is_transient() {
-            true => "one transient is one realisation",
+            true => found.independence.why(),
             false => "there are too few realisations",
         };
         return format!(

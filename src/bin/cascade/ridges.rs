@@ -9,12 +9,14 @@ use wavecascade::prepare::Window;
 use wavecascade::report::{
     LabelledArrays, Provenance, RidgesSummary, percent, ridges_arrays, ridges_csv, ridges_html,
 };
-use wavecascade::ridges::{RidgeCut, RidgeLaw, RidgePoint, Ridges as Found, RidgesRequest, ridges};
+use wavecascade::ridges::{
+    RidgeCut, RidgeLaw, RidgeParameter, RidgePoint, Ridges as Found, RidgesRequest, ridges,
+};
 use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed, one_realisation};
 use crate::parse;
 use crate::summary::{Summary, with_half};
 use crate::terminal::number;
@@ -170,9 +172,10 @@ impl Estimate for Found {
 
     fn warnings(&self) -> Vec<[String; 2]> {
         let of_spectrum = self.analysis.warnings.iter();
-        of_spectrum
-            .map(|warning| [warning.message(), advice::of_warning(warning).into()])
-            .collect()
+        let of_spectrum =
+            of_spectrum.map(|warning| [warning.message(), advice::of_warning(warning).into()]);
+        let warnings = one_realisation(&self.independence, "field");
+        warnings.into_iter().chain(of_spectrum).collect()
     }
 
     fn answer(&self) -> String {
@@ -189,6 +192,19 @@ const LEAST_KNOWN: usize = 5;
 /// Spread of velocities that are one, over their median.
 const ALIKE: f64 = 0.15;
 
+/// A parameter of a fitted law with its standard error, if it has one.
+fn parameter(p: &RidgeParameter) -> String {
+    match p.error.is_finite() {
+        true => format!(
+            "{} = {} \u{b1} {}",
+            p.name,
+            number(p.value),
+            number(p.error)
+        ),
+        false => format!("{} = {}", p.name, number(p.value)),
+    }
+}
+
 /// The law, or the velocity, in words.
 fn answer(found: &Found) -> String {
     if found.ridges.is_empty() {
@@ -198,18 +214,14 @@ fn answer(found: &Found) -> String {
     let fits = found.fits.iter().filter(|fit| fit.deviation < 1.0);
     if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
         let parameters = fit.parameters.iter();
-        let parameters = parameters.map(|p| {
-            format!(
-                "{} = {} \u{b1} {}",
-                p.name,
-                number(p.value),
-                number(p.error)
-            )
-        });
+        let errors = match fit.parameters.iter().all(|p| p.error.is_finite()) {
+            true => " (standard errors)",
+            false => "",
+        };
         return format!(
-            "{} with {} (standard errors), within {} bins",
+            "{} with {}{errors}, within {} bins",
             fit.name,
-            parameters.collect::<Vec<_>>().join(", "),
+            parameters.map(parameter).collect::<Vec<_>>().join(", "),
             number(fit.deviation)
         );
     }
@@ -219,6 +231,18 @@ fn answer(found: &Found) -> String {
         1 => "one branch".to_owned(),
         count => format!("{count} branches"),
     };
+    if found.independence.is_transient() && found.records < 2 {
+        let speeds = found.points().map(|p| p.group_velocity.abs());
+        let mut speeds: Vec<f64> = speeds.filter(|speed| speed.is_finite()).collect();
+        speeds.sort_by(f64::total_cmp);
+        let middle = speeds.get(speeds.len() / 2);
+        let around =
+            middle.map(|speed| format!(", group velocity around {} {unit}", number(*speed)));
+        return format!(
+            "{branches}{}; of a single transient no error is stated",
+            around.unwrap_or_default()
+        );
+    }
     let magnitudes = |of: fn(&RidgePoint) -> [f64; 2]| {
         let known = found.points().map(of);
         let known = known.filter(|[speed, error]| *error < 0.1 * speed.abs());
@@ -276,14 +300,7 @@ fn tell(found: &Found, summary: &mut Summary) {
     }
     for fit in &found.fits {
         let parameters = fit.parameters.iter();
-        let parameters = parameters.map(|p| {
-            format!(
-                "{} = {} \u{b1} {}",
-                p.name,
-                number(p.value),
-                number(p.error)
-            )
-        });
+        let parameters = parameters.map(parameter);
         let text = format!(
             "{}: {}; deviation {} bins, reduced chi-square {}",
             fit.name,
@@ -304,10 +321,13 @@ fn tell(found: &Found, summary: &mut Summary) {
             number(found.realisations)
         ),
     );
-    let text = format!(
-        "{} times the noise, which noise exceeds anywhere with probability {}",
-        number(found.level),
-        percent(found.alpha)
-    );
+    let text = match found.independence.is_transient() {
+        true => format!("{} times the background", number(found.level)),
+        false => format!(
+            "{} times the noise, which noise exceeds anywhere with probability {}",
+            number(found.level),
+            percent(found.alpha)
+        ),
+    };
     summary.detail("level", &text);
 }

@@ -65,13 +65,17 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
     );
     let meters = unit("m");
     let mut start = Vec::new();
-    if d.striker_velocity != 0.0 {
+    if d.striker_velocity != 0.0 && d.moving_sites == 1 {
         let (mass, velocity) = (number(d.striker_mass), number(d.striker_velocity));
         start.push(format!("striker of {mass}{kg} at {velocity}{speed}"));
     } else if d.largest_velocity > 0.0 {
         start.push(format!(
-            "velocities up to {}{speed}",
-            number(d.largest_velocity)
+            "velocities up to {}{speed} at {}",
+            number(d.largest_velocity),
+            match d.moving_sites {
+                1 => "one site".to_owned(),
+                n => format!("{n} sites"),
+            }
         ));
     }
     if d.largest_displacement > 0.0 {

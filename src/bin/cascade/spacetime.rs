@@ -139,6 +139,13 @@ fn warnings(found: &SpaceTimeEstimate) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
     if found.independence.is_transient() {
         warnings.push(match found.has_interval() {
+            false if found.independence.steadiness.is_nan() => [
+                format!(
+                    "{} at sites that hold most of the energy: no interval is stated",
+                    found.independence.why()
+                ),
+                "use records without missing samples".into(),
+            ],
             false => [
                 format!(
                     "most of the energy is at sites with a transient (steadiness {}): the field is one \

@@ -329,7 +329,10 @@ fn answer(found: &SpectrumEstimate) -> String {
         };
     }
     match found.peaks() {
-        None => "one transient, which is one realisation: no peak can be told from chance".into(),
+        None => format!(
+            "no peak can be told from chance: {}",
+            found.independence.why()
+        ),
         Some(peaks) if peaks.is_empty() => {
             format!("no peak stands above the power on either side of it at any {column}")
         }
@@ -538,8 +541,18 @@ fn warnings(found: &SpectrumEstimate) -> Vec<[String; 2]> {
             ]);
         }
     }
+    let filled = found.steadiness.iter().filter(|s| s.is_nan()).count();
+    let without = without.saturating_sub(filled);
+    let all = found.has_interval.len();
+    if filled > 0 {
+        warnings.push([
+            format!(
+                "of {filled} of {all} {columns} more than a twentieth of the samples were filled: no interval is stated"
+            ),
+            "leave out the segments that miss samples: `--gaps leave-out`".into(),
+        ]);
+    }
     if without > 0 {
-        let all = found.has_interval.len();
         warnings.push(match found.along {
             SpectrumAxis::Time => [
                 format!(

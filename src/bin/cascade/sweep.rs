@@ -131,7 +131,7 @@ fn tell(
     Ok(())
 }
 
-/// Least and largest force that comes through, and how many members have none yet.
+/// Least and largest force that comes through, of how many members.
 fn answer(standing: &Standing, request: &Request, known: &[(usize, Measures)]) -> String {
     let values = |member: usize| {
         let keys = request.vary.iter().zip(request.values(member));
@@ -143,31 +143,35 @@ fn answer(standing: &Standing, request: &Request, known: &[(usize, Measures)]) -
         .filter_map(|(member, measures)| Some((*member, measures.peak_force_last?)))
         .collect();
     forces.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-    let missing = standing.members - forces.len();
-    let without = match missing {
-        0 => String::new(),
-        1 => "; one member has no value".into(),
-        _ => format!("; {missing} members have no value"),
-    };
-    let without = match standing.known < standing.members {
-        true => without + " yet",
-        false => without,
+    let members = standing.members;
+    let (of, others) = match members - forces.len() {
+        0 => (String::new(), ""),
+        _ if standing.known < members => (
+            format!(" of {} of {members} members", forces.len()),
+            "; the others are not computed yet",
+        ),
+        _ => (
+            format!(
+                " of the {} of {members} members where it is known",
+                forces.len()
+            ),
+            "; at the others it still rises or is sampled too far apart: state a later `end_time` or more `samples`",
+        ),
     };
     match forces.as_slice() {
-        [] if standing.known < standing.members => {
-            format!("none of {} members has a value yet", standing.members)
+        [] if standing.known < members => {
+            format!("none of {members} members has a value yet")
         }
-        [] => format!(
-            "the largest force at the last contact is known in none of {} members",
-            standing.members
-        ),
+        [] => {
+            format!("the largest force at the last contact is known in none of {members} members")
+        }
         [one] => format!(
-            "force at the last contact {} at {}{without}",
+            "force at the last contact{of} {} at {}{others}",
             number(one.1),
             values(one.0)
         ),
         [least, .., most] => format!(
-            "force at the last contact from {} at {} to {} at {}{without}",
+            "force at the last contact{of} from {} at {} to {} at {}{others}",
             number(least.1),
             values(least.0),
             number(most.1),

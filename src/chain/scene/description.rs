@@ -22,6 +22,8 @@ pub struct Description {
     pub total_mass: f64,
     pub striker_mass: f64,
     pub striker_velocity: f64,
+    /// Sites that move at the start.
+    pub moving_sites: usize,
     /// Largest initial speed and displacement of any site.
     pub largest_velocity: f64,
     pub largest_displacement: f64,
@@ -85,6 +87,7 @@ impl Setup {
             total_mass: chain.mass.iter().sum(),
             striker_mass: chain.mass[0],
             striker_velocity: simulation.velocity[0],
+            moving_sites: simulation.velocity.iter().filter(|v| **v != 0.0).count(),
             largest_velocity: largest(&simulation.velocity),
             largest_displacement: largest(&simulation.displacement),
             drive: simulation.drive.as_ref().map(drive),

@@ -4,10 +4,12 @@ use super::composed::{self, Splitting};
 use super::correction::Correction;
 use super::dense::Dense;
 use super::islands::Islands;
+use super::pair::set_end_forces;
 use super::pair::{PairStep, Span, StepOutcome, StepScratch};
 use super::system::{State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, Samples, StepControl, Stepping, Task};
+use crate::chain::drive::{Drive, Waveform};
 use crate::chain::lattice::{Chain, refuse};
 use crate::chain::law::Kernel;
 use crate::numeric::root;
@@ -88,10 +90,17 @@ pub(super) struct Driver<K> {
     pub(super) opened: Vec<usize>,
     /// Where states between steps are wanted.
     pub(super) dense: Option<Box<Dense>>,
-    /// Until when an end is driven, and the longest step until then.
+    /// Until when an end is driven, and the longest step until then. Steps end there, and see their own side of it.
     pub(super) drive_ends: f64,
     drive_step: f64,
+    drive: Option<Drive>,
 }
+
+/// What drives the first end once the drive is over.
+const REST: Waveform = Waveform::Sine {
+    amplitude: 0.0,
+    frequency: 0.0,
+};
 
 impl<K: Kernel> Driver<K> {
     pub(super) fn new(task: &Task, system: System<K>, method: Method, state: State) -> Self {
@@ -110,7 +119,8 @@ impl<K: Kernel> Driver<K> {
             }
         };
         let waveform = task.drive.map(|drive| *drive.waveform());
-        Driver {
+        let mut driver = Driver {
+            drive: task.drive,
             drive_ends: waveform.map_or(0.0, |wave| wave.end()),
             drive_step: waveform
                 .map_or(f64::INFINITY, |wave| DRIVE_STEP / wave.angular_frequency()),
@@ -137,7 +147,9 @@ impl<K: Kernel> Driver<K> {
             cost: Cost::default(),
             system,
             method,
-        }
+        };
+        driver.set_drive();
+        driver
     }
 
     fn survey(&mut self, h: f64) {
@@ -170,6 +182,26 @@ impl<K: Kernel> Driver<K> {
         {
             self.next.force[shut].fill(0.0);
         }
+    }
+
+    /// Sets what drives the first end from now on.
+    fn set_drive(&mut self) {
+        let waveform = match (&self.drive, self.time < self.drive_ends) {
+            (Some(drive), true) => drive.waveform().onward(),
+            _ => REST,
+        };
+        self.system.drive = self.drive.map(|drive| drive.with(waveform));
+    }
+
+    /// The velocity of a driven wall jumps where the drive ends.
+    fn end_drive(&mut self) {
+        if self.drive.is_none() || self.time != self.drive_ends {
+            return;
+        }
+        self.set_drive();
+        let State { x, v, force, .. } = &mut self.state;
+        self.system.place_ghosts(self.time, x, v);
+        set_end_forces(&self.system, self.time, [x, v], force);
     }
 
     fn attempt(&mut self, h: f64) -> StepOutcome {
@@ -311,6 +343,7 @@ impl<K: Kernel> Driver<K> {
 impl<K: Kernel> Stepping for Driver<K> {
     fn step_towards(&mut self, target: f64, observer: &dyn Observer) -> Result<f64> {
         let (mut landing, mut landings) = (None, 0);
+        self.end_drive();
         loop {
             if self.cost.steps.is_multiple_of(256) && observer.cancelled() {
                 return Err(Error::Cancelled);
@@ -319,6 +352,10 @@ impl<K: Kernel> Stepping for Driver<K> {
             if self.time < self.drive_ends {
                 allowed = allowed.min(self.drive_step);
             }
+            let target = match self.time < self.drive_ends {
+                true => target.min(self.drive_ends),
+                false => target,
+            };
             let next = match landing {
                 Some(h) => Some(NextStep {
                     h,
@@ -419,6 +456,7 @@ impl<K: Kernel> Stepping for Driver<K> {
 
     fn reset(&mut self, mark: &Mark) {
         (self.time, self.step) = (mark.time, mark.step);
+        self.set_drive();
         self.state.clone_from(&mark.state);
         self.next.clone_from(&mark.state);
         self.surveyed = f64::NEG_INFINITY;

@@ -162,6 +162,14 @@ impl<K: Kernel> System<K> {
     pub(super) fn loss_share(&self, s: usize) -> [f64; 2] {
         match (self.mobility[s - 1] > 0.0, self.mobility[s] > 0.0) {
             (true, true) => [0.5, 0.5],
+            // The closing contact of a ring is there twice, at either end.
+            (left, _) if self.periodic => {
+                if left {
+                    [0.5, 0.0]
+                } else {
+                    [0.0, 0.5]
+                }
+            }
             (true, false) => [1.0, 0.0],
             _ => [0.0, 1.0],
         }

@@ -172,10 +172,11 @@ impl Coherence {
 /// `1 - alpha^{1/(K-1)}` with probability alpha. The phase deviates by less than
 ///
 /// ```text
-/// asin sqrt((alpha^{-1/(K-1)} - 1) (1 - g) / g)
+/// asin sqrt(t^2 / (2 K - 2) (1 - g) / g)
 /// ```
 ///
-/// with probability `1 - alpha`; that is below a right angle exactly where `g` is above the level.
+/// with probability `1 - alpha`, `t` the two-sided quantile of Student's distribution with `2 K - 2` degrees of freedom. It is
+/// stated where `g` is above the level.
 ///
 /// # Shapes
 /// Each field is one record of every site (a shot); all have the same axes. Results: `(frequency, site)`.
@@ -207,6 +208,12 @@ pub fn coherence(
     })
 }
 
+/// `t^2 / (2 K - 2)` of K independent realisations: the variance of a phase at `1 - alpha`, but for `(1 - g) / g`.
+pub(crate) fn phase_spread(alpha: f64, independent: f64) -> f64 {
+    let degrees = 2.0 * independent - 2.0;
+    crate::numeric::student_two_sided(alpha, degrees).powi(2) / degrees
+}
+
 impl Coherence {
     /// Intervals, delays and speeds, where the coherence is above the level.
     fn judge(&mut self, realisations: &Realisations) {
@@ -221,7 +228,7 @@ impl Coherence {
         if known.iter().all(|[level, _]| level.is_nan()) {
             return;
         }
-        let spread = |j: usize| (-self.alpha.ln() / (known[j][1] - 1.0)).exp_m1();
+        let spread = |j: usize| phase_spread(self.alpha, known[j][1]);
         let spreads: Vec<f64> = (0..known.len()).map(spread).collect();
         let interval = |((_, j), g): ((usize, usize), &f64)| match *g > known[j][0] {
             true => (spreads[j] * (1.0 - g) / g).sqrt().min(1.0).asin(),

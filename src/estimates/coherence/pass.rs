@@ -17,7 +17,7 @@ use crate::estimates::realisations::{
     held_at_once, no_segment_left, nodes_of, steadiness_without,
 };
 use crate::numeric::lanes::LaneBlock;
-use crate::prepare::Gaps;
+use crate::prepare::{Detrend, Gaps};
 use crate::transform::{RecordTransform, fold, frequencies};
 
 impl CoherenceRequest {
@@ -234,7 +234,7 @@ impl Pass<'_> {
         let record = shot.record(self.request.reference);
         if self.leaves_out() {
             let missing = shot.missing(self.request.reference);
-            sums.steadiness += steadiness_without(&record, &missing);
+            sums.steadiness += steadiness_without(&record, &missing, self.request.about_mean());
         }
         let reference = self.reference(shot, portion, &record);
         let segments = self.realisations.segments;
@@ -254,12 +254,16 @@ impl Pass<'_> {
             left.for_each(|(left, kept)| left.add(kept, distances));
             self.add_tile(
                 scratch,
-                (shot.scale, portion),
+                (shot.scale, shot.mark(sites.clone()), portion),
                 (sites, records),
                 (&reference, &kept),
             );
-            tile.tree
-                .take(&mut scratch.tree, portion.record, portion.is_whole, false);
+            tile.tree.take(
+                &mut scratch.tree,
+                portion.record,
+                portion.is_whole,
+                self.request.about_mean(),
+            );
         };
         shot.each_tile("cross-spectra", &mut sums.tiles, add)
     }
@@ -268,7 +272,7 @@ impl Pass<'_> {
     fn add_tile(
         &self,
         scratch: &mut Scratch,
-        (scale, portion): (f64, &Portion),
+        (scale, mark, portion): (f64, [f64; TOGETHER], &Portion),
         (sites, records): (Range<usize>, Records<'_>),
         (reference, kept): (&Reference, &[KeptSegments]),
     ) {
@@ -278,16 +282,19 @@ impl Pass<'_> {
             deviations,
             tree,
         } = scratch;
-        let has_reference = sites.contains(&self.request.reference);
+        // How steady the reference is, and which sites are marked.
+        let is_looked_at =
+            sites.contains(&self.request.reference) || mark.iter().any(|mark| mark.is_nan());
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (segment, taper) = (r / tapers, r % tapers);
             let mut is_new = false;
             if taper == 0 {
                 let opened = tree.open_unwritten(segment, tapers == 1, || self.zeros());
                 is_new = opened.1;
-                if has_reference && kept.is_empty() {
+                if is_looked_at && kept.is_empty() {
                     let pieces = (portion, segment, records, scale);
-                    self.realisations.add_pieces(pieces, deviations, opened.0);
+                    self.realisations
+                        .add_pieces(pieces, mark, deviations, opened.0);
                 }
             }
             let Some(sums) = tree.current() else {
@@ -389,6 +396,7 @@ impl Pass<'_> {
         let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
+            None if tiles[j / TOGETHER].borrow().steadiness()[j % TOGETHER].is_nan() => f64::NAN,
             None => 1.0,
             // 0 / 0 where none are left.
             Some(left) => left.of as f64 / left.left[j] as f64,
@@ -411,9 +419,9 @@ impl Pass<'_> {
                 let sites = t * TOGETHER..grid.sites.min((t + 1) * TOGETHER);
                 for (lane, j) in sites.enumerate() {
                     let cross = Complex::new(re[lane], im[lane]);
-                    g[j] = match own[lane] > 0.0 && beside[lane] > 0.0 {
+                    g[j] = match own[lane] > 0.0 && beside[lane] > 0.0 && !parts[j].is_nan() {
                         true => (cross.norm_sqr() / (beside[lane] * own[lane])).min(1.0),
-                        // 0 / 0 where one of them is still.
+                        // 0 / 0 where one of them is still; none where too much was filled.
                         false => f64::NAN,
                     };
                     phase[j] = cross.arg();
@@ -469,7 +477,7 @@ impl Divided for CoherenceRequest {
     }
 
     fn about_mean(&self) -> bool {
-        false
+        self.averaging.detrend != Detrend::None
     }
 
     fn partial(

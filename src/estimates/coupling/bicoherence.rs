@@ -4,6 +4,7 @@ use super::along::BicoherenceAlong;
 use super::pass::Pass;
 use super::spectra::last_bin;
 use crate::error::{Error, Result};
+use crate::estimates::coherence::phase_spread;
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, Shots, Tapers, first_of,
@@ -129,7 +130,7 @@ impl Bicoherence {
             .filter(|cell| map.bicoherence[*cell] > level)
             .collect();
         cells.sort_by(|a, b| map.bicoherence[*b].total_cmp(&map.bicoherence[*a]));
-        let spread = (-self.alpha.ln() / (independent - 1.0)).exp_m1();
+        let spread = phase_spread(self.alpha, independent);
         let df = self.frequency[1];
         let triples = cells.into_iter().take(count).map(|cell| {
             let b = map.bicoherence[cell];

@@ -14,7 +14,7 @@ use crate::estimates::realisations::{
     Shot, Shots, Sums, SumsShape, TOGETHER, TreeNode, held_at_once, nodes_of, nodes_within,
     steadiness_without,
 };
-use crate::prepare::Gaps;
+use crate::prepare::{Detrend, Gaps};
 use crate::transform::{RecordTransform, frequencies};
 
 /// Bytes of a bin, and of a site, beside the arrays: rows of triples, and trees.
@@ -240,7 +240,12 @@ impl<'a> Pass<'a> {
                 segments.push(level, index, sums);
             }
         }
-        tree.take(&mut segments, portion.record, portion.is_whole, false);
+        tree.take(
+            &mut segments,
+            portion.record,
+            portion.is_whole,
+            self.request.about_mean(),
+        );
     }
 
     /// Adds how steady the records of a portion are.
@@ -254,7 +259,11 @@ impl<'a> Pass<'a> {
         if self.request.gaps == Gaps::LeaveOut {
             let mut least = 1.0_f64;
             for (lane, (sum, site)) in into.without.iter_mut().zip(sites).enumerate() {
-                let one = steadiness_without(&records.record(lane), &shot.missing(*site));
+                let one = steadiness_without(
+                    &records.record(lane),
+                    &shot.missing(*site),
+                    self.request.about_mean(),
+                );
                 *sum += one;
                 least = least.min(one);
             }
@@ -265,14 +274,19 @@ impl<'a> Pass<'a> {
             deviations, tree, ..
         } = scratch;
         let pieces = self.realisations.pieces();
+        let mark = shot.mark(sites.iter().copied());
         for segment in portion.segments.clone() {
             let sums = tree.open(segment, true, || Sums::zeros(0, pieces));
             let of = (portion, segment, records, shot.scale);
-            self.realisations.add_pieces(of, deviations, sums);
+            self.realisations.add_pieces(of, mark, deviations, sums);
             tree.close();
         }
-        into.tree
-            .take(tree, portion.record, portion.is_whole, false);
+        into.tree.take(
+            tree,
+            portion.record,
+            portion.is_whole,
+            self.request.about_mean(),
+        );
     }
 
     pub fn total(&self, mut tree: RecordTree, triples: &Triples) -> Sums {
@@ -401,7 +415,7 @@ impl Divided for BicoherenceRequest {
     }
 
     fn about_mean(&self) -> bool {
-        false
+        self.averaging.detrend != Detrend::None
     }
 
     fn orders(&self, (grid, realisations): (&Grid, &Realisations)) -> Orders {

@@ -442,12 +442,14 @@ impl Pass<'_> {
                 &mut tiles,
                 |scratch: &mut SegmentScratch, sites, records, out| {
                     let (width, mut room) = (sites.len(), Vec::new());
+                    let mark = shot.mark(sites);
                     let part = (records.length() / PARTS).max(1);
                     let parts = PARTS.min(records.length() / part);
                     for (p, sums) in out.parts.iter_mut().enumerate().take(parts) {
                         let squares = records.squares(p * part..(p + 1) * part, &mut room);
-                        for (sum, square) in sums.iter_mut().zip(&squares[..width]) {
-                            *sum += square;
+                        let squares = squares[..width].iter().zip(&mark);
+                        for (sum, (square, mark)) in sums.iter_mut().zip(squares) {
+                            *sum += square + mark;
                         }
                     }
                     self.realisations.each(records, scratch, |r, spectra| {

@@ -12,7 +12,8 @@ pub struct Independence {
     /// The effective number of a stationary record's realisations, of all records together.
     pub effective: f64,
     /// How evenly the energy of the reference is spread over its record: `(sum e)^2 / (n sum e^2)` of the
-    /// energies of `n` parts; 1 for a steady record, `1 / n` for a pulse.
+    /// energies of `n` parts; 1 for a steady record, `1 / n` for a pulse. NaN where more than a twentieth of the samples were
+    /// filled or masked.
     pub steadiness: f64,
     /// The number that significance is stated by: `effective` of steady records, else that of the
     /// records. `None` where it is below 2.
@@ -45,9 +46,18 @@ impl Independence {
         }
     }
 
-    /// Whether the reference is a transient, whose segments are not independent.
+    /// Whether the reference is one realisation: a transient, whose segments are not independent, or a record of which
+    /// too much was filled.
     pub fn is_transient(&self) -> bool {
-        self.steadiness < LEAST_STEADINESS
+        self.steadiness.is_nan() || self.steadiness < LEAST_STEADINESS
+    }
+
+    /// Why it is one realisation.
+    pub fn why(&self) -> &'static str {
+        match self.steadiness.is_nan() {
+            true => "more than a twentieth of the samples were filled",
+            false => "one transient is one realisation",
+        }
     }
 
     /// The magnitude-squared coherence (or bicoherence) that one cell exceeds by chance with probability
@@ -60,15 +70,22 @@ impl Independence {
 }
 
 /// The same of a record with zeros for the `missing` samples, in ascending order: parts count by the samples they
-/// have, and not at all if that is less than half.
-pub(crate) fn steadiness_without(record: &[f64], missing: &[usize]) -> f64 {
+/// have, and not at all if that is less than half. Where detrending takes offsets away, they are none of what moves.
+pub(crate) fn steadiness_without(record: &[f64], missing: &[usize], about_mean: bool) -> f64 {
     let length = (record.len() / PARTS).max(1);
+    let count = record.len() - missing.len();
+    let mean = match about_mean && count > 0 {
+        true => record.iter().sum::<f64>() / count as f64,
+        false => 0.0,
+    };
     let mut energies = Vec::with_capacity(PARTS);
     for (part, samples) in record.chunks_exact(length).enumerate() {
         let before = |end: usize| missing.partition_point(|n| *n < end);
         let there = length + before(part * length) - before((part + 1) * length);
         if 2 * there >= length {
-            energies.push(crate::numeric::sum_of_squares(samples) * length as f64 / there as f64);
+            let of_all: f64 = samples.iter().map(|v| (v - mean).powi(2)).sum();
+            let energy = of_all - (length - there) as f64 * mean * mean;
+            energies.push(energy.max(0.0) * length as f64 / there as f64);
         }
     }
     evenness(&energies)
@@ -87,7 +104,15 @@ pub(crate) fn steadiness(record: &[f64]) -> f64 {
 /// Of sites with their steadiness and energy, that of the one at which half of the energy lies at sites that are
 /// less steady: a pulse that passes all sites is a transient at each, though the energy of all of them is steady.
 pub(crate) fn steadiness_of_sites(mut sites: Vec<(f64, f64)>) -> f64 {
-    sites.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Those that are marked first.
+    let least = |steadiness: f64| {
+        if steadiness.is_nan() {
+            -1.0
+        } else {
+            steadiness
+        }
+    };
+    sites.sort_by(|a, b| least(a.0).total_cmp(&least(b.0)));
     let half = 0.5 * sites.iter().map(|(_, energy)| energy).sum::<f64>();
     let mut below = 0.0;
     for (steadiness, energy) in &sites {
@@ -102,7 +127,7 @@ pub(crate) fn steadiness_of_sites(mut sites: Vec<(f64, f64)>) -> f64 {
 fn evenness(energies: &[f64]) -> f64 {
     let all: f64 = energies.iter().sum();
     let squares: f64 = energies.iter().map(|e| e * e).sum();
-    match squares > 0.0 {
+    match squares > 0.0 || squares.is_nan() {
         true => all * all / (energies.len() as f64 * squares),
         false => 1.0,
     }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::averaging::Realisations;
 use super::ensemble::PARTS;
 use super::records::Records;
+use super::shots::TOGETHER;
 use super::tree::{Sums, held_at_once, nodes_within};
 use crate::error::{Error, Result};
 use crate::transform::Segments;
@@ -163,10 +164,11 @@ impl Realisations {
     }
 
     /// Adds the samples of up to eight `records`, those of a portion, times `scale`, from the start of a segment
-    /// to that of the next.
+    /// to that of the next. A `mark` of NaN makes their steadiness NaN.
     pub fn add_pieces(
         &self,
         (portion, segment, records, scale): (&Portion, usize, Records<'_>, f64),
+        mark: [f64; TOGETHER],
         scratch: &mut Vec<f64>,
         sums: &mut Sums,
     ) {
@@ -186,7 +188,7 @@ impl Realisations {
             let count = samples.len() as f64;
             let [means, squares] = records.mean_and_squares(samples, scratch);
             let means = means.map(|mean| mean * scale);
-            let squares = squares.map(|squares| squares * (scale * scale));
+            let squares = std::array::from_fn(|lane| squares[lane] * (scale * scale) + mark[lane]);
             sums.add_piece(piece, count, means, squares);
             from = to;
         }

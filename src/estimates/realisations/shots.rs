@@ -19,6 +19,9 @@ use crate::transform::Segments;
 /// Sites that are read and transformed together: a tile.
 pub(crate) const TOGETHER: usize = 8;
 
+/// Share of a record's samples that may be filled: more, and intervals do not hold.
+pub(crate) const FILLED: f64 = 0.05;
+
 /// Fields with the same axes, one record of every site each.
 pub(crate) struct Shots<'a> {
     fields: &'a [&'a Field],
@@ -355,6 +358,19 @@ impl Shot<'_> {
                 .collect(),
             false => Vec::new(),
         }
+    }
+
+    /// Of up to eight sites, NaN where so many samples were filled or masked that statistics of the record do not hold,
+    /// else 0: added to sums, it marks them.
+    pub fn mark(&self, sites: impl IntoIterator<Item = usize>) -> [f64; TOGETHER] {
+        let mut marks = [0.0; TOGETHER];
+        let most = (FILLED * self.prepared.n_times() as f64) as usize;
+        for (mark, site) in marks.iter_mut().zip(sites) {
+            if !self.leaves_out && self.prepared.gaps_of(site).len() > most {
+                *mark = f64::NAN;
+            }
+        }
+        marks
     }
 
     /// The segments of a site's record without missing samples; `None` where none are left out at all.

@@ -148,7 +148,7 @@ impl Sums {
             let of = |piece: &[LaneBlock; PIECE], what: usize| piece[what].0[lane];
             let all: f64 = pieces.iter().map(|piece| of(piece, 0)).sum();
             let weighted = pieces.iter().map(|piece| of(piece, 0) * of(piece, 1));
-            let mean = if about_mean {
+            let mean = if about_mean && all > 0.0 {
                 weighted.sum::<f64>() / all
             } else {
                 0.0
@@ -163,12 +163,19 @@ impl Sums {
                 sum += energy;
                 squares += energy * energy;
             }
-            if squares > 0.0 {
+            if squares > 0.0 || squares.is_nan() {
                 *own = sum * sum / (equal.len() as f64 * squares);
             }
             steadiness.0[lane] += *own;
         }
-        least.0[0] += of_lanes.iter().fold(1.0, |least: f64, one| least.min(*one));
+        least.0[0] += of_lanes
+            .iter()
+            .fold(1.0, |least: f64, one| match one.is_nan() {
+                true => *one,
+                // A mark stays.
+                false if least.is_nan() => least,
+                false => least.min(*one),
+            });
         pieces.fill([LaneBlock::default(); PIECE]);
     }
 

@@ -212,6 +212,7 @@ impl<'a> Pass<'a> {
                 let from = i * TOGETHER;
                 let columns = from..self.grid.sites.min(from + TOGETHER);
                 tile.samples.resize(columns.len() * times.len(), 0.0);
+                let mark = shot.mark(columns.clone());
                 shot.piece(times.clone(), columns, &mut tile.samples);
                 let Some(unit) = sums else {
                     self.realisations
@@ -224,7 +225,7 @@ impl<'a> Pass<'a> {
                 let records = Records::one_after_another(&tile.samples, times.len());
                 let pieces = (one, segment, records, shot.scale);
                 self.realisations
-                    .add_pieces(pieces, &mut scratch.numbers, sums);
+                    .add_pieces(pieces, mark, &mut scratch.numbers, sums);
                 self.realisations
                     .remove_trends(&mut tile.samples, &mut scratch.segments);
                 let squared = shot.scale * shot.scale;

@@ -42,7 +42,10 @@ impl Pass<'_> {
             if has_none(j) {
                 return f64::NAN;
             }
-            value(|tile| &tile.spectrum, m, j) * density * fold(m, length)
+            let power = value(|tile| &tile.spectrum, m, j) * density * fold(m, length);
+            // Not one sample was there.
+            let is_empty = power == 0.0 && steadiness[j].is_nan();
+            if is_empty { f64::NAN } else { power }
         });
 
         let records = self.records as f64;

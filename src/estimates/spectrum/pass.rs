@@ -17,7 +17,7 @@ use crate::estimates::realisations::{
     Weights, WithoutOne, held_at_once, no_segment_left, nodes_of, steadiness_without,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
-use crate::prepare::{Detrend, Gaps, Trend};
+use crate::prepare::{Detrend, Gaps};
 use crate::transform::{RecordTransform, Segments, fold};
 
 /// Bytes of a cell of a site in the sums and in the results.
@@ -67,6 +67,7 @@ struct SiteShot {
     /// Where segments with missing samples are left out: those of each site, and the times of the samples.
     kept: Vec<KeptSegments>,
     missing: Vec<Vec<usize>>,
+    mark: [f64; TOGETHER],
 }
 
 impl SiteShot {
@@ -76,7 +77,8 @@ impl SiteShot {
             width: sites.len(),
             scale: shot.scale,
             kept: kept.collect(),
-            missing: sites.map(|site| shot.missing(site)).collect(),
+            missing: sites.clone().map(|site| shot.missing(site)).collect(),
+            mark: shot.mark(sites),
         }
     }
 
@@ -102,7 +104,6 @@ impl SiteShot {
 struct Scratch {
     segments: SegmentScratch,
     record: Vec<f64>,
-    trend: Vec<f64>,
     tapers: Vec<TaperSums>,
     left: Vec<LaneBlock>,
     deviations: Vec<f64>,
@@ -353,7 +354,8 @@ impl<'a> Pass<'a> {
                 let sums = tree.open(segment, true, || self.zeros());
                 if !leaves_out {
                     let pieces = (portion, segment, records, of.scale);
-                    self.realisations.add_pieces(pieces, deviations, sums);
+                    self.realisations
+                        .add_pieces(pieces, of.mark, deviations, sums);
                 }
             }
             let Some(sums) = tree.current() else {
@@ -394,17 +396,8 @@ impl<'a> Pass<'a> {
         for (lane, sum) in tile.steadiness.iter_mut().enumerate().take(of.width) {
             let missing = of.missing.get(lane).map_or(&[][..], |missing| missing);
             records.copy(lane, 0..records.length(), &mut scratch.record);
-            // An offset is not what moves.
-            if self.about_mean() {
-                Trend::remove_from(
-                    &mut scratch.record,
-                    Detrend::Mean,
-                    |n| missing.binary_search(&n).is_err(),
-                    &mut scratch.trend,
-                );
-            }
             missing.iter().for_each(|n| scratch.record[*n] = 0.0);
-            *sum += steadiness_without(&scratch.record, missing);
+            *sum += steadiness_without(&scratch.record, missing, self.about_mean());
         }
     }
 

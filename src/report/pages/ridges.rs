@@ -79,7 +79,10 @@ pub fn ridges_html(
             ("effective realisations", number(found.realisations)),
             (
                 "level over the noise",
-                format!("{} at {}", number(found.level), percent(found.alpha)),
+                match found.independence.is_transient() {
+                    true => format!("{}: {}", number(found.level), found.independence.why()),
+                    false => format!("{} at {}", number(found.level), percent(found.alpha)),
+                },
             ),
             (
                 "bin of frequency",

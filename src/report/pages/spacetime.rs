@@ -82,7 +82,7 @@ pub fn spacetime_html(
                 }
             )
         }
-        None => "No interval can be stated: a transient is one realisation".into(),
+        None => format!("No interval can be stated: {}", found.independence.why()),
     };
     let [plus, minus, neither] = found.directions();
     let unit = found.unit.as_ref().map(|unit| format!(" ({unit})²"));

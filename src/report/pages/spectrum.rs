@@ -95,7 +95,7 @@ pub fn spectrum_html(
                 number(most)
             )
         }
-        None => "No interval can be stated: a transient is one realisation".into(),
+        None => format!("No interval can be stated: {}", found.independence.why()),
     };
     let lines = found
         .line_test
