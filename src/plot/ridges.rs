@@ -29,7 +29,7 @@ pub fn ridges(found: &Ridges, name: &str, style: &Style) -> Vec<Figure> {
         title: "Ridges of S(k, f)".into(),
         data: name.into(),
         rows,
-        notes: vec![match found.independence.is_transient() {
+        notes: vec![match found.is_single() {
             true => format!(
                 "Peaks exceed {:.1} times the background about them.",
                 found.level

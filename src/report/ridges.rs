@@ -26,6 +26,8 @@ pub struct RidgesSummary<'a> {
     window_time: &'a str,
     window_space: &'a str,
     realisations: f64,
+    /// Below a half the fields are a transient, of which nothing has an error.
+    steadiness: f64,
     alpha: f64,
     level: f64,
     frequency_bin: f64,
@@ -78,6 +80,7 @@ impl<'a> RidgesSummary<'a> {
             window_time: &conventions.window_time.name,
             window_space: &conventions.window_space.name,
             realisations: found.realisations,
+            steadiness: found.independence.steadiness,
             alpha: found.alpha,
             level: found.level,
             frequency_bin: found.bins[0],

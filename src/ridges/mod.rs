@@ -39,6 +39,9 @@ const JOINED: f64 = 3.0;
 /// Share of a ridge's points that another follows from which on both are the same.
 const COVERED: f64 = 0.5;
 
+/// Steadiness below which a field is a transient, whose waves come and go: half, as of narrow-band noise at the least.
+const STEADY: f64 = 0.5;
+
 /// Along which axis peaks are looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -156,6 +159,11 @@ pub struct Ridges {
 }
 
 impl Ridges {
+    /// Whether the fields are one realisation, such as a transient: then nothing has an error.
+    pub fn is_single(&self) -> bool {
+        is_single(&self.independence)
+    }
+
     /// How many branches there are.
     pub fn branches(&self) -> usize {
         self.ridges
@@ -309,6 +317,11 @@ fn steadiness(fields: &[&Field]) -> f64 {
         steadiness_of_sites(sites)
     };
     fields.iter().map(of).sum::<f64>() / fields.len() as f64
+}
+
+fn is_single(independence: &Independence) -> bool {
+    independence.records < 2
+        && (independence.steadiness.is_nan() || independence.steadiness < STEADY)
 }
 
 /// Errors by noise and spread are none of a single transient's, which is as it is.
@@ -478,7 +491,7 @@ impl Search<'_> {
             .map(|law| law.fit(&all, site, [df, dk]));
         let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
         let (mut ridges, mut fits) = (ridges, fits);
-        if self.independence.is_transient() && self.independence.records < 2 {
+        if is_single(&self.independence) {
             without_errors(&mut ridges, &mut fits);
         }
         self.analysis.dispersion = curves(&ridges);

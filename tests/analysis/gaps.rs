@@ -336,3 +336,61 @@ fn val_intervals_hold_as_often_as_they_say() {
     assert!((shares[0] - 0.95).abs() < 0.008, "{shares:?}");
     assert!((shares[1] - 0.95).abs() < 0.012, "{shares:?}");
 }
+
+/// Where more than a twentieth of the samples were filled, nothing is stated of chance: white noise without a quarter of its
+/// samples has a spectrum of three quarters, which no interval holds. A site without a sample has none.
+#[test]
+fn val_construction_filled_records_have_no_intervals() {
+    let values = |share: f64| {
+        let noise = noise(2048, 4);
+        Array2::from_shape_fn((2048, 4), |(n, j)| match j {
+            1 if (600..600 + (2048.0 * share) as usize).contains(&n) => f64::NAN,
+            2 if share > 0.05 => f64::NAN,
+            _ => noise[[n, j]],
+        })
+    };
+    for gaps in [Gaps::Interpolate, Gaps::Mask] {
+        let of = |share: f64| {
+            let request = SpectrumRequest {
+                gaps,
+                ..request(128, 64)
+            };
+            spectrum(&[&field(values(share))], &request, &Silent).unwrap()
+        };
+        let (few, many) = (of(0.02), of(0.25));
+        assert!(few.has_interval.iter().all(|has| *has), "{gaps:?}");
+        assert_eq!(many.has_interval, [true, false, false, true], "{gaps:?}");
+        assert!(many.low.column(1).iter().all(|v| v.is_nan()));
+        assert!(many.spectrum.column(2).iter().all(|v| v.is_nan()));
+        let request = CoherenceRequest {
+            averaging: averaging(128, 64),
+            gaps,
+            ..CoherenceRequest::default()
+        };
+        let found = coherence(&[&field(values(0.25))], &request, &Silent).unwrap();
+        assert!(found.level().is_some(), "{gaps:?}");
+        assert!(found.coherence.column(1).iter().all(|v| v.is_nan()));
+        assert!(found.coherence.column(3).iter().all(|v| v.is_finite()));
+        let request = CoherenceRequest {
+            reference: 1,
+            ..request
+        };
+        let found = coherence(&[&field(values(0.25))], &request, &Silent).unwrap();
+        assert!(found.level().is_none(), "{gaps:?}");
+        let request = BicoherenceRequest {
+            site: 1,
+            averaging: averaging(128, 64),
+            gaps,
+            ..BicoherenceRequest::default()
+        };
+        let found = bicoherence(&[&field(values(0.25))], &request, &Silent).unwrap();
+        assert!(found.map_level().is_none(), "{gaps:?}");
+        let request = ModesRequest {
+            averaging: averaging(128, 64),
+            gaps,
+            ..ModesRequest::default()
+        };
+        let found = modes(&[&field(values(0.25))], &request, &Silent).unwrap();
+        assert!(found.independence.is_transient(), "{gaps:?}");
+    }
+}

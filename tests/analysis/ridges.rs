@@ -10,6 +10,7 @@ use wavecascade::chain::{
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::Window;
+use wavecascade::reference::LatticeImpact;
 use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges, RidgesRequest, ridges};
 use wavecascade::{Error, Field};
 
@@ -221,6 +222,56 @@ fn val_noise_has_no_ridges() {
         );
     }
     assert_eq!(peaks, 0);
+}
+
+/// Nor has noise that is correlated, along x as by a gauge of four sites, or in time.
+#[test]
+fn val_correlated_noise_has_no_ridges() {
+    let mut noise = Noise(5);
+    let mut found_in = [0; 2];
+    for _ in 0..10 {
+        let white = Array2::from_shape_fn((1024, 52), |_| noise.gaussian());
+        let gauge = Array2::from_shape_fn((1024, 48), |(n, j)| {
+            (0..4).map(|i| white[[n, j + i]]).sum::<f64>()
+        });
+        let mut red = white;
+        for n in 1..1024 {
+            for j in 0..52 {
+                red[[n, j]] += 0.85 * red[[n - 1, j]];
+            }
+        }
+        for (count, values) in found_in.iter_mut().zip([gauge, red]) {
+            let found = found(&Field::from_array(values), &RidgesRequest::default());
+            *count += found.ridges.len();
+        }
+    }
+    assert_eq!(found_in, [0; 2]);
+}
+
+/// The branch of a struck lattice is found, but a single transient has no errors.
+#[test]
+fn val_theory_a_transient_has_no_errors() {
+    let impact = LatticeImpact {
+        n_times: 768,
+        n_sites: 96,
+        dt: 0.125,
+    };
+    let found = found(&impact.field(), &RidgesRequest::default());
+    assert!(found.is_single() && found.points().count() > 20);
+    for point in found.points() {
+        let exact = (0.5 * point.wavenumber).sin().abs() / PI;
+        assert!(
+            (point.frequency - exact).abs() < 2.0 * found.bins[0],
+            "{point:?}"
+        );
+        let errors = [
+            point.frequency_error,
+            point.wavenumber_error,
+            point.phase_velocity_error,
+            point.group_velocity_error,
+        ];
+        assert!(errors.iter().all(|error| error.is_nan()), "{point:?}");
+    }
 }
 
 #[derive(Deserialize)]

@@ -262,7 +262,12 @@ pub fn publish<E: Estimate>(
 
 /// What to say of a record, or what stands for it, that is one realisation by itself.
 pub fn one_realisation(of: &Independence, what: &str) -> Option<[String; 2]> {
-    (of.is_transient() && of.records < 2).then(|| match of.steadiness.is_nan() {
+    (of.is_transient() && of.records < 2).then(|| alone(of, what))
+}
+
+/// Why a record by itself has no errors.
+pub fn alone(of: &Independence, what: &str) -> [String; 2] {
+    match of.steadiness.is_nan() {
         true => [
             format!(
                 "{} of the {what}: no level of chance and no interval is stated",
@@ -277,5 +282,5 @@ pub fn one_realisation(of: &Independence, what: &str) -> Option<[String; 2]> {
             ),
             "name several records of the same sites, one a shot".into(),
         ],
-    })
+    }
 }

@@ -16,7 +16,7 @@ use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed, one_realisation};
+use crate::estimate::{Computation, Estimate, EstimateArgs, Typed, alone};
 use crate::parse;
 use crate::summary::{Summary, with_half};
 use crate::terminal::number;
@@ -174,8 +174,8 @@ impl Estimate for Found {
         let of_spectrum = self.analysis.warnings.iter();
         let of_spectrum =
             of_spectrum.map(|warning| [warning.message(), advice::of_warning(warning).into()]);
-        let warnings = one_realisation(&self.independence, "field");
-        warnings.into_iter().chain(of_spectrum).collect()
+        let single = self.is_single().then(|| alone(&self.independence, "field"));
+        single.into_iter().chain(of_spectrum).collect()
     }
 
     fn answer(&self) -> String {
@@ -231,7 +231,7 @@ fn answer(found: &Found) -> String {
         1 => "one branch".to_owned(),
         count => format!("{count} branches"),
     };
-    if found.independence.is_transient() && found.records < 2 {
+    if found.is_single() {
         let speeds = found.points().map(|p| p.group_velocity.abs());
         let mut speeds: Vec<f64> = speeds.filter(|speed| speed.is_finite()).collect();
         speeds.sort_by(f64::total_cmp);
@@ -321,7 +321,7 @@ fn tell(found: &Found, summary: &mut Summary) {
             number(found.realisations)
         ),
     );
-    let text = match found.independence.is_transient() {
+    let text = match found.is_single() {
         true => format!("{} times the background", number(found.level)),
         false => format!(
             "{} times the noise, which noise exceeds anywhere with probability {}",

@@ -104,15 +104,11 @@ pub(crate) fn steadiness(record: &[f64]) -> f64 {
 /// Of sites with their steadiness and energy, that of the one at which half of the energy lies at sites that are
 /// less steady: a pulse that passes all sites is a transient at each, though the energy of all of them is steady.
 pub(crate) fn steadiness_of_sites(mut sites: Vec<(f64, f64)>) -> f64 {
-    // Those that are marked first.
-    let least = |steadiness: f64| {
-        if steadiness.is_nan() {
-            -1.0
-        } else {
-            steadiness
-        }
-    };
-    sites.sort_by(|a, b| least(a.0).total_cmp(&least(b.0)));
+    // Marked sites may hold the most.
+    if sites.iter().any(|(steadiness, _)| steadiness.is_nan()) {
+        return f64::NAN;
+    }
+    sites.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = 0.5 * sites.iter().map(|(_, energy)| energy).sum::<f64>();
     let mut below = 0.0;
     for (steadiness, energy) in &sites {

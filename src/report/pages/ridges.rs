@@ -79,7 +79,7 @@ pub fn ridges_html(
             ("effective realisations", number(found.realisations)),
             (
                 "level over the noise",
-                match found.independence.is_transient() {
+                match found.is_single() {
                     true => format!("{}: {}", number(found.level), found.independence.why()),
                     false => format!("{} at {}", number(found.level), percent(found.alpha)),
                 },
