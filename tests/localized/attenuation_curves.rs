@@ -150,6 +150,28 @@ fn val_paper_localized_settles_and_dispersive_falls() {
     assert_eq!(curve(2).rows[21].kind, ContactKind::Stiff);
 }
 
+/// What a law says of lengths beyond the curve is said only as far as it has been seen to hold: at most half as long again, with an
+/// interval that covers what it misses of the curve's last third.
+#[test]
+fn val_construction_extrapolated_lengths_hold_or_are_not_stated() {
+    let reach = |bodies: usize, target: f64| {
+        let mut request = request(vec![dimer(2.398)]);
+        (request.length, request.target) = (bodies, Some(target));
+        request.senses = vec![Sense::Chain];
+        run(&request).curves.swap_remove(0).reach.unwrap()
+    };
+    // By simulation of longer chains: 0.4 after 52 bodies, 0.2 within no 198.
+    let Reach::Within { bodies } = reach(60, 0.4) else {
+        panic!("reached");
+    };
+    assert_eq!(bodies, 52);
+    assert_eq!(reach(24, 0.4), Reach::Unknown);
+    assert_eq!(reach(60, 0.2), Reach::Unknown);
+    if let Reach::Beyond { length, .. } = reach(44, 0.4) {
+        assert!(length.low <= 52.0 && 52.0 <= length.high, "{length:?}");
+    }
+}
+
 /// A scene that lists its coefficients has a fixed length: its curve reports where it stops.
 #[test]
 fn a_curve_of_a_chain_of_fixed_length_stops_and_says_where() {
