@@ -6,6 +6,7 @@ use ndarray::Array2;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::estimates::realisations::check_squares;
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::system::memory::half_of_free_memory;
@@ -183,6 +184,11 @@ pub fn lomb(field: &Field, request: &LombRequest, observer: &dyn Observer) -> Re
         match along_time {
             true => field.read_site_major(0..n_times, index..index + 1, &mut values),
             false => field.read_time_major(index..index + 1, 0..n_sites, &mut values),
+        }
+        let finite = values.iter().filter(|v| v.is_finite());
+        let largest = finite.fold(0.0f64, |m, v| m.max(v.abs()));
+        if largest > 0.0 {
+            check_squares(largest)?;
         }
         let record = Record::new(&at, &values);
         observer.advance(1);

@@ -45,7 +45,14 @@ impl LineFit {
 
     /// Half of the regression interval of the slope at `1 - alpha`: Student's t of `n - 2` degrees of freedom.
     pub fn half_interval(&self, alpha: f64) -> f64 {
-        self.slope_error * student_two_sided(alpha, self.points as f64 - 2.0)
+        self.half_interval_of(alpha, 1.0)
+    }
+
+    /// The same where residuals follow those beside them, so that only one of `shared` points counts: the variance of the slope
+    /// is as many times larger.
+    pub(crate) fn half_interval_of(&self, alpha: f64, shared: f64) -> f64 {
+        let degrees = (self.points as f64 / shared - 2.0).max(1.0);
+        self.slope_error * shared.sqrt() * student_two_sided(alpha, degrees)
     }
 }
 

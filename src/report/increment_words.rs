@@ -60,11 +60,7 @@ fn flatness(found: &Increments, axis: &AxisIncrements) -> String {
 }
 
 fn third(found: &Increments, axis: &AxisIncrements) -> String {
-    let signs: Vec<(f64, f64)> = axis
-        .scales
-        .iter()
-        .filter_map(|m| m.third_sign().map(|sign| (m.scale, sign)))
-        .collect();
+    let signs = axis.third_signs(found.alpha);
     let unit = unit(found, axis);
     let count = |of: f64| {
         let scales: Vec<f64> = signs

@@ -298,6 +298,7 @@ fn steadiness(fields: &[&Field]) -> f64 {
     let of = |field: &&Field| {
         let times = field.n_times();
         let mut sites = Vec::with_capacity(field.n_sites());
+        let mut most = 0.0f64;
         let mut records = vec![0.0; times * TOGETHER];
         for from in (0..field.n_sites()).step_by(TOGETHER) {
             let some = from..field.n_sites().min(from + TOGETHER);
@@ -307,14 +308,23 @@ fn steadiness(fields: &[&Field]) -> f64 {
                 let missing = (0..times).filter(|n| !record[*n].is_finite());
                 let missing: Vec<usize> = missing.collect();
                 missing.iter().for_each(|n| record[*n] = 0.0);
+                // Squares of squares stay numbers.
+                let largest = record.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+                if largest > 0.0 {
+                    record.iter_mut().for_each(|v| *v /= largest);
+                }
                 let steadiness = match missing.len() as f64 > FILLED * times as f64 {
                     true => f64::NAN,
                     false => steadiness_without(record, &missing, true),
                 };
-                sites.push((steadiness, crate::numeric::sum_of_squares(record)));
+                most = most.max(largest);
+                sites.push((steadiness, crate::numeric::sum_of_squares(record), largest));
             }
         }
-        steadiness_of_sites(sites)
+        let relative = |(steadiness, energy, largest): (f64, f64, f64)| {
+            (steadiness, energy * (largest / most).powi(2))
+        };
+        steadiness_of_sites(sites.into_iter().map(relative).collect())
     };
     fields.iter().map(of).sum::<f64>() / fields.len() as f64
 }

@@ -1,11 +1,17 @@
 //! Fields that break careless spectra: short, long, constant, huge, tiny, offset, with holes.
 
 use ndarray::Array2;
+use test_support::fields::noise;
 use wavecascade::analyze::{
     Analysis, BandEdge, Request, Scaling, Spectra, TimeRange, Warning, Welch,
 };
 use wavecascade::arrays::Precision;
+use wavecascade::estimates::{
+    IncrementsRequest, LombRequest, ModesRequest, SpectrumRequest, increments, lomb, modes,
+    spectrum,
+};
 use wavecascade::field::Axis;
+use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Gaps, Window};
 use wavecascade::reference::{Grid, Tone};
 use wavecascade::{Error, Field, analyze};
@@ -673,5 +679,40 @@ fn val_a_parseval_residual_above_its_bound_is_an_error() {
     ] {
         let found = with(residual).check(precision);
         assert_eq!(found.is_ok(), passes, "{residual} {precision:?}");
+    }
+}
+
+/// Densities of amplitudes whose squares leave the range of numbers are refused, not stated as 0 or infinite.
+#[test]
+fn val_amplitudes_without_squares_are_refused() {
+    let values = noise(1024, 8);
+    for (amplitude, squares, sixths) in [
+        (1e-165, true, true),
+        (1e-100, false, true),
+        (1e-40, false, false),
+        (1e40, false, false),
+        (1e100, false, true),
+        (1e154, true, true),
+    ] {
+        let field = Field::from_array(&values * amplitude);
+        let fields = [&field];
+        let refused = |found: Result<(), Error>| match found {
+            Ok(()) => false,
+            Err(error) => {
+                assert!(
+                    error.to_string().contains("another unit"),
+                    "{amplitude}: {error}"
+                );
+                true
+            }
+        };
+        let found = [
+            spectrum(&fields, &SpectrumRequest::default(), &Silent).map(|_| ()),
+            modes(&fields, &ModesRequest::default(), &Silent).map(|_| ()),
+            lomb(&field, &LombRequest::default(), &Silent).map(|_| ()),
+        ];
+        assert_eq!(found.map(refused), [squares; 3], "{amplitude}");
+        let found = increments(&fields, &IncrementsRequest::default(), &Silent).map(|_| ());
+        assert_eq!(refused(found), sixths, "{amplitude}");
     }
 }

@@ -251,6 +251,28 @@ fn val_intervals_over_shots_hold() {
     assert!((35..=40).contains(&inside), "{inside}");
 }
 
+/// So do those of the regression along time, where a window gives neighbouring bins a part in common.
+#[test]
+fn val_intervals_of_the_regression_hold() {
+    let trials = 300;
+    let all = noise(1024 * trials, 1);
+    let inside = (0..trials).filter(|trial| {
+        let from = 1024 * trial;
+        let field = Field::from_array(all.slice(ndarray::s![from..from + 1024, ..]).to_owned());
+        let request = SlopeRequest {
+            axis: FieldAxis::Time,
+            band: (0.02, 0.48),
+            ..SlopeRequest::default()
+        };
+        let law = slope(&[&field], &request, &Silent).unwrap().law;
+        assert_eq!(law.basis, ExponentBasis::Regression);
+        law.slope.abs() < law.half
+    });
+    let inside = inside.count();
+    println!("{inside} of {trials} inside");
+    assert!((276..=294).contains(&inside), "{inside}");
+}
+
 #[test]
 fn regress_snapshots_with_gaps_are_left_out() {
     let whole = noise(10, 64);

@@ -99,11 +99,11 @@ fn options_that_do_not_fit_are_named_with_what_was_expected_and_found() {
         ),
         (
             &["--band-edge-frequency", "-3"],
-            &["--band-edge-frequency", "at least 0", "-3"],
+            &["--band-edge-frequency", "a number from 0 to", "-3"],
         ),
         (
             &["--band-edge-wavenumber", "-1"],
-            &["--band-edge-wavenumber", "at least 0", "-1"],
+            &["--band-edge-wavenumber", "a number from 0 to", "-1"],
         ),
         (
             &["--reference-site", "12"],

@@ -82,7 +82,7 @@ fn regress_stated_memory_holds() {
     let samples = 4000 * 2000;
     let cases = [
         ("analyze rows.npy --memory 68MB", 68_000_000),
-        ("analyze rows.npy --memory 50MB --figures none", 50_000_000),
+        ("analyze rows.npy --memory 54MB --figures none", 54_000_000),
         (
             "analyze columns.npy --memory 65MB --figures none",
             65_000_000,

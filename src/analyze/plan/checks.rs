@@ -220,14 +220,22 @@ pub(super) fn check_references(
             });
         }
     }
-    for (option, edge) in [
+    let ends = [
+        0.5 / field.time.step.abs(),
+        std::f64::consts::PI / field.space.step.abs(),
+    ];
+    for ((option, edge), end) in [
         ("band-edge-frequency", request.band_edge_frequency),
         ("band-edge-wavenumber", request.band_edge_wavenumber),
-    ] {
-        if edge.is_some_and(|e| !(e >= 0.0 && e.is_finite())) {
+    ]
+    .into_iter()
+    .zip(ends)
+    {
+        // Of a single site there is no other wavenumber than 0.
+        if edge.is_some_and(|e| !(e >= 0.0 && e <= end)) {
             return Err(Error::Request {
                 option,
-                expected: "a number of at least 0".into(),
+                expected: format!("a number from 0 to {}, where the axis ends", rounded(end)),
                 found: edge.unwrap_or_default().to_string(),
             });
         }

@@ -148,6 +148,9 @@ fn of_input(fault: &InputFault) -> Option<String> {
         } => "name a file inside it",
         NotAFile { .. } => "write the samples to a file first; a field is read more than once",
         ForeignFormat { format } => conversion(*format),
+        UnknownFormat { found } if found.contains("\"toml\"") => {
+            "a scene is run first: `cascade simulate SCENE.toml`, then `cascade analyze SCENE.npz`; beside a field, name the field"
+        }
         UnknownFormat { .. } | NpyMagic { .. } => {
             "convert it with `numpy.save(\"field.npy\", array)`"
         }

@@ -5,12 +5,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use clap::ValueEnum;
+
 use wavecascade::analyze::{
-    Analysis, Request, Results, ShortTime, Show, TimeRange, Welch, plan, run as run_plan,
+    Analysis, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
 use wavecascade::arrays::Precision;
 use wavecascade::budget::{Budget, Motion, answer_in_time};
-use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
+use wavecascade::field::{FileState, Note, OpenOptions, Quantity, TimeColumn, is_run_file};
+use wavecascade::measure::{Frequency, Length, Time, symbol};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
     ArrayFormat, BudgetSummary, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile,
@@ -27,6 +30,7 @@ use crate::further;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
 use crate::settings::Applied;
+use crate::show_args::{AxisUnits, of_axis};
 use crate::terminal::Tone;
 use crate::view_args::request_of;
 use crate::{advice, dispersion};
@@ -74,6 +78,7 @@ impl Finished {
 /// Runs the command on one field.
 pub fn run(typed: &Analyze, files: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     let field = files[0].as_path();
+    check_names(files)?;
     if typed.work.plan {
         return print_plan(typed, files);
     }
@@ -124,7 +129,7 @@ impl Task<'_> {
             ..options
         };
         let (field, records) = typed.scan.open(self.files, &options)?;
-        request.show = typed.show.of_field(&field)?;
+        in_units(typed, &field, &mut request)?;
         request.dispersion = dispersion::of(typed, path, &field)?;
         let plan = plan(&field, &request)
             .map_err(|error| error.of_file(path).beside(own(typed.work.memory)))?;
@@ -308,6 +313,22 @@ fn tell(
     Ok(summary.print(typed.output.detail.verbose)?)
 }
 
+/// That no result's name stands where fields do.
+pub fn check_names(files: &[PathBuf]) -> Result<(), Error> {
+    let is_result = |path: &&PathBuf| {
+        let named = |name: &str| ResultArg::from_str(name, false).is_ok();
+        path.to_str().is_some_and(named) && path.symlink_metadata().is_err()
+    };
+    match files.iter().find(is_result) {
+        None => Ok(()),
+        Some(path) => Err(Error::Request {
+            option: "only",
+            expected: "names of results joined by commas, such as `--only temporal,spatial`".into(),
+            found: format!("`{}` among the fields", path.display()),
+        }),
+    }
+}
+
 /// Prints what would be computed of a field.
 pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     let mut request = request(typed, check(typed)?.is_wanted());
@@ -317,7 +338,7 @@ pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     };
     let (field, _) = typed.scan.open(files, &options)?;
     print_notes(&field, typed.output.quiet);
-    request.show = typed.show.of_field(&field)?;
+    in_units(typed, &field, &mut request)?;
     request.dispersion = dispersion::of(typed, &files[0], &field)?;
     let stated = typed.work.memory;
     let mut plan = plan(&field, &request).map_err(|error| error.beside(own(stated)))?;
@@ -356,6 +377,24 @@ pub fn advised(doubt: Doubt) -> Option<String> {
 pub fn print_notes(field: &Field, quiet: bool) {
     if quiet {
         return;
+    }
+    if let Some(unit) = field
+        .unit
+        .as_deref()
+        .filter(|_| field.quantity == Quantity::Velocity)
+    {
+        let of = [
+            (symbol::<Length>(unit).is_some(), "a length"),
+            (symbol::<Time>(unit).is_some(), "a time"),
+            (symbol::<Frequency>(unit).is_some(), "a frequency"),
+        ];
+        if let Some((_, what)) = of.iter().find(|(is, _)| *is) {
+            let message =
+                format!("{unit} is the unit of {what}, and the samples are taken for velocities");
+            terminal::message(Tone::Warning, &message);
+            let advice = "state `--quantity displacement`, or the unit of the velocities";
+            terminal::message(Tone::Help, advice);
+        }
     }
     for note in &field.notes {
         let kind = match note.is_doubtful() {
@@ -446,19 +485,53 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
     }
 }
 
-/// What is asked of an analysis; dispersion relations and the part shown need the field.
+/// Sets what is asked in the units of the field's axes.
+fn in_units(typed: &Analyze, field: &Field, request: &mut Request) -> Result<(), Error> {
+    let units = AxisUnits::of(field);
+    let [time, frequency, wavenumber] =
+        [&units.time, &units.frequency, &units.wavenumber].map(|unit| unit.as_deref());
+    let bands = &typed.bands;
+    if let Some(times) = typed.preparation.times {
+        let (from, to) = times.of_axis("times", time)?;
+        request.times = TimeRange::Interval { from, to };
+    }
+    let edge = bands.band_edge_frequency;
+    request.band_edge_frequency = edge
+        .map(|edge| of_axis("band-edge-frequency", edge, frequency))
+        .transpose()?;
+    let edge = bands.band_edge_wavenumber;
+    request.band_edge_wavenumber = edge
+        .map(|edge| of_axis("band-edge-wavenumber", edge, wavenumber))
+        .transpose()?;
+    let at = bands.reference_time;
+    request.reference_time = at
+        .map(|at| of_axis("reference-time", at, time))
+        .transpose()?;
+    let window = bands.front_window;
+    request.front_window = window
+        .map(|window| of_axis("front-window", window, time))
+        .transpose()?;
+    let band = bands.direction_band;
+    request.direction_band = band
+        .map(|band| band.of_axis("direction-band", frequency))
+        .transpose()?;
+    request.show = typed.show.of_field(field)?;
+    Ok(())
+}
+
+/// What is asked of an analysis; what has units and dispersion relations need the field.
 pub fn request(typed: &Analyze, draws: bool) -> Request {
     let (prepare, spectra, bands) = (&typed.preparation, &typed.spectra, &typed.bands);
     Request {
         results: results(typed),
         sites: prepare.sites.clone(),
         without_sites: prepare.without_sites.clone(),
+        // In the units of the field's axes, once it is open: see [`in_units`].
         times: match prepare.times {
-            Some((from, to)) => TimeRange::Interval { from, to },
             None if prepare.until_arrival => TimeRange::UntilArrival {
                 threshold: prepare.arrival_threshold,
             },
-            None => TimeRange::All,
+            _ => TimeRange::All,
         },
         gaps: prepare.gaps.into(),
         detrend_field_mean: prepare.detrend_field.into(),
@@ -474,18 +547,11 @@ pub fn request(typed: &Analyze, draws: bool) -> Request {
         pad_time: spectra.pad_time,
         pad_space: spectra.pad_space,
         reference_site: bands.reference_site,
-        reference_time: bands.reference_time,
-        band_edge_frequency: bands.band_edge_frequency,
-        band_edge_wavenumber: bands.band_edge_wavenumber,
-        front_window: bands.front_window,
         least_move: bands.least_move,
         noise: bands.noise,
         subtract_noise: bands.subtract_noise,
-        direction_band: bands.direction_band,
         dispersion: None,
         maps: draws,
-        // In the units of the field's axes, once it is open.
-        show: Show::default(),
         short_time: ShortTime {
             sites: typed.short_time.short_time_sites.clone(),
             times: typed.short_time.short_time_times.clone(),
@@ -498,6 +564,7 @@ pub fn request(typed: &Analyze, draws: bool) -> Request {
         precision: typed.work.precision.into(),
         threads: typed.work.threads.map(usize::from),
         memory: typed.work.memory.map(|stated| stated - own(Some(stated))),
+        ..Request::default()
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::builder::UnknownArgumentValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use wavecascade::field::{At, Resample, Selection};
-use wavecascade::measure::{Frequency, Length, Measure, Time};
+use wavecascade::measure::{Frequency, Length, Measure, Time, Wavenumber};
 use wavecascade::prepare::Window;
 
 use crate::chain_args::{Contact, SceneCommand, Simulate, SweepCommand};
@@ -15,7 +15,7 @@ use crate::figure_args::{ColorArgs, FigureArgs};
 use crate::parse;
 use crate::scan_args::ScanArgs;
 use crate::settings::Settings;
-use crate::show_args::ShowArgs;
+use crate::show_args::{Ends, ShowArgs, ends};
 
 /// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
 #[derive(Debug, Parser)]
@@ -353,10 +353,10 @@ pub struct Preparation {
     /// Sites to leave out, by index: their spectra are undefined, and spectra along space are not computed.
     #[arg(long, value_name = "SITE,..", value_delimiter = ',')]
     pub without_sites: Vec<usize>,
-    /// Times to analyse, in units of time, both ends included; one may be left out [default: all].
-    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
+    /// Times to analyse, in units of time or with their own (1ms:20ms), both ends included; one may be left out [default: all].
+    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Time>,
           allow_hyphen_values = true, conflicts_with = "until_arrival")]
-    pub times: Option<(f64, f64)>,
+    pub times: Option<Ends<Time>>,
     /// End the record before the first arrival at the last site, so that reflections stay out.
     #[arg(long)]
     pub until_arrival: bool,
@@ -422,21 +422,21 @@ pub struct Bands {
     /// Time, in units of time, whose 90 % energy wavenumber is the upper edge of the low band [default: for a run,
     /// when the front has passed ten bodies, or a quarter of the chain; for a field, the first time
     /// with a tenth of the largest energy].
-    #[arg(long, value_name = "TIME", value_parser = parse::finite,
+    #[arg(long, value_name = "TIME", value_parser = parse::origin::<Time>,
           allow_negative_numbers = true, conflicts_with = "band_edge_wavenumber")]
-    pub reference_time: Option<f64>,
-    /// Upper edge of the low band, in cycles per unit of time.
-    #[arg(long, value_name = "FREQUENCY", value_parser = parse::finite,
+    pub reference_time: Option<Measure<Time>>,
+    /// Upper edge of the low band, in cycles per unit of time, or with its unit (2kHz).
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::origin::<Frequency>,
           allow_negative_numbers = true)]
-    pub band_edge_frequency: Option<f64>,
-    /// Upper edge of the low band, in rad per unit of length.
-    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
+    pub band_edge_frequency: Option<Measure<Frequency>>,
+    /// Upper edge of the low band, in rad per unit of length, or with its unit (50rad/m).
+    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::origin::<Wavenumber>,
           allow_negative_numbers = true)]
-    pub band_edge_wavenumber: Option<f64>,
+    pub band_edge_wavenumber: Option<Measure<Wavenumber>>,
     /// Length, in units of time, of the windows from each site's arrival on, over which what moved along x is found
     /// [default: ten widths of the pulse's envelope].
-    #[arg(long, value_name = "TIME", value_parser = parse::positive, allow_negative_numbers = true)]
-    pub front_window: Option<f64>,
+    #[arg(long, value_name = "TIME", value_parser = parse::step::<Time>, allow_negative_numbers = true)]
+    pub front_window: Option<Measure<Time>>,
     /// Moved shares of the energy below this count as none [default: 0.05].
     #[arg(long, value_name = "SHARE", value_parser = parse::positive, allow_negative_numbers = true)]
     pub least_move: Option<f64>,
@@ -450,16 +450,21 @@ pub struct Bands {
     pub subtract_noise: bool,
     /// Frequencies, in cycles per unit of time, over which the shares of each direction are taken
     /// [default: all].
-    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval,
+    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Frequency>,
           allow_hyphen_values = true)]
-    pub direction_band: Option<(f64, f64)>,
+    pub direction_band: Option<Ends<Frequency>>,
 }
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Short-time spectra")]
 pub struct ShortTimeArgs {
     /// Sites to follow in time, by index [default: the first, the middle and the last].
-    #[arg(long, value_name = "SITE", value_delimiter = ',')]
+    #[arg(
+        long,
+        value_name = "SITE",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
     pub short_time_sites: Vec<usize>,
     /// Times to follow along x, in units of time [default: none].
     #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = parse::finite,

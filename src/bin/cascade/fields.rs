@@ -50,6 +50,7 @@ pub fn expanded(typed: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 /// Runs the command on several fields.
 pub fn run(line: &CommandLine, fields: &[PathBuf]) -> Result<(), Failure> {
     let call = line.call();
+    crate::analyze::check_names(fields)?;
     if call.plan {
         return plans(line, fields);
     }

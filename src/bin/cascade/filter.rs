@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 use wavecascade::analyze::{Filtered, filtered};
 use wavecascade::field::{Axis, OpenOptions};
-use wavecascade::measure::cycles_per;
+use wavecascade::measure::{Frequency, Wavenumber, cycles_per};
 use wavecascade::report::{FieldFile, percent};
 use wavecascade::transform::{Passband, Travelling};
 use wavecascade::{Error, Field};
@@ -19,6 +19,7 @@ use crate::estimate::subject_of;
 use crate::failure::Failure;
 use crate::parse;
 use crate::progress::Progress;
+use crate::show_args::{AxisUnits, Ends, ends};
 use crate::summary::Summary;
 use crate::terminal::{self, Tone, number};
 
@@ -37,13 +38,14 @@ pub struct Filter {
     #[arg(long)]
     pub force: bool,
 
-    /// Frequencies that pass, in cycles per unit of time, both ends included; one may be left out.
-    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
-    pub frequency: Option<(f64, f64)>,
+    /// Frequencies that pass, in cycles per unit of time or with their unit (2kHz:6kHz), both ends included; one
+    /// may be left out.
+    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Frequency>)]
+    pub frequency: Option<Ends<Frequency>>,
 
-    /// Magnitudes of wavenumbers that pass, in rad per unit of length, likewise.
-    #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
-    pub wavenumber: Option<(f64, f64)>,
+    /// Magnitudes of wavenumbers that pass, in rad per unit of length or with their unit, likewise.
+    #[arg(long, value_name = "FROM:TO", value_parser = ends::<Wavenumber>)]
+    pub wavenumber: Option<Ends<Wavenumber>>,
 
     /// Phase velocities that pass, in units of length per unit of time, likewise: a fan in (f, k).
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
@@ -82,7 +84,7 @@ pub enum Towards {
 /// Runs the command.
 pub fn run(typed: Filter) -> Result<(), Failure> {
     crate::analyze::use_threads(typed.how.threads.map(usize::from))?;
-    let band = typed.band()?;
+    typed.check()?;
     let out = typed
         .out
         .clone()
@@ -95,11 +97,13 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
         ..open_options(&typed.input, typed.memory)
     };
     let field = Field::open(&typed.field, &options)?;
+    let band = typed.band(&field)?;
     print_notes(&field, typed.how.quiet);
     let found = filtered(&field, &band, typed.pad, typed.memory, &progress);
     let found = found.map_err(|error| error.of_file(&typed.field))?;
     field.check_unchanged()?;
     drop(field);
+    typed.check_passes(&found)?;
     progress.begin_writing();
     FieldFile::write_observed(&out, typed.force, &found.field, &progress)?;
     progress.clear();
@@ -141,26 +145,29 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What the user should know of the result, each with what to do.
-pub fn warnings(typed: &Filter, found: &Filtered) -> Vec<[String; 2]> {
-    // What passes of a field's energy by rounding alone.
-    const NOTHING: f64 = 1e-28;
-    let (time, space) = (&found.field.time, &found.field.space);
+/// Words for the units of both axes, and the options that state the steps that are counted.
+fn units(field: &Field) -> (String, String, &'static str) {
+    let (time, space) = (&field.time, &field.space);
     let counts = |axis: &Axis| axis.unit.is_none() && axis.step == 1.0;
-    let mut warnings = Vec::new();
     let unit_of = |axis: &Axis, counted: &str, stepped: &str| match &axis.unit {
         Some(unit) => unit.clone(),
         None if counts(axis) => counted.into(),
         None => stepped.into(),
     };
-    let time_unit = unit_of(time, "sample", "unit of time");
-    let space_unit = unit_of(space, "site", "unit of length");
     let missing = match (counts(time), counts(space)) {
         (true, true) => "`--dt` and `--dx`",
         (true, false) => "`--dt`",
         (false, true) => "`--dx`",
         (false, false) => "",
     };
+    let time = unit_of(time, "sample", "unit of time");
+    (time, unit_of(space, "site", "unit of length"), missing)
+}
+
+/// What the user should know of the result, each with what to do.
+pub fn warnings(typed: &Filter, found: &Filtered) -> Vec<[String; 2]> {
+    let (time_unit, space_unit, missing) = units(&found.field);
+    let mut warnings = Vec::new();
     if typed.speed.is_some() && !missing.is_empty() {
         let message = format!("speeds are in {space_unit} per {time_unit}: steps are not stated");
         warnings.push([message, format!("state {missing}")]);
@@ -168,28 +175,20 @@ pub fn warnings(typed: &Filter, found: &Filtered) -> Vec<[String; 2]> {
     if found.energy_before == 0.0 {
         let advice = "check the file and, of an archive, the member".to_owned();
         warnings.push(["the field is zero everywhere".to_owned(), advice]);
-    } else if found.energy_after <= NOTHING * found.energy_before {
-        let message = format!(
-            "nothing passes; frequencies of the field reach {} {}, its wavenumbers {} rad/{space_unit}",
-            number(0.5 / time.step),
-            cycles_per(&time_unit),
-            number(std::f64::consts::PI / space.step)
-        );
-        let advice = match missing {
-            "" => "check the bands".to_owned(),
-            missing => format!("check the bands, or state {missing}"),
-        };
-        warnings.push([message, advice]);
     }
     warnings
 }
 
 impl Filter {
     /// What passes.
-    pub fn band(&self) -> Result<Passband, Error> {
+    pub fn band(&self, field: &Field) -> Result<Passband, Error> {
+        let units = AxisUnits::of(field);
+        let (f, k) = (units.frequency.as_deref(), units.wavenumber.as_deref());
+        let frequency = self.frequency.map(|ends| ends.of_axis("frequency", f));
+        let wavenumber = self.wavenumber.map(|ends| ends.of_axis("wavenumber", k));
         let band = Passband {
-            frequency: self.frequency.map(from_zero),
-            wavenumber: self.wavenumber.map(from_zero),
+            frequency: frequency.transpose()?.map(from_zero),
+            wavenumber: wavenumber.transpose()?.map(from_zero),
             speed: self.speed.map(from_zero),
             travelling: match self.towards {
                 None => Travelling::Anywhere,
@@ -198,15 +197,53 @@ impl Filter {
                 Some(Towards::Nowhere) => Travelling::Nowhere,
             },
         };
-        if band == Passband::default() {
-            return Err(Error::Request {
+        band.check()?;
+        Ok(band)
+    }
+
+    /// That something passes, before it is written.
+    fn check_passes(&self, found: &Filtered) -> Result<(), Error> {
+        // What passes of a field's energy by rounding alone.
+        const NOTHING: f64 = 1e-28;
+        if found.energy_before == 0.0 || found.energy_after > NOTHING * found.energy_before {
+            return Ok(());
+        }
+        let (time_unit, space_unit, missing) = units(&found.field);
+        let stated = match missing {
+            "" => String::new(),
+            missing => format!("; state {missing} if it has units"),
+        };
+        Err(Error::Request {
+            option: match (self.frequency, self.wavenumber, self.speed) {
+                (Some(_), ..) => "frequency",
+                (_, Some(_), _) => "wavenumber",
+                (.., Some(_)) => "speed",
+                _ => "towards",
+            },
+            expected: format!(
+                "bands in which the field has energy, of frequencies up to {} {} and wavenumbers up to {} rad/{space_unit}{stated}",
+                number(0.5 / found.field.time.step),
+                cycles_per(&time_unit),
+                number(std::f64::consts::PI / found.field.space.step)
+            ),
+            found: "some in which nothing passes".into(),
+        })
+    }
+
+    /// That something was asked for, before any work.
+    fn check(&self) -> Result<(), Error> {
+        let nothing = self.frequency.is_none()
+            && self.wavenumber.is_none()
+            && self.speed.is_none()
+            && self.towards.is_none();
+        match nothing {
+            false => Ok(()),
+            true => Err(Error::Request {
                 option: "frequency",
                 expected: "what passes: --frequency, --wavenumber, --speed, or --towards".into(),
                 found: "none of them".into(),
-            });
+            }),
         }
-        band.check()?;
-        Ok(band)
     }
 }
 

@@ -94,6 +94,63 @@ impl ShowArgs {
     }
 }
 
+/// `FROM:TO`, each in the unit of the axis or with its own; an end that is left out is infinite.
+#[derive(Debug, Clone, Copy)]
+pub struct Ends<D: Dimension>(Option<Measure<D>>, Option<Measure<D>>);
+
+/// Reads `FROM:TO`, with units.
+pub fn ends<D: Dimension>(text: &str) -> Result<Ends<D>, String> {
+    let expected = || {
+        format!(
+            "expected FROM:TO, of which one may be left out; numbers are in the unit of the axis, or have their own ({})",
+            units::<D>()
+        )
+    };
+    let end = |text: &str| match text.trim() {
+        "" | "inf" | "-inf" => Ok(None),
+        text => Measure::<D>::read(text).map(Some).map_err(|_| expected()),
+    };
+    let (from, to) = text.split_once(':').ok_or_else(expected)?;
+    let (from, to) = (end(from)?, end(to)?);
+    match (&from, &to) {
+        (Some(from), Some(to)) if from.has_unit == to.has_unit && from.value > to.value => {
+            Err(format!("{}, the lower one first", expected()))
+        }
+        _ => Ok(Ends(from, to)),
+    }
+}
+
+impl<D: Dimension + Copy> Ends<D> {
+    /// Both ends as numbers in the unit of an axis.
+    pub fn of_axis(self, option: &'static str, unit: Option<&str>) -> Result<(f64, f64), Error> {
+        let end = |end: Option<Measure<D>>, open: f64| {
+            end.map_or(Ok(open), |end| of_axis(option, end, unit))
+        };
+        Ok((end(self.0, f64::NEG_INFINITY)?, end(self.1, f64::INFINITY)?))
+    }
+}
+
+/// Units of the axes of a field, of its frequencies and its wavenumbers, where they have one.
+pub struct AxisUnits {
+    pub time: Option<String>,
+    pub frequency: Option<String>,
+    pub wavenumber: Option<String>,
+}
+
+impl AxisUnits {
+    pub fn of(field: &Field) -> AxisUnits {
+        AxisUnits {
+            time: field.time.unit.clone(),
+            frequency: field.time.unit.as_deref().map(cycles_per),
+            wavenumber: field
+                .space
+                .unit
+                .as_deref()
+                .map(|unit| format!("rad/{unit}")),
+        }
+    }
+}
+
 /// A number in the unit of an axis, which a field may not have.
 pub fn of_axis<D: Dimension>(
     option: &'static str,

@@ -139,8 +139,13 @@ fn sphere_mass(radius: f64, density: f64) -> f64 {
 }
 
 fn named_material(check: Check, key: &str, name: &str) -> Result<Material> {
-    Material::named(name)
-        .ok_or_else(|| check.fault(key, "quartz, steel or ptfe", format!("{name:?}")))
+    Material::named(name).ok_or_else(|| {
+        let expected = match key {
+            "material" => "quartz, steel or ptfe, or `young`, `poisson` and `density` in its place",
+            _ => "quartz, steel or ptfe",
+        };
+        check.fault(key, expected, format!("{name:?}"))
+    })
 }
 
 /// The named material with the typed values overriding its own.

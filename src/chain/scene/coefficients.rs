@@ -89,7 +89,12 @@ fn cell(check: Check, bodies: Option<&Bodies>, contacts: usize) -> Result<Vec<f6
         if bodies.shape() == Shape::Sphere {
             return Ok(vec![bodies.coefficient("radius", 90.0)?]);
         }
-        let expected = "the angle of the cylinders, or their coefficients";
+        let expected = match scene.shape {
+            None => {
+                "`shape = \"sphere\"`, or the angle of the cylinders that bodies are by default"
+            }
+            Some(_) => "the angle of the cylinders, or their coefficients",
+        };
         let angle = check.need("angle", scene.angle, expected)?.value;
         let mut cell = vec![bodies.coefficient("angle", angle)?];
         if let Some(second) = scene.second_angle {

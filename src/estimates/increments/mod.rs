@@ -212,9 +212,9 @@ impl Passes<'_> {
         let scale = |(i, step): (usize, &usize)| {
             let of_shots: Vec<[f64; SUMS]> =
                 shots.iter().map(|parts| over_parts(parts, i)).collect();
-            // Longer lags reach into other parts.
+            // Longer lags reach into other parts, which then are not independent.
             let is_short =
-                self.axis == FieldAxis::Space || step * PARTS <= self.fields[0].n_times();
+                self.axis == FieldAxis::Space || 4 * step * PARTS <= self.fields[0].n_times();
             let values: Vec<[f64; SUMS]> = match basis {
                 IntervalBasis::Shots => of_shots.clone(),
                 IntervalBasis::Parts if is_short => shots[0].iter().map(|part| part[i]).collect(),
@@ -400,5 +400,6 @@ fn moments(
         flatness: found[ORDERS + 1],
         skewness: found[ORDERS + 2],
         half,
+        realisations: values.len(),
     }
 }

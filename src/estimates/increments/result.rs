@@ -3,6 +3,7 @@
 use super::moments::ORDERS;
 use super::sums::FieldAxis;
 use crate::field::Axis;
+use crate::numeric::student_two_sided;
 
 /// All choices of [`increments`](super::increments()).
 #[derive(Debug, Clone, PartialEq)]
@@ -104,6 +105,8 @@ pub struct ScaleMoments {
     pub skewness: f64,
     /// Half of the intervals of the numbers above, in their order; NaN where none can be stated.
     pub half: [f64; ORDERS + 3],
+    /// Values that the intervals rest on.
+    pub realisations: usize,
 }
 
 impl ScaleMoments {
@@ -118,10 +121,20 @@ impl ScaleMoments {
     pub fn skewness_half(&self) -> f64 {
         self.half[ORDERS + 2]
     }
+}
 
-    /// The sign of the third moment, if its interval leaves out 0.
-    pub fn third_sign(&self) -> Option<f64> {
-        (self.third.abs() > self.half[ORDERS]).then(|| self.third.signum())
+impl AxisIncrements {
+    /// Scales at which the third moment has a sign, with the sign: each interval leaves out 0 with the probability `1 - alpha /
+    /// n` of n scales, so that chance makes none of them with `1 - alpha`.
+    pub fn third_signs(&self, alpha: f64) -> Vec<(f64, f64)> {
+        let known = |m: &&ScaleMoments| m.third_half().is_finite() && m.realisations > 1;
+        let count = self.scales.iter().filter(known).count() as f64;
+        let signs = self.scales.iter().filter(known).filter_map(|m| {
+            let within = |alpha: f64| student_two_sided(alpha, m.realisations as f64 - 1.0);
+            let half = m.third_half() * within(alpha / count) / within(alpha);
+            (m.third.abs() > half).then(|| (m.scale, m.third.signum()))
+        });
+        signs.collect()
     }
 }
 

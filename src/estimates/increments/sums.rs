@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::moments::{PowerSums, SUMS};
+use super::moments::{ORDERS, PowerSums, SUMS};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::TOGETHER;
 use crate::field::Field;
@@ -86,7 +86,23 @@ impl IncrementPass<'_> {
             }
         }
         let totals = |part: &Vec<PowerSums>| part.iter().map(PowerSums::total).collect();
-        Ok(joined.iter().map(totals).collect())
+        let found: PartSums = joined.iter().map(totals).collect();
+        // Of every sum of magnitudes, there is one of their sixth powers.
+        let is_number = |step: usize| {
+            let all = |order: usize| found.iter().map(|part| part[step][order]).sum::<f64>();
+            let sixth = all(ORDERS);
+            sixth.is_finite() && (sixth > 0.0 || all(1) == 0.0)
+        };
+        if !(0..self.steps.len()).all(is_number) {
+            return Err(Error::Request {
+                option: "field",
+                expected:
+                    "increments from 1e-50 to 1e50, whose sixth powers are numbers: another unit"
+                        .into(),
+                found: format!("larger or smaller ones in {}", self.field.name),
+            });
+        }
+        Ok(found)
     }
 
     /// Histograms of the increments over `scales[step]`.

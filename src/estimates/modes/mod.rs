@@ -11,8 +11,8 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, SegmentScratch, Shots, TOGETHER, first_of,
-    interval_factors, steadiness, steadiness_of_sites,
+    Averaging, Independence, Realisations, SegmentScratch, Shots, TOGETHER, check_squares,
+    first_of, interval_factors, steadiness, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
@@ -298,6 +298,7 @@ impl Pass<'_> {
                 };
                 sites = (0..n_sites).map(of_site).collect();
             }
+            check_squares(unit)?;
             let density = self.first.time.step * unit * unit * self.first.space.step.abs();
             let snapshots = Snapshots {
                 tiles: &tiles.iter().map(|tile| &*tile.cells).collect::<Vec<_>>(),

@@ -99,6 +99,23 @@ impl<'a> CommonUnit<'a> {
     }
 }
 
+/// Amplitudes whose squares, times a record's length, are numbers.
+const AMPLITUDES: std::ops::Range<f64> = 1e-150..1e150;
+
+/// # Errors
+/// [`Error::Request`] for amplitudes whose squares leave the range of numbers: densities are stated in the field's own unit.
+pub(crate) fn check_squares(amplitude: f64) -> Result<()> {
+    match AMPLITUDES.contains(&amplitude) {
+        true => Ok(()),
+        false => Err(Error::Request {
+            option: "field",
+            expected: "amplitudes from 1e-150 to 1e150, whose squares are numbers: another unit"
+                .into(),
+            found: format!("amplitudes near {amplitude:.0e}"),
+        }),
+    }
+}
+
 /// One of the [`Shots`], open for reading.
 pub(crate) struct Shot<'s> {
     prepared: Prepared<'s>,

@@ -185,7 +185,7 @@ impl SlopeFrames {
     pub(super) fn new(
         joined: JoinedFrames,
         of_frame: impl Fn(&[f64]) -> Option<LineFit>,
-        alpha: f64,
+        (alpha, shared): (f64, f64),
     ) -> Self {
         let fits: Vec<Option<LineFit>> = joined.spectra.iter().map(|row| of_frame(row)).collect();
         let each = |of: &dyn Fn(&LineFit) -> f64| -> Vec<f64> {
@@ -195,7 +195,7 @@ impl SlopeFrames {
         };
         SlopeFrames {
             slope: each(&|fit| fit.slope),
-            half: each(&|fit| fit.half_interval(alpha)),
+            half: each(&|fit| fit.half_interval_of(alpha, shared)),
             time: joined.time,
             gradient: joined.gradient,
         }

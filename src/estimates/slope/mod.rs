@@ -13,7 +13,8 @@ use ndarray::Array2;
 use crate::error::{Error, Result};
 use crate::estimates::increments::{ExponentBasis, FieldAxis};
 use crate::estimates::realisations::{
-    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, first_of, refuse_left_out,
+    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, check_squares, first_of,
+    refuse_left_out,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::at_or_below;
@@ -263,7 +264,8 @@ impl Work<'_> {
         let (half, basis) = match mean_of(&of_shots, self.request.alpha) {
             Some((_, half)) => (half, ExponentBasis::Shots),
             None => (
-                line.half_interval(self.request.alpha),
+                // A window gives neighbouring bins a part in common.
+                line.half_interval_of(self.request.alpha, self.realisations.shared_bins()),
                 ExponentBasis::Regression,
             ),
         };
@@ -277,7 +279,11 @@ impl Work<'_> {
                     .all(is_known)
                     .then(|| LineFit::through(&points(row)))?
             };
-            SlopeFrames::new(joined, of_frame, self.request.alpha)
+            SlopeFrames::new(
+                joined,
+                of_frame,
+                (self.request.alpha, self.realisations.shared_bins()),
+            )
         });
         let steepening = slopes
             .as_ref()
@@ -350,6 +356,7 @@ impl Work<'_> {
             Ok(())
         })?;
         let count = (realisations.count() * self.first.n_sites()) as f64;
+        check_squares(unit)?;
         let density = self.first.time.step * unit * unit / count;
         for spectrum in &mut found {
             for (m, value) in spectrum.iter_mut().enumerate() {

@@ -11,7 +11,8 @@ use crate::error::{Error, Result};
 use crate::estimates::parts::{Divided, Finishing};
 use crate::estimates::realisations::{
     Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Portion, Realisations,
-    RecordTree, Shots, SumsShape, Tapers, TreeNode, first_of, refuse_left_out, steadiness,
+    RecordTree, Shots, SumsShape, Tapers, TreeNode, check_squares, first_of, refuse_left_out,
+    steadiness,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -323,6 +324,7 @@ impl SpaceTimeRequest {
         let (length, sites) = (time.segments.length, grid.sites);
         let count = (records * time.segments.count()) as f64;
         let tapers = [time.tapers(), pass.space.tapers()];
+        check_squares(unit)?;
         let scale = unit * unit;
         let density = grid.time.step * grid.space.step / TAU * scale;
         let cell = 1.0 / (length as f64 * grid.time.step) * TAU / (sites as f64 * grid.space.step);

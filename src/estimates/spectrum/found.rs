@@ -9,7 +9,7 @@ use super::noise::{LeadIn, Spectra, no_noise};
 use super::pass::{Pass, TileSums};
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
 use crate::error::Result;
-use crate::estimates::realisations::{FactorTable, Independence, TOGETHER};
+use crate::estimates::realisations::{FactorTable, Independence, TOGETHER, check_squares};
 use crate::numeric::lanes::LaneBlock;
 use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
 use crate::prepare::Detrend;
@@ -33,6 +33,7 @@ impl Pass<'_> {
         };
         let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
+        check_squares(unit)?;
         let density = grid.time.step * unit * unit;
         let has_none = |j: usize| match tiles[j / TOGETHER].borrow().left.get(j % TOGETHER) {
             Some(left) => left.records == 0,
