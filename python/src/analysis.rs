@@ -82,7 +82,6 @@ pub fn analyze<'py>(
     let (path, scene) = (opener.path(), opener.scene());
     let work = |observer: &dyn Observer| -> Result<_, Failure> {
         effect::refuse_without_effect(&typed)?;
-        let mut request = request(&typed, maps);
         let mut field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan), false)?;
         let run = scene.map(|(text, step)| Ok((SceneSource::new(None, text).setup()?, step)));
         let run: Option<(Setup, f64)> = run.transpose().map_err(Failure::Library)?;
@@ -92,7 +91,7 @@ pub fn analyze<'py>(
             // Of a part of the chain it is not known which body was struck.
             field.struck = None;
         }
-        request.show = typed.show.of_field(&field)?;
+        let mut request = request(&typed, &field, maps)?;
         request.dispersion = match &path {
             Some(path) if is_run_file(path)? => dispersion::of(&typed, path, &field)?,
             _ => {
@@ -208,8 +207,9 @@ pub fn filter<'py>(
     let (opener, from) = (source.opener(), source.from());
     let name = opener.path();
     let work = |observer: &dyn Observer| {
-        let band = typed.band()?;
+        typed.check()?;
         let field = opener.open(&typed.input, typed.memory, None, false)?;
+        let band = typed.band(&field)?;
         let threads = typed.how.threads.map(usize::from);
         let found = on_threads(threads, || {
             filtered(&field, &band, typed.pad, typed.memory, observer)
@@ -217,6 +217,7 @@ pub fn filter<'py>(
         let name = name.unwrap_or_else(|| PathBuf::from(&field.name));
         let found = found.map_err(|error| error.of_file(&name))?;
         field.check_unchanged()?;
+        typed.check_passes(&found)?;
         Ok((found, field.precision()))
     };
     let found = watch::run(py, progress.as_ref(), work)?;

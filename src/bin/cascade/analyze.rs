@@ -114,8 +114,7 @@ impl Task<'_> {
         } = *self;
         let options = open_options(&typed.input, typed.work.memory);
         let drawing = check(typed)?;
-        let mut request = request(typed, drawing.is_wanted());
-        use_threads(request.threads)?;
+        use_threads(typed.work.threads.map(usize::from))?;
         // Before any work: could the result be written?
         drop(ResultDirectory::create(out, self.replace)?);
         // A long file is hashed first, where it can be interrupted; a short one beside the work.
@@ -129,7 +128,7 @@ impl Task<'_> {
             ..options
         };
         let (field, records) = typed.scan.open(self.files, &options)?;
-        in_units(typed, &field, &mut request)?;
+        let mut request = request(typed, &field, drawing.is_wanted())?;
         request.dispersion = dispersion::of(typed, path, &field)?;
         let plan = plan(&field, &request)
             .map_err(|error| error.of_file(path).beside(own(typed.work.memory)))?;
@@ -331,14 +330,14 @@ pub fn check_names(files: &[PathBuf]) -> Result<(), Error> {
 
 /// Prints what would be computed of a field.
 pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
-    let mut request = request(typed, check(typed)?.is_wanted());
+    let is_drawn = check(typed)?.is_wanted();
     let options = OpenOptions {
         hash: false,
         ..open_options(&typed.input, typed.work.memory)
     };
     let (field, _) = typed.scan.open(files, &options)?;
     print_notes(&field, typed.output.quiet);
-    in_units(typed, &field, &mut request)?;
+    let mut request = request(typed, &field, is_drawn)?;
     request.dispersion = dispersion::of(typed, &files[0], &field)?;
     let stated = typed.work.memory;
     let mut plan = plan(&field, &request).map_err(|error| error.beside(own(stated)))?;
@@ -519,10 +518,10 @@ fn in_units(typed: &Analyze, field: &Field, request: &mut Request) -> Result<(),
     Ok(())
 }
 
-/// What is asked of an analysis; what has units and dispersion relations need the field.
-pub fn request(typed: &Analyze, draws: bool) -> Request {
+/// What is asked of an analysis of a field, but for dispersion relations.
+pub fn request(typed: &Analyze, field: &Field, draws: bool) -> Result<Request, Error> {
     let (prepare, spectra, bands) = (&typed.preparation, &typed.spectra, &typed.bands);
-    Request {
+    let mut request = Request {
         results: results(typed),
         sites: prepare.sites.clone(),
         without_sites: prepare.without_sites.clone(),
@@ -565,7 +564,9 @@ pub fn request(typed: &Analyze, draws: bool) -> Request {
         threads: typed.work.threads.map(usize::from),
         memory: typed.work.memory.map(|stated| stated - own(Some(stated))),
         ..Request::default()
-    }
+    };
+    in_units(typed, field, &mut request)?;
+    Ok(request)
 }
 
 /// What of a stated memory the program itself takes: code, libraries, a report while it is written.

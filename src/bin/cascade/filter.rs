@@ -202,7 +202,7 @@ impl Filter {
     }
 
     /// That something passes, before it is written.
-    fn check_passes(&self, found: &Filtered) -> Result<(), Error> {
+    pub fn check_passes(&self, found: &Filtered) -> Result<(), Error> {
         // What passes of a field's energy by rounding alone.
         const NOTHING: f64 = 1e-28;
         if found.energy_before == 0.0 || found.energy_after > NOTHING * found.energy_before {
@@ -231,7 +231,7 @@ impl Filter {
     }
 
     /// That something was asked for, before any work.
-    fn check(&self) -> Result<(), Error> {
+    pub fn check(&self) -> Result<(), Error> {
         let nothing = self.frequency.is_none()
             && self.wavenumber.is_none()
             && self.speed.is_none()
