@@ -291,3 +291,13 @@ def test_spectra_of_dask_arrays_are_lazy_and_the_same(field, which):
 def test_dask_arrays_are_fields(field):
     dask = pytest.importorskip("dask.array")
     equal(wc.analyze(dask.from_array(field, chunks=50)), wc.analyze(field))
+
+
+def test_val_construction_arrays_that_changed_have_no_page(field, tmp_path):
+    found = wc.analyze(field, dt=0.1)
+    page = tmp_path / "out.html"
+    found.cascade.report(page)
+    cut = found.isel(time=slice(0, 5))
+    with pytest.raises(ValueError, match="they were changed"):
+        cut.cascade.report(page)
+    assert page.exists()

@@ -41,6 +41,18 @@ def test_val_program_budget(run_file, run):
     assert closure
 
 
+def test_val_construction_arrays_that_changed_are_no_run():
+    chain = wc.simulate(SCENE)
+    wc.budget(chain.copy(deep=True))
+    edited = chain.copy(deep=True)
+    edited["velocity"][3, 4] = 7.0
+    doubled = chain.assign(velocity=2.0 * chain.velocity)
+    for other in (edited, chain.isel(time=slice(0, 30)), doubled, chain.drop_vars("force")):
+        with pytest.raises(ValueError, match="they were changed"):
+            wc.budget(other)
+    wc.budget(chain)
+
+
 def test_val_program_triads(run, tmp_path):
     scene = {"sites": 16, "law": "spring", "alpha": 0.25, "ends": "fixed", "mode": 1}
     scene |= {"mode_amplitude": 1.0, "end_time": 60.0, "samples": 512}

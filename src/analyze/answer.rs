@@ -84,6 +84,7 @@ pub(super) fn find(
         since,
         period: 1.0 / along.median,
         gain_changes: along.gain_changes,
+        gain_steps: along.gain_steps,
         noise: match along.has_fronts {
             true => sum(&along
                 .levels
@@ -95,22 +96,29 @@ pub(super) fn find(
     })
 }
 
-/// Takes back energies along x that gains which change hide; returns what to say of gains that change in time.
-pub(super) fn gains(answer: &mut Answer, plan: &Plan, found: &[Warning]) -> Option<Warning> {
+/// Takes back energies along x that gains which change hide; returns what to say of them.
+pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
     let axes = &plan.axes;
-    let changes = std::mem::take(&mut answer.gain_changes);
-    let steps = |warning: &Warning| matches!(warning, Warning::GainSteps { .. });
-    if !changes.is_empty() || found.iter().any(steps) {
-        answer.frequency.without_energies();
-    }
-    let sites: Vec<usize> = changes.iter().map(|change| change.site).collect();
-    let times = changes.iter().map(|change| axes.time.at(change.sample));
-    (!changes.is_empty()).then(|| Warning::GainChanges {
-        sites: Sites::of(&sites, plan.sites.start, axes),
-        times: times.collect(),
+    let named = |sites: Vec<usize>| Sites::of(&sites, plan.sites.start, axes);
+    let (steps, changes) = (&answer.gain_steps, &answer.gain_changes);
+    let steps = (!steps.is_empty()).then(|| Warning::GainSteps {
+        sites: named(steps.iter().map(|step| step.site).collect()),
+        ratios: steps.iter().map(|step| step.ratio).collect(),
+    });
+    let changes = (!changes.is_empty()).then(|| Warning::GainChanges {
+        sites: named(changes.iter().map(|change| change.site).collect()),
+        times: changes
+            .iter()
+            .map(|change| axes.time.at(change.sample))
+            .collect(),
         time_unit: axes.time_unit().to_owned(),
         ratios: changes.iter().map(|change| change.ratio).collect(),
-    })
+    });
+    let found: Vec<Warning> = steps.into_iter().chain(changes).collect();
+    if !found.is_empty() {
+        answer.frequency.without_energies();
+    }
+    found
 }
 
 /// Rows from which on a struck chain's front is well inside, to its arrival at the far end.

@@ -16,11 +16,6 @@ const NOISY_ALIKE: f64 = 10.0;
 const NOISY_SHARE: f64 = 1e-4;
 /// Sites on each side that a noisy one is held against.
 const BESIDE: usize = 2;
-/// Sites on each side of a step of the gain, and the least step.
-const BESIDE_STEP: usize = 4;
-const GAIN_STEP: f64 = 1.5;
-/// How much the sites on each side may differ, and the noise may step otherwise, as a part of the logarithm of the step.
-const STEP_ALIKE: f64 = 0.3;
 /// Neighbours of a node of standing waves cancel up to this part.
 const NODE: f64 = 0.2;
 
@@ -68,46 +63,7 @@ impl Findings<'_> {
                 ratio,
             });
         }
-        let (rows, ratios): (Vec<usize>, Vec<f64>) = self.gain_steps().into_iter().unzip();
-        if !rows.is_empty() {
-            warnings.push(Warning::GainSteps {
-                sites: sites(&rows),
-                ratios,
-            });
-        }
         warnings
-    }
-
-    /// Sites from which on all of the record is larger or smaller, its motion and its noise alike; amplitudes over those
-    /// before.
-    fn gain_steps(&self) -> Vec<(usize, f64)> {
-        let Some(rows) = self.by_site else {
-            return Vec::new();
-        };
-        let live = self.live();
-        // Means of the records are offsets.
-        let motion = |j: &usize| 0.5 * (rows[*j].total - rows[*j].zero).ln();
-        let noise = |j: &usize| 0.5 * rows[*j].top.ln();
-        let least = GAIN_STEP.ln();
-        let step = |i: usize, level: &dyn Fn(&usize) -> f64| {
-            let sides = [&live[i - BESIDE_STEP..i], &live[i..i + BESIDE_STEP]];
-            let [before, after] = sides.map(|side| {
-                let levels = sorted(side.iter().map(level));
-                let middle = 0.5 * (levels[1] + levels[2]);
-                (middle, levels[BESIDE_STEP - 1] - levels[0])
-            });
-            let step = after.0 - before.0;
-            let are_alike = before.1.max(after.1) < STEP_ALIKE * step.abs().max(least);
-            are_alike.then_some(step)
-        };
-        let ends = BESIDE_STEP..(live.len() + 1).saturating_sub(BESIDE_STEP);
-        let found = ends.filter_map(|i| {
-            let size = step(i, &motion)?;
-            let of_noise = step(i, &noise)?;
-            let is_step = size.abs() > least && (of_noise - size).abs() < STEP_ALIKE * size.abs();
-            is_step.then(|| (live[i], size.exp()))
-        });
-        found.collect()
     }
 
     fn levels(&self) -> Vec<f64> {

@@ -21,6 +21,7 @@ use crate::arrays::{Collect, Nowhere, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::field::Field;
+use crate::moved::Answer;
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
 use crate::prepare::{ChannelScan, Gaps, Prepared};
@@ -179,7 +180,7 @@ fn passes<T: Real>(
         false => None,
     };
     if let Some(answer) = &mut answer {
-        warnings.extend(answer::gains(answer, plan, &warnings));
+        warnings.extend(answer::gains(answer, plan));
     }
     let undirected = spacetime.as_ref().zip(columns.as_ref());
     let undirected = undirected.and_then(|(found, columns)| {
@@ -216,6 +217,9 @@ fn passes<T: Real>(
         Some((moments, headline, front)) => (Some(moments), headline, front),
         None => (None, Headline::default(), None),
     };
+    // All of a chain that moves from the start stands in modes: no front passes.
+    let has_front = |answer: &Answer| field.struck.is_none() || answer.has_fronts;
+    let front = front.filter(|_| answer.as_ref().is_none_or(has_front));
     let (along_time, headline_time) = along_time.unzip();
     let by_direction = spacetime
         .as_ref()

@@ -1,7 +1,7 @@
 //! What moved in frequency along x.
 
 use super::front::{Fronts, Seen};
-use super::gain::GainChange;
+use super::gain::{self, GainChange, GainStep};
 use super::groups::{FEWEST, Found};
 use super::onset::{Envelopes, NoiseShape, Onset, Reading};
 use super::share::{Group, Spectrum};
@@ -90,6 +90,7 @@ pub(crate) struct AlongX {
     /// Frequency below which half of the energy lies.
     pub median: f64,
     pub gain_changes: Vec<GainChange>,
+    pub gain_steps: Vec<GainStep>,
 }
 
 impl AlongX {
@@ -108,6 +109,7 @@ impl AlongX {
             arrivals: Vec::new(),
             median: f64::NAN,
             gain_changes: Vec::new(),
+            gain_steps: Vec::new(),
         }
     }
 }
@@ -152,6 +154,13 @@ pub(crate) fn along_x(
     let live: Vec<bool> = onsets.iter().map(|o| o.peak > LIVE * largest).collect();
 
     let is_known = share_noise(prepared, &mut onsets, &live, how.noise, observer)?;
+    let (steps, changes) = match options.is_simulated() {
+        true => (Vec::new(), Vec::new()),
+        false => (
+            gain::steps(&onsets, &live),
+            gain::changes(&onsets, &live, n_times),
+        ),
+    };
     let mut fronts = Fronts {
         options,
         onsets,
@@ -162,10 +171,20 @@ pub(crate) fn along_x(
         left_out: LeftOut::default(),
     };
     let eligible = fronts.eligible();
-    if !(is_known && fronts.arrive(&eligible)) {
-        return steady::along_x(prepared, options, &fronts.onsets, &fronts.live, observer);
-    }
-    fronts.compare(prepared, &eligible, &shape, observer)
+    let along = match is_known && fronts.arrive(&eligible) {
+        true => fronts.compare(prepared, &eligible, &shape, observer)?,
+        false => {
+            let along = steady::along_x(prepared, options, &fronts.onsets, &fronts.live, observer)?;
+            AlongX {
+                gain_changes: changes,
+                ..along
+            }
+        }
+    };
+    Ok(AlongX {
+        gain_steps: steps,
+        ..along
+    })
 }
 
 /// Gives records whose noise is not known that of the others; returns whether it is known at most of them. It is not

@@ -1,4 +1,4 @@
-//! Channels whose gain changes while a steady record runs.
+//! Gains that step along x, and channels whose gain changes while a steady record runs.
 
 use super::along_x::median;
 use super::onset::{Onset, piece};
@@ -14,6 +14,58 @@ const CHANCE: f64 = 1e-3;
 /// Sites that make up a common level, at least, and the largest part of them that may change.
 const SITES: usize = 6;
 const PART: usize = 4;
+
+/// Sites on each side of a step along x, and how much they may differ, and motion and noise step apart, as a part of the step's
+/// logarithm.
+const BESIDE: usize = 4;
+const ALIKE: f64 = 0.3;
+
+/// A site from which on records are larger or smaller, their motion and their noise alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GainStep {
+    pub site: usize,
+    /// Amplitudes from it on over those before.
+    pub ratio: f64,
+}
+
+/// Steps between `live` sites.
+pub(super) fn steps(onsets: &[Onset], live: &[bool]) -> Vec<GainStep> {
+    let sites: Vec<usize> = (0..onsets.len()).filter(|&j| live[j]).collect();
+    let step = |i: usize, what: usize| {
+        let side = |sites: &[usize]| {
+            let mut sizes: Vec<f64> = sites.iter().map(|&j| onsets[j].sizes[what]).collect();
+            sizes.sort_by(f64::total_cmp);
+            // One of them may be loud by itself.
+            let spread = (sizes[BESIDE - 1] - sizes[1]).min(sizes[BESIDE - 2] - sizes[0]);
+            (0.5 * (sizes[1] + sizes[2]), spread)
+        };
+        let (before, after) = (side(&sites[i - BESIDE..i]), side(&sites[i..i + BESIDE]));
+        let step = after.0 - before.0;
+        let are_alike = before.1.max(after.1) < ALIKE * step.abs().max(LEAST.ln());
+        are_alike.then_some(step)
+    };
+    let places = BESIDE..(sites.len() + 1).saturating_sub(BESIDE);
+    let found: Vec<(usize, f64)> = places
+        .filter_map(|i| {
+            let (motion, noise) = (step(i, 0)?, step(i, 1)?);
+            let is_step =
+                motion.abs() > LEAST.ln() && (noise - motion).abs() < ALIKE * motion.abs();
+            is_step.then_some((i, motion))
+        })
+        .collect();
+    // Places beside a step see it, too: it is where neighbours differ most.
+    let jump = |i: usize| (onsets[sites[i]].sizes[0] - onsets[sites[i - 1]].sizes[0]).abs();
+    let is_largest = |&&(i, _): &&(usize, f64)| {
+        let mut near = found.iter().map(|(other, _)| *other);
+        near.all(|other| other.abs_diff(i) >= BESIDE || other == i || jump(other) < jump(i))
+    };
+    let kept = found.iter().filter(is_largest);
+    kept.map(|(i, step)| GainStep {
+        site: sites[*i],
+        ratio: step.exp(),
+    })
+    .collect()
+}
 
 /// A record that becomes larger or smaller from a sample on, while the others do not.
 #[derive(Debug, Clone, Copy, PartialEq)]

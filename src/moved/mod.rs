@@ -35,7 +35,7 @@ mod windows;
 use serde::Serialize;
 
 pub(crate) use along_x::{AlongX, Options, along_x};
-pub(crate) use gain::GainChange;
+pub(crate) use gain::{GainChange, GainStep};
 pub(crate) use in_time::{Profiles, Source, in_time};
 pub use reason::{LeftOut, Reason};
 use share::{Group, Moved};
@@ -310,6 +310,8 @@ pub struct Answer {
     pub(crate) noise: f64,
     /// Channels of a steady record whose gain changes.
     pub(crate) gain_changes: Vec<GainChange>,
+    /// Sites from which on gains differ.
+    pub(crate) gain_steps: Vec<GainStep>,
 }
 
 /// The least length of at least `samples` with no prime factor above 5.

@@ -35,6 +35,8 @@ pub(super) struct Onset {
     pub has_lead: bool,
     /// Logarithms of the mean squares of the pieces, each from its mean.
     pub levels: Vec<f32>,
+    /// Logarithms of the root mean squares of the record, from its mean, and of its fourth differences, which noise dominates.
+    pub sizes: [f64; 2],
     /// `(sum e)^2 / (n sum e^2)` of the energies of n pieces: 1 for a record that is steady.
     pub steadiness: f64,
     pub arrival: Option<usize>,
@@ -70,6 +72,16 @@ fn quiet_pieces(record: &[f64]) -> (Vec<bool>, Vec<f64>) {
     let by_chance = 1.0 + 4.0 / (length as f64).sqrt();
     let limit = (ALIKE * ALIKE * by_chance * least).max((SILENT * largest).powi(2));
     (squares.iter().map(|s| *s <= limit).collect(), squares)
+}
+
+fn sizes(record: &[f64]) -> [f64; 2] {
+    let n = record.len() as f64;
+    let mean = record.iter().sum::<f64>() / n;
+    let motion: f64 = record.iter().map(|v| (v - mean).powi(2)).sum();
+    let differences = record.array_windows();
+    let fast = differences.map(|[a, b, c, d, e]| a - 4.0 * b + 6.0 * c - 4.0 * d + e);
+    let fast: f64 = fast.map(|d| d * d).sum();
+    [motion, fast].map(|squares| 0.5 * (squares / n).ln())
 }
 
 impl Onset {
@@ -113,6 +125,7 @@ impl Onset {
         let (sum, squares) = energies.fold((0.0, 0.0), |(s, q), e| (s + e, q + e * e));
         let mut onset = Onset {
             levels,
+            sizes: sizes(record),
             peak,
             baseline,
             noise,

@@ -3,7 +3,7 @@
 use super::along_x::{AlongX, LIVE, Options, group_size, grouped, median};
 use super::onset::Onset;
 use super::share::{Grid, Group, Moved};
-use super::{Evidence, Movement, Reason, Verdict, gain};
+use super::{Evidence, Movement, Reason, Verdict};
 use crate::error::Result;
 use crate::numeric::chi_square_quantile;
 use crate::observer::Observer;
@@ -165,9 +165,6 @@ pub(super) fn along_x(
         _ => Reason::FewSites { sites: sites.len() },
     });
     along.levels = levels;
-    if options.struck.is_none() {
-        along.gain_changes = gain::changes(onsets, live, n_times);
-    }
     if let Some(group) = told.first() {
         along.median = group.quantile(&grid, 0.5);
     }

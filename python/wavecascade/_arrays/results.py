@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import warnings
+import zlib
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from wavecascade._keywords.words import CascadeWarning
 
@@ -139,3 +142,64 @@ def frame(columns: Mapping[str, Any], attrs: Mapping[str, Any]) -> Any:
     table = pandas.DataFrame(columns)
     table.attrs.update(attrs)
     return table
+
+
+def _sum(data: Any) -> int:
+    """A checksum of all numbers of a result, with their names and shapes."""
+    variables = getattr(data, "variables", data)
+    total = 0
+    for name in sorted(variables, key=str):
+        values = np.asarray(getattr(variables[name], "values", variables[name]))
+        if values.dtype.kind not in "fiucbmM":
+            continue
+        total = zlib.crc32(f"{name} {values.shape} {values.dtype.str}".encode(), total)
+        total = zlib.crc32(np.ascontiguousarray(values).view(np.uint8).data, total)
+    return total
+
+
+class Held:
+    """What arrays of a result were made from, as long as they are those arrays."""
+
+    def __init__(self, native: Any, data: Any) -> None:
+        self.native = native
+        self._sum = _sum(data)
+
+    def of(self, data: Any, what: str) -> Any:
+        """The original of ``data``.
+
+        Raises
+        ------
+        ValueError
+            For arrays that were changed, cut or exchanged since.
+        """
+        if _sum(data) != self._sum:
+            raise ValueError(
+                f"{what}: expected the arrays as they were returned, found others: they were changed, cut "
+                "or exchanged; compute anew from the field, or take the file"
+            )
+        return self.native
+
+
+def hold(out: Any, key: str, native: Any) -> None:
+    """Keep with a result what it was made from."""
+    if hasattr(out, "encoding"):
+        out.encoding[f"cascade_{key}"] = Held(native, out)
+    else:
+        out[key] = Held(native, {name: array for name, array in out.items() if name != "attrs"})
+
+
+def held(data: Any, key: str, what: str) -> Any:
+    """What a result was made from; ``None`` for others.
+
+    Raises
+    ------
+    ValueError
+        As :meth:`Held.of`.
+    """
+    encoding = getattr(data, "encoding", None)
+    if encoding is not None:
+        kept = encoding.get(f"cascade_{key}")
+        return kept.of(data, what) if isinstance(kept, Held) else None
+    kept = data.get(key) if isinstance(data, dict) else None
+    arrays = {name: array for name, array in data.items() if name not in ("attrs", key)} if kept else {}
+    return kept.of(arrays, what) if isinstance(kept, Held) else None

@@ -11,7 +11,7 @@ import numpy as np
 
 from wavecascade import _native
 from wavecascade._arrays.fields import is_dataarray, is_path, source
-from wavecascade._arrays.results import dataarray, dataset, summary_attrs, warn
+from wavecascade._arrays.results import dataarray, dataset, held, hold, summary_attrs, warn
 from wavecascade._commands.documented import documented
 from wavecascade._keywords.options import AnalyzeOptions, FieldOptions, FilterOptions, OpenOptions
 from wavecascade._keywords.words import Progress, observed, words
@@ -81,10 +81,7 @@ def _arranged(found: dict[str, Any]) -> Any:
             if value is not None:
                 attrs[f"{axis}_{part}"] = value
     out = dataset(found, attrs)
-    if hasattr(out, "encoding"):
-        out.encoding["cascade_analysis"] = found["analysis"]
-    else:
-        out["analysis"] = found["analysis"]
+    hold(out, "analysis", found["analysis"])
     return out
 
 
@@ -101,10 +98,9 @@ def report(analysis: Any, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     ValueError
-        For a dataset that was computed from others, or read from a file.
+        For a dataset that was computed from others, changed or cut, or read from a file.
     """
-    held = getattr(analysis, "encoding", analysis)
-    found = held.get("cascade_analysis") if hasattr(analysis, "encoding") else held.get("analysis")
+    found = held(analysis, "analysis", "analysis")
     if found is None:
         raise ValueError(
             "analysis: expected what `analyze` returned in this process, found a dataset without it"

@@ -13,7 +13,7 @@ import numpy as np
 
 from wavecascade import _native
 from wavecascade._arrays.fields import is_path, source
-from wavecascade._arrays.results import dataset, frame, summary_attrs, warn
+from wavecascade._arrays.results import dataset, frame, held, hold, summary_attrs, warn
 from wavecascade._keywords.options import (
     ATTENUATE,
     SWEEP,
@@ -97,19 +97,13 @@ def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Any) -> 
     found = _native.simulate(text, said, observed(progress))
     warn(found, stacklevel=3)
     out = dataset(found, {})
-    if hasattr(out, "encoding"):
-        out.encoding["cascade_run"] = found["run"]
-    else:
-        out["run"] = found["run"]
+    hold(out, "run", found["run"])
     return out
 
 
 def _handle(run: Any) -> Any:
     """The run of :func:`simulate` behind its arrays, if they are one's."""
-    held = getattr(run, "encoding", run)
-    if not isinstance(held, dict):
-        return None
-    return held.get("cascade_run") if hasattr(run, "encoding") else held.get("run")
+    return held(run, "run", "run")
 
 
 def budget(

@@ -122,7 +122,11 @@ impl Summary {
     fn cut(&self, width: usize) -> String {
         let (mut text, closing) = (self.head(width), self.closing(width));
         let mut room = MOST_LINES.saturating_sub(text.lines().count() + closing.lines().count());
-        let reserved = self.warnings.len().min(room / 2);
+        let messages = self
+            .warnings
+            .iter()
+            .map(|[message, _]| lines_of(Tone::Warning, message, width));
+        let reserved = messages.sum::<usize>().min(room / 2);
         let facts = self.parts.iter().filter(|(rank, _)| *rank == Rank::Fact);
         for (_, part) in facts {
             let part = part.in_lines(width, room - reserved);
@@ -134,10 +138,7 @@ impl Summary {
 
     /// Warnings in so many lines: their messages first, then what to do about them.
     fn cut_warnings(&self, width: usize, mut room: usize) -> Vec<(Tone, String)> {
-        let lines = |tone: Tone, text: &str| {
-            let indent = tone.label().len() + 2;
-            wrapped(text, width - indent).len()
-        };
+        let lines = |tone: Tone, text: &str| lines_of(tone, text, width);
         let mut shown = 0;
         for (n, [message, _]) in self.warnings.iter().enumerate() {
             let is_last = n + 1 == self.warnings.len();
@@ -186,6 +187,12 @@ impl Summary {
             false => paragraphs(std::slice::from_ref(&self.last), width),
         }
     }
+}
+
+/// Lines that a message takes.
+fn lines_of(tone: Tone, text: &str, width: usize) -> usize {
+    let indent = tone.label().len() + 2;
+    wrapped(text, width - indent).len()
 }
 
 /// Messages in lines.
