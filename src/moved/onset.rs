@@ -78,8 +78,9 @@ fn sizes(record: &[f64]) -> [f64; 2] {
     let n = record.len() as f64;
     let mean = record.iter().sum::<f64>() / n;
     let motion: f64 = record.iter().map(|v| (v - mean).powi(2)).sum();
-    let differences = record.array_windows();
-    let fast = differences.map(|[a, b, c, d, e]| a - 4.0 * b + 6.0 * c - 4.0 * d + e);
+    let fast = record
+        .windows(5)
+        .map(|v| v[0] - 4.0 * v[1] + 6.0 * v[2] - 4.0 * v[3] + v[4]);
     let fast: f64 = fast.map(|d| d * d).sum();
     [motion, fast].map(|squares| 0.5 * (squares / n).ln())
 }

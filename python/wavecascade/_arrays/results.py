@@ -174,8 +174,8 @@ class Held:
         """
         if _sum(data) != self._sum:
             raise ValueError(
-                f"{what}: expected the arrays as they were returned, found others: they were changed, cut "
-                "or exchanged; compute anew from the field, or take the file"
+                f"{what}: expected the arrays as they were returned, found others: they were changed, "
+                "cut or exchanged; compute anew from the field, or take the file"
             )
         return self.native
 
