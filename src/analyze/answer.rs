@@ -78,6 +78,7 @@ pub(super) fn find(
         wavenumber,
         speed: along.speed,
         is_struck: along.is_struck,
+        is_lossy: false,
         has_fronts: along.has_fronts,
         along_x: along.evidence,
         along_t,

@@ -21,6 +21,7 @@ pub fn answer_in_time(motion: &Motion, analysis: &mut Analysis) -> Result<()> {
     let Some(answer) = analysis.answer.as_mut().filter(|_| is_whole) else {
         return Ok(());
     };
+    answer.is_lossy = motion.chain.losses.any();
     let contacts = Contacts::of(motion);
     let basis = Basis::of(motion.chain.ends);
     let modes = Modes::new(basis, motion.chain.n_sites());

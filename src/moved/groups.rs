@@ -198,7 +198,9 @@ impl Found<'_> {
             .last()
             .unwrap_or(1);
         let mut movement = self.between(0, 0, end);
-        if movement.energy_ratio < 0.9 {
+        // What the front loses is in its tail: it keeps its low frequencies, and none are gained.
+        movement.lags = movement.verdict == Verdict::Down && movement.transfer != Some(true);
+        if movement.energy_ratio < 0.9 || movement.lags {
             movement.transfer = None;
         }
         let movement = self.checked(0, (0, end), &[1, 2], movement);

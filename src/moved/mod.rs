@@ -298,6 +298,8 @@ pub struct Answer {
     pub speed: Option<Speed>,
     /// Whether bodies of a chain were struck or driven.
     pub is_struck: bool,
+    /// Whether the chain is known to lose energy.
+    pub is_lossy: bool,
     /// Whether spectra are those of front windows; of steady records they are those of segments.
     pub has_fronts: bool,
     pub along_x: Option<Evidence>,

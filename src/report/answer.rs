@@ -176,10 +176,18 @@ impl Words<'_> {
             );
         }
         let by = of.to.map_or(0, |place| place.rows[0]);
-        let sheds = format!(
-            "the front sheds {} by body {by}",
-            share(1.0 - of.energy_ratio)
-        );
+        let lost = share(1.0 - of.energy_ratio);
+        if self.answer.is_lossy && of.energy_ratio < 0.9 {
+            let first = match of.verdict {
+                Verdict::Down => ", high frequencies first",
+                Verdict::Up => ", low frequencies first",
+                _ => "",
+            };
+            return format!(
+                "the front loses {lost} by body {by}, to damping too{first}; it never settles"
+            );
+        }
+        let sheds = format!("the front sheds {lost} by body {by}");
         let into = match &self.answer.tail {
             Some(tail) => format!(
                 " into a tail around {}",
@@ -193,6 +201,9 @@ impl Words<'_> {
         };
         match of.verdict {
             Verdict::Up => format!("energy moves up in frequency: {sheds}"),
+            Verdict::Down if of.lags => {
+                format!("higher frequencies lag behind the front: {sheds}")
+            }
             Verdict::Down => format!("energy moves down in frequency: {sheds}"),
             Verdict::Spreads => format!("energy spreads in frequency: {sheds}"),
             _ => format!("no energy moves in frequency: {sheds}"),

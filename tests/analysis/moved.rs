@@ -492,6 +492,23 @@ fn val_theory_compressed_and_lossy_chains_move_nothing_up() {
     }
 }
 
+/// A chain of linear springs moves no energy in frequency: high frequencies lag behind its front, and E(k) stays.
+#[test]
+fn val_theory_a_linear_chain_disperses() {
+    let found = answer_of_run(
+        "sites = 160\nlaw = \"spring\"\nend_time = 150\nsamples = 2048\ntolerance = 1e-6",
+    );
+    let moved = &found.frequency;
+    assert_eq!(moved.verdict, Verdict::Down, "{moved:?}");
+    assert!(
+        moved.lags && moved.transfer.is_none() && moved.up < 0.01,
+        "{moved:?}"
+    );
+    let moved = &found.wavenumber;
+    assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
+    assert!(moved.bound < 0.01, "{moved:?}");
+}
+
 /// Unequal masses scatter the pulse: the front loses most of its energy, none of which moves up.
 #[test]
 fn val_theory_disorder_moves_nothing_up() {
