@@ -85,6 +85,10 @@ pub(crate) fn ridge_charts(found: &Ridges) -> Vec<Chart> {
         }
     };
     let phase = velocities(found, "phase velocity", BLUE, |p| {
+        // That of a transient is as good as the place of its peak, without an error; slopes are not.
+        if found.is_single() {
+            return (p.phase_velocity, 0.0);
+        }
         (
             velocity(p.phase_velocity, p.phase_velocity_error),
             p.phase_velocity_error,

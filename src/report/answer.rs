@@ -202,7 +202,8 @@ impl Words<'_> {
         match of.verdict {
             Verdict::Up => format!("energy moves up in frequency: {sheds}"),
             Verdict::Down if of.lags => {
-                format!("higher frequencies lag behind the front: {sheds}")
+                let which = sheds.replacen("the front", "which", 1);
+                format!("higher frequencies lag behind the front, {which}")
             }
             Verdict::Down => format!("energy moves down in frequency: {sheds}"),
             Verdict::Spreads => format!("energy spreads in frequency: {sheds}"),
