@@ -13,7 +13,7 @@ use super::state::FileState;
 use super::storage::{Arrangement, Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz, resample};
 use crate::error::{DimensionName, Error, ForeignFormat, InputFault, Result};
-use crate::measure::{Dimension, Length, digits};
+use crate::measure::{Dimension, Length};
 
 /// Input of the format readers: the bytes of a file and its settings.
 pub(super) struct FileSource<'a> {
@@ -376,10 +376,6 @@ pub(super) fn completed(
 ) -> Result<Field> {
     let (contents, listed) = contents.kept(options);
     let contents = contents.resampled(options)?;
-    let own = [
-        contents.time.step.filter(|_| stated.dt.is_some()),
-        contents.space.step.filter(|_| stated.dx.is_some()),
-    ];
     let time = contents.time.axis(StatedAxis {
         origin: stated.t0,
         step: stated.dt,
@@ -390,30 +386,14 @@ pub(super) fn completed(
         step: stated.dx,
         unit: stated.space_unit,
     });
-    let (time, space) = (time.map_err(fault)?, space.map_err(fault)?);
-    let mut notes = contents.notes;
-    for ((what, own), axis) in [("time", own[0]), ("x", own[1])]
-        .into_iter()
-        .zip([&time, &space])
-    {
-        let replaced = own.filter(|own| (own - axis.step).abs() > 1e-6 * axis.step.abs());
-        if let Some(own) = replaced {
-            let text = format!(
-                "the stated step of {what}, {}, takes the place of the file's own, {}",
-                digits(axis.step),
-                digits(own)
-            );
-            notes.push(Note::Remark { text });
-        }
-    }
     let field = Field {
         storage: contents.storage,
         opened: None,
         n_times: contents.n_times,
         n_sites: contents.n_sites,
         name: name.to_owned(),
-        time,
-        space,
+        time: time.map_err(fault)?,
+        space: space.map_err(fault)?,
         quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
         unit: stated.unit.or(contents.unit),
         axis_names: contents.axis_names,
@@ -421,7 +401,7 @@ pub(super) fn completed(
         struck: contents.struck,
         dispersion: stated.dispersion.or(contents.dispersion),
         content_hash: None,
-        notes,
+        notes: contents.notes,
         listed,
     };
     field.selected(&options.select)
