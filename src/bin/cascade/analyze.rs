@@ -13,7 +13,7 @@ use wavecascade::analyze::{
 use wavecascade::arrays::Precision;
 use wavecascade::budget::{Budget, Motion, answer_in_time};
 use wavecascade::field::{FileState, Note, OpenOptions, Quantity, TimeColumn, is_run_file};
-use wavecascade::measure::{Frequency, Length, Time, symbol};
+use wavecascade::measure::{Dimension, Frequency, Length, Measure, Time, symbol};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
     ArrayFormat, BudgetSummary, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile,
@@ -484,6 +484,16 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
     }
 }
 
+/// A number in the unit of an axis, where one is stated.
+fn stated<D: Dimension>(
+    option: &'static str,
+    measure: Option<Measure<D>>,
+    unit: Option<&str>,
+) -> Result<Option<f64>, Error> {
+    let number = measure.map(|measure| of_axis(option, measure, unit));
+    number.transpose()
+}
+
 /// Sets what is asked in the units of the field's axes.
 fn in_units(typed: &Analyze, field: &Field, request: &mut Request) -> Result<(), Error> {
     let units = AxisUnits::of(field);
@@ -494,22 +504,15 @@ fn in_units(typed: &Analyze, field: &Field, request: &mut Request) -> Result<(),
         let (from, to) = times.of_axis("times", time)?;
         request.times = TimeRange::Interval { from, to };
     }
-    let edge = bands.band_edge_frequency;
-    request.band_edge_frequency = edge
-        .map(|edge| of_axis("band-edge-frequency", edge, frequency))
-        .transpose()?;
-    let edge = bands.band_edge_wavenumber;
-    request.band_edge_wavenumber = edge
-        .map(|edge| of_axis("band-edge-wavenumber", edge, wavenumber))
-        .transpose()?;
-    let at = bands.reference_time;
-    request.reference_time = at
-        .map(|at| of_axis("reference-time", at, time))
-        .transpose()?;
-    let window = bands.front_window;
-    request.front_window = window
-        .map(|window| of_axis("front-window", window, time))
-        .transpose()?;
+    request.band_edge_frequency =
+        stated("band-edge-frequency", bands.band_edge_frequency, frequency)?;
+    request.band_edge_wavenumber = stated(
+        "band-edge-wavenumber",
+        bands.band_edge_wavenumber,
+        wavenumber,
+    )?;
+    request.reference_time = stated("reference-time", bands.reference_time, time)?;
+    request.front_window = stated("front-window", bands.front_window, time)?;
     let band = bands.direction_band;
     request.direction_band = band
         .map(|band| band.of_axis("direction-band", frequency))
