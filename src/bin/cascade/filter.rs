@@ -230,7 +230,7 @@ impl Filter {
         })
     }
 
-    /// That something was asked for, before any work.
+    /// That a band or a direction is stated, before any work.
     pub fn check(&self) -> Result<(), Error> {
         let nothing = self.frequency.is_none()
             && self.wavenumber.is_none()
