@@ -82,7 +82,7 @@ pub fn analyze<'py>(
     let (path, scene) = (opener.path(), opener.scene());
     let work = |observer: &dyn Observer| -> Result<_, Failure> {
         effect::refuse_without_effect(&typed)?;
-        let mut field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan), false)?;
+        let mut field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan))?;
         let run = scene.map(|(text, step)| Ok((SceneSource::new(None, text).setup()?, step)));
         let run: Option<(Setup, f64)> = run.transpose().map_err(Failure::Library)?;
         if let Some((setup, _)) = &run
@@ -183,8 +183,7 @@ pub fn open<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = typed!(&words, Analyze);
     let (opener, from) = (source.opener(), source.from());
-    let work =
-        |_: &dyn Observer| opener.open(&typed.input, typed.work.memory, Some(&typed.scan), false);
+    let work = |_: &dyn Observer| opener.open(&typed.input, typed.work.memory, Some(&typed.scan));
     let field = watch::run(py, None, work)?;
     let field = field.map_err(|error| faults::of(py, error, from))?;
     let out = described(py, &field)?;
@@ -208,7 +207,7 @@ pub fn filter<'py>(
     let name = opener.path();
     let work = |observer: &dyn Observer| {
         typed.check()?;
-        let field = opener.open(&typed.input, typed.memory, None, false)?;
+        let field = opener.open(&typed.input, typed.memory, None)?;
         let band = typed.band(&field)?;
         let threads = typed.how.threads.map(usize::from);
         let found = on_threads(threads, || {

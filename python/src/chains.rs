@@ -132,7 +132,7 @@ pub fn budget<'py>(
         let (found, report) = match (run, source) {
             (None, Some(source)) if is_measured => {
                 let setup = scene(scene_text, scene_path, &[])?.setup()?;
-                let field = source.open(&typed.measured.input, None, None, false)?;
+                let field = source.open(&typed.measured.input, None, None)?;
                 let read = measured::of_field(field, &name, &setup, &typed.measured, &typed.views);
                 let read = read.map_err(|error| error.of_file(&name))?;
                 let found = on_threads(threads, || read.budget(&kept, observer))?;

@@ -45,7 +45,6 @@ pub fn estimate<'py>(
         Command::Bicoherence(typed) => call.of(*typed),
         Command::Coherence(typed) => call.of(*typed),
         Command::Increments(typed) => call.of(*typed),
-        Command::Lomb(typed) => call.of(*typed),
         Command::Modes(typed) => call.of(*typed),
         Command::Ridges(typed) => call.of(*typed),
         Command::Slope(typed) => call.of(*typed),
@@ -142,7 +141,7 @@ fn made<T: Typed>(
     let name = path.clone();
     let name = name.unwrap_or_else(|| Path::new("field").to_owned());
     let input = &typed.shared().input;
-    let open = |opener: Opener| opener.open(input, typed.memory(), None, T::Found::UNEVEN);
+    let open = |opener: Opener| opener.open(input, typed.memory(), None);
     let fields = all.into_iter().map(open);
     let fields: Vec<Field> = fields.collect::<Result<_, _>>()?;
     let doubts = fields.iter().flat_map(|field| &field.notes);

@@ -215,19 +215,14 @@ impl Source<'_> {
 }
 
 impl Opener {
-    /// The field; uneven coordinates are kept if `uneven`.
+    /// The field.
     pub fn open(
         self,
         input: &Input,
         memory: Option<u64>,
         scan: Option<&ScanArgs>,
-        uneven: bool,
     ) -> Result<Field, Error> {
-        let options = OpenOptions {
-            uneven,
-            ..open_options(input, memory)
-        };
-        self.with(&options, scan)
+        self.with(&open_options(input, memory), scan)
     }
 
     /// The field without the hash of its file, which reads all of it.

@@ -58,7 +58,7 @@ pub fn triads<'py>(
                     _ => {
                         typed.check(&text, false, words.clone())?;
                         let input = &typed.shared().input;
-                        let field = opener.open(input, typed.memory, None, false)?;
+                        let field = opener.open(input, typed.memory, None)?;
                         let found = on_threads(threads, || typed.of_field(&field, observer));
                         let found = found.map_err(|error| error.of_file(&name))?;
                         field.check_unchanged()?;

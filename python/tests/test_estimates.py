@@ -49,8 +49,6 @@ CASES = [
     ("slope", {"band": (0.3, 2.5), "frames": 5, "dt": 0.1}),
     ("slope", {"along": "time", "band": (0.02, 0.4), "breaks": 0, "segment": 64}),
     ("ridges", {"segment": 64, "fit": "c*abs(k); c=1", "window_space": "none", "cut": "wavenumber"}),
-    ("lomb", {"oversampling": 2, "highest": 0.3}),
-    ("lomb", {"axis": "space"}),
 ]
 
 
@@ -75,21 +73,6 @@ def test_val_program_every_array_and_the_summary(field, run, tmp_path, command, 
     # Files of NetCDF take all attributes.
     found.to_netcdf(tmp_path / "found.nc", engine="scipy")
     assert set(function(field.T, layout="site-time", **options).variables) == set(found.variables)
-
-
-def test_val_program_uneven_times(run, tmp_path):
-    values = np.cos(0.7 * UNEVEN)[:, None] + 0.1 * np.random.default_rng(4).standard_normal((101, 3))
-    values[5, 1] = np.nan
-    path = tmp_path / "uneven.npz"
-    np.savez(path, velocity=values, time=UNEVEN)
-    da = xr.DataArray(values, {"time": ("time", UNEVEN, {"units": "s"})}, ("time", "x"), "velocity")
-    found = da.cascade.lomb()
-    with np.load(run("lomb", path, "--time-unit=s", "--figures", "none") / "lomb.npz") as archive:
-        same(found, archive)
-    assert found.frequency.attrs["units"] == "Hz"
-    assert found.power.dims == ("frequency", "position")
-    with pytest.raises(ValueError, match="time"):
-        da.cascade.spectrum()
 
 
 #: Where results go, and what is shown of them: nothing for functions.
@@ -248,8 +231,6 @@ def test_errors_are_those_of_the_program(field, tmp_path):
         wc.slope(field)
     with pytest.raises(ValueError, match="segment"):
         wc.spectrum(field, segment=1000)
-    with pytest.raises(ValueError, match="field: expected one field|unexpected argument|field"):
-        wc.lomb([field, field])
     with pytest.raises(TypeError, match="referense"):
         wc.coherence(field, referense=3)
     with pytest.raises(TypeError, match="reference"):
@@ -314,16 +295,6 @@ def test_val_scipy_welch_and_coherence(shape, window):
     np.testing.assert_allclose(found.coherence[1:, 1:], expected[1:, 1:], rtol=1e-11, atol=1e-13)
     _, cross = signal.csd(values[:, :1], values, 2.0, **with_scipy)
     np.testing.assert_allclose(np.exp(1j * found.phase[1:]), np.exp(1j * np.angle(cross[1:])), atol=1e-9)
-
-
-def test_val_scipy_lomb_scargle():
-    signal = pytest.importorskip("scipy.signal")
-    values = np.random.default_rng(5).standard_normal(101) + 2
-    da = xr.DataArray(values, {"time": UNEVEN}, ("time",))
-    found = wc.lomb(da, highest=0.4)
-    omega = 2 * np.pi * found.frequency.values
-    expected = signal.lombscargle(UNEVEN, values, omega, normalize=True, floating_mean=True)
-    np.testing.assert_allclose(found.power[:, 0], expected, rtol=1e-8, atol=1e-11)
 
 
 @pytest.mark.parametrize("shape", [(31, 27), (40, 9), (15, 64)])

@@ -39,7 +39,6 @@ class FieldAccessor:
     bicoherence = _method(estimates.bicoherence)
     coherence = _method(estimates.coherence)
     increments = _method(estimates.increments)
-    lomb = _method(estimates.lomb)
     modes = _method(estimates.modes)
     ridges = _method(estimates.ridges)
     slope = _method(estimates.slope)

@@ -12,7 +12,6 @@
 mod coherence;
 mod coupling;
 mod increments;
-mod lomb;
 mod modes;
 mod parts;
 pub(crate) mod realisations;
@@ -30,7 +29,6 @@ pub use increments::{
     AxisIncrements, ExponentBasis, FieldAxis, IncrementHistogram, Increments, IncrementsRequest,
     IntervalBasis, ScaleMoments, ScalingExponents, increments,
 };
-pub use lomb::{Lomb, LombAxis, LombRequest, lomb};
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
 pub(crate) use parts::NodePlace;
 pub use parts::{

@@ -74,8 +74,6 @@ pub(crate) struct Evenness {
     pub(crate) jitter: f64,
     /// How samples at others are resampled, if they may be.
     pub(crate) method: Option<Interpolation>,
-    /// Whether others are kept as they are.
-    pub(crate) kept: bool,
 }
 
 /// Coordinates that a file lists, as an even axis.
@@ -207,12 +205,7 @@ impl Coordinates {
             }
             Err(uneven) => uneven,
         };
-        let method = if rules.kept {
-            Some(Interpolation::Nearest)
-        } else {
-            rules.method
-        };
-        let (Some(method), &[first, .., last]) = (method, values) else {
+        let (Some(method), &[first, .., last]) = (rules.method, values) else {
             return Err(uneven);
         };
         let is_rising = |pair: &[f64]| pair[1] > pair[0];
@@ -221,7 +214,7 @@ impl Coordinates {
         }
         // The worst step is the longest or the shortest one.
         let longest = longest_step(values);
-        if !rules.kept && longest.found > Resample::LONGEST_STEP * longest.expected {
+        if longest.found > Resample::LONGEST_STEP * longest.expected {
             return Err(longest);
         }
         let step = (last - first) / (values.len() - 1) as f64;
@@ -237,7 +230,7 @@ impl Coordinates {
                 step: Some(step),
                 unit: None,
             },
-            note: (!rules.kept).then(|| Note::Resampled {
+            note: Some(Note::Resampled {
                 axis,
                 method,
                 shift: Jitter {

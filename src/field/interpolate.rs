@@ -117,11 +117,6 @@ impl Interpolant {
         }
     }
 
-    /// The coordinates of the values that it takes.
-    pub(crate) fn into_nodes(self) -> Vec<f64> {
-        self.nodes
-    }
-
     /// How many values it takes.
     pub(crate) fn n_nodes(&self) -> usize {
         self.nodes.len()

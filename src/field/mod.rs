@@ -169,19 +169,6 @@ pub struct Field {
     pub content_hash: Option<String>,
     /// What was inferred about the file.
     pub notes: Vec<Note>,
-    /// Coordinates of times and of sites where they are uneven and were kept.
-    listed: [Option<Vec<f64>>; 2],
-}
-
-/// Coordinates that are listed, from the origin of their axis on, or those of the axis.
-fn coordinates_of(listed: &Option<Vec<f64>>, axis: &Axis, count: usize) -> Vec<f64> {
-    match listed {
-        Some(values) => {
-            let shift = axis.origin - values.first().copied().unwrap_or(axis.origin);
-            values.iter().map(|value| value + shift).collect()
-        }
-        None => (0..count).map(|i| axis.at(i)).collect(),
-    }
 }
 
 impl Field {
@@ -207,37 +194,7 @@ impl Field {
             dispersion: None,
             content_hash: None,
             notes: Vec::new(),
-            listed: [None, None],
         }
-    }
-
-    /// The field with uneven times, or with none that are listed.
-    ///
-    /// # Panics
-    /// Unless there are as many times as samples.
-    #[must_use]
-    pub fn with_times(mut self, times: Option<Vec<f64>>) -> Self {
-        if let Some(times) = &times {
-            assert_eq!(times.len(), self.n_times, "times of all samples");
-        }
-        self.listed[0] = times;
-        self
-    }
-
-    /// The times of all samples: as they are listed where uneven ones were kept ([`OpenOptions::uneven`]), else
-    /// those of [`Field::time`].
-    pub fn times(&self) -> Vec<f64> {
-        coordinates_of(&self.listed[0], &self.time, self.n_times)
-    }
-
-    /// The positions of all sites, likewise.
-    pub fn positions(&self) -> Vec<f64> {
-        coordinates_of(&self.listed[1], &self.space, self.n_sites)
-    }
-
-    /// Whether times or positions are uneven.
-    pub fn is_uneven(&self) -> bool {
-        self.listed.iter().any(Option::is_some)
     }
 
     pub fn n_times(&self) -> usize {

@@ -248,20 +248,6 @@ impl Contents {
         }
     }
 
-    /// With uneven coordinates of times and sites taken out, where they are kept.
-    fn kept(mut self, options: &OpenOptions) -> (Contents, [Option<Vec<f64>>; 2]) {
-        match options.uneven {
-            true => {
-                let [time, space] = std::mem::take(&mut self.resampling);
-                (
-                    self,
-                    [time, space].map(|axis| axis.map(Interpolant::into_nodes)),
-                )
-            }
-            false => (self, [None, None]),
-        }
-    }
-
     /// Brings the samples to the axes.
     fn resampled(mut self, options: &OpenOptions) -> Result<Contents> {
         let [time, space] = &self.resampling;
@@ -374,7 +360,6 @@ pub(super) fn completed(
     name: &str,
     fault: &dyn Fn(InputFault) -> Error,
 ) -> Result<Field> {
-    let (contents, listed) = contents.kept(options);
     let contents = contents.resampled(options)?;
     let time = contents.time.axis(StatedAxis {
         origin: stated.t0,
@@ -402,7 +387,6 @@ pub(super) fn completed(
         dispersion: stated.dispersion.or(contents.dispersion),
         content_hash: None,
         notes: contents.notes,
-        listed,
     };
     field.selected(&options.select)
 }

@@ -48,9 +48,6 @@ pub struct OpenOptions {
     pub jitter: f64,
     /// How samples at coordinates that deviate more come to even ones; without a method they are refused.
     pub resample: Resample,
-    /// Whether uneven coordinates are kept as they are listed ([`Field::times`](super::Field::times)), for
-    /// estimates that take them; no method of resampling is needed.
-    pub uneven: bool,
     /// What becomes of traces of one file that begin at different times.
     pub delays: Delays,
     pub header: Header,
@@ -84,7 +81,6 @@ impl Default for OpenOptions {
             select: Vec::new(),
             jitter: JITTER,
             resample: Resample::default(),
-            uneven: false,
             delays: Delays::default(),
             header: Header::default(),
             time_column: TimeColumn::default(),
@@ -248,9 +244,7 @@ impl OpenOptions {
     /// What makes the coordinates of an axis even.
     pub(super) fn evenness(&self, axis: &'static str) -> Evenness {
         Evenness {
-            // Kept as they are, however little they deviate.
-            jitter: if self.uneven { 0.0 } else { self.jitter },
-            kept: self.uneven,
+            jitter: self.jitter,
             method: match axis {
                 "time" => self.resample.time,
                 _ => self.resample.space,

@@ -18,13 +18,11 @@ impl Field {
             let [time_name, space_name] = &self.axis_names;
             if is_in(&["time", "t"]) || named(time_name) {
                 let range = range("time", &self.time, self.n_times, selection)?;
-                self.check_even(0, selection)?;
                 self.time.origin = self.time.at(range.start);
                 self.n_times = range.len();
                 self.storage = self.storage.from(range.start, 0);
             } else if is_in(&["space", "position", "site", "x"]) || named(space_name) {
                 let range = range("space", &self.space, self.n_sites, selection)?;
-                self.check_even(1, selection)?;
                 self.space.origin = self.space.at(range.start);
                 self.n_sites = range.len();
                 self.storage = self.storage.from(0, range.start);
@@ -50,18 +48,6 @@ impl Field {
             }
         }
         Ok(self)
-    }
-
-    /// Refuses a part of an axis whose coordinates are uneven.
-    fn check_even(&self, axis: usize, selection: &Selection) -> Result<()> {
-        match self.listed[axis] {
-            None => Ok(()),
-            Some(_) => Err(Error::Request {
-                option: "select",
-                expected: "an axis of even coordinates, of which a part can be taken".into(),
-                found: format!("uneven coordinates of {}", selection.dimension),
-            }),
-        }
     }
 }
 

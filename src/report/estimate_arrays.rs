@@ -93,14 +93,6 @@ impl Units {
         }
     }
 
-    /// Cycles per unit of length.
-    pub fn cycles_per_length(&self) -> String {
-        match self.space.is_empty() {
-            true => String::new(),
-            false => crate::measure::cycles_per(&self.space),
-        }
-    }
-
     /// Of the third power of the samples.
     pub fn cubed(&self) -> String {
         match &self.sample[..] {

@@ -20,7 +20,6 @@ mod increment_words;
 mod increments;
 mod leftovers;
 mod localized;
-mod lomb;
 mod modes;
 mod netcdf;
 mod new_file;
@@ -70,15 +69,14 @@ pub use localized::{
     LOCALIZED_SCHEMA, LocalizedSummary, journey_arrays, profile_arrays, table_csv, write_journey,
     write_profile,
 };
-pub use lomb::{LOMB_SCHEMA, LombSummary, lomb_arrays};
 pub use modes::{MODES_SCHEMA, ModesSummary, modes_arrays};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
     comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
-    lomb_html, modes_html, ridges_html, slope_html, spacetime_html, spectrum_html, sweep_html,
-    transfer_html, transmission_html, triads_html, wave_html,
+    modes_html, ridges_html, slope_html, spacetime_html, spectrum_html, sweep_html, transfer_html,
+    transmission_html, triads_html, wave_html,
 };
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_arrays, ridges_csv};

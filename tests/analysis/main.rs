@@ -14,7 +14,6 @@ mod gaps;
 mod hard_cases;
 mod headline;
 mod increments;
-mod lomb;
 mod modes;
 mod moved;
 mod noise;

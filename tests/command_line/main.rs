@@ -21,7 +21,6 @@ mod inspect;
 mod leftovers;
 mod limits;
 mod localize;
-mod lomb;
 mod long;
 mod modes;
 mod parts;

@@ -65,7 +65,7 @@ fn lines_keep_to_the_width_that_is_stated() {
 }
 
 /// Commands that answer, and the name that the answer begins with.
-const ANSWERS: [(&str, &str); 18] = [
+const ANSWERS: [(&str, &str); 17] = [
     ("filter wave.npy --frequency 0:0.1", "wave.npy"),
     ("coherence wave.npy --figures none", "wave.npy"),
     ("ridges wave.npy --figures none", "wave.npy"),
@@ -81,7 +81,6 @@ const ANSWERS: [(&str, &str); 18] = [
     ),
     ("increments wave.npy --figures none", "wave.npy"),
     ("slope wave.npy --band 1:6.3 --figures none", "wave.npy"),
-    ("lomb wave.npy --figures none", "wave.npy"),
     ("budget run.npz --figures none --force", "run.npz"),
     (
         "compare run.npz other.npz --force --figures none",

@@ -81,7 +81,6 @@ for name, *words in [
     ("increments", "noise.npy"),
     ("slope", "noise.npy", "--band", "0.5:2.5"),
     ("ridges", lattice),
-    ("lomb", "gaps.npy", "--dt", "1ms"),
 ]:
     command = "spectrum" if name == "spacetime" else name
     run(command, *words, "--out", f"of-{name}", "--force")

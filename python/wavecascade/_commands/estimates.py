@@ -18,7 +18,6 @@ from wavecascade._keywords.options import (
     CoherenceOptions,
     FieldOptions,
     IncrementsOptions,
-    LombOptions,
     ModesOptions,
     RidgesOptions,
     SlopeOptions,
@@ -31,7 +30,6 @@ _OPTIONS: dict[str, Any] = {
     "bicoherence": BicoherenceOptions,
     "coherence": CoherenceOptions,
     "increments": IncrementsOptions,
-    "lomb": LombOptions,
     "modes": ModesOptions,
     "ridges": RidgesOptions,
     "slope": SlopeOptions,
@@ -72,7 +70,7 @@ def _made(
         fields = [pair(one, two) for one, two in zip(fields, others, strict=True)]
     sources, typed = opened(fields, given)
     allowed = frozenset(_OPTIONS[command].__annotations__) | frozenset(FieldOptions.__annotations__)
-    names = ["field"] * (1 if command == "lomb" else len(sources))
+    names = ["field"] * len(sources)
     found = _native.estimate(sources, words(command, typed, allowed, names), observed(progress))
     warn(found, stacklevel=4)
     return arranged(found)
@@ -179,32 +177,6 @@ def increments(field: Any, *, progress: Progress = None, **options: Unpack[Incre
         the attribute ``axes``.
     """
     return _made("increments", field, options, progress)
-
-
-@documented
-def lomb(field: Any, *, progress: Progress = None, **options: Unpack[LombOptions]) -> Any:
-    """Spectra of records at uneven times or with gaps, by least squares.
-
-    p(f) is the share of a record's variance that a sine of frequency f beside a constant explains
-    (Lomb and Scargle, with a floating mean), 0 to 1.
-
-    Parameters
-    ----------
-    field
-        As for :func:`analyze`; times (or positions) may be uneven, and samples that are not finite are
-        left out.
-    **options
-        Those of ``cascade lomb``: ``axis`` as ``"time"`` or ``"space"``, ``oversampling``, ``highest``
-        (cycles per unit of the axis), ``significance``, ``threads``, and how the field is read.
-
-    Returns
-    -------
-    xarray.Dataset or dict
-        ``power`` and ``density`` (one-sided power spectral density) ``(frequency, position)``;
-        ``samples``, ``level``, ``peak_frequency``, ``peak_power``, ``false_alarm`` ``(position)``. Along
-        space there is one column, ``profiles``.
-    """
-    return _made("lomb", field, options, progress)
 
 
 @documented

@@ -234,14 +234,6 @@ class IncrementsOptions(ShotOptions, total=False):
     histograms: int
 
 
-class LombOptions(EstimateOptions, total=False):
-    """The options of ``cascade lomb``."""
-
-    axis: Literal["time", "space"]
-    oversampling: float
-    highest: float
-
-
 class BudgetOptions(FieldOptions, total=False):
     """The options of ``cascade budget``."""
 

@@ -231,8 +231,8 @@ fn of_input(fault: &InputFault) -> Option<String> {
              state `--dx` if the coordinates are approximate"
         }
         UnevenAxis { .. } | UnevenTimes { .. } => {
-            "interpolate to even steps with `--resample cubic`, allow more deviation (`--jitter 5%`), \
-             state `--dt` if the times are approximate, or take spectra at the times there are: `cascade lomb`"
+            "interpolate to even steps with `--resample cubic`, allow more deviation (`--jitter 5%`), or \
+             state `--dt` if the times are approximate"
         }
         Overclaimed { .. } => {
             "the file is damaged, or nearly all of the array was never written: save the part that was as an \
@@ -370,8 +370,8 @@ pub fn of_warning(warning: &Warning) -> &'static str {
             "`summary.json` has the noise of each site with its interval, and what clipping added"
         }
         Warning::SitesLeftOut { .. } => {
-            "for the wavenumbers of uneven sites save them with their positions and take spectra by least \
-             squares: `cascade lomb --axis space`"
+            "for the wavenumbers of the sites that are left save them with their positions, and bring them to even \
+             ones with `--resample cubic`"
         }
         Warning::SaturatedChannels { .. } => {
             "lower the gain or the amplitude; clipping makes harmonics that are not there"

@@ -467,7 +467,6 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
         select: typed.select.clone(),
         jitter: typed.jitter.unwrap_or(OpenOptions::default().jitter),
         resample: typed.resample.unwrap_or_default(),
-        uneven: false,
         delays: typed.delays.map(Into::into).unwrap_or_default(),
         header: typed.header.map(Into::into).unwrap_or_default(),
         time_column: match typed.time_column.as_deref() {

@@ -63,11 +63,6 @@ pub enum Command {
     /// Peaks along k at each frequency, or along f at each wavenumber, that stand above the noise are joined to
     /// branches and located between bins. Each place and each velocity has its error.
     Ridges(Box<crate::ridges::Ridges>),
-    /// Spectra of records at uneven times or with gaps, by least squares.
-    ///
-    /// The Lomb-Scargle periodogram with a floating mean: nothing is interpolated. The level is what noise exceeds
-    /// anywhere in a spectrum with the stated probability.
-    Lomb(Box<crate::lomb::Lomb>),
     /// Find the motions that are coherent along x at each frequency (SPOD): modes and their power.
     ///
     /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or

@@ -399,7 +399,7 @@ pub fn gaps_warning(left: Option<&SegmentsLeft>, columns: &str) -> Option<[Strin
                 left.of,
                 shown.join(", "),
             ),
-            "shorter segments (`--segment`) lose less to a gap; `cascade lomb` needs none".into(),
+            "shorter segments (`--segment`) lose less to a gap".into(),
         ]
     })
 }

@@ -78,8 +78,6 @@ pub trait Estimate {
     const COMMAND: &'static str;
     /// Extension of usual files of fields, which the default directory leaves out.
     const EXTENSION: &'static str = "npy";
-    /// Whether uneven coordinates are taken as they are; else they are refused, or resampled on request.
-    const UNEVEN: bool = false;
 
     /// `summary.json`.
     fn summary(&self, provenance: &Provenance) -> serde_json::Result<String>;
@@ -146,12 +144,7 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let default = |first: &Path| named_after(first, T::Found::EXTENSION, &ending);
     let (paths, out) = begin(command_typed.fields(), typed, default)?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let fields = open(
-        &paths,
-        typed,
-        command_typed.memory(),
-        [true, T::Found::UNEVEN],
-    )?;
+    let fields = open(&paths, typed, command_typed.memory(), true)?;
     let all: Vec<&Field> = fields.iter().collect();
     let found = compute(&all, &progress).map_err(|error| error.of_file(&paths[0]))?;
     let opened: Vec<FileState> = fields.iter().filter_map(Field::file_state).collect();
@@ -184,16 +177,15 @@ pub fn begin(
     Ok((paths, out))
 }
 
-/// The fields, hashed and with uneven coordinates if so.
+/// The fields, hashed if so.
 pub fn open(
     paths: &[PathBuf],
     typed: &EstimateArgs,
     memory: Option<u64>,
-    [hash, uneven]: [bool; 2],
+    hash: bool,
 ) -> Result<Vec<Field>, Failure> {
     let options = OpenOptions {
         hash,
-        uneven,
         ..open_options(&typed.input, memory)
     };
     let mut fields = Vec::new();

@@ -28,7 +28,6 @@ mod further;
 mod increments;
 mod inspect;
 mod localize;
-mod lomb;
 mod manual;
 mod measured;
 mod modes;
@@ -114,7 +113,6 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Triads(typed) => estimate::run(&*typed),
         Command::Transfer(typed) => estimate::run(&*typed),
         Command::Coherence(typed) => coherence::run(&typed),
-        Command::Lomb(typed) => estimate::run(&*typed),
         Command::Ridges(typed) => estimate::run(&*typed),
         Command::Modes(typed) => estimate::run(&*typed),
         Command::Increments(typed) => estimate::run(&*typed),

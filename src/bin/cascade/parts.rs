@@ -93,7 +93,7 @@ pub fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
     let ending = format!("-{name}-{}-of-{}", part.number, part.of);
     let (paths, out) = estimate::begin(fields, typed, |first| named_after(first, "npy", &ending))?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let fields = estimate::open(&paths, typed, memory, [false, false])?;
+    let fields = estimate::open(&paths, typed, memory, false)?;
     let all: Vec<_> = fields.iter().collect();
     let request = command_line.divided(all.first().map_or(0, |field| field.n_sites()))?;
     let sums =

@@ -221,7 +221,6 @@ impl Scan {
             unit: first.unit.clone(),
             axis_names: [None, None],
             channels: Vec::new(),
-            listed: [None, None],
             struck: None,
             dispersion: first.dispersion.clone(),
             content_hash: Some(hash),
