@@ -2,7 +2,6 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::RefCell;
-use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -10,8 +9,8 @@ use ndarray::Array2;
 use wavecascade::analyze::{Request, plan, run};
 use wavecascade::arrays::Nowhere;
 use wavecascade::estimates::{
-    Averaging, BicoherenceRequest, CoherenceRequest, Combination, DividedRequest, Part, Partial,
-    SpaceTimeRequest, SpectrumRequest, Tapers, coherence, combine, join, outline, partial,
+    Averaging, CoherenceRequest, Combination, DividedRequest, Part, Partial, SpectrumRequest,
+    Tapers, coherence, combine, join, outline, partial,
 };
 use wavecascade::observer::Silent;
 use wavecascade::{Error, Field};
@@ -130,20 +129,11 @@ fn averaging(segment: usize, tapers: Tapers) -> Averaging {
 }
 
 const SLEPIAN: Tapers = Tapers::Slepian { nw: 3.0, count: 5 };
-const FEW: Tapers = Tapers::Slepian { nw: 2.0, count: 2 };
 
 /// Combining parts, one at a time or all at hand, joining them, and outlines: plain and by adaptive weights.
 #[test]
 fn parts_hold_no_more_than_is_counted() {
     let _alone = alone();
-    let spacetime = |shape, averaging: Averaging, space| {
-        let request = SpaceTimeRequest {
-            averaging,
-            space,
-            ..SpaceTimeRequest::default()
-        };
-        (shape, DividedRequest::from(request))
-    };
     let spectrum = |shape, averaging| {
         let request = SpectrumRequest {
             averaging,
@@ -160,33 +150,12 @@ fn parts_hold_no_more_than_is_counted() {
         (shape, DividedRequest::from(request))
     };
     let hann = || Averaging::default().tapers;
-    let bicoherence = |shape, output, along: Range<usize>| {
-        let request = BicoherenceRequest {
-            output,
-            along: along.collect(),
-            averaging: averaging(200, hann()),
-            ..BicoherenceRequest::default()
-        };
-        (shape, DividedRequest::from(request))
-    };
     let off = RefCell::new(Vec::new());
     for (records, parts, (shape, request)) in [
-        (1, 3, spacetime((2000, 93), averaging(200, hann()), hann())),
-        (
-            1,
-            3,
-            spacetime((2000, 93), averaging(200, SLEPIAN), SLEPIAN),
-        ),
-        (3, 5, spacetime((600, 93), averaging(200, SLEPIAN), hann())),
-        // As little to add as there can be.
-        (1, 1, spacetime((400, 93), averaging(400, FEW), FEW)),
         (1, 4, spectrum((6000, 50), averaging(500, hann()))),
         (3, 4, spectrum((3000, 50), averaging(500, SLEPIAN))),
         (1, 4, coherence((6000, 50), averaging(500, hann()))),
         (3, 2, coherence((8000, 9), averaging(4000, SLEPIAN))),
-        (1, 3, bicoherence((4000, 19), None, 0..0)),
-        (1, 3, bicoherence((4000, 19), Some(3), 0..19)),
-        (3, 2, bicoherence((700, 19), None, 5..17)),
     ] {
         let fields = vec![field(shape); records];
         let fields: Vec<&Field> = fields.iter().collect();
@@ -242,8 +211,6 @@ fn parts_hold_no_more_than_is_counted() {
             match &mut request {
                 DividedRequest::Spectrum(it) => it.memory = memory,
                 DividedRequest::Coherence(it) => it.memory = memory,
-                DividedRequest::SpaceTime(it) => it.memory = memory,
-                DividedRequest::Bicoherence(it) => it.memory = memory,
             }
             outline(&few, times, &request)
         };

@@ -50,7 +50,6 @@ pub fn estimate<'py>(
         Command::Slope(typed) => call.of(*typed),
         Command::Spectrum(typed) if typed.is_both() => call.of(SpaceTime(*typed)),
         Command::Spectrum(typed) => call.of(*typed),
-        Command::Transfer(typed) => call.of(*typed),
         _ => Err(PyValueError::new_err(format!(
             "expected the words of an estimate, found {words:?}"
         ))),

@@ -95,8 +95,7 @@ impl Partial {
     fn estimate(&self) -> &'static str {
         match self.0.about.request {
             DividedRequest::Coherence(_) => "coherence",
-            DividedRequest::SpaceTime(_) | DividedRequest::Spectrum(_) => "spectrum",
-            DividedRequest::Bicoherence(_) => "bicoherence",
+            DividedRequest::Spectrum(_) => "spectrum",
         }
     }
 
@@ -139,10 +138,9 @@ impl Opened {
         match words {
             Command::Spectrum(typed) => Self::of(&**typed, openers),
             Command::Coherence(typed) => Self::of(&**typed, openers),
-            Command::Bicoherence(typed) => Self::of(&**typed, openers),
             _ => Err(Failure::Library(Error::Request {
                 option: "estimate",
-                expected: "spectrum, coherence or bicoherence".into(),
+                expected: "spectrum or coherence".into(),
                 found: "another command".into(),
             })),
         }
@@ -152,10 +150,9 @@ impl Opened {
         let open = |opener: Opener| opener.open_unhashed(&typed.shared().input, typed.memory());
         let fields = each_field(openers)?.into_iter().map(open);
         let fields = fields.collect::<Result<Vec<Field>, _>>()?;
-        let n_sites = fields.first().map_or(0, Field::n_sites);
         Ok(Opened {
             part: typed.parts().part,
-            request: typed.divided(n_sites)?,
+            request: typed.divided()?,
             fields,
         })
     }
@@ -218,8 +215,6 @@ fn result(found: &Combined, fields: &[String]) -> Result<Made, Failure> {
     match found {
         Combined::Spectrum(found) => made(&**found, fields),
         Combined::Coherence(found) => made(&**found, fields),
-        Combined::SpaceTime(found) => made(&**found, fields),
-        Combined::Bicoherence(found) => made(&**found, fields),
     }
 }
 

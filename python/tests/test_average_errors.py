@@ -15,17 +15,7 @@ FINITE = r"expected finite samples, found {} that are not \(NaN or infinite\), t
     ("options", "message"),
     [
         ({}, "field: " + FINITE.format(2, 700) + ", site 17; 2 of 5 sites of this task are affected"),
-        ({"along": "both"}, "field: .* row 700, site 17; 2 of 23 sites of this task are affected"),
         ({"estimate": "coherence"}, "field: .* row 700, site 17; 2 of 6 sites of this task are affected"),
-        ({"estimate": "bicoherence", "site": 17}, "field: .* row 700, site 17; 1 of 1 sites"),
-        (
-            {"estimate": "bicoherence", "site": 3, "output": 17},
-            "field: .* row 700, site 17; 1 of 2 sites",
-        ),
-        (
-            {"estimate": "bicoherence", "site": 3, "along": "15:20", "every": 2},
-            "field: .* row 700, site 17; 1 of 3 sites of this task are affected",
-        ),
     ],
 )
 def test_errors_of_tasks_name_samples_of_the_whole_field(record, options, message):

@@ -27,10 +27,6 @@ KINDS = [
     {"multitaper": (3, 4), "detrend": "linear"},
     {"window": "tukey:0.3", "detrend": "none"},
     {"estimate": "coherence", "reference": 3},
-    {"along": "both", "space_window": "hamming"},
-    {"along": "both", "multitaper": (2, 3), "space_multitaper": (2, 2)},
-    {"estimate": "bicoherence", "site": 2, "every": 1},
-    {"estimate": "bicoherence", "site": 22, "output": 5, "along": "1:20", "every": 3},
 ]
 
 
@@ -47,8 +43,7 @@ def whole_of(field, estimate="spectrum", **options):
     """The estimate of a whole field, as partial sums know it."""
     if estimate != "spectrum":
         return getattr(wc, estimate)(field, **options)
-    more = {} if options.get("along") == "both" else {"no_jackknife": True}
-    found = wc.spectrum(field, **options, **more)
+    found = wc.spectrum(field, **options, no_jackknife=True)
     # The noise is read off whole records.
     noise = [name for name in found.variables if str(name).startswith("noise")]
     return found.drop_vars(noise)
@@ -133,7 +128,7 @@ def test_averages_of_dask_arrays_are_lazy_with_the_same_bits(record, labelled, o
     assert hasattr(found[main].data, "dask")
     expected = whole_of(labelled, segment=128, **options)
     names = [name for name in expected.variables if name in found]
-    least = {"coherence": {"delay"}, "bicoherence": set(expected.variables), "spectrum": {"low", "high"}}
+    least = {"coherence": {"delay"}, "spectrum": {"low", "high"}}
     assert {"frequency", main} | least[main] <= set(names)
     same_arrays(found.compute(scheduler="synchronous"), expected, names)
 
@@ -170,21 +165,6 @@ def test_averages_of_bare_dask_arrays_of_single_precision(record):
     assert (
         float(own.steadiness) == level and own.attrs["level"] == wc.coherence(record, segment=128).level
     )
-
-
-def test_levels_are_stated_of_steady_records_alone(record, bursts):
-    averaged, options = wc.distributed.averaged, {"segment": 128, "site": 3, "every": 0}
-    for field, output in ((record, 3), (record, 5), (bursts, 3), (bursts, 5)):
-        lazy = averaged(da.from_array(field, chunks=(400, 5)), "bicoherence", output=output, **options)
-        assert hasattr(lazy.cell_level.data, "dask") and lazy.cell_level.dims == ()
-        assert "cell_level" not in lazy.attrs
-        with heard() as found:
-            level = float(lazy.cell_level.compute(scheduler="synchronous"))
-            expected = wc.bicoherence(field, output=output, **options)
-        if field is record:
-            assert level == expected.attrs["cell_level"] and found == []
-        else:
-            assert np.isnan(level) and "cell_level" not in expected.attrs and len(found) == 2
 
 
 @contextmanager
@@ -242,14 +222,6 @@ def test_warnings_of_tasks_reach_the_user_once(bursts):
             scheduler="threads"
         )
     assert found == [expected]
-    options = {"segment": 128, "along": "both"}
-    _, expected = whole_and_parts(wc.spectrum, {"field": bursts[:, [3, 17] * 4], **options})
-    assert expected.startswith("most of the energy is at sites with a transient")
-    with heard() as found:
-        averaged(da.from_array(bursts[:, [3, 17] * 4], chunks=(400, 3)), **options).compute(
-            scheduler="threads"
-        )
-    assert found == [expected]
 
 
 def test_warnings_of_workers_reach_the_client_once(bursts, client):
@@ -300,20 +272,19 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
     # Bits are those without a limit, in the least memory that does.
     # Segments reach sample 1472.
     samples = 8 * 23 * 1472
-    for options, sums in (({}, 2_000_000), ({"along": "both"}, 1_000_000)):
-        least = sums + samples
-        again = averaged(lazy, segment=128, threads=1, **options)
-        expected = again.compute(**here)
-        same_arrays(client.compute(again).result(), expected)
-        with monkeypatch.context() as patched:
-            patched.setattr(
-                WorkerMemory, "here", lambda least=least: WorkerMemory(2 * least, least // 2, 1)
-            )
-            same_arrays(again.compute(**here), expected)
-            small = WorkerMemory(2_000_000, 1_450_000 - samples, 1)
-            patched.setattr(WorkerMemory, "here", lambda small=small: small)
-            with pytest.raises(MemoryError, match="allowed are 48.83 KiB, in a worker of 2 MB"):
-                again.compute(**here)
+    least = 2_000_000 + samples
+    again = averaged(lazy, segment=128, threads=1)
+    expected = again.compute(**here)
+    same_arrays(client.compute(again).result(), expected)
+    with monkeypatch.context() as patched:
+        patched.setattr(
+            WorkerMemory, "here", lambda least=least: WorkerMemory(2 * least, least // 2, 1)
+        )
+        same_arrays(again.compute(**here), expected)
+        small = WorkerMemory(2_000_000, 1_450_000 - samples, 1)
+        patched.setattr(WorkerMemory, "here", lambda small=small: small)
+        with pytest.raises(MemoryError, match="allowed are 48.83 KiB, in a worker of 2 MB"):
+            again.compute(**here)
 
 
 def test_all_tasks_have_the_memory_and_threads_of_one(record, monkeypatch):
@@ -333,7 +304,7 @@ def test_all_tasks_have_the_memory_and_threads_of_one(record, monkeypatch):
     for name in given:
         watch(name, getattr(_native, name))
     lazy = da.from_array(record, chunks=((600, 901), 23))
-    kinds = [{}, {"estimate": "bicoherence", "site": 2, "every": 8}]
+    kinds = [{}, {"estimate": "coherence"}]
     # What is stated, as it is.
     for kind in kinds:
         averaged(lazy, segment=128, memory="300 MB", threads=2, **kind).compute(scheduler="synchronous")
@@ -371,7 +342,7 @@ def test_all_tasks_have_the_memory_and_threads_of_one(record, monkeypatch):
     ]
 
 
-@pytest.mark.parametrize("options", [kind for kind in KINDS if not {"along", "site"} & set(kind)])
+@pytest.mark.parametrize("options", KINDS)
 @pytest.mark.parametrize(("segment", "times"), [(64, 1501), (9, 30), (100, 110)])
 def test_bytes_of_a_node_are_known_without_sums(options, segment, times):
     noise = np.random.default_rng(55).standard_normal((segment, 8))
@@ -406,28 +377,16 @@ def test_errors_of_averages(record):
         wc.partial(record, segment=64, window="han")
     with pytest.raises(ValueError, match="reference: expected a site from 0 to 22, found 23"):
         averaged(lazy, "coherence", segment=64, reference=23)
-    with pytest.raises(
-        ValueError, match="estimate: expected spectrum, coherence or bicoherence, found 'modes'"
-    ):
-        averaged(lazy, "modes")
-    for options, message in (
-        ({"site": 23}, "site: expected a site from 0 to 22, found 23"),
-        ({"output": -1}, "output: expected a site from 0 to 22, found -1"),
-        ({"along": (3, 24)}, "along: expected sites from 0 to 22, found 3 to 23"),
-        ({"along": slice(None, 5)}, "along: expected two site indices"),
-        ({"every": -1}, "every: expected a whole number of sites, or 0 for none, found -1"),
-        ({"every": 2.7}, "every: expected a whole number of sites, or 0 for none, found 2.7"),
-        ({"reference": 3}, "reference: expected none with bicoherence, found 3"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            averaged(lazy, "bicoherence", segment=64, **options)
-    for estimate in ("spectrum", "coherence", "bicoherence"):
+    for estimate in ("modes", "bicoherence"):
+        with pytest.raises(ValueError, match="estimate: expected spectrum or coherence, found"):
+            averaged(lazy, estimate)
+    with pytest.raises(ValueError, match="reference: expected none with spectrum, found 3"):
+        averaged(lazy, segment=64, reference=3)
+    for estimate in ("spectrum", "coherence"):
         message = "part: expected none, since the chunks are the parts, found '1/2'; use partial"
         with pytest.raises(ValueError, match=message):
             averaged(lazy, estimate, segment=64, part="1/2")
-    with pytest.raises(
-        ValueError, match="along: expected spectra along time, or along both axes, in parts"
-    ):
+    with pytest.raises(ValueError, match="along: expected spectra along time, in parts"):
         averaged(lazy, along="space")
     with pytest.raises(ValueError, match="first: expected samples from 0 on"):
         wc.partial(record, segment=64, first=-1, times=1501)
@@ -461,13 +420,13 @@ def test_errors_of_averages(record):
 
 
 def test_combining_takes_the_memory_it_may(record):
-    tapers = {"along": "both", "multitaper": (3, 5), "space_multitaper": (2, 3)}
+    tapers = {"multitaper": (3, 5)}
     parts = list(blocks(record, [0, 7, 22], 128, 64, **tapers))
     same_bits(wc.combine(parts, memory="300 MB"), wc.combine(parts))
     same_bits(wc.combine(parts, memory=300_000_000), wc.combine(parts))
-    for memory in ("1 MB", 1_000_000):
+    for memory in ("100 kB", 100_000):
         with pytest.raises(
-            MemoryError, match="the space-time spectrum of these parts needs .* allowed are 976.57 KiB"
+            MemoryError, match="the result of these parts needs .* allowed are 97.66 KiB"
         ):
             wc.combine(parts, memory=memory)
     with pytest.raises(ValueError, match='memory: expected a size such as 500MB or 2GiB, found "much"'):

@@ -43,7 +43,10 @@ CASES = [
     ("coherence", {"multitaper": (4, 7), "detrend": "linear"}),
     ("bicoherence", {"segment": 32, "along": (2, 9), "every": 3}),
     ("bicoherence", {"site": 2, "output": 5, "segment": 16, "every": 0}),
-    ("transfer", {"from_": 3, "to": 6, "segment": 16, "highest": 0.2, "resamplings": 20}),
+    (
+        "bicoherence",
+        {"site": 3, "transfer": 6, "segment": 16, "highest": 0.2, "resamplings": 20, "every": 0},
+    ),
     ("modes", {"segment": 32, "frequencies": [0.1, 0.2], "modes": 2}),
     ("increments", {"separations": [1, 2, 4, 8], "lags": [1, 3], "band": (1, 8), "histograms": 2}),
     ("slope", {"band": (0.3, 2.5), "frames": 5, "dt": 0.1}),
@@ -115,7 +118,7 @@ def equal(one, other):
     [
         ("coherence", {"multitaper": (4, 7)}),
         ("increments", {}),
-        ("transfer", {"from_": 0, "to": 4, "segment": 16}),
+        ("bicoherence", {"transfer": 4, "segment": 16}),
     ],
 )
 def test_val_program_shots_are_a_list_or_a_dimension(field, run, tmp_path, command, options):
@@ -143,9 +146,7 @@ def test_two_records_are_two_sites(field):
     one, two = field[:, 3], field[:, 6]
     both = np.stack([one, two], axis=1)
     equal(wc.coherence(one, two, segment=32), wc.coherence(both, reference=0, segment=32))
-    options = {"segment": 16, "resamplings": 20}
-    equal(wc.transfer(one, two, **options), wc.transfer(both, from_=0, to=1, **options))
-    options = {"segment": 16, "every": 0}
+    options = {"segment": 16, "every": 0, "transfer": 1, "resamplings": 20}
     equal(wc.bicoherence(one, two, **options), wc.bicoherence(both, site=0, output=1, **options))
     # Shots in front, and labels.
     shots = np.stack([one, two]), np.stack([two, one])
@@ -201,7 +202,7 @@ def test_coordinates_and_units(field):
         "frequency",
         "along_site",
     )
-    assert da.cascade.transfer(from_=0, to=1, segment=16).pair_re.dims == ("pair",)
+    assert da.cascade.bicoherence(transfer=1, segment=16).transfer_pair_re.dims == ("transfer_pair",)
     found = da.cascade.ridges(segment=64)
     assert found.frequency.dims == ("point",) and found.group_velocity.attrs["units"] == "mm/s"
     assert da.cascade.coherence.__doc__ == wc.coherence.__doc__
@@ -225,8 +226,8 @@ def test_doubts_are_warnings():
 
 
 def test_errors_are_those_of_the_program(field, tmp_path):
-    with pytest.raises(ValueError, match="from: expected the index of a site, found none"):
-        wc.transfer(field, to=3)
+    with pytest.raises(ValueError, match="transfer: expected a site from 0 to 30, found 40"):
+        wc.bicoherence(field, transfer=40)
     with pytest.raises(ValueError, match="band: expected the band of the fit, such as 1:20, found none"):
         wc.slope(field)
     with pytest.raises(ValueError, match="segment"):

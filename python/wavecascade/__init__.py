@@ -28,7 +28,6 @@ from wavecascade._commands.estimates import (
     ridges,
     slope,
     spectrum,
-    transfer,
 )
 from wavecascade._commands.parts import combine, partial
 from wavecascade._keywords.words import CascadeWarning
@@ -61,7 +60,6 @@ __all__ = [
     "spectrum",
     "sweep",
     "temporal_spectrum",
-    "transfer",
     "transmit",
     "triads",
 ]

@@ -43,7 +43,6 @@ class FieldAccessor:
     ridges = _method(estimates.ridges)
     slope = _method(estimates.slope)
     spectrum = _method(estimates.spectrum)
-    transfer = _method(estimates.transfer)
     triads = _method(chains.triads)
 
 

@@ -12,10 +12,7 @@ use super::realisations::{
     Grid, Part, Portion, Realisations, RecordTree, Shots, SumsShape, TreeNode, first_of,
     refuse_left_out,
 };
-use super::{
-    Bicoherence, BicoherenceRequest, Coherence, CoherenceRequest, SpaceTimeEstimate,
-    SpaceTimeRequest, SpectrumEstimate, SpectrumRequest,
-};
+use super::{Coherence, CoherenceRequest, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::field::Field;
 use crate::observer::Observer;
@@ -25,9 +22,6 @@ use crate::system::threads::in_pool;
 pub use combination::{Combination, combine, join};
 pub(super) use memory::Finishing;
 pub use outline::{Outline, outline};
-
-/// Of a tile and a block, by their indices.
-pub(super) type Orders = Box<dyn Fn(usize, usize) -> i32 + Send + Sync>;
 
 /// An estimate whose sums over realisations are known in parts.
 pub(super) trait Divided {
@@ -49,11 +43,6 @@ pub(super) trait Divided {
 
     /// Whether the energy of a record is that about its mean.
     fn about_mean(&self) -> bool;
-
-    /// The power of the samples in each block of the plain sums of a tile.
-    fn orders(&self, _known: (&Grid, &Realisations)) -> Orders {
-        Box::new(|_, _| 2)
-    }
 
     /// The nodes of every tile over these portions, and the unit of the samples.
     fn partial(
@@ -82,8 +71,6 @@ pub(super) trait Divided {
 pub enum DividedRequest {
     Spectrum(SpectrumRequest),
     Coherence(CoherenceRequest),
-    SpaceTime(SpaceTimeRequest),
-    Bicoherence(BicoherenceRequest),
 }
 
 impl From<SpectrumRequest> for DividedRequest {
@@ -98,25 +85,11 @@ impl From<CoherenceRequest> for DividedRequest {
     }
 }
 
-impl From<SpaceTimeRequest> for DividedRequest {
-    fn from(request: SpaceTimeRequest) -> Self {
-        DividedRequest::SpaceTime(request)
-    }
-}
-
-impl From<BicoherenceRequest> for DividedRequest {
-    fn from(request: BicoherenceRequest) -> Self {
-        DividedRequest::Bicoherence(request)
-    }
-}
-
 /// What [`combine`] makes of all parts.
 #[derive(Debug, Clone)]
 pub enum Combined {
     Spectrum(Box<SpectrumEstimate>),
     Coherence(Box<Coherence>),
-    SpaceTime(Box<SpaceTimeEstimate>),
-    Bicoherence(Box<Bicoherence>),
 }
 
 /// The same expression of the request of each estimate.
@@ -125,8 +98,6 @@ macro_rules! of_each {
         match $request {
             DividedRequest::Spectrum($it) => $does,
             DividedRequest::Coherence($it) => $does,
-            DividedRequest::SpaceTime($it) => $does,
-            DividedRequest::Bicoherence($it) => $does,
         }
     };
 }

@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use super::estimate_arrays::{Arrays, Units};
-use super::{LabelledArrays, Provenance};
+use super::{LabelledArrays, Provenance, TransferSummary};
 use crate::error::Result;
-use crate::estimates::{Bicoherence, CoupledTriple, Independence};
+use crate::estimates::{Bicoherence, CoupledTriple, Independence, Transfer};
 
 /// The schema of the summary of a bicoherence.
-pub const BICOHERENCE_SCHEMA: &str = "cascade.bicoherence/1";
+pub const BICOHERENCE_SCHEMA: &str = "cascade.bicoherence/2";
 
 /// Triples that a summary lists at most.
 const LISTED: usize = 20;
@@ -38,6 +38,7 @@ pub struct BicoherenceSummary<'a> {
     /// Triples above the level of the map, the most coupled first.
     strongest: Vec<CoupledTriple>,
     along: AlongSummary<'a>,
+    transfer: Option<TransferSummary<'a>>,
 }
 
 /// Of the sites along x.
@@ -50,7 +51,11 @@ struct AlongSummary<'a> {
 }
 
 impl<'a> BicoherenceSummary<'a> {
-    pub fn new(found: &'a Bicoherence, provenance: &'a Provenance) -> Self {
+    pub fn new(
+        found: &'a Bicoherence,
+        transfer: Option<&'a Transfer>,
+        provenance: &'a Provenance,
+    ) -> Self {
         let (time_unit, space_unit) = found.units();
         let along = &found.along;
         BicoherenceSummary {
@@ -78,6 +83,7 @@ impl<'a> BicoherenceSummary<'a> {
                 positions: along.sites.iter().map(|j| found.space.at(*j)).collect(),
                 above_level: along.coupled_outputs(),
             },
+            transfer: transfer.map(TransferSummary::new),
         }
     }
 

@@ -63,7 +63,6 @@ const NAMES: &[&str] = &[
     "increments.npz",
     "part.npz",
     "slope.npz",
-    "transfer.npz",
     "triads.npz",
     "spectrum.npz",
     "budget.npz",

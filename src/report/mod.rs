@@ -92,6 +92,6 @@ pub use snippet::{
 pub use spacetime::{SPACETIME_SCHEMA, SpaceTimeSummary, spacetime_arrays};
 pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, spectrum_arrays};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
-pub use transfer::{TRANSFER_SCHEMA, TransferSummary, transfer_arrays};
+pub use transfer::{TransferSummary, transfer_arrays};
 pub use triad_words::triad_sentences;
 pub use triads::{TRIADS_SCHEMA, TriadsSummary, triad_arrays};

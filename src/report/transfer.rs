@@ -3,20 +3,13 @@
 use serde::Serialize;
 
 use super::estimate_arrays::{Arrays, Units};
-use super::{LabelledArrays, Provenance};
+use super::LabelledArrays;
 use crate::error::Result;
 use crate::estimates::{Independence, OutputTransfer, PairTransfer, Transfer, TransferShares};
 
-/// The schema of the summary of a transfer.
-pub const TRANSFER_SCHEMA: &str = "cascade.transfer/1";
-
-/// `summary.json` of a transfer; undefined numbers are `null`.
+/// A transfer in the `summary.json` of a bicoherence; undefined numbers are `null`.
 #[derive(Debug, Serialize)]
 pub struct TransferSummary<'a> {
-    schema: &'static str,
-    provenance: &'a Provenance,
-    time_unit: String,
-    space_unit: String,
     from: usize,
     from_position: f64,
     to: usize,
@@ -25,7 +18,6 @@ pub struct TransferSummary<'a> {
     segment: usize,
     overlap: usize,
     independence: Independence,
-    alpha: f64,
     /// The most unknowns of a frequency.
     unknowns: usize,
     blocks: usize,
@@ -41,13 +33,8 @@ pub struct TransferSummary<'a> {
 }
 
 impl<'a> TransferSummary<'a> {
-    pub fn new(found: &'a Transfer, provenance: &'a Provenance) -> Self {
-        let (time_unit, space_unit) = found.units();
+    pub fn new(found: &'a Transfer) -> Self {
         TransferSummary {
-            schema: TRANSFER_SCHEMA,
-            provenance,
-            time_unit,
-            space_unit,
             from: found.from,
             from_position: found.space.at(found.from),
             to: found.to,
@@ -56,7 +43,6 @@ impl<'a> TransferSummary<'a> {
             segment: found.segment[0],
             overlap: found.segment[1],
             independence: found.independence,
-            alpha: found.alpha,
             unknowns: found.unknowns,
             blocks: found.blocks,
             resamplings: found.resamplings,
@@ -67,18 +53,12 @@ impl<'a> TransferSummary<'a> {
             outputs: &found.outputs,
         }
     }
-
-    /// # Errors
-    /// None for results of this library.
-    pub fn to_json(&self) -> serde_json::Result<String> {
-        serde_json::to_string_pretty(self)
-    }
 }
 
 /// Name, unit and values of an array.
 type Column<'a, T> = (&'a str, &'a str, fn(&T) -> f64);
 
-/// Hands a transfer to `file`: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`,
+/// Hands a transfer to `file`, with `transfer_` before every name: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`,
 /// `magnitude_error`, `phase`, `linear`, `linear_error`, `gain`, `gain_error`, `residual`, `flux`, `flux_error`,
 /// `above`, `above_error`, `held_out_linear`, `held_out_quadratic`; of each pair (np) `pair_first`,
 /// `pair_second`, `pair_third`, `pair_re`, `pair_im`, `pair_gain`, `pair_gain_error`.
@@ -112,7 +92,8 @@ pub fn transfer_arrays(found: &Transfer, file: &dyn LabelledArrays) -> Result<()
     ];
     for (name, unit, of) in of_outputs {
         let values: Vec<f64> = found.outputs.iter().map(of).collect();
-        to.line(name, "frequency", unit, &values)?;
+        let name = format!("transfer_{name}");
+        to.line(&name, "transfer_frequency", unit, &values)?;
     }
     let kernel = units.over_sample();
     let of_pairs: [Column<PairTransfer>; 7] = [
@@ -126,7 +107,8 @@ pub fn transfer_arrays(found: &Transfer, file: &dyn LabelledArrays) -> Result<()
     ];
     for (name, unit, of) in of_pairs {
         let values: Vec<f64> = found.pairs.iter().map(of).collect();
-        to.line(name, "pair", unit, &values)?;
+        let name = format!("transfer_{name}");
+        to.line(&name, "transfer_pair", unit, &values)?;
     }
     Ok(())
 }

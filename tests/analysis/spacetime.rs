@@ -5,8 +5,7 @@ use std::f64::consts::TAU;
 
 use ndarray::Array2;
 use wavecascade::estimates::{
-    Averaging, Combined, DividedRequest, Part, SpaceTimeEstimate, SpaceTimeRequest, Tapers,
-    combine, partial, spacetime,
+    Averaging, SpaceTimeEstimate, SpaceTimeRequest, Tapers, spacetime,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
@@ -286,18 +285,6 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
         };
         for memory in [None, Some(needed + 4096)] {
             assert_eq!(bits(&of(2, memory).unwrap()), expected, "{memory:?}");
-        }
-        let request = DividedRequest::from(request);
-        for of in [1, 2, 3, 7] {
-            let part = |number| {
-                let part = Part::new(number, of).unwrap();
-                partial(fields, &request, part, &Silent).unwrap()
-            };
-            let parts: Vec<_> = (1..=of).rev().map(part).collect();
-            let Combined::SpaceTime(found) = combine(&parts, None, None).unwrap() else {
-                panic!("a space-time spectrum");
-            };
-            assert_eq!(bits(&found), expected, "{of}");
         }
     }
     // Three sites have no wavenumbers to speak of, and tapers have to fit.

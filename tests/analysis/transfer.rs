@@ -425,9 +425,9 @@ fn regress_what_is_refused() {
         change(&mut request);
         refused(&request).0
     };
-    assert_eq!(with(&|r| r.from = 2), "from");
-    assert_eq!(with(&|r| r.to = 2), "to");
-    assert_eq!(with(&|r| r.to = 0), "to");
+    assert_eq!(with(&|r| r.from = 2), "site");
+    assert_eq!(with(&|r| r.to = 2), "transfer");
+    assert_eq!(with(&|r| r.to = 0), "transfer");
     assert_eq!(with(&|r| r.lag = 1280), "lag");
     assert_eq!(with(&|r| r.highest = Some(-1.0)), "highest");
     assert_eq!(with(&|r| r.highest = Some(0.01)), "highest");

@@ -24,16 +24,8 @@ fn regress_merged_parts_are_the_whole() {
     for (name, words) in [
         ("spectrum", "spectrum field.npy --segment 128"),
         (
-            "spectrum",
-            "spectrum field.npy --along both --segment 64 --space-multitaper 2,3",
-        ),
-        (
             "coherence",
             "coherence field.npy --segment 100 --reference 2",
-        ),
-        (
-            "bicoherence",
-            "bicoherence field.npy --segment 64 --site 1 --output 3 --every 2",
         ),
     ] {
         let words: Vec<&str> = words
@@ -41,11 +33,9 @@ fn regress_merged_parts_are_the_whole() {
             .chain(["--figures", "none", "--force"])
             .collect();
         let archive = format!("{name}.npz");
-        let is_along_time = name == "spectrum" && !words.contains(&"both");
-        let whole: &[&str] = if is_along_time {
-            &["--no-jackknife"]
-        } else {
-            &[]
+        let whole: &[&str] = match name {
+            "spectrum" => &["--no-jackknife"],
+            _ => &[],
         };
         place.good(&[&words[..], &["--out", "whole"], whole].concat());
         let mut merge = vec![
@@ -88,15 +78,9 @@ fn regress_a_merge_in_too_little_memory_is_refused() {
     for (name, words) in [
         (
             "spectrum",
-            "spectrum field.npy --along both --segment 100 --multitaper 3,5 --space-multitaper 3,5",
-        ),
-        ("spectrum", "spectrum field.npy --along both --segment 100"),
-        (
-            "spectrum",
             "spectrum field.npy --segment 100 --multitaper 3,5",
         ),
         ("coherence", "coherence field.npy --segment 100"),
-        ("bicoherence", "bicoherence field.npy --segment 64"),
     ] {
         let words: Vec<&str> = words.split(' ').chain(["--force"]).collect();
         for (part, out) in [("1/2", "a"), ("2/2", "b")] {
@@ -122,13 +106,6 @@ fn regress_a_merge_in_too_little_memory_is_refused() {
         ] {
             assert!(said.contains(expected), "{words:?}: {said}");
         }
-        // What helps this estimate, and no other.
-        assert_eq!(
-            said.contains("--equal-weights"),
-            words.contains(&"both"),
-            "{said}"
-        );
-        assert_eq!(said.contains("--every"), name == "bicoherence", "{said}");
         assert!(!place.path("merged").exists());
         place.good(&[&merge[..], &["40MB"]].concat());
         std::fs::remove_dir_all(place.path("merged")).unwrap();
@@ -154,19 +131,18 @@ fn regress_what_is_no_part_is_refused() {
         ("spectrum field.npy --part 3", "3/64"),
         ("spectrum field.npy --segment 200 --part 1/4", "--part"),
         ("spectrum field.npy --along space --part 1/2", "--along"),
+        ("spectrum field.npy --along both --part 1/2", "--along"),
         ("spectrum field.npy --space-window hann", "--space-window"),
         ("spectrum --merge part", "--out"),
         ("spectrum --merge part --out out", "cascade spectrum"),
         ("coherence --merge part --out out --segment 64", "--segment"),
         ("coherence --merge part --out out --gaps mask", "--gaps"),
-        ("bicoherence --merge part --out out --gaps mask", "--gaps"),
         ("coherence --merge part --out out --memory 0", "--memory"),
         (
             "coherence --merge part --out out --reference 1",
             "--reference",
         ),
         ("spectrum --merge part --out out --along both", "--along"),
-        ("bicoherence --merge part --out out --every 2", "--every"),
         ("spectrum", "FIELD"),
         ("analyze field.npy --part 3/64", "cascade spectrum FIELD"),
         ("analyze --merge part", "cascade spectrum FIELD"),

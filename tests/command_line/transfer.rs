@@ -1,4 +1,4 @@
-//! `cascade transfer` as a stranger runs it.
+//! `cascade bicoherence --transfer` as a stranger runs it.
 
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
@@ -23,19 +23,10 @@ fn place() -> Place {
 #[test]
 fn regress_a_transfer_is_found_and_written() {
     let place = place();
-    let words = [
-        "transfer",
-        "field.npy",
-        "--from",
-        "0",
-        "--to",
-        "1",
-        "--dt",
-        "1ms",
-    ];
+    let words = ["bicoherence", "field.npy", "--transfer", "1", "--dt", "1ms"];
     let said = place.good(&[&words[..], &["--resamplings", "40", "--figures", "png"]].concat());
     assert!(said.contains("not fitted"), "{said}");
-    let summary = place.json("field-transfer/summary.json");
+    let summary = &place.json("field-bicoherence/summary.json")["transfer"];
     assert_eq!(summary["holds"], true);
     let shares = &summary["shares"];
     assert!(
@@ -46,15 +37,15 @@ fn regress_a_transfer_is_found_and_written() {
         shares["held_out_quadratic"].as_f64().unwrap() > 0.02,
         "{shares}"
     );
-    let file = std::fs::File::open(place.path("field-transfer/transfer.npz")).unwrap();
+    let file = std::fs::File::open(place.path("field-bicoherence/bicoherence.npz")).unwrap();
     let mut archive = NpzReader::new(file).unwrap();
-    let frequency: Array1<f64> = archive.by_name("frequency").unwrap();
+    let frequency: Array1<f64> = archive.by_name("transfer_frequency").unwrap();
     assert_eq!(
         frequency.len(),
         summary["outputs"].as_array().unwrap().len()
     );
     for name in ["report.html", "figures/transfer.png"] {
-        assert!(place.path(format!("field-transfer/{name}")).exists());
+        assert!(place.path(format!("field-bicoherence/{name}")).exists());
     }
 }
 
@@ -63,16 +54,17 @@ fn regress_what_does_not_fit_is_refused_by_its_option() {
     let place = place();
     let before = place.names();
     for (words, named) in [
-        ("--from 0 --to 0", "--to"),
-        ("--from 2 --to 0", "--from"),
-        ("--from 0", "--to"),
-        ("--from 0 --to 1 --lag 4096", "--lag"),
-        ("--from 0 --to 1 --segment 256", "realisations"),
-        ("--from 0 --to 1 --highest 1e-9", "--highest"),
-        ("--from 0 --to 1 --highest 1kHz", "no unit"),
-        ("--from 0 --to 1 --resamplings 3", "--resamplings"),
+        ("--transfer 0", "--transfer"),
+        ("--site 2 --transfer 0", "--site"),
+        ("--transfer 2", "--transfer"),
+        ("--lag 3", "--transfer"),
+        ("--transfer 1 --lag 4096", "--lag"),
+        ("--transfer 1 --segment 256", "realisations"),
+        ("--transfer 1 --highest 1e-9", "--highest"),
+        ("--transfer 1 --highest 1kHz", "no unit"),
+        ("--transfer 1 --resamplings 3", "--resamplings"),
     ] {
-        let words: Vec<&str> = ["transfer", "field.npy"]
+        let words: Vec<&str> = ["bicoherence", "field.npy"]
             .into_iter()
             .chain(words.split(' '))
             .collect();

@@ -76,12 +76,12 @@ for name, *words in [
     ("spacetime", "noise.npy", "--along", "both"),
     ("coherence", "noise.npy"),
     ("bicoherence", "noise.npy", "--segment", "64"),
-    ("transfer", "long.npy", "--from", "0", "--to", "1", "--segment", "64"),
+    ("transfer", "long.npy", "--transfer", "1", "--segment", "64"),
     ("modes", "noise.npy", "--segment", "64"),
     ("increments", "noise.npy"),
     ("slope", "noise.npy", "--band", "0.5:2.5"),
     ("ridges", lattice),
 ]:
-    command = "spectrum" if name == "spacetime" else name
+    command = {"spacetime": "spectrum", "transfer": "bicoherence"}.get(name, name)
     run(command, *words, "--out", f"of-{name}", "--force")
 print(f"{len(list(directory.glob('*/report.html')))} pages in {directory}")

@@ -22,7 +22,6 @@ from wavecascade._keywords.options import (
     RidgesOptions,
     SlopeOptions,
     SpectrumOptions,
-    TransferOptions,
 )
 from wavecascade._keywords.words import Progress, observed, words
 
@@ -34,13 +33,11 @@ _OPTIONS: dict[str, Any] = {
     "ridges": RidgesOptions,
     "slope": SlopeOptions,
     "spectrum": SpectrumOptions,
-    "transfer": TransferOptions,
 }
 #: The sites of two records, of which the first is the input.
 _PAIRS: dict[str, dict[str, int]] = {
     "bicoherence": {"site": 0, "output": 1},
     "coherence": {"reference": 0},
-    "transfer": {"from_": 0, "to": 1},
 }
 #: Parts of summaries that repeat arrays.
 _IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
@@ -114,14 +111,20 @@ def bicoherence(
     **options
         Those of ``cascade bicoherence``: ``site``, ``output``, ``along=(first, end)``, ``every``,
         ``segment``, ``overlap``, ``window``, ``detrend``, ``gaps``, ``significance``, ``threads``, and
-        how the field is read.
+        how the field is read. ``transfer``, a site, fits the transfer
+        Y(f) = L(f) X(f) + sum over f1 + f2 = f of Q(f1, f2) X(f1) X(f2) from ``site`` to it, with ``lag``
+        (samples), ``highest`` (cycles per unit of time) and ``resamplings``.
 
     Returns
     -------
     xarray.Dataset or dict
         ``first``, ``second``, ``third`` (cycles per unit of time), ``bicoherence``, ``biphase`` (rad) of
         each ``triple``; ``along_largest`` and its neighbours ``(frequency, along_site)``. Levels of
-        significance are attributes.
+        significance are attributes. Of a transfer ``transfer_input``, ``transfer_output``,
+        ``transfer_magnitude``, ``transfer_phase`` (rad), ``transfer_linear``, ``transfer_gain``,
+        ``transfer_residual``, ``transfer_flux``, ``transfer_above`` with standard errors
+        ``(transfer_frequency)``; ``transfer_pair_first``, ``transfer_pair_re`` and their neighbours of each
+        ``transfer_pair``; shares of the output's power are in the attribute ``transfer``.
     """
     return _made("bicoherence", field, options, progress, other)
 
@@ -278,35 +281,3 @@ def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[Spectru
         in the attribute ``line_test``.
     """
     return _made("spectrum", field, options, progress)
-
-
-@documented
-def transfer(
-    field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[TransferOptions]
-) -> Any:
-    """Linear and quadratic transfer of energy between two sites.
-
-    Y(f) = L(f) X(f) + sum over f1 + f2 = f of Q(f1, f2) X(f1) X(f2), fitted over realisations.
-
-    Parameters
-    ----------
-    field
-        As for :func:`bicoherence`, with ``from_`` and ``to``, the sites of input and output by index; or
-        the record of the input.
-    other
-        The record of the output, where ``field`` is that of the input: both ``(time)``, or
-        ``(shot, time)``.
-    **options
-        Those of ``cascade transfer``: ``from_`` and ``to``, ``lag`` (samples), ``highest`` (cycles per
-        unit of time), ``resamplings``, ``segment``, ``overlap``, ``window``, ``detrend``, ``gaps``,
-        ``significance``, ``threads``, and how the field is read.
-
-    Returns
-    -------
-    xarray.Dataset or dict
-        ``input``, ``output``, ``magnitude``, ``phase`` (rad), ``linear``, ``gain``, ``residual``,
-        ``flux``, ``above`` with standard errors ``(frequency)``; ``pair_first``, ``pair_second``,
-        ``pair_re``, ``pair_im``, ``pair_gain`` of each ``pair``. Shares of the output's power are the
-        attribute ``shares``.
-    """
-    return _made("transfer", field, options, progress, other)

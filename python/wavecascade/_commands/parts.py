@@ -10,7 +10,6 @@ from wavecascade._arrays.fields import shots
 from wavecascade._arrays.results import warn
 from wavecascade._commands.estimates import arranged, opened
 from wavecascade._keywords.options import (
-    BicoherenceOptions,
     CoherenceOptions,
     FieldOptions,
     PartialOptions,
@@ -18,19 +17,18 @@ from wavecascade._keywords.options import (
 )
 from wavecascade._keywords.words import Progress, observed, words
 
-Divided = Literal["spectrum", "coherence", "bicoherence"]
+Divided = Literal["spectrum", "coherence"]
 
 _OPTIONS: dict[str, Any] = {
     "spectrum": SpectrumOptions,
     "coherence": CoherenceOptions,
-    "bicoherence": BicoherenceOptions,
 }
 
 
 def words_of(estimate: str, options: Mapping[str, object], names: Iterable[str]) -> list[str]:
     """The words of the command of an estimate that is summed in parts."""
     if estimate not in _OPTIONS:
-        raise ValueError(f"estimate: expected spectrum, coherence or bicoherence, found {estimate!r}")
+        raise ValueError(f"estimate: expected spectrum or coherence, found {estimate!r}")
     allowed = frozenset(_OPTIONS[estimate].__annotations__) | frozenset(FieldOptions.__annotations__)
     return words(estimate, options, allowed | {"part"}, names)
 
@@ -54,9 +52,9 @@ def partial(
     Parameters
     ----------
     field
-        As for :func:`spectrum`, :func:`coherence` and :func:`bicoherence`, the whole of it or a block.
+        As for :func:`spectrum` and :func:`coherence`, the whole of it or a block.
     estimate
-        ``"spectrum"``, ``"coherence"`` or ``"bicoherence"``.
+        ``"spectrum"`` or ``"coherence"``.
     part
         ``"3/64"`` or ``(3, 64)``: the segments of the third of 64 parts, whose samples alone are read.
     first, times
@@ -67,8 +65,7 @@ def partial(
     progress
         As for :func:`analyze`.
     **options
-        Those of :func:`spectrum`, along time or both axes, of :func:`coherence` or of
-        :func:`bicoherence`. There is no jackknife.
+        Those of :func:`spectrum` along time, or of :func:`coherence`. There is no jackknife.
 
     Returns
     -------
@@ -104,8 +101,8 @@ def partial(
 def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = None) -> Any:
     """The result of all segments, of partials in any order.
 
-    It has the bits of one call over everything: of :func:`spectrum` with ``no_jackknife=True``, of
-    :func:`coherence` or :func:`bicoherence`, and of ``cascade spectrum --merge`` and so on.
+    It has the bits of one call over everything: of :func:`spectrum` with ``no_jackknife=True`` or
+    of :func:`coherence`, and of ``cascade spectrum --merge`` and so on.
 
     Parameters
     ----------
@@ -118,8 +115,7 @@ def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = N
     Returns
     -------
     xarray.Dataset or dict
-        The arrays of :func:`spectrum`, :func:`coherence` or :func:`bicoherence`. There are no noise
-        floors, and intervals of a jackknife are NaN.
+        The arrays of :func:`spectrum` or :func:`coherence`. There are no noise floors, and intervals of a jackknife are NaN.
 
     Raises
     ------

@@ -161,15 +161,9 @@ class SpectrumOptions(AverageOptions, total=False):
 
 
 class DividedOptions(AverageOptions, total=False):
-    """Those of the estimates that are summed in parts: spectra, coherence and bicoherence."""
+    """Those of the estimates that are summed in parts: spectra and coherence."""
 
-    along: Literal["time", "both"] | Sites
     equal_weights: bool
-    space_window: str
-    space_multitaper: str | tuple[float, int]
-    site: int
-    output: int
-    every: int
 
 
 class PartialOptions(DividedOptions, total=False):
@@ -201,13 +195,7 @@ class BicoherenceOptions(TripleOptions, total=False):
     output: int
     along: Sites
     every: int
-
-
-class TransferOptions(TripleOptions, total=False):
-    """The options of ``cascade transfer``; ``from`` is a word of Python."""
-
-    from_: int
-    to: int
+    transfer: int
     lag: int
     highest: Step
     resamplings: int

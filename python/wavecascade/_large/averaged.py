@@ -14,7 +14,6 @@ from wavecascade._arrays.results import summary_attrs
 from wavecascade._commands.parts import Divided, words_of
 from wavecascade._keywords.options import DividedOptions
 from wavecascade._large.columns import Reference
-from wavecascade._large.coupled import coupled
 from wavecascade._large.lazy import lazy_array, lazy_dataset
 from wavecascade._large.tasks import (
     NODES,
@@ -32,7 +31,7 @@ _TOGETHER = 8
 #: Bytes of a cell of a result while it is made.
 _OF_A_CELL = 128
 #: What an array is over if it is known of each place by itself.
-_PLACES = frozenset({"frequency", "position", "wavenumber"})
+_PLACES = frozenset({"frequency", "position"})
 #: Parts of a summary that are known without samples; ``level`` is that of a steady reference.
 _ATTRIBUTES_OF_AVERAGES = (
     "along",
@@ -42,8 +41,6 @@ _ATTRIBUTES_OF_AVERAGES = (
     "segment",
     "overlap",
     "half_bandwidth",
-    "tapers_along_time",
-    "tapers_along_space",
     "alpha",
     "level",
 )
@@ -58,18 +55,16 @@ def averaged(
 ) -> Any:
     """Averages over the segments of a Dask array, lazy: one task a chunk, then a tree of sums.
 
-    As :func:`wavecascade.spectrum` with ``no_jackknife=True``, :func:`wavecascade.coherence` or
-    :func:`wavecascade.bicoherence`, to the bit, for any chunks and workers. A chunk of times passes its
-    neighbour the samples that their segments share; a chunk of sites stands by itself, except for
-    ``along="both"``, where a task takes all sites of its times. Of a bicoherence a task takes the sites
-    of the map, or those of a chunk that are followed along x.
+    As :func:`wavecascade.spectrum` with ``no_jackknife=True`` or :func:`wavecascade.coherence`, to the
+    bit, for any chunks and workers. A chunk of times passes its neighbour the samples that their
+    segments share; a chunk of sites stands by itself.
 
     Parameters
     ----------
     field
         ``xarray.DataArray`` over Dask, or a Dask array ``(time, site)``, in chunks of any sizes.
     estimate
-        ``"spectrum"``, ``"coherence"`` or ``"bicoherence"``.
+        ``"spectrum"`` or ``"coherence"``.
     reference
         For coherence, a site's index (0 by default), or the record of the reference.
     **options
@@ -78,9 +73,8 @@ def averaged(
     Returns
     -------
     xarray.Dataset
-        The arrays of the estimate that are known of each site (or wavenumber) by itself, lazy, and
-        ``steadiness``. The attribute ``level`` of a coherence is the level of significance of a steady
-        reference. The level of a cell of a bicoherence, ``cell_level``, is lazy: NaN for a transient.
+        The arrays of the estimate that are known of each site by itself, lazy, and ``steadiness``. The
+        attribute ``level`` of a coherence is the level of significance of a steady reference.
 
     Raises
     ------
@@ -93,12 +87,11 @@ def averaged(
     Warns
     -----
     CascadeWarning
-        When it is computed, once, as of :func:`spectrum`, :func:`coherence` and :func:`bicoherence`. Each
-        process of the workers of a ``distributed.Client`` sends it there once, and the default filters of
+        When it is computed, once, as of :func:`spectrum` and :func:`coherence`. Each process of the workers of a ``distributed.Client`` sends it there once, and the default filters of
         Python show one. Of sites in several chunks it says that some have a transient.
     """
     if estimate not in get_args(Divided):
-        raise ValueError(f"estimate: expected spectrum, coherence or bicoherence, found {estimate!r}")
+        raise ValueError(f"estimate: expected spectrum or coherence, found {estimate!r}")
     own: dict[str, Any] = dict(options)
     if own.get("part") is not None:
         raise ValueError(
@@ -114,21 +107,16 @@ def averaged(
             f"field: expected a Dask array, found {type(found.samples).__name__}; use partial and combine"
         )
     compared = _reference(found.samples, estimate, reference)
-    if estimate == "bicoherence":
-        return coupled(field, found, own, of_field)
     n_times, n_sites = map(int, found.samples.shape)
     if compared is not None:
         own["reference"] = 0
     words = words_of(estimate, own | stated(found.axes, of_field), ["field"])
     work = work_of(words, n_times, field, found)
-    is_both = own.get("along") == "both"
     # Other sites have arrays of the same kinds.
-    known, cut = work.outline(n_sites if is_both else 2)
-    groups = [range(n_sites)]
-    if not is_both:
-        tapers = json.loads(known["summary"])["independence"]["tapers"]
-        node = _bytes_of_a_node(estimate, cut, tapers)
-        groups = _groups_of_sites(found.samples, _OF_A_CELL * (cut[0] // 2 + 1) + NODES * node)
+    known, cut = work.outline(2)
+    tapers = json.loads(known["summary"])["independence"]["tapers"]
+    node = _bytes_of_a_node(estimate, cut, tapers)
+    groups = _groups_of_sites(found.samples, _OF_A_CELL * (cut[0] // 2 + 1) + NODES * node)
     wholes = [summed(work, cut, found.samples, sites, compared) for sites in groups]
     return _dataset(work, known, found.axes, groups, wholes, compared is not None)
 
@@ -144,7 +132,7 @@ def _dataset(
     """What the sums over these groups of sites give."""
     from dask.delayed import delayed
 
-    # What is over sites or wavenumbers; there is no jackknife in parts.
+    # What is over sites; there is no jackknife in parts.
     kept = [
         one
         for one in known["arrays"]

@@ -148,13 +148,7 @@ def finished(
     if without_first:
         arrays = {name: array[..., 1:] for name, array in arrays.items()}
     summary = json.loads(found["summary"])
-    # A transient has no level.
-    level = summary.get("cell_level")
-    scalars = {
-        "steadiness": np.float64(summary["independence"]["steadiness"]),
-        "cell_level": np.float64(np.nan if level is None else level),
-    }
-    return scalars | arrays
+    return {"steadiness": np.float64(summary["independence"]["steadiness"])} | arrays
 
 
 def summed(

@@ -49,15 +49,6 @@ pub fn of_error(error: &Error) -> Option<String> {
              the same weight (`--equal-weights`), which keeps one sum for all of them"
                 .into(),
         ),
-        Error::Memory { what: "the space-time spectrum of these parts", .. } => Some(
-            "raise `--memory`, or merge on a machine with more; parts with `--equal-weights` keep one sum for all \
-             tapers"
-                .into(),
-        ),
-        Error::Memory { what: "the bicoherence of these parts", .. } => Some(
-            "raise `--memory`, or merge on a machine with more; parts with `--every` follow fewer sites along x"
-                .into(),
-        ),
         Error::Memory { what: "the result of these parts", .. } => {
             Some("raise `--memory`, or merge on a machine with more".into())
         }

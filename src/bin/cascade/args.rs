@@ -85,14 +85,8 @@ pub enum Command {
     ///
     /// Averaged over segments of the record or over repeated records (several files), with levels of
     /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
-    /// frequency feeds which.
-    Bicoherence(Box<crate::bicoherence::Bicoherence>),
-    /// Estimate the linear and quadratic transfer from one site to another.
-    ///
-    /// Least squares over segments or repeated records give what each frequency gains between the sites, linearly
-    /// and from pairs of others, with errors by resampling; and which part of the output is explained where it was
-    /// not fitted. Needs twice as many independent realisations as there are pairs.
-    Transfer(Box<crate::transfer::Transfer>),
+    /// frequency feeds which; `--transfer` fits what each gains between two sites, linearly and from pairs of others.
+    Bicoherence(Box<crate::bicoherence::BicoherenceArgs>),
     /// Find which wavenumbers of a run feed which: transfer by triads, and how local it is.
     ///
     /// Where the force is quadratic (springs with alpha, precompressed contacts to second order), or the field obeys

@@ -1,67 +1,67 @@
-//! `cascade bicoherence`: coupling of three frequencies.
+//! `cascade bicoherence`: coupling of three frequencies, and on request the transfer between two sites.
 
 use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
 use wavecascade::estimates::{
-    Bicoherence as Found, BicoherenceRequest, Combined, DividedRequest, bicoherence,
+    Bicoherence, BicoherenceRequest, Transfer, bicoherence, transfer,
 };
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::report::{
     BicoherenceSummary, LabelledArrays, Provenance, bicoherence_arrays, bicoherence_html,
+    transfer_arrays,
 };
 use wavecascade::{Error, Field};
 
 use crate::coherence::averages;
 use crate::estimate::{Computation, Estimate, EstimateArgs, Typed, one_realisation};
-use crate::failure::Failure;
 use crate::parse;
-use crate::parts::{self, InParts, PartArgs};
 use crate::summary::Summary;
 use crate::terminal::number;
+use crate::transfer::{self, TransferArgs};
 use crate::triple_args::TripleArgs;
 
 /// What `cascade bicoherence` takes.
 #[derive(Debug, Args)]
-pub struct Bicoherence {
+pub struct BicoherenceArgs {
     /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
     /// same sites, which are averaged.
-    #[arg(required_unless_present = "merge", value_name = "FIELD")]
+    #[arg(required = true, value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
 
     /// Index of the site of the two frequencies that are added.
-    #[arg(
-        long,
-        conflicts_with = "merge",
-        short,
-        value_name = "SITE",
-        default_value_t = 0
-    )]
+    #[arg(long, short, value_name = "SITE", default_value_t = 0)]
     pub site: usize,
 
     /// Index of the site of their sum and difference [default: the same, where differences repeat sums].
-    #[arg(long, conflicts_with = "merge", value_name = "SITE")]
+    #[arg(long, value_name = "SITE")]
     pub output: Option<usize>,
 
     /// Sites whose own bicoherence is followed along x, the end excluded [default: all].
-    #[arg(long, conflicts_with = "merge", value_name = "FIRST:END", value_parser = parse::site_range)]
+    #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub along: Option<Range<usize>>,
 
     /// Of these every N-th; 0 for none.
-    #[arg(long, conflicts_with = "merge", value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1)]
     pub every: usize,
 
     #[command(flatten)]
     pub averages: TripleArgs,
     #[command(flatten)]
-    pub parts: PartArgs,
+    pub transfer: TransferArgs,
     #[command(flatten)]
     pub estimate: EstimateArgs,
 }
 
-impl Typed for Bicoherence {
+/// What was found.
+pub struct Found {
+    bicoherence: Bicoherence,
+    transfer: Option<Transfer>,
+}
+
+impl Typed for BicoherenceArgs {
     type Found = Found;
 
     fn fields(&self) -> &[PathBuf] {
@@ -78,23 +78,22 @@ impl Typed for Bicoherence {
 
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
         Ok(|fields: &[&Field], observer: &dyn Observer| {
-            let n_sites = fields.first().map_or(0, |field| field.n_sites());
-            bicoherence(fields, &self.request(n_sites), observer)
+            let first = fields.first();
+            let n_sites = first.map_or(0, |field| field.n_sites());
+            let unit = first.and_then(|field| field.time.unit.as_deref());
+            let of_transfer = self.transfer.request(self, unit)?;
+            Ok(Found {
+                bicoherence: bicoherence(fields, &self.request(n_sites), observer)?,
+                transfer: match of_transfer {
+                    Some(request) => Some(transfer(fields, &request, observer)?),
+                    None => None,
+                },
+            })
         })
     }
 }
 
-impl InParts for Bicoherence {
-    fn parts(&self) -> &PartArgs {
-        &self.parts
-    }
-
-    fn divided(&self, n_sites: usize) -> Result<DividedRequest, Error> {
-        Ok(self.request(n_sites).into())
-    }
-}
-
-impl Bicoherence {
+impl BicoherenceArgs {
     fn request(&self, n_sites: usize) -> BicoherenceRequest {
         let along = self.along.clone().unwrap_or(0..n_sites);
         BicoherenceRequest {
@@ -113,27 +112,25 @@ impl Bicoherence {
     }
 }
 
-/// Runs the command, or a part of it.
-pub fn run(typed: &Bicoherence) -> Result<(), Failure> {
-    parts::run(typed, |found| match found {
-        Combined::Bicoherence(found) => Some(*found),
-        _ => None,
-    })
-}
-
 impl Estimate for Found {
     const COMMAND: &'static str = "bicoherence";
 
     fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
-        BicoherenceSummary::new(self, provenance).to_json()
+        BicoherenceSummary::new(&self.bicoherence, self.transfer.as_ref(), provenance).to_json()
     }
 
     fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
-        bicoherence_arrays(self, to)
+        bicoherence_arrays(&self.bicoherence, to)?;
+        let transfer = self.transfer.iter();
+        transfer.map(|found| transfer_arrays(found, to)).collect()
     }
 
     fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
-        vec![plot::bicoherence(self, name, style)]
+        let transfer = self.transfer.iter();
+        let transfer = transfer.map(|found| plot::transfer(found, name, style));
+        std::iter::once(plot::bicoherence(&self.bicoherence, name, style))
+            .chain(transfer)
+            .collect()
     }
 
     fn page(
@@ -143,19 +140,25 @@ impl Estimate for Found {
         warnings: &[[String; 2]],
         style: &Style,
     ) -> serde_json::Result<String> {
-        bicoherence_html(self, name, provenance, warnings, style)
+        let found = (&self.bicoherence, self.transfer.as_ref());
+        bicoherence_html(found, name, provenance, warnings, style)
     }
 
     fn warnings(&self) -> Vec<[String; 2]> {
-        warnings(self)
+        let mut all = warnings(&self.bicoherence);
+        all.extend(self.transfer.iter().flat_map(transfer::warnings));
+        all
     }
 
     fn answer(&self) -> String {
-        answer(self)
+        answer(&self.bicoherence)
     }
 
     fn tell(&self, summary: &mut Summary) {
-        tell(self, summary);
+        tell(&self.bicoherence, summary);
+        if let Some(found) = &self.transfer {
+            transfer::tell(found, summary);
+        }
     }
 }
 
@@ -163,7 +166,7 @@ impl Estimate for Found {
 const PRINTED: usize = 5;
 
 /// Which frequencies are coupled, in words.
-fn answer(found: &Found) -> String {
+fn answer(found: &Bicoherence) -> String {
     let independence = &found.independence;
     let (Some(_), Some(map)) = (found.cell_level(), found.map_level()) else {
         let why = match independence.is_transient() {
@@ -199,7 +202,7 @@ fn answer(found: &Found) -> String {
     }
 }
 
-fn tell(found: &Found, summary: &mut Summary) {
+fn tell(found: &Bicoherence, summary: &mut Summary) {
     if found.cell_level().is_some() {
         summary.detail("coupling", &found.coupling());
     }
@@ -228,7 +231,7 @@ fn tell(found: &Found, summary: &mut Summary) {
 }
 
 /// What the user should know, each with what to do.
-fn warnings(found: &Found) -> Vec<[String; 2]> {
+fn warnings(found: &Bicoherence) -> Vec<[String; 2]> {
     let independence = &found.independence;
     let mut warnings = Vec::new();
     if let Some(warning) = one_realisation(independence, "record") {

@@ -135,7 +135,7 @@ impl InParts for Coherence {
         &self.parts
     }
 
-    fn divided(&self, _n_sites: usize) -> Result<DividedRequest, Error> {
+    fn divided(&self) -> Result<DividedRequest, Error> {
         Ok(self.request().into())
     }
 }

@@ -109,9 +109,8 @@ fn run(line: &CommandLine) -> Result<(), Failure> {
 fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
         Command::Analyze(typed) => analyze::run(&typed, fields, applied),
-        Command::Bicoherence(typed) => bicoherence::run(&typed),
+        Command::Bicoherence(typed) => estimate::run(&*typed),
         Command::Triads(typed) => estimate::run(&*typed),
-        Command::Transfer(typed) => estimate::run(&*typed),
         Command::Coherence(typed) => coherence::run(&typed),
         Command::Ridges(typed) => estimate::run(&*typed),
         Command::Modes(typed) => estimate::run(&*typed),

@@ -52,11 +52,11 @@ fn part(text: &str) -> Result<Part, String> {
 pub trait InParts: Typed {
     fn parts(&self) -> &PartArgs;
 
-    /// What is summed, of fields with so many sites.
+    /// What is summed.
     ///
     /// # Errors
     /// For options that contradict themselves.
-    fn divided(&self, n_sites: usize) -> Result<DividedRequest, Error>;
+    fn divided(&self) -> Result<DividedRequest, Error>;
 }
 
 /// The archive of a partial result.
@@ -86,7 +86,7 @@ pub fn run<T: InParts>(
 }
 
 /// Sums a part, and writes it.
-pub fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
+fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
     let (memory, name) = (typed.memory(), T::Found::COMMAND);
     let (command_line, fields) = (typed, typed.fields());
     let typed = typed.shared();
@@ -95,7 +95,7 @@ pub fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     let fields = estimate::open(&paths, typed, memory, false)?;
     let all: Vec<_> = fields.iter().collect();
-    let request = command_line.divided(all.first().map_or(0, |field| field.n_sites()))?;
+    let request = command_line.divided()?;
     let sums =
         partial(&all, &request, part, &progress).map_err(|error| error.of_file(&paths[0]))?;
     let opened: Vec<FileState> = all.iter().filter_map(|field| field.file_state()).collect();
@@ -138,17 +138,8 @@ fn file(directory: &Path) -> PathBuf {
     }
 }
 
-/// Whether the first of these is part of a space-time spectrum.
-pub fn is_spacetime(directories: &[PathBuf]) -> Result<bool, Error> {
-    let Some(first) = directories.first() else {
-        return Ok(false);
-    };
-    let about = read_partial_about(&file(first))?;
-    Ok(matches!(about.request, DividedRequest::SpaceTime(_)))
-}
-
 /// Makes the result of all parts in the memory allowed, which `choose` picks if it is that of this command.
-pub fn merge<E: Estimate>(
+fn merge<E: Estimate>(
     directories: &[PathBuf],
     (typed, memory): (&EstimateArgs, Option<u64>),
     choose: impl FnOnce(Combined) -> Option<E>,

@@ -138,7 +138,7 @@ impl Spectrum {
         let Some(along) = self.axis() else {
             return Err(Error::Request {
                 option: "along",
-                expected: "time or space".into(),
+                expected: "one axis".into(),
                 found: "both".into(),
             });
         };
@@ -221,12 +221,8 @@ impl InParts for Spectrum {
         &self.parts
     }
 
-    /// Parts have no jackknife.
-    fn divided(&self, _n_sites: usize) -> Result<DividedRequest, Error> {
-        if self.is_both() {
-            self.check()?;
-            return Ok(self.of_both().into());
-        }
+    /// Parts have no jackknife, and one axis.
+    fn divided(&self) -> Result<DividedRequest, Error> {
         let request = SpectrumRequest {
             has_jackknife: false,
             ..self.request()?
@@ -237,32 +233,14 @@ impl InParts for Spectrum {
 
 /// Runs the command, or a part of it.
 pub fn run(typed: Spectrum) -> Result<(), Failure> {
-    if !typed.parts.merge.is_empty() {
-        return merge(&typed);
+    let is_in_parts = typed.parts.part.is_some() || !typed.parts.merge.is_empty();
+    if typed.is_both() && !is_in_parts {
+        return estimate::run(&SpaceTime(typed));
     }
-    if let Some(part) = typed.parts.part {
-        return parts::write(&typed, part);
-    }
-    match typed.is_both() {
-        true => estimate::run(&SpaceTime(typed)),
-        false => estimate::run(&typed),
-    }
-}
-
-/// Makes the result of parts, along time or along both axes.
-fn merge(typed: &Spectrum) -> Result<(), Failure> {
-    let directories = &typed.parts.merge;
-    let how = (&typed.estimate, typed.averages.memory);
-    match parts::is_spacetime(directories)? {
-        true => parts::merge(directories, how, |found| match found {
-            Combined::SpaceTime(found) => Some(*found),
-            _ => None,
-        }),
-        false => parts::merge(directories, how, |found| match found {
-            Combined::Spectrum(found) => Some(*found),
-            _ => None,
-        }),
-    }
+    parts::run(&typed, |found| match found {
+        Combined::Spectrum(found) => Some(*found),
+        Combined::Coherence(_) => None,
+    })
 }
 
 impl Estimate for SpectrumEstimate {

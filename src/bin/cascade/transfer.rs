@@ -1,149 +1,71 @@
-//! `cascade transfer`: linear and quadratic transfer between two sites.
-
-use std::path::PathBuf;
+//! The linear and quadratic transfer between two sites, beside a bicoherence.
 
 use clap::Args;
-use wavecascade::estimates::{Transfer as Found, TransferRequest, transfer};
+use wavecascade::Error;
+use wavecascade::estimates::{Transfer, TransferRequest};
 use wavecascade::measure::{Frequency, Measure, cycles_per};
-use wavecascade::observer::Observer;
-use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{
-    LabelledArrays, Provenance, TransferSummary, percent, transfer_arrays, transfer_html,
-};
-use wavecascade::{Error, Field};
+use wavecascade::report::percent;
 
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::bicoherence::BicoherenceArgs;
 use crate::parse;
 use crate::show_args::of_axis;
 use crate::summary::Summary;
 use crate::terminal::number;
-use crate::triple_args::TripleArgs;
 
-/// What `cascade transfer` takes.
+/// Which transfer is fitted.
 #[derive(Debug, Args)]
-pub struct Transfer {
-    /// File with the field; several, or patterns such as `'shot*.npy'`, are repeated records (shots) of the
-    /// same sites, which are averaged.
-    #[arg(required = true, value_name = "FIELD")]
-    pub fields: Vec<PathBuf>,
-
-    /// Index of the site of the input.
+#[command(next_help_heading = "Transfer")]
+pub struct TransferArgs {
+    /// Fit the linear and the quadratic transfer from `--site` to this site as well.
     #[arg(long, value_name = "SITE")]
-    pub from: Option<usize>,
+    pub transfer: Option<usize>,
 
-    /// Index of the site of the output.
-    #[arg(long, value_name = "SITE")]
-    pub to: Option<usize>,
-
-    /// Take the output so many samples later: the time that waves need from one site to the other.
-    #[arg(long, value_name = "SAMPLES", default_value_t = 0)]
+    /// Take the record of that site so many samples later: the time that waves need from one to the other.
+    #[arg(long, value_name = "SAMPLES", default_value_t = 0, requires = "transfer")]
     pub lag: usize,
 
     /// Frequency up to which there are terms, in cycles per unit of time, or with its unit (2kHz) [default: all below
     /// Nyquist].
-    #[arg(long, value_name = "FREQUENCY", value_parser = parse::step::<Frequency>)]
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::step::<Frequency>, requires = "transfer")]
     pub highest: Option<Measure<Frequency>>,
 
     /// How often realisations are drawn anew for the errors.
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value_t = TransferRequest::default().resamplings, requires = "transfer")]
     pub resamplings: usize,
-
-    #[command(flatten)]
-    pub averages: TripleArgs,
-    #[command(flatten)]
-    pub estimate: EstimateArgs,
 }
 
-impl Typed for Transfer {
-    type Found = Found;
-
-    fn fields(&self) -> &[PathBuf] {
-        &self.fields
-    }
-
-    fn shared(&self) -> &EstimateArgs {
-        &self.estimate
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.averages.memory
-    }
-
-    fn computation(&self) -> Result<impl Computation<Found>, Error> {
-        // Not required by the parser: a file of styles is checked against commands without options.
-        let site = |option, site: Option<usize>| {
-            site.ok_or_else(|| Error::Request {
-                option,
-                expected: "the index of a site".into(),
-                found: "none".into(),
-            })
-        };
-        let request = TransferRequest {
-            from: site("from", self.from)?,
-            to: site("to", self.to)?,
-            lag: self.lag,
-            highest: None,
-            averaging: self.averages.averaging(),
-            gaps: self.averages.gaps.into(),
-            alpha: self.averages.significance,
-            resamplings: self.resamplings,
-            threads: self.estimate.threads(),
-            memory: self.averages.memory,
-        };
-        let typed = self.highest;
-        Ok(move |fields: &[&Field], observer: &dyn Observer| {
-            let unit = fields.first().and_then(|field| field.time.unit.as_deref());
-            let unit = unit.map(cycles_per);
-            let highest = typed.map(|typed| of_axis("highest", typed, unit.as_deref()));
-            let request = TransferRequest {
-                highest: highest.transpose()?,
-                ..request.clone()
-            };
-            transfer(fields, &request, observer)
-        })
-    }
-}
-
-impl Estimate for Found {
-    const COMMAND: &'static str = "transfer";
-
-    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
-        TransferSummary::new(self, provenance).to_json()
-    }
-
-    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
-        transfer_arrays(self, to)
-    }
-
-    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
-        vec![plot::transfer(self, name, style)]
-    }
-
-    fn page(
+impl TransferArgs {
+    /// What is asked for beside a bicoherence, of a field with times in this unit.
+    ///
+    /// # Errors
+    /// For a frequency in a unit that the field does not have.
+    pub fn request(
         &self,
-        name: &str,
-        provenance: &Provenance,
-        warnings: &[[String; 2]],
-        style: &Style,
-    ) -> serde_json::Result<String> {
-        transfer_html(self, name, provenance, warnings, style)
-    }
-
-    fn warnings(&self) -> Vec<[String; 2]> {
-        warnings(self)
-    }
-
-    fn answer(&self) -> String {
-        answer(self)
-    }
-
-    fn tell(&self, summary: &mut Summary) {
-        tell(self, summary);
+        typed: &BicoherenceArgs,
+        unit: Option<&str>,
+    ) -> Result<Option<TransferRequest>, Error> {
+        let unit = unit.map(cycles_per);
+        let highest = self
+            .highest
+            .map(|highest| of_axis("highest", highest, unit.as_deref()));
+        let highest = highest.transpose()?;
+        Ok(self.transfer.map(|to| TransferRequest {
+            from: typed.site,
+            to,
+            lag: self.lag,
+            highest,
+            averaging: typed.averages.averaging(),
+            gaps: typed.averages.gaps.into(),
+            alpha: typed.averages.significance,
+            resamplings: self.resamplings,
+            threads: typed.estimate.threads(),
+            memory: typed.averages.memory,
+        }))
     }
 }
 
 /// What gained from what, in words.
-fn answer(found: &Found) -> String {
+fn answer(found: &Transfer) -> String {
     if !found.holds() {
         return "no quadratic transfer is shown: it does not predict what was not fitted".into();
     }
@@ -161,8 +83,9 @@ fn answer(found: &Found) -> String {
     )
 }
 
-fn tell(found: &Found, summary: &mut Summary) {
+pub fn tell(found: &Transfer, summary: &mut Summary) {
     let (independence, shares) = (&found.independence, &found.shares);
+    summary.fact("transfer", &answer(found));
     let text = format!(
         "linear {}, quadratic {}, residual {} of its power",
         percent(shares.linear),
@@ -192,7 +115,7 @@ fn tell(found: &Found, summary: &mut Summary) {
 }
 
 /// What the user should know, each with what to do.
-fn warnings(found: &Found) -> Vec<[String; 2]> {
+pub fn warnings(found: &Transfer) -> Vec<[String; 2]> {
     let mut warnings = Vec::new();
     let undetermined: usize = found.outputs.iter().map(|output| output.undetermined).sum();
     if undetermined > 0 {

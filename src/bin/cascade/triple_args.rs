@@ -1,26 +1,15 @@
 //! Averages of products of several transforms, which allow a single window.
 
-use clap::{ArgGroup, Args};
+use clap::Args;
 use wavecascade::estimates::{Averaging, Tapers};
 use wavecascade::prepare::Window;
 
 use crate::args::{DetrendArg, GapsArg};
 use crate::parse;
 
-/// Options that belong to the parts of a result, and not to what makes it of them.
-const OF_PARTS: [&str; 6] = [
-    "segment",
-    "overlap",
-    "window",
-    "detrend",
-    "gaps",
-    "significance",
-];
-
 /// How a record gives several realisations, under one window.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Averages")]
-#[command(group = ArgGroup::new("averaging").multiple(true).args(OF_PARTS))]
 pub struct TripleArgs {
     /// Samples a segment [default: a power of two that leaves enough segments].
     #[arg(long, value_name = "SAMPLES")]

@@ -10,7 +10,7 @@ use super::products::TripleSums;
 use super::spectra::Spectra;
 use super::triples::Triples;
 use crate::estimates::realisations::{
-    Independence, Portion, Realisations, RecordTree, Records, Shot, Sums, TOGETHER,
+    Independence, Portion, RecordTree, Records, Shot, Sums, TOGETHER,
 };
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
@@ -69,15 +69,6 @@ pub(super) struct Found {
 }
 
 impl TileSums {
-    /// Of so many chosen sites of which nothing but zeros is known, counted as steady.
-    pub fn silent(chosen: usize) -> TileSums {
-        TileSums {
-            steadiness: Steadiness::silent(),
-            products: Vec::new(),
-            found: vec![Vec::new(); chosen],
-        }
-    }
-
     /// What is found at each chosen site, in place of its sums, which are returned.
     pub fn gather(&mut self, pass: &Pass<'_>) -> Vec<Sums> {
         let mut free = Vec::new();
@@ -88,13 +79,6 @@ impl TileSums {
         }
         free
     }
-}
-
-/// Bytes of the arrays, and of what they are made of, at so many sites.
-pub(super) fn bytes(realisations: &Realisations, sites: usize) -> [u64; 2] {
-    let arrays = 6 * size_of::<f64>() * realisations.bins();
-    let found = size_of::<Found>() * realisations.bins();
-    [arrays, found].map(|bytes| (bytes * sites) as u64)
 }
 
 impl Pass<'_> {

@@ -5,17 +5,16 @@ use super::pass::Pass;
 use super::spectra::last_bin;
 use crate::error::{Error, Result};
 use crate::estimates::coherence::phase_spread;
-use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, Shots, Tapers, first_of,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
-use crate::prepare::Gaps;
+use crate::prepare::{Detrend, Gaps};
 use crate::system::threads::in_pool;
 
 /// All choices of [`bicoherence`].
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BicoherenceRequest {
     /// Index of the site of the two frequencies whose sum or difference is taken.
     pub site: usize,
@@ -29,10 +28,8 @@ pub struct BicoherenceRequest {
     /// Probability by which a level is exceeded by chance.
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
-    #[serde(skip)]
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
-    #[serde(skip)]
     pub memory: Option<u64>,
 }
 
@@ -213,7 +210,7 @@ pub fn bicoherence(
 ) -> Result<Bicoherence> {
     let first = first_of(fields)?;
     let grid = Grid::of(first);
-    let all = request.plan(&grid)?;
+    let all = request.realisations(&grid)?;
     let (memory, reached) = (request.memory, all.reached());
     let shots = Shots::new(fields, request.gaps, memory, reached, observer)?;
     let needed = [request.site, request.output()];
@@ -230,7 +227,7 @@ pub fn bicoherence(
 }
 
 /// That there are two realisations at least.
-pub(super) fn check_count(realisations: usize) -> Result<()> {
+fn check_count(realisations: usize) -> Result<()> {
     if realisations >= 2 {
         return Ok(());
     }
@@ -239,13 +236,17 @@ pub(super) fn check_count(realisations: usize) -> Result<()> {
 }
 
 impl BicoherenceRequest {
+    pub(super) fn about_mean(&self) -> bool {
+        self.averaging.detrend != Detrend::None
+    }
+
     /// Index of the site of the third frequency.
     pub fn output(&self) -> usize {
         self.output.unwrap_or(self.site)
     }
 
     /// The realisations of a record, of which a triple can be made.
-    pub(super) fn realisations(&self, grid: &Grid) -> Result<Realisations> {
+    fn realisations(&self, grid: &Grid) -> Result<Realisations> {
         self.check(grid.sites)?;
         let averaging = with_segment(&self.averaging, grid.times, 32);
         let all = Realisations::new(&averaging, grid.times)?;

@@ -1,8 +1,6 @@
 //! Sums of products of three transforms over realisations.
 //!
-//! Realisations are summed in pairs, pairs in pairs, and so on by their index, as in
-//! [`SegmentTree`](crate::estimates::realisations::SegmentTree), so that parts of a record have the bits of the
-//! whole. A few rows of triples go through all levels while their sums are in cache.
+//! Realisations are summed in pairs, pairs in pairs, and so on by their index. A few rows of triples go through all levels while their sums are in cache.
 
 use std::ops::Range;
 
@@ -10,7 +8,7 @@ use rayon::prelude::*;
 
 use super::spectra::{Spectra, Spectrum};
 use super::triples::{TripleRow, Triples};
-use crate::estimates::realisations::{Sums, SumsShape};
+use crate::estimates::realisations::Sums;
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Sums over realisations, a cell a triple.
@@ -40,7 +38,7 @@ pub(super) struct SumScale {
 type Kinds<'a> = [&'a mut [f64]; 3];
 
 /// Blocks of a kind with a number a triple, and with a number a bin.
-pub(super) fn blocks(triples: &Triples) -> [usize; 2] {
+fn blocks(triples: &Triples) -> [usize; 2] {
     [triples.cells(), triples.last + 1].map(|numbers| numbers.div_ceil(WIDTH))
 }
 
@@ -50,25 +48,9 @@ fn plain(triples: &Triples) -> usize {
     3 * cells + 2 * bins
 }
 
-/// The power of the samples in a block of sums with so many blocks a kind.
-pub(super) fn order([cells, _]: [usize; 2], block: usize) -> i32 {
-    match block / cells.max(1) {
-        0 | 1 => 3,
-        2 => 4,
-        _ => 2,
-    }
-}
-
 impl<'s> TripleSums<'s> {
-    pub fn shape(triples: &Triples) -> SumsShape {
-        SumsShape {
-            plain: plain(triples),
-            pieces: 0,
-        }
-    }
-
     pub fn zeros(triples: &Triples) -> Sums {
-        Self::shape(triples).zeros()
+        Sums::zeros(plain(triples), 0)
     }
 
     pub fn bytes(triples: &Triples) -> u64 {

@@ -149,13 +149,13 @@ fn with_segment(averaging: &Averaging, record: usize, shots: usize) -> Averaging
 fn check(first: &Field, request: &TransferRequest) -> Result<()> {
     let n_sites = first.n_sites();
     let a_site = format!("a site from 0 to {}", n_sites - 1);
-    for (option, site) in [("from", request.from), ("to", request.to)] {
+    for (option, site) in [("site", request.from), ("transfer", request.to)] {
         if site >= n_sites {
             return refuse(option, a_site, site);
         }
     }
     if request.from == request.to {
-        return refuse("to", "another site than that of the input", request.to);
+        return refuse("transfer", "another site than that of the input", request.to);
     }
     if request.lag >= first.n_times() {
         let expected = format!("a lag below the {} samples of the record", first.n_times());

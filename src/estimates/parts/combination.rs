@@ -7,7 +7,7 @@ use std::ops::Range;
 use serde_json::Value;
 
 use super::memory::{Counted, Held, places};
-use super::{Combined, Divided, DividedRequest, Orders, Partial, PartialAbout, flattened, of_each};
+use super::{Combined, Divided, DividedRequest, Partial, PartialAbout, flattened, of_each};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{Part, Realisations, RecordTree, SumsShape, TreeNode};
 use crate::system::threads::in_pool;
@@ -80,7 +80,6 @@ pub struct Combination {
     /// Of so many tiles each.
     tiles: Vec<(SumsShape, usize)>,
     trees: Vec<RecordTree>,
-    orders: Orders,
     /// The unit of what is summed; `None` before a part that is not silent.
     unit: Option<f64>,
     /// The next segment of all records.
@@ -181,7 +180,6 @@ impl Combination {
         {
             return refuse("a field with sites".into(), "none".into());
         }
-        let orders = of_each!(&about.request, it => it.orders(known));
         let counted = Counted::new(
             order.iter().map(|&at| parts[at].1.range),
             (&realisations, &tiles),
@@ -190,12 +188,7 @@ impl Combination {
         match is_all {
             true => {
                 let finishing = of_each!(&about.request, it => it.finishing(known));
-                let what = match &about.request {
-                    DividedRequest::SpaceTime(_) => "the space-time spectrum of these parts",
-                    DividedRequest::Bicoherence(_) => "the bicoherence of these parts",
-                    _ => "the result of these parts",
-                };
-                counted.check(what, finishing, memory)?;
+                counted.check("the result of these parts", finishing, memory)?;
             }
             false => counted.check_joined("one part of these", memory)?,
         }
@@ -210,7 +203,6 @@ impl Combination {
             realisations,
             tiles,
             trees,
-            orders,
             unit: None,
             next: start,
         };
@@ -257,14 +249,13 @@ impl Combination {
         let shapes: Vec<SumsShape> = self.shapes().collect();
         for (place, numbers) in partial.nodes.iter().zip(partial.sums.chunks_exact(width)) {
             let mut numbers = numbers;
-            let tiles = self.trees.iter_mut().zip(&shapes).enumerate();
-            for (tile, (tree, shape)) in tiles {
+            for (tree, shape) in self.trees.iter_mut().zip(&shapes) {
                 let (own, others) = numbers.split_at(shape.numbers());
                 numbers = others;
                 let mut sums = shape.zeros();
                 sums.set(own);
                 if factor != 1.0 {
-                    sums.rescale(factor, |block| (self.orders)(tile, block));
+                    sums.rescale(factor);
                 }
                 let node = TreeNode {
                     record: place.record,
@@ -307,12 +298,8 @@ impl Combination {
             before => {
                 self.unit = Some(unit);
                 if let Some(before) = before {
-                    let trees = self.trees.iter_mut().enumerate();
-                    for (tile, tree) in trees {
-                        for sums in tree.sums_mut() {
-                            sums.rescale(before / unit, |block| (self.orders)(tile, block));
-                        }
-                    }
+                    let sums = self.trees.iter_mut().flat_map(RecordTree::sums_mut);
+                    sums.for_each(|sums| sums.rescale(before / unit));
                 }
                 1.0
             }
@@ -338,12 +325,6 @@ impl Combination {
             }
             DividedRequest::Coherence(it) => {
                 Combined::Coherence(Box::new(it.combine(known, records, trees, unit)?))
-            }
-            DividedRequest::SpaceTime(it) => {
-                Combined::SpaceTime(Box::new(it.combine(known, records, trees, unit)?))
-            }
-            DividedRequest::Bicoherence(it) => {
-                Combined::Bicoherence(Box::new(it.combine(known, records, trees, unit)?))
             }
         })
     }

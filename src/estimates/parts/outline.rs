@@ -36,14 +36,6 @@ pub fn outline(field: &Field, times: usize, request: &DividedRequest) -> Result<
             let (segments, found) = silent(it, &grid)?;
             (segments, Combined::Coherence(Box::new(found)))
         }
-        DividedRequest::SpaceTime(it) => {
-            let (segments, found) = silent(it, &grid)?;
-            (segments, Combined::SpaceTime(Box::new(found)))
-        }
-        DividedRequest::Bicoherence(it) => {
-            let (segments, found) = silent(it, &grid)?;
-            (segments, Combined::Bicoherence(Box::new(found)))
-        }
     };
     Ok(Outline { segments, result })
 }

@@ -68,7 +68,7 @@ pub(crate) struct Realisations {
 
 /// Bytes of so many tapers of `length` samples and of the plans of their transforms, at most: a sample has a weight, a
 /// copy of it in the plan, half a value of its transform and factors of the plan.
-pub(crate) fn bytes_of_tapers(count: usize, length: usize) -> u64 {
+fn bytes_of_tapers(count: usize, length: usize) -> u64 {
     const OF_PLAN: usize = 16 << 10;
     (count as u64).saturating_mul((64 * length + OF_PLAN) as u64)
 }

@@ -14,7 +14,7 @@ mod tree;
 
 pub(crate) use adaptive::{Average, LeftOut, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
-pub(crate) use averaging::{Realisations, SegmentScratch, bytes_of_tapers, no_segment_left};
+pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};
 pub use ensemble::Independence;
 pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_of_sites, steadiness_without};
 pub use grid::Grid;

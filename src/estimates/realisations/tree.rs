@@ -196,14 +196,11 @@ impl Sums {
         blocks.map_or(0.0, |[least, _]| least.0[0])
     }
 
-    /// Multiplies the samples by a power of two, of which a plain sum has the power that `order` tells of its
-    /// block.
-    pub fn rescale(&mut self, factor: f64, order: impl Fn(usize) -> i32) {
+    /// Multiplies the samples by a power of two; plain sums are those of their squares.
+    pub fn rescale(&mut self, factor: f64) {
         let squared = factor * factor;
         let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        for (at, block) in self.plain_mut().iter_mut().enumerate() {
-            scale(block, factor.powi(order(at)));
-        }
+        self.plain_mut().iter_mut().for_each(|block| scale(block, squared));
         for [_, mean, squares] in self.pieces_mut() {
             scale(mean, factor);
             scale(squares, squared);
@@ -475,14 +472,6 @@ impl RecordTree {
         let mut tree = RecordTree::default();
         tree.records.push(0, 0, total);
         tree
-    }
-
-    /// The sum of all records in place of their nodes: nothing follows.
-    pub fn settle(&mut self) {
-        if let Some(total) = self.records.total() {
-            self.records = Tree::default();
-            self.records.push(0, 0, total);
-        }
     }
 
     /// The sum of all records.

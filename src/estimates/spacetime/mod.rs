@@ -8,11 +8,9 @@ use std::f64::consts::TAU;
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
-use crate::estimates::parts::{Divided, Finishing};
 use crate::estimates::realisations::{
-    Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Portion, Realisations,
-    RecordTree, Shots, SumsShape, Tapers, TreeNode, check_squares, first_of, refuse_left_out,
-    steadiness,
+    Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Realisations, Shots, Tapers,
+    check_squares, first_of, refuse_left_out, steadiness,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -23,7 +21,7 @@ use pass::Pass;
 use totals::Totals;
 
 /// All choices of [`spacetime`].
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SpaceTimeRequest {
     /// Along time.
     pub averaging: Averaging,
@@ -37,10 +35,8 @@ pub struct SpaceTimeRequest {
     /// Probability by which the true spectrum is outside of its interval.
     pub alpha: f64,
     /// Worker threads; `None`: one a core.
-    #[serde(skip)]
     pub threads: Option<usize>,
     /// Bytes of working memory; `None`: half of the free memory.
-    #[serde(skip)]
     pub memory: Option<u64>,
 }
 
@@ -214,26 +210,17 @@ pub fn spacetime(
     let realisations = request.plan(&grid)?;
     in_pool(request.threads, || {
         let (gaps, memory) = (request.gaps, request.memory);
-        let portions = realisations.portions(0..fields.len() * realisations.segments.count());
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
         let pass = Pass::new(request, &realisations, grid.clone())?;
-        let (unit, trees) = pass.sum(&shots, &portions, true)?;
-        let known = (&grid, &realisations);
-        request.combine(known, fields.len(), trees, unit)
+        let (unit, totals) = pass.sum(&shots, fields.len())?;
+        request.finish(&pass, fields.len(), &totals, unit)
     })
 }
 
-impl Divided for SpaceTimeRequest {
-    type Found = SpaceTimeEstimate;
+/// By how much the power may differ from the energy of the samples.
+const PARSEVAL: f64 = 1e-10;
 
-    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
-        (self.gaps, self.memory)
-    }
-
-    fn threads(&self) -> Option<usize> {
-        self.threads
-    }
-
+impl SpaceTimeRequest {
     fn plan(&self, grid: &Grid) -> Result<Realisations> {
         let refuse = |option, expected: &str, found: String| {
             Err(Error::Request {
@@ -258,53 +245,10 @@ impl Divided for SpaceTimeRequest {
         Realisations::new(&averaging, grid.times)
     }
 
-    fn tiles(&self, grid: &Grid, realisations: &Realisations) -> Vec<(SumsShape, usize)> {
-        totals::tiles(grid, realisations, self.pairs())
-    }
-
-    fn finishing(&self, (grid, realisations): (&Grid, &Realisations)) -> Finishing {
-        totals::finishing(grid, realisations, [self.space.count(), self.pairs()])
-    }
-
     fn about_mean(&self) -> bool {
         self.averaging.detrend != Detrend::None
     }
 
-    fn partial(
-        &self,
-        shots: &Shots<'_>,
-        (grid, realisations): (&Grid, &Realisations),
-        portions: &[Portion],
-    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
-        let pass = Pass::new(self, realisations, grid.clone())?;
-        let (unit, trees) = pass.sum(shots, portions, false)?;
-        Ok((
-            unit,
-            trees.into_iter().map(RecordTree::into_nodes).collect(),
-        ))
-    }
-
-    fn combine(
-        &self,
-        (grid, realisations): (&Grid, &Realisations),
-        records: usize,
-        trees: Vec<RecordTree>,
-        unit: f64,
-    ) -> Result<SpaceTimeEstimate> {
-        let pass = Pass::new(self, realisations, grid.clone())?;
-        self.finish(&pass, records, &pass.totals(records, trees), unit)
-    }
-
-    fn silent(&self, (grid, realisations): (&Grid, &Realisations)) -> Result<SpaceTimeEstimate> {
-        let pass = Pass::new(self, realisations, grid.clone())?;
-        self.finish(&pass, 1, &pass.silence(), 1.0)
-    }
-}
-
-/// By how much the power may differ from the energy of the samples.
-const PARSEVAL: f64 = 1e-10;
-
-impl SpaceTimeRequest {
     /// Pairs of tapers that have sums of their own: all where weights are adaptive, else one.
     fn pairs(&self) -> usize {
         match self.is_adaptive {

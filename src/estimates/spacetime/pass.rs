@@ -5,10 +5,11 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::SpaceTimeRequest;
+use super::totals::Totals;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
     Averaging, Grid, Portion, Realisations, RecordTree, Records, SegmentScratch, SegmentTree, Shot,
-    Shots, Sums, TOGETHER, held_at_once, nodes_of,
+    Shots, Sums, TOGETHER, held_at_once,
 };
 use crate::numeric::lanes::WIDTH;
 use crate::prepare::Detrend;
@@ -84,20 +85,15 @@ impl<'a> Pass<'a> {
         })
     }
 
-    /// The sums of every tile over these portions, and the unit of the samples. `is_all`: there are no others.
-    pub fn sum(
-        &self,
-        shots: &Shots<'_>,
-        portions: &[Portion],
-        is_all: bool,
-    ) -> Result<(f64, Vec<RecordTree>)> {
+    /// The sums over so many records, and the unit of the samples.
+    pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<(f64, Totals)> {
         let bins = self.realisations.bins();
-        let band = self.rows_at_once(shots.memory(), portions, is_all)?;
+        let band = self.rows_at_once(shots.memory(), records)?;
+        let portions: Vec<Portion> = (0..records).map(|r| self.realisations.whole(r)).collect();
         // Where the field is larger than memory, pages are released behind the reader.
-        let longest = portions.iter().map(|portion| portion.samples.len());
-        let bytes = 8 * (longest.max().unwrap_or(0) * self.grid.sites) as u64;
+        let bytes = 8 * (self.realisations.segments.record * self.grid.sites) as u64;
         let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
-        let mut trees = Vec::new();
+        let mut sums = Vec::new();
         let mut sites = units(self.grid.sites.div_ceil(TOGETHER));
         let mut unit = 1.0;
         for first in (0..bins).step_by(band) {
@@ -105,7 +101,7 @@ impl<'a> Pass<'a> {
             let mut groups = units(rows.len().div_ceil(ROWS));
             let mut tiles = Vec::new();
             tiles.resize_with(sites.len(), Tile::default);
-            unit = shots.each_portion(block, portions, |shot, portion| {
+            unit = shots.each_portion(block, &portions, |shot, portion| {
                 let work = portion.segments.len() as u64;
                 shot.observer.stage("segments of all sites", work);
                 for segment in portion.segments.clone() {
@@ -136,14 +132,9 @@ impl<'a> Pass<'a> {
                 }
                 Ok(())
             })?;
-            trees.extend(
-                groups
-                    .into_iter()
-                    .map(|group| settled(group.records, is_all)),
-            );
+            sums.extend(totals(groups));
         }
-        trees.extend(sites.into_iter().map(|tile| settled(tile.records, is_all)));
-        Ok((unit, trees))
+        Ok((unit, self.totals(records, sums, totals(sites).collect())))
     }
 
     fn about_mean(&self) -> bool {
@@ -162,17 +153,13 @@ impl<'a> Pass<'a> {
     }
 
     /// Rows of the result that are summed in one pass over the samples.
-    fn rows_at_once(&self, memory: u64, portions: &[Portion], is_all: bool) -> Result<usize> {
+    fn rows_at_once(&self, memory: u64, records: usize) -> Result<usize> {
         let (bins, length) = (self.realisations.bins(), self.realisations.segments.length);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let threads = rayon::current_num_threads() as u64;
         let segments = held_at_once(self.realisations.segments.count());
-        let records = held_at_once(portions.len());
+        let records = held_at_once(records);
         // A complex row, its sums in the trees, and those that stay; then what does not depend on the rows.
-        let stay = match is_all {
-            true => 1,
-            false => 2 * nodes_of(portions),
-        };
         let pairs = self.pairs as u64;
         let row = sites * (16 + 8 * pairs * (segments + records + 1));
         let scratch = ComplexTransform::<f64>::working_bytes(self.grid.sites, self.grid.sites)
@@ -181,7 +168,7 @@ impl<'a> Pass<'a> {
             + 24 * (TOGETHER * length) as u64;
         let pieces = 8 * Sums::blocks(OF_SITES, self.realisations.pieces()) as u64;
         let fixed = 8 * length as u64 * sites
-            + (8 * pairs * stay + 6 * 8) * sites * bins as u64
+            + (8 * pairs + 6 * 8) * sites * bins as u64
             + sites * pieces * (segments + records + 1)
             + threads * scratch;
         let needed = fixed + ROWS as u64 * row;
@@ -337,12 +324,9 @@ fn units(count: usize) -> Vec<Unit> {
     units
 }
 
-/// The total in place of its nodes, where no other part follows.
-fn settled(mut tree: RecordTree, is_all: bool) -> RecordTree {
-    if is_all {
-        tree.settle();
-    }
-    tree
+/// The sums of all records, of each.
+fn totals(units: Vec<Unit>) -> impl Iterator<Item = Sums> {
+    units.into_iter().filter_map(|mut unit| unit.records.total())
 }
 
 /// An error of the tapers along space, with its option.

@@ -1,77 +1,16 @@
-//! Sums over all realisations of [`super::spacetime()`], their averages, and the memory that these take.
+//! Sums over all realisations of [`super::spacetime()`], and their averages.
 
 use rayon::prelude::*;
 
-use super::pass::{OF_SITES, Pass, ROWS};
-use crate::estimates::parts::Finishing;
-use crate::estimates::realisations::{
-    Average, Grid, Realisations, RecordTree, Sums, SumsShape, TOGETHER, Weights, bytes_of_tapers,
-    steadiness_of_sites,
-};
+use super::pass::{Pass, ROWS};
+use crate::estimates::realisations::{Average, Sums, TOGETHER, Weights, steadiness_of_sites};
 use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
 use crate::transform::fold;
 
-/// Bytes of a site beside the spectra.
-const OF_SITE: u64 = 128;
-
-/// Blocks of the tiles of the result: groups of rows, the last of which may have fewer, then tiles of sites.
-pub(super) fn tiles(
-    grid: &Grid,
-    realisations: &Realisations,
-    pairs: usize,
-) -> Vec<(SumsShape, usize)> {
-    let bins = realisations.bins();
-    let of_rows = |rows: usize| SumsShape {
-        plain: rows * grid.sites.div_ceil(WIDTH) * pairs,
-        pieces: 0,
-    };
-    let of_sites = SumsShape {
-        plain: OF_SITES,
-        pieces: realisations.pieces(),
-    };
-    vec![
-        (of_rows(ROWS), bins / ROWS),
-        (
-            of_rows(bins % ROWS),
-            usize::from(!bins.is_multiple_of(ROWS)),
-        ),
-        (of_sites, grid.sites.div_ceil(TOGETHER)),
-    ]
-}
-
-/// Bytes of the result, and of the averages of all pairs of tapers.
-pub(super) fn finishing(grid: &Grid, realisations: &Realisations, pairs: [usize; 2]) -> Finishing {
-    let [tapers_along_space, with_sums] = pairs;
-    let (bins, sites) = (realisations.bins() as u64, grid.sites as u64);
-    let blocks = sites.next_multiple_of(WIDTH as u64);
-    let arrays = 4 * 8 * bins + OF_SITE;
-    Finishing {
-        result: arrays.saturating_mul(sites)
-            + 8 * bins
-            + bytes_of_tapers(tapers_along_space, grid.sites),
-        // The average, and the shape of its distribution.
-        averages: match with_sums {
-            1 => 0,
-            _ => (2 * 8 * bins).saturating_mul(blocks),
-        },
-        later: 0,
-    }
-}
-
 impl Pass<'_> {
-    /// The sums of all `records`.
-    pub fn totals(&self, records: usize, trees: Vec<RecordTree>) -> Totals {
-        let groups = self.realisations.bins().div_ceil(ROWS);
-        let shapes = tiles(&self.grid, self.realisations, self.pairs);
-        let shapes = shapes.into_iter();
-        let shapes = shapes.flat_map(|(shape, count)| std::iter::repeat_n(shape, count));
-        let total = |(mut tree, shape): (RecordTree, SumsShape)| {
-            tree.total().unwrap_or_else(|| shape.zeros())
-        };
-        let mut groups_and_tiles = trees.into_iter().zip(shapes).map(total);
-        let groups = groups_and_tiles.by_ref().take(groups);
-        let groups: Vec<Vec<LaneBlock>> = groups.map(Sums::into_plain).collect();
-        let tiles = groups_and_tiles.collect();
+    /// What the sums over all `records` are, of groups of rows and of tiles of sites.
+    pub fn totals(&self, records: usize, groups: Vec<Sums>, tiles: Vec<Sums>) -> Totals {
+        let groups: Vec<Vec<LaneBlock>> = groups.into_iter().map(Sums::into_plain).collect();
         let pairs = self.realisations.tapers() * self.space.tapers();
         let count = (records * self.realisations.segments.count()) as f64;
         let weighted = (self.pairs > 1).then(|| self.weighted(&groups, count));
@@ -82,19 +21,6 @@ impl Pass<'_> {
             sites: self.grid.sites,
             pairs: self.pairs,
             realisations: count * pairs as f64,
-            space: self.squares[1].clone(),
-        }
-    }
-
-    /// Those of records of zeros, counted as steady: nothing is held.
-    pub fn silence(&self) -> Totals {
-        Totals {
-            groups: Vec::new(),
-            weighted: None,
-            tiles: Vec::new(),
-            sites: self.grid.sites,
-            pairs: self.pairs,
-            realisations: 1.0,
             space: self.squares[1].clone(),
         }
     }
@@ -154,7 +80,7 @@ impl Pass<'_> {
 /// of each group of rows, `[row * blocks + block]`.
 struct Weighted(Vec<[Vec<LaneBlock>; 2]>);
 
-/// Sums over all realisations; 0 where there are none.
+/// Sums over all realisations.
 pub(super) struct Totals {
     /// `[(row * blocks + block) * pairs + pair]`.
     groups: Vec<Vec<LaneBlock>>,
@@ -185,10 +111,7 @@ impl Totals {
 
     /// The mean of `|X|^2` of a cell, by equal weights.
     pub fn equal(&self, row: usize, column: usize) -> f64 {
-        let Some(group) = self.groups.get(row / ROWS) else {
-            return 0.0;
-        };
-        let pairs = &group[self.cell(row, column) * self.pairs..][..self.pairs];
+        let pairs = &self.groups[row / ROWS][self.cell(row, column) * self.pairs..][..self.pairs];
         pairs.iter().map(|sum| sum.0[column % WIDTH]).sum::<f64>() / self.realisations
     }
 
@@ -204,10 +127,7 @@ impl Totals {
     }
 
     fn of_site(&self, what: usize) -> impl Iterator<Item = f64> + '_ {
-        let lane = move |j: usize| {
-            let tile = self.tiles.get(j / TOGETHER);
-            tile.map_or(0.0, |tile| tile.plain()[what].0[j % TOGETHER])
-        };
+        let lane = move |j: usize| self.tiles[j / TOGETHER].plain()[what].0[j % TOGETHER];
         (0..self.sites).map(lane)
     }
 
@@ -230,8 +150,7 @@ impl Totals {
     /// The steadiness of the site at which half of the energy lies at sites that are less steady.
     pub fn steadiness(&self, records: usize) -> f64 {
         let of = |j: usize| {
-            let tile = self.tiles.get(j / TOGETHER);
-            tile.map_or(1.0, |tile| tile.steadiness()[j % TOGETHER] / records as f64)
+            self.tiles[j / TOGETHER].steadiness()[j % TOGETHER] / records as f64
         };
         let energies = self.of_site(1).enumerate();
         steadiness_of_sites(energies.map(|(j, energy)| (of(j), energy)).collect())

@@ -329,7 +329,7 @@ impl Divided for SpectrumRequest {
             })
         };
         if self.along == SpectrumAxis::Space {
-            let expected = "spectra along time, or along both axes, in parts";
+            let expected = "spectra along time, in parts";
             return refuse(
                 "along",
                 expected,

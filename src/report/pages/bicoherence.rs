@@ -2,10 +2,11 @@
 
 use maud::html as markup;
 
-use crate::estimates::Bicoherence;
+use crate::estimates::{Bicoherence, Transfer};
 use crate::plot::{
     HeatChart, Style, bicoherence_along_map, bicoherence_by_output, bicoherence_map,
 };
+use crate::report::pages::transfer;
 use crate::report::page::{self, AxisData, CurveGroup, MapData, Page, Picture, Role, number};
 use crate::report::{BicoherenceSummary, Provenance, percent};
 
@@ -36,12 +37,12 @@ const DEFINITIONS: [(&str, &str); 5] = [
     ),
 ];
 
-/// The page of a bicoherence of a field with this name.
+/// The page of a bicoherence of a field with this name, with a transfer if there is one.
 ///
 /// # Errors
 /// None for results of this library.
 pub fn bicoherence_html(
-    found: &Bicoherence,
+    (found, transfer): (&Bicoherence, Option<&Transfer>),
     name: &str,
     provenance: &Provenance,
     warnings: &[[String; 2]],
@@ -81,12 +82,13 @@ pub fn bicoherence_html(
         ];
         rows.push(vec![data(map, words, Role::Position).into()]);
     }
+    rows.extend(transfer.into_iter().flat_map(transfer::pictures));
     let independence = &found.independence;
     let level = |level: Option<f64>| match level {
         Some(level) => format!("{} at {}", number(level), percent(found.alpha)),
         None => "not stated: fewer than two independent realisations".into(),
     };
-    let json = BicoherenceSummary::new(found, provenance).to_json()?;
+    let json = BicoherenceSummary::new(found, transfer, provenance).to_json()?;
     let table = page::table(
         "Averages",
         &[
@@ -99,6 +101,10 @@ pub fn bicoherence_html(
             ("level of the map", level(found.map_level())),
         ],
     );
+    let mut definitions = DEFINITIONS.to_vec();
+    if transfer.is_some() {
+        definitions.extend(transfer::DEFINITIONS);
+    }
     let page = Page {
         title: format!("Bicoherence of {name}"),
         sentence: format!(
@@ -116,8 +122,8 @@ pub fn bicoherence_html(
         ),
         rows,
         rest: markup! {
-            (page::numbers(table))
-            (page::how_to_read(&DEFINITIONS))
+            (page::numbers(markup! { (table) @if let Some(found) = transfer { (transfer::numbers(found)) } }))
+            (page::how_to_read(&definitions))
             (page::folded("summary", "Summary", markup! { pre { (json) } }))
         },
         style: *style,

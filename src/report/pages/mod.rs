@@ -32,5 +32,4 @@ pub use slope::slope_html;
 pub use spacetime::spacetime_html;
 pub use spectrum::spectrum_html;
 pub use sweep::sweep_html;
-pub use transfer::transfer_html;
 pub use triads::triads_html;

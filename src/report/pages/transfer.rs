@@ -1,13 +1,13 @@
-//! The page of a transfer.
+//! A transfer on the page of a bicoherence.
 
-use maud::html as markup;
+use maud::{Markup, html as markup};
 
 use crate::estimates::Transfer;
-use crate::plot::{Style, transfer_charts, transfer_map};
-use crate::report::page::{self, AxisData, CurveGroup, MapData, Page, Picture, Role, number};
-use crate::report::{Provenance, TransferSummary, percent};
+use crate::plot::{transfer_charts, transfer_map};
+use crate::report::page::{self, AxisData, CurveGroup, MapData, Picture, Role, number};
+use crate::report::percent;
 
-const DEFINITIONS: [(&str, &str); 5] = [
+pub(super) const DEFINITIONS: [(&str, &str); 5] = [
     (
         "Model",
         "Y(f) = L(f) X(f) + Σ Q(f₁, f₂) X(f₁) X(f₂) over f₁ + f₂ = f, differences included, by least squares over \
@@ -34,22 +34,12 @@ const DEFINITIONS: [(&str, &str); 5] = [
     ),
 ];
 
-/// The page of a transfer in a field with this name.
-///
-/// # Errors
-/// None for results of this library.
-pub fn transfer_html(
-    found: &Transfer,
-    name: &str,
-    provenance: &Provenance,
-    warnings: &[[String; 2]],
-    style: &Style,
-) -> serde_json::Result<String> {
-    let (time_unit, space_unit) = found.units();
+/// Pictures in rows.
+pub(super) fn pictures(found: &Transfer) -> Vec<Vec<Picture>> {
     let mut rows: Vec<Vec<Picture>> = Vec::new();
     for (i, chart) in transfer_charts(found).into_iter().enumerate() {
         rows.push(vec![
-            CurveGroup::of_chart(&format!("chart-{i}"), "", &chart).into(),
+            CurveGroup::of_chart(&format!("transfer-{i}"), "", &chart).into(),
         ]);
     }
     let map = transfer_map(found);
@@ -66,10 +56,21 @@ pub fn transfer_html(
     )
     .signed(map.scale.end);
     rows.push(vec![map.into()]);
+    rows
+}
+
+/// What was found, and of what.
+pub(super) fn numbers(found: &Transfer) -> Markup {
     let (independence, shares) = (&found.independence, &found.shares);
-    let json = TransferSummary::new(found, provenance).to_json()?;
+    let heading = format!(
+        "Transfer from site {} at {} to site {} at {}",
+        found.from,
+        number(found.space.at(found.from)),
+        found.to,
+        number(found.space.at(found.to)),
+    );
     let table = page::table(
-        "Averages",
+        &heading,
         &[
             ("records", independence.records.to_string()),
             ("segments of a record", independence.segments.to_string()),
@@ -81,32 +82,5 @@ pub fn transfer_html(
             ("residual share", percent(shares.residual)),
         ],
     );
-    let page = Page {
-        title: format!("Transfer in {name}"),
-        sentence: format!(
-            "From site {} at {} to site {} at {} {space_unit}, times in {time_unit}",
-            found.from,
-            number(found.space.at(found.from)),
-            found.to,
-            number(found.space.at(found.to)),
-        ),
-        answers: page::answer(
-            "Does power pass from low to high frequency between the two sites?",
-            found.answer(),
-        ),
-        warnings: page::warnings(
-            &warnings
-                .iter()
-                .map(|[message, advice]| (message.clone(), Some(advice.clone())))
-                .collect::<Vec<_>>(),
-        ),
-        rows,
-        rest: markup! {
-            (page::numbers(table))
-            (page::how_to_read(&DEFINITIONS))
-            (page::folded("summary", "Summary", markup! { pre { (json) } }))
-        },
-        style: *style,
-    };
-    Ok(page.html())
+    markup! { p { (found.answer()) } (table) }
 }

@@ -51,27 +51,6 @@ fn regress_blocks_have_the_bits_of_the_whole() {
             32,
             vec![0, 13, 14, 30],
         ),
-        (
-            SpaceTimeRequest {
-                averaging: averaging(64, 32),
-                ..SpaceTimeRequest::default()
-            }
-            .into(),
-            32,
-            vec![0, 5, 16, 17, 30],
-        ),
-        (
-            BicoherenceRequest {
-                site: 4,
-                output: Some(1),
-                along: vec![0, 9],
-                averaging: averaging(64, 32),
-                ..BicoherenceRequest::default()
-            }
-            .into(),
-            32,
-            vec![0, 3, 16, 29, 30],
-        ),
     ] {
         let parts = blocks_of(whole, &request, [64, hop], &cuts);
         let one = Part::new(1, 1).unwrap();
@@ -79,8 +58,6 @@ fn regress_blocks_have_the_bits_of_the_whole() {
         let bits_of = |parts: &[Partial]| match combine(parts, None, None).unwrap() {
             Combined::Spectrum(found) => spectrum_bits(&found),
             Combined::Coherence(found) => coherence_bits(&found),
-            Combined::SpaceTime(found) => bits([&found.spectrum, &found.low, &found.degrees]),
-            Combined::Bicoherence(found) => bicoherence_bits(&found),
         };
         let known = bits_of(std::slice::from_ref(&expected));
         let as_whole = match &request {
@@ -89,13 +66,6 @@ fn regress_blocks_have_the_bits_of_the_whole() {
             }
             DividedRequest::Coherence(it) => {
                 coherence_bits(&coherence(&[whole], it, &Silent).unwrap())
-            }
-            DividedRequest::SpaceTime(it) => {
-                let found = spacetime(&[whole], it, &Silent).unwrap();
-                bits([&found.spectrum, &found.low, &found.degrees])
-            }
-            DividedRequest::Bicoherence(it) => {
-                bicoherence_bits(&bicoherence(&[whole], it, &Silent).unwrap())
             }
         };
         assert!(known == as_whole);
@@ -193,47 +163,21 @@ fn regress_an_outline_is_the_result_of_zeros() {
     let mut zeros = Field::from_array(Array2::zeros((1013, 11)));
     zeros.time.step = 1e-3;
     let few = cut_out(&zeros, 0..2);
-    let slepian = Tapers::Slepian { nw: 2.0, count: 3 };
-    let tapered = || Averaging {
-        tapers: slepian.clone(),
+    let tapered = Averaging {
+        tapers: Tapers::Slepian { nw: 2.0, count: 3 },
         ..averaging(64, 32)
     };
     let bits_of = |found: &Combined| match found {
         Combined::Spectrum(found) => spectrum_bits(found),
         Combined::Coherence(found) => coherence_bits(found),
-        Combined::SpaceTime(found) => {
-            let all = [found.power, found.parseval, found.evenness];
-            let all = all.map(f64::to_bits).into_iter();
-            let arrays = [&found.spectrum, &found.low, &found.high, &found.degrees];
-            bits(arrays).into_iter().chain(all).collect()
-        }
-        Combined::Bicoherence(found) => bicoherence_bits(found),
     };
     for request in [
         welch(64, 32).into(),
         multitaper(64).into(),
         DividedRequest::from(CoherenceRequest {
-            averaging: tapered(),
+            averaging: tapered,
             ..CoherenceRequest::default()
         }),
-        SpaceTimeRequest {
-            averaging: averaging(64, 32),
-            ..SpaceTimeRequest::default()
-        }
-        .into(),
-        SpaceTimeRequest {
-            averaging: tapered(),
-            space: slepian.clone(),
-            ..SpaceTimeRequest::default()
-        }
-        .into(),
-        BicoherenceRequest {
-            output: Some(3),
-            along: vec![1, 9],
-            averaging: averaging(64, 32),
-            ..BicoherenceRequest::default()
-        }
-        .into(),
     ] {
         let whole = Part::new(1, 1).unwrap();
         let known = partial(&[&zeros], &request, whole, &Silent).unwrap();

@@ -4,9 +4,9 @@ mod blocks;
 
 use ndarray::Array2;
 use wavecascade::estimates::{
-    Averaging, Bicoherence, BicoherenceRequest, BlockPlace, Coherence, CoherenceRequest, Combined,
-    DividedRequest, Part, Partial, SpaceTimeRequest, SpectrumEstimate, SpectrumRequest, Tapers,
-    bicoherence, coherence, combine, join, outline, partial, partial_of_block, spacetime, spectrum,
+    Averaging, BicoherenceRequest, BlockPlace, Coherence, CoherenceRequest, Combined,
+    DividedRequest, Part, Partial, SpectrumEstimate, SpectrumRequest, Tapers, bicoherence,
+    coherence, combine, join, outline, partial, partial_of_block, spectrum,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Gaps};
@@ -94,22 +94,6 @@ fn coherence_bits(found: &Coherence) -> Vec<u64> {
     bits
 }
 
-fn bicoherence_bits(found: &Bicoherence) -> Vec<u64> {
-    let along = &found.along;
-    let mut bits = bits([
-        &along.largest,
-        &along.first,
-        &along.biphase,
-        &along.summed,
-        &along.largest_level,
-        &along.summed_level,
-    ]);
-    let map = found.map.bicoherence.iter().chain(&found.map.biphase);
-    let numbers = map.chain([&found.independence.steadiness]);
-    bits.extend(numbers.map(|v| v.to_bits()));
-    bits
-}
-
 #[test]
 fn regress_parts_of_spectra_have_the_bits_of_the_whole() {
     for (records, samples, request) in [
@@ -186,56 +170,6 @@ fn regress_parts_of_coherence_have_the_bits_of_the_whole() {
     }
 }
 
-/// Of one site and between two; records that grow beyond 2^200, so that parts have other units.
-#[test]
-fn regress_parts_of_bicoherence_have_the_bits_of_the_whole() {
-    let growing = |field: &Field| {
-        let mut samples = vec![0.0; field.n_times() * field.n_sites()];
-        field.read_time_major(0..field.n_times(), 0..field.n_sites(), &mut samples);
-        for (row, samples) in samples.chunks_exact_mut(field.n_sites()).enumerate() {
-            let by = (150.0 + 100.0 * row as f64 / field.n_times() as f64).exp2();
-            samples.iter_mut().for_each(|v| *v *= by);
-        }
-        let shape = (field.n_times(), field.n_sites());
-        let mut grown = Field::from_array(Array2::from_shape_vec(shape, samples).unwrap());
-        (grown.time, grown.name) = (field.time.clone(), field.name.clone());
-        grown
-    };
-    for (records, samples, output, along, averaging) in [
-        (1, 1001, None, vec![0, 3, 9, 10], averaging(60, 31)),
-        (1, 1290, Some(7), (0..11).collect(), averaging(64, 32)),
-        (3, 301, Some(2), Vec::new(), averaging(60, 31)),
-        (3, 405, None, vec![8], averaging(33, 20)),
-    ] {
-        let fields: Vec<Field> = shots(records, samples).iter().map(growing).collect();
-        let fields: Vec<&Field> = fields.iter().collect();
-        let request = BicoherenceRequest {
-            site: 9,
-            output,
-            along,
-            averaging,
-            ..BicoherenceRequest::default()
-        };
-        let expected = bicoherence(&fields, &request, &Silent).unwrap();
-        let expected = bicoherence_bits(&expected);
-        for of in [1, 2, 3, 7] {
-            let mut parts = parts_of(&fields, &request.clone().into(), of);
-            let units = parts.iter().map(|part| part.about.unit);
-            assert!(
-                of == 1 || records > 1 || units.clone().any(|unit| unit != parts[0].about.unit)
-            );
-            parts.reverse();
-            let Combined::Bicoherence(found) = combine(&parts, None, None).unwrap() else {
-                panic!("a bicoherence");
-            };
-            assert!(
-                bicoherence_bits(&found) == expected,
-                "{records} {samples} {of}"
-            );
-        }
-    }
-}
-
 /// Records that are silent at first, that fall and that rise, so far that one part's unit would make fourth
 /// powers of another's leave the range of numbers.
 #[test]
@@ -251,12 +185,6 @@ fn regress_parts_far_apart_in_amplitude_have_the_result_of_the_whole() {
         (made.time, made.name) = (field.time.clone(), field.name.clone());
         made
     };
-    let of = |averaging| BicoherenceRequest {
-        site: 1,
-        along: vec![4],
-        averaging,
-        ..BicoherenceRequest::default()
-    };
     let whole = &shots(1, 1000)[0];
     let amplitudes: [&dyn Fn(usize) -> f64; 5] = [
         &|n| if n < 600 { 0.0 } else { 1e-90 },
@@ -267,44 +195,26 @@ fn regress_parts_far_apart_in_amplitude_have_the_result_of_the_whole() {
     ];
     for (case, by) in amplitudes.iter().enumerate() {
         let field = scaled(whole, by);
-        // Their segments of the smaller part alone are far below rounding.
-        for request in [
-            DividedRequest::from(of(averaging(64, 32))),
-            welch(64, 32).into(),
-        ] {
-            let mut parts = parts_of(&[&field], &request, 3);
-            parts.reverse();
-            let numbers = |combined: Combined| match combined {
-                Combined::Bicoherence(found) => [
-                    found.map.bicoherence,
-                    found.along.largest.into_raw_vec_and_offset().0,
-                ]
-                .concat(),
-                Combined::Spectrum(found) => found.spectrum.into_raw_vec_and_offset().0,
-                _ => Vec::new(),
+        let request = welch(64, 32);
+        let expected = spectrum_bits(&spectrum(&[&field], &request, &Silent).unwrap());
+        let mut parts = parts_of(&[&field], &request.into(), 3);
+        parts.reverse();
+        let joined = [join(&parts[..2], None).unwrap(), parts[2].clone()];
+        for parts in [&parts[..], &joined] {
+            let Combined::Spectrum(found) = combine(parts, None, None).unwrap() else {
+                panic!("a spectrum");
             };
-            let joined = [join(&parts[..2], None).unwrap(), parts[2].clone()];
-            let expected = match &request {
-                DividedRequest::Bicoherence(it) => {
-                    Combined::Bicoherence(Box::new(bicoherence(&[&field], it, &Silent).unwrap()))
-                }
-                DividedRequest::Spectrum(it) => {
-                    Combined::Spectrum(Box::new(spectrum(&[&field], it, &Silent).unwrap()))
-                }
-                _ => continue,
-            };
-            let expected = numbers(expected);
-            for parts in [&parts[..], &joined] {
-                let found = numbers(combine(parts, None, None).unwrap());
-                let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-                assert!(bits(&found) == bits(&expected), "{case}");
-            }
+            assert!(spectrum_bits(&found) == expected, "{case}");
         }
     }
     // Of shots.
     let small = scaled(whole, &|_| 2f64.powi(-300));
     let silent = scaled(whole, &|_| 0.0);
-    let request = of(averaging(64, 32));
+    let request = BicoherenceRequest {
+        site: 1,
+        averaging: averaging(64, 32),
+        ..BicoherenceRequest::default()
+    };
     let of_shots = |shots: &[&Field]| {
         bicoherence(shots, &request, &Silent)
             .unwrap()
@@ -323,31 +233,24 @@ fn regress_parts_far_apart_in_amplitude_have_the_result_of_the_whole() {
 fn regress_descriptions_changed_by_hand_are_refused() {
     let fields = shots(1, 500);
     let fields: Vec<&Field> = fields.iter().collect();
-    let own: DividedRequest = BicoherenceRequest {
-        averaging: averaging(64, 32),
-        along: vec![0],
-        ..BicoherenceRequest::default()
-    }
-    .into();
-    for request in [own, welch(64, 32).into()] {
-        let parts = parts_of(&fields, &request, 2);
-        let refused = |change: &dyn Fn(&mut Partial)| {
-            let mut parts = parts.clone();
-            parts.iter_mut().for_each(change);
-            assert!(combine(&parts, None, None).is_err());
-        };
-        refused(&|part| part.about.unit = 0.0);
-        refused(&|part| part.about.unit = f64::INFINITY);
-        refused(&|part| part.about.grid.sites = 0);
-        refused(&|part| part.about.grid.sites = 1 << 60);
-        refused(&|part| part.about.fields = vec!["a".into(); 3]);
-        refused(&|part| {
-            part.about.range[0] += 1;
-            if let Some(part) = &mut part.about.part {
-                part.of = 1 << 60;
-            }
-        });
-    }
+    let request = welch(64, 32).into();
+    let parts = parts_of(&fields, &request, 2);
+    let refused = |change: &dyn Fn(&mut Partial)| {
+        let mut parts = parts.clone();
+        parts.iter_mut().for_each(change);
+        assert!(combine(&parts, None, None).is_err());
+    };
+    refused(&|part| part.about.unit = 0.0);
+    refused(&|part| part.about.unit = f64::INFINITY);
+    refused(&|part| part.about.grid.sites = 0);
+    refused(&|part| part.about.grid.sites = 1 << 60);
+    refused(&|part| part.about.fields = vec!["a".into(); 3]);
+    refused(&|part| {
+        part.about.range[0] += 1;
+        if let Some(part) = &mut part.about.part {
+            part.of = 1 << 60;
+        }
+    });
 }
 
 /// In little memory, with few threads.
