@@ -1,4 +1,4 @@
-//! `cascade triads`: of a run, of a run file, or of a field that obeys an equation.
+//! `cascade triads`: of a run, or of a run file.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -51,20 +51,12 @@ pub fn triads<'py>(
                 path = opener.path();
                 let name = path.clone().unwrap_or_else(|| PathBuf::from("field"));
                 let text = name.display().to_string();
-                match &path {
-                    Some(path) if path.is_file() && is_run_file(path)? => {
-                        of_run(&RunFile::read(path)?, &text)?
-                    }
-                    _ => {
-                        typed.check(&text, false, words.clone())?;
-                        let input = &typed.shared().input;
-                        let field = opener.open(input, typed.memory, None)?;
-                        let found = on_threads(threads, || typed.of_field(&field, observer));
-                        let found = found.map_err(|error| error.of_file(&name))?;
-                        field.check_unchanged()?;
-                        found
-                    }
-                }
+                let is_run = match &path {
+                    Some(path) => path.is_file() && is_run_file(path)?,
+                    None => false,
+                };
+                typed.check(&text, is_run, words.clone())?;
+                of_run(&RunFile::read(&name)?, &text)?
             }
         };
         let input = path.map(|path| path.display().to_string());

@@ -67,25 +67,10 @@ def test_val_program_triads(run, tmp_path):
     assert found.transfer.dims == ("wavenumber", "partner") and "umklapp" in found
     summary = json.loads((out / "summary.json").read_text())
     assert json.loads(found.attrs["largest_flux"]) == summary["largest_flux"]
-    # A field over one period.
-    x, t = np.arange(32) / 32, 0.01 * np.arange(5)
-    phase = 2 * np.pi * (x[None, :] - t[:, None])
-    field = np.sin(phase) + 0.5 * np.sin(2 * phase)
-    np.save(tmp_path / "field.npy", field)
-    words = ["--equation=burgers", "--dt=0.01", "--dx=0.03125", "--figures=none"]
-    out = run("triads", tmp_path / "field.npy", *words, out="burgers")
-    labelled = xr.DataArray(field, {"time": t, "x": x}, ("time", "x"), "velocity")
-    plain = wc.triads(field, equation="burgers", dt=0.01, dx=0.03125)
-    with np.load(out / "triads.npz") as archive:
-        same(plain, archive)
-    ours = labelled.cascade.triads(equation="burgers")
-    np.testing.assert_allclose(ours.transfer, plain.transfer, rtol=0, atol=1e-14)
-    with pytest.raises(ValueError, match="equation: expected the equation of a field that is no run"):
-        wc.triads(field)
+    with pytest.raises(ValueError, match="a run file of `cascade simulate`"):
+        wc.triads(np.ones((5, 32)))
     with pytest.raises(ValueError, match="no options of fields with a run file"):
         wc.triads(chain, dx=2)
-    with pytest.raises(ValueError, match="a run with a law of its own"):
-        wc.triads(file, equation="burgers")
     with pytest.raises(ValueError, match="window_samples"):
         wc.triads(chain, window_samples=(3, 4))
 

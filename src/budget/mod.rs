@@ -57,8 +57,7 @@ pub use result::{
 };
 pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 pub use triads::{
-    Disparity, Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, burgers_triads,
-    chain_triads,
+    Disparity, Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, chain_triads,
 };
 pub use units::BudgetUnits;
 

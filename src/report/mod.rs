@@ -75,7 +75,7 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 pub use pages::{
     analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
     comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
-    modes_html, ridges_html, slope_html, spacetime_html, spectrum_html, sweep_html, transfer_html,
+    modes_html, ridges_html, slope_html, spacetime_html, spectrum_html, sweep_html,
     transmission_html, triads_html, wave_html,
 };
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};

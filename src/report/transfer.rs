@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::estimate_arrays::{Arrays, Units};
 use super::LabelledArrays;
+use super::estimate_arrays::{Arrays, Units};
 use crate::error::Result;
 use crate::estimates::{Independence, OutputTransfer, PairTransfer, Transfer, TransferShares};
 

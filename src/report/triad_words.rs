@@ -1,7 +1,7 @@
 //! What triads say, in sentences.
 
 use super::{number, percent};
-use crate::budget::{QuadraticLaw, Triads};
+use crate::budget::Triads;
 
 /// Name and sentence of each finding: the flux, the triads that carry it, what is not of triads.
 pub fn triad_sentences(found: &Triads) -> Vec<(String, String)> {
@@ -53,7 +53,7 @@ pub fn triad_sentences(found: &Triads) -> Vec<(String, String)> {
             ),
         );
     }
-    if matches!(found.law, QuadraticLaw::Chain { .. }) && found.is_quadratic() {
+    if found.is_quadratic() {
         let text = match found.beyond {
             Some(_) => format!("terms beyond the quadratic one moved {beyond} as much energy"),
             None => "the force has no other terms".into(),
@@ -64,14 +64,10 @@ pub fn triad_sentences(found: &Triads) -> Vec<(String, String)> {
     let most = unexplained
         .iter()
         .fold(0.0, |m: f64, value| m.max(value.abs()));
-    let rest = match found.law {
-        QuadraticLaw::Burgers => "viscosity, sampling",
-        QuadraticLaw::Chain { .. } => "losses, drives, ends, sampling",
-    };
     say(
         "balance",
         format!(
-            "no wavenumber changed by more than {} of the energy for other reasons ({rest})",
+            "no wavenumber changed by more than {} of the energy for other reasons (losses, drives, ends, sampling)",
             of_energy(most)
         ),
     );

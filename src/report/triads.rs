@@ -8,7 +8,7 @@ use crate::budget::{BudgetUnits, Disparity, QuadraticLaw, TriadIdentities, Triad
 use crate::error::Result;
 
 /// The schema of the summary of transfers by triads.
-pub const TRIADS_SCHEMA: &str = "cascade.triads/1";
+pub const TRIADS_SCHEMA: &str = "cascade.triads/2";
 
 /// `summary.json` of transfers by triads; undefined numbers are `null`.
 #[derive(Debug, Serialize)]

@@ -4,9 +4,7 @@
 use std::f64::consts::TAU;
 
 use ndarray::Array2;
-use wavecascade::estimates::{
-    Averaging, SpaceTimeEstimate, SpaceTimeRequest, Tapers, spacetime,
-};
+use wavecascade::estimates::{Averaging, SpaceTimeEstimate, SpaceTimeRequest, Tapers, spacetime};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
 use wavecascade::{Error, Field};

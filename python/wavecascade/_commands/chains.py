@@ -159,19 +159,17 @@ def budget(
 def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptions]) -> Any:
     """Which wavenumbers feed which: transfers by triads k = p + q, where the law is quadratic.
 
-    T(k|p,q) = N b / 3 Re[r_k* d(r_p r_q)/dt - 2 dr_k*/dt r_p r_q] of a chain with the force a r + b r^2;
-    T(k|p,q) = (k / 2) Im(u_k* u_p u_q) of Burgers' equation u_t + u u_x = nu u_xx, over a window of time.
+    T(k|p,q) = N b / 3 Re[r_k* d(r_p r_q)/dt - 2 dr_k*/dt r_p r_q] of a chain with the force a r + b r^2,
+    over a window of time.
 
     Parameters
     ----------
     run
-        What :func:`simulate` returned in this process, or the path of a run file; with ``equation``, a
-        field over one period along x, as for :func:`analyze`.
+        What :func:`simulate` returned, or the path of a run file.
     progress
         As for :func:`analyze`.
     **options
-        Those of ``cascade triads``: ``equation="burgers"``, ``window_samples=(first, end)``,
-        ``memory``, ``threads``, and how a field is read.
+        Those of ``cascade triads``: ``window_samples=(first, end)``, ``memory``, ``threads``.
 
     Returns
     -------
@@ -188,7 +186,7 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
         For a file that cannot be read.
     """
     typed: dict[str, Any] = dict(options)
-    handle = None if "equation" in typed else _handle(run)
+    handle = _handle(run)
     moved: Any = source(run, typed) if handle is None else handle
     name = os.fspath(moved[0]) if isinstance(moved, list) else "run" if handle is not None else "field"
     allowed = frozenset(TriadsOptions.__annotations__) | frozenset(FieldOptions.__annotations__)

@@ -250,7 +250,6 @@ class BudgetOptions(FieldOptions, total=False):
 class TriadsOptions(FieldOptions, total=False):
     """The options of ``cascade triads``."""
 
-    equation: Literal["burgers"]
     window_samples: Sites
     threads: int
 

@@ -89,8 +89,7 @@ pub enum Command {
     Bicoherence(Box<crate::bicoherence::BicoherenceArgs>),
     /// Find which wavenumbers of a run feed which: transfer by triads, and how local it is.
     ///
-    /// Where the force is quadratic (springs with alpha, precompressed contacts to second order), or the field obeys
-    /// Burgers' equation, energy is exchanged in triads k = p + q, each of which keeps its energy. The result has what
+    /// Where the force is quadratic (springs with alpha, precompressed contacts to second order), energy is exchanged in triads k = p + q, each of which keeps its energy. The result has what
     /// each k gained with each partner, the flux past k, and the share of it that triads of near wavenumbers carry.
     Triads(Box<crate::triads::Triads>),
     /// Estimate the power spectral density of all sites with intervals, and find lines.
@@ -191,7 +190,7 @@ pub enum Command {
 fn in_parts() -> UnknownArgumentValueParser {
     UnknownArgumentValueParser::suggest(
         "an analysis is of whole records; averages over segments are made in parts by `cascade spectrum FIELD \
-         --part 3/64`, with `--along both` also over wavenumbers, by `cascade coherence` and by `cascade bicoherence`",
+         --part 3/64` and by `cascade coherence`",
     )
 }
 

@@ -4,9 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::estimates::{
-    Bicoherence, BicoherenceRequest, Transfer, bicoherence, transfer,
-};
+use wavecascade::estimates::{Bicoherence, BicoherenceRequest, Transfer, bicoherence, transfer};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
 use wavecascade::report::{

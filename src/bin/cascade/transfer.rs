@@ -21,7 +21,12 @@ pub struct TransferArgs {
     pub transfer: Option<usize>,
 
     /// Take the record of that site so many samples later: the time that waves need from one to the other.
-    #[arg(long, value_name = "SAMPLES", default_value_t = 0, requires = "transfer")]
+    #[arg(
+        long,
+        value_name = "SAMPLES",
+        default_value_t = 0,
+        requires = "transfer"
+    )]
     pub lag: usize,
 
     /// Frequency up to which there are terms, in cycles per unit of time, or with its unit (2kHz) [default: all below

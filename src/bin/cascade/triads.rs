@@ -3,10 +3,8 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use wavecascade::budget::{
-    BudgetUnits, Motion, Triads as Found, TriadsRequest, burgers_triads, chain_triads,
-};
+use clap::Args;
+use wavecascade::budget::{Motion, Triads as Found, TriadsRequest, chain_triads};
 use wavecascade::field::is_run_file;
 use wavecascade::observer::Observer;
 use wavecascade::plot::{self, Figure, Style};
@@ -26,13 +24,10 @@ use crate::words;
 /// What `cascade triads` takes.
 #[derive(Debug, Args)]
 pub struct Triads {
-    /// Run file of `cascade simulate`; with `--equation burgers`, a field that obeys it.
+    /// Run file of `cascade simulate`.
     #[arg(required = true, num_args = 1, value_name = "RUN")]
     pub run: Vec<PathBuf>,
 
-    /// Equation of a field that is no run: burgers, `u_t + u u_x = nu u_xx`, on sites that are one period.
-    #[arg(long, value_enum)]
-    pub equation: Option<EquationArg>,
     /// Samples over which transfers are integrated, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub window_samples: Option<Range<usize>>,
@@ -43,54 +38,18 @@ pub struct Triads {
     pub estimate: EstimateArgs,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum EquationArg {
-    Burgers,
-}
-
 impl Triads {
-    fn request(&self, units: BudgetUnits) -> TriadsRequest {
-        TriadsRequest {
-            window: self.window_samples.clone(),
-            units,
-            threads: self.estimate.threads(),
-            memory: self.memory,
-        }
-    }
-
     /// Of a run and its scene.
     pub fn of_run(&self, file: &RunFile, observer: &dyn Observer) -> Result<Found, Error> {
         let motion = Motion::of(&file.run)?;
         let base = request_of(&file.setup);
-        chain_triads(&motion, base.pitch, &self.request(base.units), observer)
-    }
-
-    /// Of a field that obeys the equation that is typed.
-    pub fn of_field(&self, field: &Field, observer: &dyn Observer) -> Result<Found, Error> {
-        let (times, sites) = (field.n_times(), field.n_sites());
-        let needed = 8 * (times as u64) * (sites as u64);
-        let allowed = self.memory.unwrap_or(u64::MAX);
-        let memory = Error::Memory {
-            what: "the samples of all times",
-            needed,
-            allowed,
+        let request = TriadsRequest {
+            window: self.window_samples.clone(),
+            units: base.units,
+            threads: self.estimate.threads(),
+            memory: self.memory,
         };
-        if needed > allowed {
-            return Err(memory);
-        }
-        let Ok(mut u) = wavecascade_system::memory::try_filled(times * sites, 0.0) else {
-            return Err(memory);
-        };
-        field.read_time_major(0..times, 0..sites, &mut u);
-        let length = field.space.step * sites as f64;
-        let time = [field.time.origin, field.time.step];
-        let units = BudgetUnits {
-            time: field.time.unit.clone(),
-            length: field.space.unit.clone(),
-            energy: field.unit.as_deref().map(|unit| format!("({unit})²")),
-        };
-        let u = ndarray::ArrayView2::from_shape((times, sites), &u).map_err(|_| memory)?;
-        burgers_triads(u, time, length, &self.request(units), observer)
+        chain_triads(&motion, base.pitch, &request, observer)
     }
 }
 
@@ -112,49 +71,39 @@ impl Typed for Triads {
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
         let path = &self.run[0];
         let is_run = path.is_file() && is_run_file(path)?;
+        // What is no file is told where it is opened.
         if path.is_file() {
             self.check(&path.display().to_string(), is_run, words::as_text())?;
         }
-        Ok(
-            move |fields: &[&Field], observer: &dyn Observer| match is_run {
-                true => self.of_run(&RunFile::read(path)?, observer),
-                false => self.of_field(fields[0], observer),
-            },
-        )
+        Ok(move |_: &[&Field], observer: &dyn Observer| {
+            self.of_run(&RunFile::read(path)?, observer)
+        })
     }
 }
 
 impl Triads {
-    /// That there is an equation of a field, and that a run has neither another one nor axes among the words.
+    /// That it is a run, and that the words have no axes for it.
     ///
     /// # Errors
     /// [`Error::Request`].
     pub fn check(&self, name: &str, is_run: bool, words: Vec<String>) -> Result<(), Error> {
-        let refuse = |option, expected: &str, found: String| {
-            Err(Error::Request {
-                option,
-                expected: expected.into(),
-                found,
-            })
-        };
         let typed = input_options(words);
-        match self.equation {
-            Some(_) if is_run => {
-                let found = format!("{name}, a run with a law of its own");
-                refuse("equation", "a field that is no run", found)
-            }
-            None if !is_run => {
-                let expected = "the equation of a field that is no run, such as burgers, or a run file of \
-                                `cascade simulate`";
-                let found = format!("none, and {name} is no run");
-                refuse("equation", expected, found)
-            }
-            None if !typed.is_empty() => {
-                let expected = "no options of fields with a run file, which has its own axes";
-                refuse("run", expected, typed.trim().to_owned())
-            }
-            _ => Ok(()),
-        }
+        let (expected, found) = match is_run {
+            false => (
+                "a run file of `cascade simulate`, whose law is known",
+                format!("{name}, which is no run"),
+            ),
+            true if !typed.is_empty() => (
+                "no options of fields with a run file, which has its own axes",
+                typed.trim().to_owned(),
+            ),
+            true => return Ok(()),
+        };
+        Err(Error::Request {
+            option: "run",
+            expected: expected.into(),
+            found,
+        })
     }
 }
 

@@ -4,6 +4,8 @@
 //! transfer to a wavenumber splits into parts `T(k | p, q)` from pairs `p + q = k`, and the flux past a
 //! wavenumber into parts from triads of near and of far wavenumbers: how local the cascade is.
 
+#[cfg(test)]
+mod burgers;
 mod kernel;
 mod locality;
 mod motions;
@@ -11,13 +13,13 @@ mod source;
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::Array2;
 use rayon::prelude::*;
 
 use self::kernel::Components;
 pub use self::locality::{Disparity, Locality};
 use self::motions::QuadraticChain;
-use self::source::{Source, WaveField};
+use self::source::Source;
 use super::motion::Motion;
 use super::units::BudgetUnits;
 use crate::error::{Error, Result};
@@ -25,7 +27,7 @@ use crate::observer::Observer;
 use crate::system::memory::{half_of_free_memory, try_filled};
 use crate::system::threads::in_pool;
 
-/// The options of [`chain_triads`] and [`burgers_triads`].
+/// The options of [`chain_triads`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TriadsRequest {
     /// Samples over which transfers are integrated; `None`: all.
@@ -37,18 +39,13 @@ pub struct TriadsRequest {
     pub memory: Option<u64>,
 }
 
-/// The equation whose triads are found.
+/// The law whose triads are found: equal masses, and contacts whose force is `linear r + quadratic r^2` and a rest, about
+/// the static state.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-#[serde(rename_all = "kebab-case", tag = "name")]
-pub enum QuadraticLaw {
-    /// Equal masses, and contacts whose force is `linear r + quadratic r^2` and a rest, about the static state.
-    Chain {
-        mass: f64,
-        linear: f64,
-        quadratic: f64,
-    },
-    /// `u_t + u u_x = d(u)` on a periodic line.
-    Burgers,
+pub struct QuadraticLaw {
+    pub mass: f64,
+    pub linear: f64,
+    pub quadratic: f64,
 }
 
 /// Energy that wavenumbers gained from others, over the samples of a window.
@@ -175,38 +172,6 @@ pub fn chain_triads(
     motion.check()?;
     let chain = QuadraticChain::of(motion)?;
     run(&chain, pitch, request, observer)
-}
-
-/// The triads of Burgers' equation, of samples `u[n, j]` at times `t0 + n dt`, over one period `length` along x.
-///
-/// # Equation
-/// With `u^_k` the Fourier coefficients over a period,
-///
-/// ```text
-/// T(k | p, q) = (k / 2) Im( conj(u^_k) u^_p u^_q ),    p + q = k,    E(k) = |u^_k|^2 / 2.
-/// ```
-///
-/// # Shapes
-/// As for [`chain_triads`], without umklapp: the largest wavenumber of an even number of sites is left out.
-///
-/// # Units
-/// The square of the unit of u.
-///
-/// # Errors
-/// [`Error::Request`] for fewer than three times or places, values that are not finite, a step or length that is not
-/// positive; as [`chain_triads`].
-///
-/// # Source
-/// R. H. Kraichnan, J. Fluid Mech. 5, 497 (1959).
-pub fn burgers_triads(
-    u: ArrayView2<f64>,
-    [t0, dt]: [f64; 2],
-    length: f64,
-    request: &TriadsRequest,
-    observer: &dyn Observer,
-) -> Result<Triads> {
-    let field = WaveField::new(u, [t0, dt], length)?;
-    run(&field, length / u.ncols() as f64, request, observer)
 }
 
 /// Samples whose coefficients are at hand at once.

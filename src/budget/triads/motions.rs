@@ -145,7 +145,7 @@ impl Source for QuadraticChain<'_> {
     }
 
     fn law(&self) -> QuadraticLaw {
-        QuadraticLaw::Chain {
+        QuadraticLaw {
             mass: self.mass,
             linear: self.linear,
             quadratic: self.quadratic,

@@ -96,11 +96,7 @@ impl<'a> Pass<'a> {
         shots.each_portion(block, &portions, |shot, portion| {
             left -= 1;
             let mut scratch = Scratch::default();
-            self.add_map(
-                &mut scratch,
-                (shot, portion),
-                (&mut steadiness, &mut map),
-            );
+            self.add_map(&mut scratch, (shot, portion), (&mut steadiness, &mut map));
             if self.request.along.is_empty() {
                 return Ok(());
             }
@@ -162,13 +158,7 @@ impl<'a> Pass<'a> {
         let (Some(x), Some(z)) = (spectra.first(), spectra.last()) else {
             return;
         };
-        self.add_products(
-            &self.triples,
-            portion,
-            [x, z],
-            (map, &mut Vec::new()),
-            true,
-        );
+        self.add_products(&self.triples, portion, [x, z], (map, &mut Vec::new()), true);
     }
 
     /// Adds the products of a portion to those of a tree, in place of free sums where there are any.
@@ -247,12 +237,7 @@ impl<'a> Pass<'a> {
         )
     }
 
-    fn finish(
-        &self,
-        steadiness: Steadiness,
-        map: RecordTree,
-        tiles: Vec<TileSums>,
-    ) -> Bicoherence {
+    fn finish(&self, steadiness: Steadiness, map: RecordTree, tiles: Vec<TileSums>) -> Bicoherence {
         let total = self.total(map, &self.triples);
         let products = TripleSums::of(&self.triples, &total);
         let scale = products.scale();

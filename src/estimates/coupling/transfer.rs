@@ -155,7 +155,11 @@ fn check(first: &Field, request: &TransferRequest) -> Result<()> {
         }
     }
     if request.from == request.to {
-        return refuse("transfer", "another site than that of the input", request.to);
+        return refuse(
+            "transfer",
+            "another site than that of the input",
+            request.to,
+        );
     }
     if request.lag >= first.n_times() {
         let expected = format!("a lag below the {} samples of the record", first.n_times());

@@ -200,7 +200,9 @@ impl Sums {
     pub fn rescale(&mut self, factor: f64) {
         let squared = factor * factor;
         let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        self.plain_mut().iter_mut().for_each(|block| scale(block, squared));
+        self.plain_mut()
+            .iter_mut()
+            .for_each(|block| scale(block, squared));
         for [_, mean, squares] in self.pieces_mut() {
             scale(mean, factor);
             scale(squares, squared);

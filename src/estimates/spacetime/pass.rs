@@ -326,7 +326,9 @@ fn units(count: usize) -> Vec<Unit> {
 
 /// The sums of all records, of each.
 fn totals(units: Vec<Unit>) -> impl Iterator<Item = Sums> {
-    units.into_iter().filter_map(|mut unit| unit.records.total())
+    units
+        .into_iter()
+        .filter_map(|mut unit| unit.records.total())
 }
 
 /// An error of the tapers along space, with its option.

@@ -6,8 +6,8 @@ use crate::estimates::{Bicoherence, Transfer};
 use crate::plot::{
     HeatChart, Style, bicoherence_along_map, bicoherence_by_output, bicoherence_map,
 };
-use crate::report::pages::transfer;
 use crate::report::page::{self, AxisData, CurveGroup, MapData, Page, Picture, Role, number};
+use crate::report::pages::transfer;
 use crate::report::{BicoherenceSummary, Provenance, percent};
 
 const DEFINITIONS: [(&str, &str); 5] = [
