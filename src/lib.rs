@@ -21,6 +21,7 @@ pub mod prepare;
 pub mod reference;
 pub mod report;
 pub mod ridges;
+pub mod sheet;
 pub mod sweep;
 mod system;
 pub mod transform;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use ndarray::{ArrayView2, Axis};
 use wavecascade::analyze::{Map, MapAxis, Reduction};
 use wavecascade::chain::scene::{SceneSource, Setting, Setup};
-use wavecascade::plot::{Chart, Figure, Format, Series, Sheet, Style};
+use wavecascade::plot::{Chart, Figure, FigureLayout, Format, Series, Style};
 
 pub type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
@@ -92,7 +92,7 @@ fn settings<'a>(keys: &'a [(&str, &str)]) -> impl Iterator<Item = Setting> + 'a 
 
 /// Draws charts in rows of `columns` into `figures/out/<name>.png` and `.svg`.
 pub fn save_charts(name: &'static str, columns: usize, charts: &[Chart]) -> Outcome<()> {
-    let sheet = Sheet::grid(name, columns, charts.iter().cloned());
+    let sheet = FigureLayout::grid(name, columns, charts.iter().cloned());
     save_figure(&sheet.figure(name, &style()))
 }
 

@@ -9,6 +9,7 @@ use wavecascade::Field;
 use wavecascade::arrays::Precision;
 use wavecascade::observer::Observer;
 use wavecascade::report::Provenance;
+use wavecascade::sheet::{Describe, Sheet, Warning};
 
 use super::faults::{self, keywords};
 use super::kept::Kept;
@@ -17,7 +18,7 @@ use super::typed::{command, provenance};
 use super::watch;
 use crate::advice;
 use crate::args::Command;
-use crate::estimate::{Estimate, Typed};
+use crate::estimate::Typed;
 use crate::failure::Failure;
 use crate::fields::expanded;
 use crate::spacetime::SpaceTime;
@@ -81,20 +82,24 @@ pub struct Made {
     summary: String,
     /// Of the fields as they were read.
     doubts: Vec<(String, String)>,
-    warnings: Vec<[String; 2]>,
+    warnings: Vec<Warning>,
 }
 
 impl Made {
-    pub fn new<E: Estimate>(found: &E, provenance: &Provenance) -> Result<Made, Failure> {
+    pub fn new(
+        command: &'static str,
+        sheet: Sheet,
+        provenance: &Provenance,
+    ) -> Result<Made, Failure> {
         let arrays = Kept::new(Precision::F64);
-        found.arrays(&arrays)?;
-        let summary = found.summary(provenance).map_err(std::io::Error::from)?;
+        sheet.write_to(&arrays)?;
+        let summary = sheet.summary(provenance).map_err(std::io::Error::from)?;
         Ok(Made {
-            command: E::COMMAND,
+            command,
             arrays,
             summary,
             doubts: Vec::new(),
-            warnings: found.warnings(),
+            warnings: sheet.warnings,
         })
     }
 
@@ -104,7 +109,7 @@ impl Made {
         let of_fields = self.doubts.iter();
         let of_fields = of_fields.map(|(text, help)| ("field", text, help));
         let own = self.warnings.iter();
-        let own = own.map(|[text, help]| (self.command, text, help));
+        let own = own.map(|warning| (self.command, &warning.message, &warning.advice));
         let all = of_fields.chain(own);
         let all = all.map(|(of, text, help)| (of, keywords(text), keywords(help)));
         out.set_item("warnings", PyList::new(py, all.collect::<Vec<_>>())?)?;
@@ -155,8 +160,10 @@ fn made<T: Typed>(
     let input = path.map(|path| path.display().to_string());
     let hash = fields.first().and_then(|field| field.content_hash.clone());
     let provenance = Provenance::new(provenance(words), input, hash);
+    let mut sheet = found.describe();
+    sheet.warnings.extend(typed.findings(&found));
     Ok(Made {
         doubts,
-        ..Made::new(&found, &provenance)?
+        ..Made::new(T::COMMAND, sheet, &provenance)?
     })
 }

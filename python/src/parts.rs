@@ -12,6 +12,7 @@ use wavecascade::estimates::{
 };
 use wavecascade::observer::Observer;
 use wavecascade::report::{PartialArrays, Provenance, read_partial, write_partial};
+use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
 use super::estimates::{Made, each_field};
@@ -20,7 +21,6 @@ use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
 use super::watch;
 use crate::args::Command;
-use crate::estimate::Estimate;
 use crate::failure::Failure;
 use crate::parse;
 use crate::parts::InParts;
@@ -205,10 +205,11 @@ pub fn partial(
     Ok(Partial(done))
 }
 
-fn made<E: Estimate>(found: &E, fields: &[String]) -> Result<Made, Failure> {
-    let words = [format!("{}.combine", E::COMMAND)];
+fn made(found: &dyn Describe, fields: &[String]) -> Result<Made, Failure> {
+    let sheet = found.describe();
+    let words = [format!("{}.combine", sheet.name)];
     let provenance = Provenance::new(provenance(&words), Some(fields.join(", ")), None);
-    Made::new(found, &provenance)
+    Made::new(sheet.name, sheet, &provenance)
 }
 
 fn result(found: &Combined, fields: &[String]) -> Result<Made, Failure> {

@@ -1,6 +1,6 @@
 //! Names of axes and quantities, with their units.
 
-use super::Axes;
+use super::{Analysis, Axes};
 use crate::field::Quantity;
 use crate::transform::Scaling;
 use crate::unit::{self, compose, label};
@@ -50,6 +50,16 @@ pub(crate) struct Power<'a> {
     pub unit: Option<&'a str>,
     /// Amplitude whose square counts as 1, in that unit.
     pub amplitude: f64,
+}
+
+impl<'a> Power<'a> {
+    pub fn of(analysis: &'a Analysis) -> Power<'a> {
+        Power {
+            scaling: analysis.conventions.scaling,
+            unit: analysis.unit.as_deref(),
+            amplitude: analysis.accuracy.amplitude_unit,
+        }
+    }
 }
 
 impl Power<'_> {

@@ -1,14 +1,14 @@
 //! Attenuation against length and transmission against a key, as charts.
 
 use super::Figure;
-use super::chart::{Chart, Look, Series};
-use super::sheet::Sheet;
+use super::layout::FigureLayout;
 use super::style::Style;
-use super::uprights::Mark;
 use crate::attenuation::{
     Attenuation, ContactKind, CurveRow, MeasuredPoint, Pulse, Sense, Transmission,
 };
 use crate::chain::scene::Units;
+use crate::sheet::Mark;
+use crate::sheet::{Chart, Look, Series};
 use crate::unit::label;
 
 /// Ends of an axis of a ratio above which it is logarithmic.
@@ -31,7 +31,7 @@ pub enum Overlay<'a> {
 /// contacts that are compared, with the chosen laws dashed.
 pub fn attenuation(attenuation: &Attenuation, overlay: Overlay, style: &Style) -> Figure {
     let charts = attenuation_charts(attenuation, overlay);
-    Sheet::grid("Attenuation against length", 2, charts).figure("attenuation", style)
+    FigureLayout::grid("Attenuation against length", 2, charts).figure("attenuation", style)
 }
 
 pub(crate) fn attenuation_charts(attenuation: &Attenuation, overlay: Overlay) -> Vec<Chart> {
@@ -126,7 +126,7 @@ pub(crate) fn attenuation_charts(attenuation: &Attenuation, overlay: Overlay) ->
 pub fn transmission(transmission: &Transmission, overlay: Overlay, style: &Style) -> Figure {
     let charts = transmission_charts(transmission, overlay);
     let columns = if charts.len() > 1 { 2 } else { 1 };
-    Sheet::grid("Transmission", columns, charts).figure("transmission", style)
+    FigureLayout::grid("Transmission", columns, charts).figure("transmission", style)
 }
 
 pub(crate) fn transmission_charts(transmission: &Transmission, overlay: Overlay) -> Vec<Chart> {

@@ -2,17 +2,18 @@
 //! figure.
 
 use super::axis::around;
-use super::chart::{BLACK, BLUE, Chart, GREEN, PURPLE, Series, VERMILLION, extent};
 use super::figures::{MapFigure, WHITE, values};
+use super::layout::FigureLayout;
 use super::scale::ColorScale;
 use super::scene::INK;
-use super::sheet::{PlotRow, Sheet};
 use super::style::Style;
 use super::views::views;
 use super::{Figure, Format};
 use crate::Result;
 use crate::analyze::Map;
 use crate::budget::{Budget, Residual};
+use crate::sheet::PlotRow;
+use crate::sheet::{BLACK, BLUE, Chart, GREEN, PURPLE, Series, VERMILLION, extent};
 
 /// Budgets whose pictures share their axes and colours, so that they compare.
 #[derive(Debug, Clone)]
@@ -131,7 +132,7 @@ fn flux_map(budget: &Budget, name: &str, shared: &SharedScales, style: &Style) -
 }
 
 /// Motion, contacts, losses and input over time.
-fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> Sheet {
+fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> FigureLayout {
     let curve = |label, colour, y: &[f64]| Series::of(label, colour, &budget.time, y);
     let total: Vec<f64> = budget
         .kinetic
@@ -179,17 +180,17 @@ fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> Sheet {
     single("Energy over time", name, chart)
 }
 
-fn single(title: &str, name: &str, chart: Chart) -> Sheet {
-    Sheet {
+fn single(title: &str, name: &str, chart: Chart) -> FigureLayout {
+    FigureLayout {
         title: title.into(),
         data: name.into(),
         rows: vec![PlotRow::of([chart])],
-        ..Sheet::default()
+        ..FigureLayout::default()
     }
 }
 
 /// Energy passed by the end through each contact, in either band, and what stayed behind.
-fn passed(budget: &Budget, name: &str, shared: &SharedScales) -> Sheet {
+fn passed(budget: &Budget, name: &str, shared: &SharedScales) -> FigureLayout {
     let x = positions(budget);
     let curve = |label: &str, colour, y: &[f64]| Series::of(label, colour, &x, y);
     let mut curves = vec![curve("passed by the end", BLACK, &budget.passed)];

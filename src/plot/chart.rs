@@ -1,32 +1,12 @@
 //! One pair of axes with lines, dots and marks, linear or logarithmic.
 
-use std::ops::Range;
-
 use super::axis::PlotAxis;
 use super::curve;
-use super::legend::{self, Entry, Marker, Stroke};
+use super::legend::{self, Entry, Stroke};
 use super::panel::{Margins, Panel};
 use super::scene::{Color, FAINT, Rect, Scene};
-use super::uprights::{self, Mark};
-
-/// Colours of Okabe and Ito, safe for colour-blind readers: red, green, blue.
-pub const PALETTE: [[u8; 3]; 7] = [
-    [0x00, 0x72, 0xb2],
-    [0xd5, 0x5e, 0x00],
-    [0x00, 0x9e, 0x73],
-    [0xcc, 0x79, 0xa7],
-    [0xe6, 0x9f, 0x00],
-    [0x56, 0xb4, 0xe9],
-    [0x22, 0x22, 0x22],
-];
-// Indices into the palette.
-pub(super) const BLUE: usize = 0;
-pub(super) const VERMILLION: usize = 1;
-pub(super) const GREEN: usize = 2;
-pub(super) const PURPLE: usize = 3;
-pub(super) const ORANGE: usize = 4;
-pub(super) const SKY: usize = 5;
-pub(super) const BLACK: usize = 6;
+use super::uprights;
+use crate::sheet::{Band, Chart, Look, Marker, PALETTE, Series};
 
 /// Symbols of points, one a round through the palette.
 const SYMBOLS: [Marker; 4] = [
@@ -35,86 +15,10 @@ const SYMBOLS: [Marker; 4] = [
     Marker::Triangle,
     Marker::Cross,
 ];
-const WIDTH: f64 = 2.4;
 /// Units from one point to the next on average from which on a curve has its points marked.
 const MARKED_FROM: f64 = 14.0;
 
-/// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Look {
-    /// A line; its points are marked where they are few.
-    Line,
-    Dashed,
-    Dots,
-}
-
-/// Lower and upper ends at the points of a series, such as those of an interval. Ends that are not finite
-/// are a gap.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Band {
-    pub label: String,
-    pub ends: Vec<(f64, f64)>,
-}
-
-/// Points with a name, which may be empty. A point that is not finite is a gap.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Series {
-    pub label: String,
-    pub points: Vec<(f64, f64)>,
-    /// Standard errors of the ordinates; empty where there are none.
-    pub errors: Vec<f64>,
-    /// Drawn as an area below the line.
-    pub band: Option<Band>,
-    pub look: Look,
-    /// Index into [`PALETTE`]; beyond it the colours return with another symbol at each point.
-    pub colour: usize,
-    /// The symbol of each point; by default circles where points are marked.
-    pub marker: Option<Marker>,
-    /// Width of the line, in units of 1/20 of the size of labels.
-    pub width: f64,
-}
-
 impl Series {
-    pub fn line(label: impl Into<String>, colour: usize, points: Vec<(f64, f64)>) -> Series {
-        Series {
-            label: label.into(),
-            points,
-            errors: Vec::new(),
-            band: None,
-            look: Look::Line,
-            colour,
-            marker: None,
-            width: WIDTH,
-        }
-    }
-
-    /// A line through values at `x`.
-    pub fn of(label: impl Into<String>, colour: usize, x: &[f64], y: &[f64]) -> Series {
-        let points = x.iter().copied().zip(y.iter().copied());
-        Series::line(label, colour, points.collect())
-    }
-
-    pub fn with(self, look: Look) -> Series {
-        Series { look, ..self }
-    }
-
-    /// With this symbol at each point.
-    pub fn marked(self, marker: Marker) -> Series {
-        Series {
-            marker: Some(marker),
-            ..self
-        }
-    }
-
-    /// With an area below the line.
-    pub fn with_band(self, label: impl Into<String>, ends: Vec<(f64, f64)>) -> Series {
-        let label = label.into();
-        Series {
-            band: Some(Band { label, ends }),
-            ..self
-        }
-    }
-
     /// The colour of its area.
     fn tint(&self) -> Color {
         self.color().map(|c| 255 - (255 - c) / 10 * 3)
@@ -219,64 +123,7 @@ impl Series {
     }
 }
 
-/// A dashed line across a chart at a value, with its name.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Level {
-    pub at: f64,
-    /// Empty for a line without a name.
-    pub label: String,
-}
-
-/// Series on one pair of axes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Chart {
-    /// Above the frame; may be empty.
-    pub title: String,
-    pub x_label: String,
-    pub y_label: String,
-    pub x: Range<f64>,
-    pub y: Range<f64>,
-    pub log_x: bool,
-    pub log_y: bool,
-    pub series: Vec<Series>,
-    /// Uprights with their names.
-    pub marks: Vec<Mark>,
-    pub levels: Vec<Level>,
-    /// Label of a second reading of the vertical axis, and what values are multiplied by for it.
-    pub second_y: Option<(String, f64)>,
-}
-
 impl Chart {
-    /// A linear chart whose axes hold all points and begin at 0 where that is near.
-    pub fn of(
-        title: impl Into<String>,
-        x_label: impl Into<String>,
-        y_label: impl Into<String>,
-        series: Vec<Series>,
-    ) -> Chart {
-        let points = || series.iter().flat_map(|s| &s.points);
-        let x = extent(points().map(|p| p.0));
-        let y = extent(points().map(|p| p.1));
-        let low = if y.start > 0.0 && y.start < 0.6 * y.end {
-            0.0
-        } else {
-            y.start - 0.05 * (y.end - y.start)
-        };
-        Chart {
-            title: title.into(),
-            x_label: x_label.into(),
-            y_label: y_label.into(),
-            x,
-            y: low..y.end + 0.08 * (y.end - low),
-            log_x: false,
-            log_y: false,
-            series,
-            marks: Vec::new(),
-            levels: Vec::new(),
-            second_y: None,
-        }
-    }
-
     pub(super) fn panel(&self, rect: Rect, names_x: bool) -> Panel {
         let x = PlotAxis::over(&self.x_label, &self.x, self.log_x);
         let y = PlotAxis::over(&self.y_label, &self.y, self.log_y);
@@ -329,19 +176,6 @@ impl Chart {
             series.draw(scene, &panel);
         }
         panel.draw_axes(scene);
-    }
-}
-
-/// The range of finite values, never empty.
-pub fn extent(values: impl Iterator<Item = f64>) -> Range<f64> {
-    let finite = values.filter(|v| v.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
-    });
-    match high - low {
-        width if width > 0.0 => low..high,
-        _ if low.is_finite() => low - 0.5 * low.abs().max(1.0)..low + 0.5 * low.abs().max(1.0),
-        _ => 0.0..1.0,
     }
 }
 

@@ -1,7 +1,6 @@
 //! Figures of one heat map each.
 
 use super::axis::PlotAxis;
-use super::chart::{BLUE, PALETTE, Series, VERMILLION};
 use super::heat::{self, BarSide, ColorBar, Greys};
 use super::labels::{self, Side};
 use super::legend::{self, Entry};
@@ -10,7 +9,8 @@ use super::scale::ColorScale;
 use super::scene::{Anchor, INK, Rect, Scene};
 use super::style::Style;
 use super::{Figure, dispersion};
-use crate::analyze::{Analysis, Map, Reduction};
+use crate::analyze::{Analysis, DispersionCurve, Map, Reduction};
+use crate::sheet::{BLUE, PALETTE, Series, VERMILLION};
 
 /// Least height of a map.
 const LOWEST: f64 = 150.0;
@@ -79,6 +79,7 @@ pub fn flux_surrogate(analysis: &Analysis, style: &Style) -> Option<Figure> {
 /// `S(k, f)` with the energy travelling each way: in all, and at each frequency.
 pub fn spacetime_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let map = analysis.spacetime_map.as_ref()?.shown();
+    let curves = DispersionCurve::curves(&analysis.dispersion);
     let second = labels::wavenumber_reading(&analysis.axes);
     let mut sheet = MapFigure::new(
         style,
@@ -90,13 +91,11 @@ pub fn spacetime_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> 
     let shares = analysis.direction_by_frequency.as_ref();
     sheet.has_side = shares.is_some();
     sheet.name_directions(analysis);
-    sheet
-        .above
-        .extend(dispersion::entries(&analysis.dispersion));
+    sheet.above.extend(dispersion::entries(&curves));
     sheet.note_limits(analysis, &[Side::Frequency, Side::SignedWavenumber]);
     sheet.draw_map(map, ColorScale::log(values(map), style.depth));
     sheet.mark_standing();
-    dispersion::draw(&mut sheet.scene, &sheet.panel, &analysis.dispersion);
+    dispersion::draw(&mut sheet.scene, &sheet.panel, &curves);
     if let Some(shares) = shares {
         let bins = analysis.display.frequency.bins.clone();
         let shares = shares.each_ref().map(|shares| &shares[bins.clone()]);

@@ -1,36 +1,17 @@
 //! A map of cells on axes of which the horizontal one may be logarithmic, with a colour bar.
 
-use std::ops::Range;
-
-use ndarray::Array2;
-
 use super::axis::PlotAxis;
+use super::dispersion;
 use super::heat::{self, BarSide, ColorBar, Greys};
+use super::legend::Entry;
 use super::panel::{Margins, Panel};
 use super::scale::ColorScale;
 use super::scene::{Rect, Scene};
-use super::uprights::{self, Mark};
+use super::style::Depth;
+use super::uprights;
+use crate::sheet::{Colors, HeatChart};
 
 const WHITE: [u8; 3] = [255; 3];
-
-/// Values over two axes, each row from the lower end of the vertical axis on.
-#[derive(Debug, Clone, PartialEq)]
-pub struct HeatChart {
-    pub title: String,
-    pub x_label: String,
-    pub y_label: String,
-    /// What the colours mean, with its unit.
-    pub label: String,
-    pub x: Range<f64>,
-    pub y: Range<f64>,
-    /// Whether columns are evenly spaced in the logarithm of x.
-    pub log_x: bool,
-    pub values: Array2<f64>,
-    /// Values at the ends of the colour scale; if symmetric about 0, the colour map is diverging.
-    pub scale: Range<f64>,
-    /// Uprights over the map.
-    pub marks: Vec<Mark>,
-}
 
 impl HeatChart {
     pub(super) fn panel(&self, rect: Rect, names_x: bool) -> Panel {
@@ -43,7 +24,10 @@ impl HeatChart {
     }
 
     fn color_scale(&self) -> ColorScale {
-        ColorScale::between(self.scale.start, self.scale.end)
+        match &self.colors {
+            Colors::Between(range) => ColorScale::between(range.start, range.end),
+            Colors::Powers => ColorScale::log(self.values.iter().copied(), Depth::Fitted),
+        }
     }
 
     fn bar<'a>(&'a self, scale: &'a ColorScale) -> ColorBar<'a> {
@@ -55,6 +39,11 @@ impl HeatChart {
                 ..Greys::default()
             },
         }
+    }
+
+    /// Names of the curves.
+    pub(super) fn entries(&self) -> Vec<Entry> {
+        dispersion::entries(&self.curves).collect()
     }
 
     /// What is drawn beside a frame of this size.
@@ -73,6 +62,7 @@ impl HeatChart {
     pub(super) fn draw(&self, scene: &mut Scene, rect: Rect, names_x: bool) {
         let (panel, scale) = (self.panel(rect, names_x), self.color_scale());
         heat::draw(scene, &panel, self.values.view(), &scale);
+        dispersion::draw(scene, &panel, &self.curves);
         uprights::draw(scene, &self.marks, &panel, WHITE);
         panel.draw_axes(scene);
         self.bar(&scale).draw(scene, rect, BarSide::Right, 0.0);

@@ -3,6 +3,7 @@
 use super::font;
 use super::panel::TICK_SIZE;
 use super::scene::{Anchor, Color, INK, Mark, Scene};
+use crate::sheet::Marker;
 
 /// From one row to the next.
 pub(super) const ROW: f64 = 25.0;
@@ -17,15 +18,6 @@ pub(super) enum Stroke {
     /// Dashes with a dark edge, as they are over maps.
     Edged,
     Nothing,
-}
-
-/// A symbol at a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Marker {
-    Circle,
-    Square,
-    Triangle,
-    Cross,
 }
 
 /// A name with what it names; without a sample, words alone.

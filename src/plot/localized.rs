@@ -2,16 +2,16 @@
 
 use super::Figure;
 use super::axis::around;
-use super::chart::{BLUE, Chart, Series, VERMILLION};
-use super::sheet::Sheet;
+use super::layout::FigureLayout;
 use super::style::Style;
 use crate::localized::{Alternation, Journey, Ratio, Snapshot, Wave};
+use crate::sheet::{BLUE, Chart, Series, VERMILLION};
 
 /// The profile of a wave: overlaps as `psi = F^{1/p}`, forces, velocities, slow and fast part.
 pub fn wave(wave: &Wave, profile: &Snapshot, style: &Style) -> Figure {
-    let sheet = Sheet {
+    let sheet = FigureLayout {
         data: format!("order {}, {}", wave.order, titled(wave.ratio())),
-        ..Sheet::grid("Localized wave", 2, wave_charts(wave, profile))
+        ..FigureLayout::grid("Localized wave", 2, wave_charts(wave, profile))
     };
     sheet.figure("wave", style)
 }
@@ -61,9 +61,9 @@ fn ordinates(series: &[Series]) -> impl Iterator<Item = f64> + '_ {
 /// A launched wave: velocities at the start and at the end, in cells from the first one that the
 /// wave could be felt in, and how the shape and the energy kept on the way.
 pub fn journey(journey: &Journey, style: &Style) -> Figure {
-    let sheet = Sheet {
+    let sheet = FigureLayout {
         data: format!("order {}, {}", journey.order, titled(journey.ratio)),
-        ..Sheet::grid("Launched wave", 2, journey_charts(journey))
+        ..FigureLayout::grid("Launched wave", 2, journey_charts(journey))
     };
     sheet.figure("launch", style)
 }

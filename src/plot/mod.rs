@@ -6,12 +6,10 @@
 
 mod attenuation;
 mod axis;
-mod bicoherence;
 mod bitmap;
 mod budget;
 mod canvas;
 mod chart;
-mod coherence;
 mod curve;
 mod dispersion;
 mod figures;
@@ -19,28 +17,20 @@ mod font;
 mod grid;
 mod heat;
 mod heat_chart;
-mod increments;
 pub(crate) mod labels;
+mod layout;
 mod legend;
 mod localized;
-mod modes;
 mod painter;
 mod panel;
 mod pdf;
 mod redistribution;
-mod ridges;
 mod scale;
 mod scene;
-mod sheet;
 mod short;
-mod slope;
-mod spacetime;
-mod spectrum;
 mod style;
 mod svg;
 mod ticks;
-mod transfer;
-mod triads;
 mod uprights;
 mod views;
 
@@ -49,54 +39,32 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+pub use crate::sheet::{
+    Band, Chart, Colors, Curve, HeatChart, Level, Look, Mark, Marker, PALETTE, Plot, PlotRow, Role,
+    Series, extent,
+};
 pub use attenuation::{Overlay, attenuation, transmission};
 pub use axis::around;
-pub use bicoherence::bicoherence;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
-pub use chart::{Band, Chart, Level, Look, PALETTE, Series, extent};
-pub use coherence::coherence;
 pub use figures::{
     flux_surrogate, space_time, spacetime_spectrum, spatial_spectrum, temporal_spectrum,
 };
 pub use grid::{Colours, Tile, map_grid};
-pub use heat_chart::HeatChart;
-pub use increments::increments;
-pub use legend::Marker;
+pub use layout::{FigureLayout, figure_of};
 pub use localized::{journey, wave};
-pub use modes::modes;
 pub use plotters;
 pub use redistribution::{along_t, along_x};
-pub(crate) use ridges::ridge_charts;
-pub use ridges::ridges;
-pub use sheet::{Plot, PlotRow, Sheet};
 pub use short::{short_space, short_time};
-pub use slope::slope;
-pub use spacetime::spacetime;
-pub use spectrum::spectrum;
 pub use style::{Colormap, Depth, Style};
-pub use transfer::transfer;
-pub use triads::triads;
-pub use uprights::Mark;
 pub use views::views;
 
 pub(crate) use attenuation::{attenuation_charts, transmission_charts};
-pub(crate) use bicoherence::{bicoherence_along_map, bicoherence_by_output, bicoherence_map};
 pub(crate) use budget::ordinary;
-pub(crate) use coherence::{coherence_by_frequency, coherence_charts, coherence_map};
 pub(crate) use heat::block_extremes;
-pub(crate) use increments::increment_charts;
 pub(crate) use localized::{journey_charts, wave_charts};
-pub(crate) use modes::mode_charts;
 pub(crate) use scale::{ColorScale, DECADES};
-pub(crate) use short::{edges, within};
-pub(crate) use slope::slope_charts;
-pub(crate) use spacetime::{spacetime_cuts, spacetime_density_label, spacetime_map};
-pub(crate) use spectrum::{
-    density_label, mean_spectrum_chart, spectrum_chart, spectrum_lines, spectrum_map,
-};
-pub(crate) use transfer::{transfer_charts, transfer_map};
-pub(crate) use triads::{triad_charts, triad_map};
+pub(crate) use short::within;
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};

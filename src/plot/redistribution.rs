@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use super::axis::{around, log_around};
-use super::chart::{BLUE, Chart, GREEN, Level, PURPLE, Series, VERMILLION, extent};
 use super::labels::Side;
-use super::sheet::{PlotRow, Sheet};
+use super::layout::FigureLayout;
 use super::style::Style;
 use super::{DECADES, Figure, labels};
 use crate::analyze::{Analysis, BandEdge, Extent, Moments};
+use crate::sheet::PlotRow;
+use crate::sheet::{BLUE, Chart, GREEN, Level, PURPLE, Series, VERMILLION, extent};
 use crate::unit::power_of_ten;
 
 /// Frequency content along x: centroid, median, 90 % frequency, band shares, energy.
@@ -79,7 +80,7 @@ struct RedistributionFigure<'a> {
 
 impl RedistributionFigure<'_> {
     fn draw(self, name: &'static str, style: &Style) -> Figure {
-        let sheet = Sheet {
+        let sheet = FigureLayout {
             title: self.title.into(),
             data: self.name.into(),
             rows: vec![

@@ -14,6 +14,7 @@ use super::scene::{Anchor, Rect, Scene};
 use super::style::Style;
 use super::{Figure, heat, labels};
 use crate::analyze::{Analysis, Extent, ShortTimeSpectra, ShortTimeSpectrum};
+use crate::sheet::{edges, six_digits};
 
 /// Above each panel, for its name.
 const NAME: f64 = 46.0;
@@ -70,18 +71,6 @@ struct ShortTimeFigure<'a> {
     second: Option<(String, f64)>,
     quantity: String,
     panel_label: String,
-}
-
-/// Cell edges about evenly spaced centres.
-pub(crate) fn edges(centres: &[f64]) -> (f64, f64) {
-    match centres {
-        [] => (0.0, 1.0),
-        [only] => (only - 0.5, only + 0.5),
-        [first, second, ..] => {
-            let half = (second - first) / 2.0;
-            (first - half, centres[centres.len() - 1] + half)
-        }
-    }
 }
 
 /// The bins (frames) at `centres` that lie within the display limits of their axis, by index; all of
@@ -306,10 +295,4 @@ impl ShortTimeFigure<'_> {
         let at = (panel.rect.left, panel.rect.top - 16.0);
         scene.text(text, at, TICK_SIZE, Anchor::Start);
     }
-}
-
-/// Up to six significant digits.
-pub(super) fn six_digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    format!("{rounded}")
 }

@@ -4,16 +4,10 @@ use super::font;
 use super::legend::ROW;
 use super::panel::{Panel, TICK_SIZE};
 use super::scene::{Anchor, Color, Scene};
+use crate::sheet::Mark;
 
 /// Between two names in a row.
 const GAP: f64 = 8.0;
-
-/// An upright line at an abscissa, with a word above its upper end.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mark {
-    pub at: f64,
-    pub label: String,
-}
 
 /// What the names take above a frame.
 pub(super) fn height(marks: &[Mark], panel: &Panel) -> f64 {

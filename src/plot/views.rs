@@ -5,12 +5,13 @@ use std::f64::consts::PI;
 use super::Figure;
 use super::axis::around;
 use super::budget::positions;
-use super::chart::{
-    BLACK, BLUE, Chart, GREEN, Level, ORANGE, PURPLE, SKY, Series, VERMILLION, extent,
-};
-use super::sheet::{PlotRow, Sheet};
+use super::layout::FigureLayout;
 use super::style::Style;
 use crate::budget::Budget;
+use crate::sheet::PlotRow;
+use crate::sheet::{
+    BLACK, BLUE, Chart, GREEN, Level, ORANGE, PURPLE, SKY, Series, VERMILLION, extent,
+};
 
 /// Colours of fluxes over k and of those over scales, a pair a budget.
 const COLORS: [(usize, usize); 3] = [(BLUE, SKY), (VERMILLION, ORANGE), (GREEN, PURPLE)];
@@ -52,7 +53,7 @@ pub fn views(budgets: &[(&str, &Budget)], style: &Style) -> Option<Figure> {
     let through = "passed through x (share of the energy)";
     let note = "over k: the second half of the record, when the impact is taken up; over l: where the \
                 filter fits into the chain";
-    let sheet = Sheet {
+    let sheet = FigureLayout {
         title: "Where the energy went".into(),
         data: names.join(" and "),
         rows: vec![
@@ -60,7 +61,7 @@ pub fn views(budgets: &[(&str, &Budget)], style: &Style) -> Option<Figure> {
             PlotRow::of([chart(first.units.position(), through, passed)]),
         ],
         notes: vec![note.into()],
-        ..Sheet::default()
+        ..FigureLayout::default()
     };
     Some(sheet.figure("views", style))
 }

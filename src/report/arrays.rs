@@ -62,7 +62,7 @@ pub fn write_labelled_arrays(
     file: &dyn LabelledArrays,
 ) -> Result<()> {
     each_small_array(analysis, &mut |labels, values| file.append(labels, values))?;
-    let (axes, power) = (&analysis.axes, power_of(analysis));
+    let (axes, power) = (&analysis.axes, Power::of(analysis));
     for (array, label) in [
         ("temporal_spectrum", power.over_frequency(axes)),
         ("spatial_spectrum", power.over_wavenumber(axes)),
@@ -119,14 +119,6 @@ fn attribute(value: &Value) -> Option<Attribute> {
     })
 }
 
-pub(super) fn power_of(analysis: &Analysis) -> Power<'_> {
-    Power {
-        scaling: analysis.conventions.scaling,
-        unit: analysis.unit.as_deref(),
-        amplitude: analysis.accuracy.amplitude_unit,
-    }
-}
-
 /// Units of the axes of an analysis; empty for a step without one.
 struct Units {
     time: String,
@@ -174,7 +166,7 @@ fn each_small_array(analysis: &Analysis, add: Add) -> Result<()> {
     ] {
         line(name, name, unit, values)?;
     }
-    let power = power_of(analysis);
+    let power = Power::of(analysis);
     for (what, axis, moments, unit, label) in [
         (
             "frequency",

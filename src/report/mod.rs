@@ -7,20 +7,14 @@ mod array_file;
 mod arrays;
 mod attenuation;
 mod attenuation_words;
-mod bicoherence;
 mod budget;
 mod budget_arrays;
-mod coherence;
 mod directory;
-mod estimate_arrays;
 mod field_file;
 mod field_set;
 mod headlines;
-mod increment_words;
-mod increments;
 mod leftovers;
 mod localized;
-mod modes;
 mod netcdf;
 mod new_file;
 #[cfg(feature = "figures")]
@@ -28,21 +22,15 @@ mod page;
 #[cfg(feature = "figures")]
 mod pages;
 mod partial;
-mod ridges;
 mod run_file;
 mod samples;
 mod scan_records;
 mod sentences;
-mod slope;
-mod slope_words;
+mod sheet;
 mod snippet;
-mod spacetime;
-mod spectrum;
 mod summary;
-mod transfer;
-mod triad_words;
-mod triads;
 
+pub use crate::sheet::{number, percent};
 pub use answer::{AnswerLine, AnswerWords, blocks};
 pub use archive::{Archive, NamedArrays};
 pub use array_file::{ArrayFile, ArrayFormat};
@@ -52,46 +40,32 @@ pub use attenuation::{
     write_beside,
 };
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
-pub use bicoherence::{BICOHERENCE_SCHEMA, BicoherenceSummary, bicoherence_arrays};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
-pub use coherence::{COHERENCE_SCHEMA, CoherenceSummary, coherence_arrays};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{
     FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names, verdicts_in_words,
 };
 pub use headlines::{Headlines, MovedShares};
-pub use increment_words::increment_sentences;
-pub use increments::{INCREMENTS_SCHEMA, IncrementsSummary, increments_arrays};
 pub use leftovers::{Hold, Leftover, Leftovers};
 pub use localized::{
     LOCALIZED_SCHEMA, LocalizedSummary, journey_arrays, profile_arrays, table_csv, write_journey,
     write_profile,
 };
-pub use modes::{MODES_SCHEMA, ModesSummary, modes_arrays};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
-    analysis_html as html, attenuation_html, bicoherence_html, budget_html, coherence_html,
-    comparison_html, comparison_rows, fields_html, increments_html, journey_html, localized_html,
-    modes_html, ridges_html, slope_html, spacetime_html, spectrum_html, sweep_html,
-    transmission_html, triads_html, wave_html,
+    analysis_html as html, attenuation_html, budget_html, comparison_html, comparison_rows,
+    fields_html, journey_html, localized_html, sheet_html, sweep_html, transmission_html,
+    wave_html,
 };
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
-pub use ridges::{RIDGES_SCHEMA, RidgesSummary, ridges_arrays, ridges_csv};
 pub use run_file::{RUN_SCHEMA, RunFile};
 pub use scan_records::records_csv;
-pub use sentences::{Sentence, Unresolved, number, percent, sentences};
-pub use slope::{SLOPE_SCHEMA, SlopeSummary, slope_arrays};
-pub use slope_words::slope_sentences;
+pub use sentences::{Sentence, Unresolved, sentences};
 pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,
 };
-pub use spacetime::{SPACETIME_SCHEMA, SpaceTimeSummary, spacetime_arrays};
-pub use spectrum::{SPECTRUM_SCHEMA, SpectrumSummary, spectrum_arrays};
 pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
-pub use transfer::{TransferSummary, transfer_arrays};
-pub use triad_words::triad_sentences;
-pub use triads::{TRIADS_SCHEMA, TriadsSummary, triad_arrays};

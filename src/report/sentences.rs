@@ -3,6 +3,7 @@
 use crate::analyze::{
     Analysis, Axes, BandEdge, Front, FrontLength, Headline, Moments, Spot, UndefinedRows,
 };
+use crate::sheet::{number, percent};
 
 /// A line of a summary.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -362,30 +363,4 @@ fn shares(headline: &Headline, place: &dyn Fn(&Spot) -> String, last: &str) -> O
         })
         .collect();
     (!named.is_empty()).then(|| named.join("; "))
-}
-
-/// Four digits; in powers of ten where they would be long.
-pub fn number(x: f64) -> String {
-    if x.is_nan() {
-        return "undefined".into();
-    }
-    if x == 0.0 {
-        return "0".into();
-    }
-    if (1e-3..1e5).contains(&x.abs()) {
-        let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 6) as usize;
-        format!("{x:.digits$}")
-    } else {
-        format!("{x:.3e}")
-    }
-}
-
-/// A share as a percentage, in powers of ten where two decimals would be 0.
-pub fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
-    match percent.abs() {
-        _ if share.is_nan() => "undefined".into(),
-        size if (1e-12..0.005).contains(&size) => format!("{percent:.1e} %"),
-        _ => format!("{percent:.2} %"),
-    }
 }

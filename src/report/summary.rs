@@ -3,12 +3,11 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::spectrum::NoiseSummary;
 use super::{ClosureSummary, Unresolved};
 use crate::analyze::{
     Accuracy, Analysis, BandEdge, FrontLength, Headline, Scaling, Timing, Warning,
 };
-use crate::estimates::SpectrumInterval;
+use crate::estimates::{NoiseFloor, SpectrumInterval};
 use crate::field::Quantity;
 use crate::prepare::WindowGains;
 
@@ -81,7 +80,7 @@ pub struct Summary<'a> {
     /// What moved, where, and how sure.
     answer: Option<Value>,
     /// What was subtracted from spectra along time.
-    noise: Option<NoiseSummary<'a>>,
+    noise: Option<Value>,
     parseval: ParsevalSummary,
     closure: ClosureSummary,
     direction: Option<DirectionSummary>,
@@ -246,7 +245,7 @@ impl<'a> Summary<'a> {
             },
             interval: analysis.interval,
             answer: super::answer::as_json(analysis),
-            noise: analysis.noise.as_ref().map(NoiseSummary::new),
+            noise: analysis.noise.as_ref().map(NoiseFloor::numbers),
             parseval: ParsevalSummary {
                 time: analysis.parseval.time,
                 space: analysis.parseval.space,

@@ -12,6 +12,7 @@ mod branches;
 mod fit;
 mod lobe;
 mod peaks;
+mod sheet;
 mod single;
 
 use std::f64::consts::TAU;

@@ -21,7 +21,7 @@ use wavecascade::attenuation::{AttenuationRequest, ContactKind, Named, Sense};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::localized::{Family, LeakScan};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Chart, HeatChart, Mark, PlotRow, Series, Sheet};
+use wavecascade::plot::{Chart, FigureLayout, HeatChart, Mark, PlotRow, Series};
 
 use figures::{Outcome, save_figure, style, write};
 
@@ -116,9 +116,9 @@ fn main() -> Outcome<()> {
             vec![Series::line("", 0, points.collect())],
         )
     };
-    let sheet = Sheet {
+    let sheet = FigureLayout {
         rows: vec![PlotRow::of([map.clone()]), PlotRow::of([leak]).high(0.8)],
-        ..Sheet::default()
+        ..FigureLayout::default()
     };
     save_figure(&sheet.figure("atlas_attenuation", &style()))?;
 

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use figures::{save_figure, style};
-use wavecascade::plot::{Chart, Look, Marker, Series, Sheet};
+use wavecascade::plot::{Chart, FigureLayout, Look, Marker, Series};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -169,16 +169,16 @@ fn check(rows: &[Row]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn sheet(rows: &[Row]) -> Sheet {
+fn sheet(rows: &[Row]) -> FigureLayout {
     let times = time_range(rows);
     let charts = KAPPAS.map(|kappa| chart(rows, kappa, times));
-    Sheet {
+    FigureLayout {
         notes: vec![
             "Impacted dimer chains, 300 sites to time 295. One core; velocities at 64 times; error \
              against double-double arithmetic."
                 .into(),
         ],
-        ..Sheet::grid("Time against error on impacted dimer chains", 2, charts)
+        ..FigureLayout::grid("Time against error on impacted dimer chains", 2, charts)
     }
 }
 

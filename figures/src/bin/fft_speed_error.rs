@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use figures::{Outcome, save_figure, style, write};
-use wavecascade::plot::{Chart, Look, Series, Sheet};
+use wavecascade::plot::{Chart, FigureLayout, Look, Series};
 
 const RECORD: &str = "benches/runs/2026-11-23-amd-epyc";
 const SHAPES: [&str; 6] = [
@@ -70,7 +70,7 @@ fn main() -> Outcome<()> {
     write("fft_speed_error.csv", text.as_bytes())?;
     let charts = panels.iter().map(|(case, points)| chart(case, points));
     let title = "Time against error of transforms of all columns";
-    let sheet = Sheet::grid(title, 2, charts);
+    let sheet = FigureLayout::grid(title, 2, charts);
     save_figure(&sheet.figure("fft_speed_error", &style()))
 }
 

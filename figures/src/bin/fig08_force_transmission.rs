@@ -25,7 +25,7 @@ use wavecascade::attenuation::{
 };
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Chart, HeatChart, Look, Mark, PlotRow, Series, Sheet};
+use wavecascade::plot::{Chart, FigureLayout, HeatChart, Look, Mark, PlotRow, Series};
 
 use figures::{Outcome, experiment, experiment_scene, save_figure, style, write};
 
@@ -75,9 +75,9 @@ fn main() -> Outcome<()> {
     let chart = transmitted(&curves);
     let maps = [90, 18, 8].into_iter().map(map);
     let maps: Vec<HeatChart> = maps.collect::<Outcome<_>>()?;
-    let sheet = Sheet {
+    let sheet = FigureLayout {
         rows: vec![PlotRow::of([chart]), PlotRow::of(maps)],
-        ..Sheet::default()
+        ..FigureLayout::default()
     };
     save_figure(&sheet.figure("fig08_force_transmission", &style()))
 }

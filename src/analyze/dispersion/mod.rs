@@ -10,6 +10,7 @@ use super::{Axes, Request};
 use crate::chain::UnitCell;
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::sheet::Curve;
 pub use formula::Constants;
 use table::Table;
 
@@ -55,6 +56,29 @@ pub struct DispersionCurve {
     pub wavenumber: Vec<f64>,
     /// Frequencies in cycles per unit of time, 0 or more, one row a branch; NaN in gaps.
     pub branches: Vec<Vec<f64>>,
+}
+
+impl DispersionCurve {
+    /// Each branch as a curve over a map, the first with the name of its relation.
+    pub(crate) fn curves(relations: &[DispersionCurve]) -> Vec<Curve> {
+        let of_one = |relation: &DispersionCurve| -> Vec<Curve> {
+            let curve = |(n, branch): (usize, &Vec<f64>)| Curve {
+                label: if n == 0 {
+                    relation.name.clone()
+                } else {
+                    String::new()
+                },
+                points: relation
+                    .wavenumber
+                    .iter()
+                    .copied()
+                    .zip(branch.iter().copied())
+                    .collect(),
+            };
+            relation.branches.iter().enumerate().map(curve).collect()
+        };
+        relations.iter().flat_map(of_one).collect()
+    }
 }
 
 impl Dispersion {

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use wavecascade::arrays::Precision;
-use wavecascade::estimates::Independence;
 use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::observer::Observer;
-use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{Archive, LabelledArrays, Provenance, ResultDirectory};
+use wavecascade::plot;
+use wavecascade::report::{Archive, Provenance, ResultDirectory, sheet_html};
+use wavecascade::sheet::{Describe, Warning};
 use wavecascade::{Error, Field};
 
 use crate::analyze::{named_after, open_options, print_notes, use_threads};
@@ -51,7 +51,12 @@ impl EstimateArgs {
 
 /// What is typed of a command on an estimate: for the program, and for functions on arrays.
 pub trait Typed {
-    type Found: Estimate;
+    type Found: Describe;
+
+    /// Name of the command: that of the file of arrays, and the end of the default directory.
+    const COMMAND: &'static str;
+    /// Extension of usual files of fields, which the default directory leaves out.
+    const EXTENSION: &'static str = "npy";
 
     fn fields(&self) -> &[PathBuf];
 
@@ -65,52 +70,22 @@ pub trait Typed {
     /// # Errors
     /// For what is missing, or contradicts itself, whatever the fields are.
     fn computation(&self) -> Result<impl Computation<Self::Found>, Error>;
+
+    /// Findings about the fields, beside those about the result.
+    fn findings(&self, _found: &Self::Found) -> Vec<Warning> {
+        Vec::new()
+    }
+
+    /// Writes what stands beside the arrays to new files of `directory`.
+    fn write_beside(&self, _found: &Self::Found, _directory: &Path) -> Result<(), Error> {
+        Ok(())
+    }
 }
 
 /// Makes an estimate of opened fields.
 pub trait Computation<E>: FnOnce(&[&Field], &dyn Observer) -> Result<E, Error> {}
 
 impl<E, F: FnOnce(&[&Field], &dyn Observer) -> Result<E, Error>> Computation<E> for F {}
-
-/// What an estimate found, as files and in words.
-pub trait Estimate {
-    /// Name of the command: that of the file of arrays, and the end of the default directory.
-    const COMMAND: &'static str;
-    /// Extension of usual files of fields, which the default directory leaves out.
-    const EXTENSION: &'static str = "npy";
-
-    /// `summary.json`.
-    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String>;
-
-    /// Hands over the arrays, with their axes and units.
-    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error>;
-
-    /// Writes what stands beside the arrays to new files of `directory`.
-    fn write_beside(&self, _directory: &Path) -> Result<(), Error> {
-        Ok(())
-    }
-
-    /// Figures of the field `name`.
-    fn figures(&self, name: &str, style: &Style) -> Vec<Figure>;
-
-    /// `report.html`.
-    fn page(
-        &self,
-        name: &str,
-        provenance: &Provenance,
-        warnings: &[[String; 2]],
-        style: &Style,
-    ) -> serde_json::Result<String>;
-
-    /// What the user should know, each with what to do.
-    fn warnings(&self) -> Vec<[String; 2]>;
-
-    /// What was found, in one sentence without its subject, the field.
-    fn answer(&self) -> String;
-
-    /// Facts and details beside the answer.
-    fn tell(&self, summary: &mut Summary);
-}
 
 /// Where a result goes, and what it is called.
 pub struct Target<'a> {
@@ -140,8 +115,8 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let compute = command_typed.computation()?;
     let typed = command_typed.shared();
     let drawing = typed.figures.drawing()?;
-    let ending = format!("-{}", T::Found::COMMAND);
-    let default = |first: &Path| named_after(first, T::Found::EXTENSION, &ending);
+    let ending = format!("-{}", T::COMMAND);
+    let default = |first: &Path| named_after(first, T::EXTENSION, &ending);
     let (paths, out) = begin(command_typed.fields(), typed, default)?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     let fields = open(&paths, typed, command_typed.memory(), true)?;
@@ -161,7 +136,7 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
         subject: &subject_of(&paths),
         provenance: &provenance,
     };
-    publish(&found, typed, &target, &drawing, &progress)
+    publish(command_typed, &found, &target, &drawing, &progress)
 }
 
 /// The files that `fields` names, and the directory of the result, which is checked before any work.
@@ -198,31 +173,33 @@ pub fn open(
 }
 
 /// Writes what was found to the directory of the target, and prints it.
-pub fn publish<E: Estimate>(
-    found: &E,
-    typed: &EstimateArgs,
+pub fn publish<T: Typed>(
+    command_typed: &T,
+    found: &T::Found,
     target: &Target<'_>,
     drawing: &Drawing,
     progress: &Progress,
 ) -> Result<(), Failure> {
-    let Target {
-        name, provenance, ..
-    } = *target;
+    let typed = command_typed.shared();
+    let mut sheet = found.describe();
+    sheet.warnings.extend(command_typed.findings(found));
     let directory = ResultDirectory::create(target.out, typed.force)?;
-    let json = found.summary(provenance).map_err(std::io::Error::from)?;
+    let json = sheet
+        .summary(target.provenance)
+        .map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
-    let arrays = format!("{}.npz", E::COMMAND);
+    let arrays = format!("{}.npz", T::COMMAND);
     let archive = Archive::create(&directory.path().join(arrays), Precision::F64)?;
-    found.arrays(&archive)?;
+    sheet.write_to(&archive)?;
     archive.finish()?;
-    found.write_beside(directory.path())?;
-    let warnings = found.warnings();
+    command_typed.write_beside(found, directory.path())?;
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        let figures = found.figures(name, &drawing.style);
+        let style = &drawing.style;
+        let figure = plot::figure_of(found, &sheet, target.name, T::COMMAND, style);
         let folder = directory.path().join("figures");
-        plot::save_all(&figures, &folder, &drawing.formats)?;
-        let page = found.page(name, provenance, &warnings, &drawing.style);
+        plot::save_all(&[figure], &folder, &drawing.formats)?;
+        let page = sheet_html(found, &sheet, target.name, target.provenance, style);
         directory.write("report.html", page.map_err(std::io::Error::from)?)?;
     }
     progress.check()?;
@@ -230,18 +207,14 @@ pub fn publish<E: Estimate>(
     progress.clear();
     if typed.how.json {
         if !typed.how.quiet {
-            for [message, advice] in &warnings {
-                terminal::message(Tone::Warning, message);
-                terminal::message(Tone::Help, advice);
+            for warning in &sheet.warnings {
+                terminal::message(Tone::Warning, &warning.message);
+                terminal::message(Tone::Help, &warning.advice);
             }
         }
         writeln!(terminal::stdout(), "{json}")?;
     } else if !typed.how.quiet {
-        let mut summary = Summary::new(target.subject, &found.answer());
-        found.tell(&mut summary);
-        for [message, advice] in &warnings {
-            summary.warning(message, advice);
-        }
+        let mut summary = Summary::of(target.subject, &sheet);
         let main = match drawing.is_wanted() {
             true => "report.html",
             false => "summary.json",
@@ -250,29 +223,4 @@ pub fn publish<E: Estimate>(
         summary.print(typed.how.detail.verbose)?;
     }
     Ok(())
-}
-
-/// What to say of a record, or what stands for it, that is one realisation by itself.
-pub fn one_realisation(of: &Independence, what: &str) -> Option<[String; 2]> {
-    (of.is_transient() && of.records < 2).then(|| alone(of, what))
-}
-
-/// Why a record by itself has no errors.
-pub fn alone(of: &Independence, what: &str) -> [String; 2] {
-    match of.steadiness.is_nan() {
-        true => [
-            format!(
-                "{} of the {what}: no level of chance and no interval is stated",
-                of.why()
-            ),
-            "leave out the segments that miss samples: `--gaps leave-out`".into(),
-        ],
-        false => [
-            format!(
-                "the {what} is a transient (steadiness {}): its segments are not independent",
-                terminal::number(of.steadiness)
-            ),
-            "name several records of the same sites, one a shot".into(),
-        ],
-    }
 }

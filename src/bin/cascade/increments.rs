@@ -3,21 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::estimates::{
-    FieldAxis, Increments as Found, IncrementsRequest, IntervalBasis, increments,
-};
+use wavecascade::estimates::{Increments as Found, IncrementsRequest, increments};
 use wavecascade::observer::Observer;
-use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{
-    IncrementsSummary, LabelledArrays, Provenance, increment_sentences, increments_arrays,
-    increments_html,
-};
 use wavecascade::{Error, Field};
 
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{Computation, EstimateArgs, Typed};
 use crate::parse;
-use crate::summary::{Summary, with_half};
-use crate::terminal::number;
 
 /// What `cascade increments` takes.
 #[derive(Debug, Args)]
@@ -55,6 +46,7 @@ pub struct Increments {
 
 impl Typed for Increments {
     type Found = Found;
+    const COMMAND: &'static str = "increments";
 
     fn fields(&self) -> &[PathBuf] {
         &self.fields
@@ -84,96 +76,5 @@ impl Typed for Increments {
                 increments(fields, &request, observer)
             },
         )
-    }
-}
-
-impl Estimate for Found {
-    const COMMAND: &'static str = "increments";
-
-    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
-        IncrementsSummary::new(self, provenance).to_json()
-    }
-
-    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
-        increments_arrays(self, to)
-    }
-
-    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
-        vec![plot::increments(self, name, style)]
-    }
-
-    fn page(
-        &self,
-        name: &str,
-        provenance: &Provenance,
-        warnings: &[[String; 2]],
-        style: &Style,
-    ) -> serde_json::Result<String> {
-        increments_html(self, name, provenance, warnings, style)
-    }
-
-    fn warnings(&self) -> Vec<[String; 2]> {
-        if self.basis != IntervalBasis::None {
-            return Vec::new();
-        }
-        let message = format!(
-            "the record is a transient (steadiness {}), one realisation: no interval is stated",
-            number(self.steadiness)
-        );
-        let advice = "name several records of the same sites, one a shot";
-        vec![[message, advice.into()]]
-    }
-
-    fn answer(&self) -> String {
-        if self.basis == IntervalBasis::None {
-            return "intermittency cannot be told: one transient is one realisation".into();
-        }
-        let (time_unit, space_unit) = self.units();
-        let ends = self.axes.iter().filter_map(|axis| {
-            let (name, unit) = match axis.axis {
-                FieldAxis::Space => ("along x", &space_unit),
-                FieldAxis::Time => ("in time", &time_unit),
-            };
-            let [small, large] = [axis.scales.first()?, axis.scales.last()?];
-            let apart = small.flatness - large.flatness;
-            let is_intermittent = apart > small.flatness_half() + large.flatness_half();
-            Some((name, unit, [small, large], is_intermittent))
-        });
-        let ends: Vec<_> = ends.collect();
-        let Some(first) = ends.iter().find(|end| end.3).or(ends.first()) else {
-            return "no increments".into();
-        };
-        let (_, unit, scales, is_intermittent) = first;
-        let [small, large] = scales.map(|m| {
-            let flatness = with_half(m.flatness, m.flatness_half(), "");
-            format!("{} at {} {unit}", flatness.trim_end(), number(m.scale))
-        });
-        let names: Vec<&str> = ends
-            .iter()
-            .filter(|end| end.3 == *is_intermittent)
-            .map(|end| end.0)
-            .collect();
-        match *is_intermittent {
-            true => format!(
-                "intermittent {}: flatness {small}, {large}",
-                names.join(" and ")
-            ),
-            false => format!("no intermittency is shown: flatness {small}, {large}"),
-        }
-    }
-
-    fn tell(&self, summary: &mut Summary) {
-        for (name, text) in increment_sentences(self) {
-            summary.fact(&name, &text);
-        }
-        if self.axes.iter().all(|axis| axis.exponents.is_none()) {
-            summary.detail("exponents", "none: state a band with --band or --lag-band");
-        }
-        for axis in &self.axes {
-            let pairs: u64 = axis.scales.iter().map(|m| m.pairs).sum();
-            let name = format!("{:?}", axis.axis).to_lowercase();
-            let text = format!("{} scales, {pairs} pairs of samples", axis.scales.len());
-            summary.detail(&name, &text);
-        }
     }
 }

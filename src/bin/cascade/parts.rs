@@ -13,7 +13,7 @@ use wavecascade::report::{
 
 use crate::analyze::{named_after, use_threads};
 use crate::budget::command;
-use crate::estimate::{self, Estimate, EstimateArgs, Target, Typed};
+use crate::estimate::{self, Target, Typed};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::summary::Summary;
@@ -79,7 +79,7 @@ pub fn run<T: InParts>(
 ) -> Result<(), Failure> {
     let PartArgs { part, merge: all } = typed.parts();
     match part {
-        _ if !all.is_empty() => merge(all, (typed.shared(), typed.memory()), choose),
+        _ if !all.is_empty() => merge(typed, all, choose),
         Some(part) => write(typed, *part),
         None => estimate::run(typed),
     }
@@ -87,7 +87,7 @@ pub fn run<T: InParts>(
 
 /// Sums a part, and writes it.
 fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
-    let (memory, name) = (typed.memory(), T::Found::COMMAND);
+    let (memory, name) = (typed.memory(), T::COMMAND);
     let (command_line, fields) = (typed, typed.fields());
     let typed = typed.shared();
     let ending = format!("-{name}-{}-of-{}", part.number, part.of);
@@ -139,11 +139,12 @@ fn file(directory: &Path) -> PathBuf {
 }
 
 /// Makes the result of all parts in the memory allowed, which `choose` picks if it is that of this command.
-fn merge<E: Estimate>(
+fn merge<T: InParts>(
+    command_line: &T,
     directories: &[PathBuf],
-    (typed, memory): (&EstimateArgs, Option<u64>),
-    choose: impl FnOnce(Combined) -> Option<E>,
+    choose: impl FnOnce(Combined) -> Option<T::Found>,
 ) -> Result<(), Failure> {
+    let (typed, memory) = (command_line.shared(), command_line.memory());
     let drawing = typed.figures.drawing()?;
     use_threads(typed.threads())?;
     let Some(out) = &typed.out else {
@@ -166,7 +167,7 @@ fn merge<E: Estimate>(
     let Some(found) = choose(combination.finish()?) else {
         return Err(Failure::Library(Error::Request {
             option: "merge",
-            expected: format!("parts of `cascade {}`", E::COMMAND),
+            expected: format!("parts of `cascade {}`", T::COMMAND),
             found: "those of another command".into(),
         }));
     };
@@ -179,5 +180,5 @@ fn merge<E: Estimate>(
         subject: &estimate::subject_of(&files),
         provenance: &provenance,
     };
-    estimate::publish(&found, typed, &target, &drawing, &progress)
+    estimate::publish(command_line, &found, &target, &drawing, &progress)
 }

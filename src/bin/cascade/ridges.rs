@@ -4,22 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use wavecascade::observer::Observer;
-use wavecascade::plot::{self, Figure, Style};
 use wavecascade::prepare::Window;
-use wavecascade::report::{
-    LabelledArrays, Provenance, RidgesSummary, percent, ridges_arrays, ridges_csv, ridges_html,
-};
-use wavecascade::ridges::{
-    RidgeCut, RidgeLaw, RidgeParameter, RidgePoint, Ridges as Found, RidgesRequest, ridges,
-};
+use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges as Found, RidgesRequest, ridges};
+use wavecascade::sheet::Warning;
 use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed, alone};
+use crate::estimate::{Computation, EstimateArgs, Typed};
 use crate::parse;
-use crate::summary::{Summary, with_half};
-use crate::terminal::number;
 
 /// What `cascade ridges` takes.
 #[derive(Debug, Args)]
@@ -94,6 +87,7 @@ pub enum CutArg {
 
 impl Typed for Ridges {
     type Found = Found;
+    const COMMAND: &'static str = "ridges";
 
     fn fields(&self) -> &[PathBuf] {
         &self.fields
@@ -134,200 +128,20 @@ impl Typed for Ridges {
         };
         Ok(move |fields: &[&Field], observer: &dyn Observer| ridges(fields, &request, observer))
     }
-}
 
-impl Estimate for Found {
-    const COMMAND: &'static str = "ridges";
-
-    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
-        RidgesSummary::new(self, provenance).to_json()
+    fn findings(&self, found: &Found) -> Vec<Warning> {
+        let findings = found.analysis.warnings.iter();
+        findings
+            .map(|warning| Warning::new(warning.message(), advice::of_warning(warning)))
+            .collect()
     }
 
-    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
-        ridges_arrays(self, to)
-    }
-
-    fn write_beside(&self, directory: &Path) -> Result<(), Error> {
+    fn write_beside(&self, found: &Found, directory: &Path) -> Result<(), Error> {
         let path = directory.join("ridges.csv");
-        std::fs::write(&path, ridges_csv(self)).map_err(|source| Error::Write {
+        std::fs::write(&path, found.csv()).map_err(|source| Error::Write {
             path,
             action: "write",
             source,
         })
     }
-
-    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
-        plot::ridges(self, name, style)
-    }
-
-    fn page(
-        &self,
-        name: &str,
-        provenance: &Provenance,
-        warnings: &[[String; 2]],
-        style: &Style,
-    ) -> serde_json::Result<String> {
-        ridges_html(self, name, provenance, warnings, style)
-    }
-
-    fn warnings(&self) -> Vec<[String; 2]> {
-        let of_spectrum = self.analysis.warnings.iter();
-        let of_spectrum =
-            of_spectrum.map(|warning| [warning.message(), advice::of_warning(warning).into()]);
-        let single = self.is_single().then(|| alone(&self.independence, "field"));
-        single.into_iter().chain(of_spectrum).collect()
-    }
-
-    fn answer(&self) -> String {
-        answer(self)
-    }
-
-    fn tell(&self, summary: &mut Summary) {
-        tell(self, summary);
-    }
-}
-
-/// Points whose velocity is known to a tenth, at least, for one to be named.
-const LEAST_KNOWN: usize = 5;
-/// Spread of velocities that are one, over their median.
-const ALIKE: f64 = 0.15;
-
-/// A parameter of a fitted law with its standard error, if it has one.
-fn parameter(p: &RidgeParameter) -> String {
-    match p.error.is_finite() {
-        true => format!(
-            "{} = {} \u{b1} {}",
-            p.name,
-            number(p.value),
-            number(p.error)
-        ),
-        false => format!("{} = {}", p.name, number(p.value)),
-    }
-}
-
-/// The law, or the velocity, in words.
-fn answer(found: &Found) -> String {
-    if found.ridges.is_empty() {
-        return "no ridge stands above the noise".into();
-    }
-    // Relative to the number of free points.
-    let fits = found.fits.iter().filter(|fit| fit.deviation < 1.0);
-    if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
-        let parameters = fit.parameters.iter();
-        let errors = match fit.parameters.iter().all(|p| p.error.is_finite()) {
-            true => " (standard errors)",
-            false => "",
-        };
-        return format!(
-            "{} with {}{errors}, within {} bins",
-            fit.name,
-            parameters.map(parameter).collect::<Vec<_>>().join(", "),
-            number(fit.deviation)
-        );
-    }
-    let axes = &found.analysis.axes;
-    let unit = format!("{}/{}", axes.space.space_unit(), axes.time.time_unit());
-    let branches = match found.branches() {
-        1 => "one branch".to_owned(),
-        count => format!("{count} branches"),
-    };
-    if found.is_single() {
-        let speeds = found.points().map(|p| p.group_velocity.abs());
-        let mut speeds: Vec<f64> = speeds.filter(|speed| speed.is_finite()).collect();
-        speeds.sort_by(f64::total_cmp);
-        let middle = speeds.get(speeds.len() / 2);
-        let around =
-            middle.map(|speed| format!(", group velocity around {} {unit}", number(*speed)));
-        return format!(
-            "{branches}{}; of a single transient no error is stated",
-            around.unwrap_or_default()
-        );
-    }
-    let magnitudes = |of: fn(&RidgePoint) -> [f64; 2]| {
-        let known = found.points().map(of);
-        let known = known.filter(|[speed, error]| *error < 0.1 * speed.abs());
-        let mut speeds: Vec<f64> = known.map(|[speed, _]| speed.abs()).collect();
-        speeds.sort_by(f64::total_cmp);
-        let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize];
-        (speeds.len() >= LEAST_KNOWN).then(|| [0.05, 0.5, 0.95].map(at))
-    };
-    // Folded wavenumbers have other phase velocities, but the same group velocity.
-    let group = magnitudes(|p| [p.group_velocity, p.group_velocity_error]);
-    let is_one = |[low, middle, high]: &[f64; 3]| high - low < ALIKE * middle;
-    if let Some([low, middle, high]) = group.filter(is_one) {
-        let [forwards, backwards] = [1.0, -1.0].map(|sign| {
-            let signed = found.points().filter(|p| sign * p.group_velocity > 0.0);
-            signed.count()
-        });
-        let ways = match (forwards, backwards) {
-            (_, 0) => "towards +x",
-            (0, _) => "towards -x",
-            (plus, minus) if minus * 20 < plus => "towards +x",
-            (plus, minus) if plus * 20 < minus => "towards -x",
-            _ => "both ways",
-        };
-        let speed = with_half(middle, 0.5 * (high - low), &unit);
-        return format!("waves {ways} at a group velocity of {speed} ({branches})");
-    }
-    match (
-        group,
-        magnitudes(|p| [p.phase_velocity, p.phase_velocity_error]),
-    ) {
-        (Some([low, _, high]), _) => format!(
-            "{branches}, group velocity from {} to {} {unit}",
-            number(low),
-            number(high)
-        ),
-        (None, Some([low, _, high])) => format!(
-            "{branches}, phase velocity from {} to {} {unit}",
-            number(low),
-            number(high)
-        ),
-        (None, None) => format!("{branches}, no velocity of which is known to a tenth"),
-    }
-}
-
-fn tell(found: &Found, summary: &mut Summary) {
-    if !found.ridges.is_empty() {
-        let text = format!(
-            "{} of {} branches with {} points above {} times the noise",
-            found.ridges.len(),
-            found.branches(),
-            found.points().count(),
-            number(found.level)
-        );
-        summary.fact("ridges", &text);
-    }
-    for fit in &found.fits {
-        let parameters = fit.parameters.iter();
-        let parameters = parameters.map(parameter);
-        let text = format!(
-            "{}: {}; deviation {} bins, reduced chi-square {}",
-            fit.name,
-            parameters.collect::<Vec<_>>().join(", "),
-            number(fit.deviation),
-            number(fit.reduced)
-        );
-        summary.fact("fit", &text);
-    }
-    let conventions = &found.analysis.conventions;
-    summary.detail(
-        "spectrum",
-        &format!(
-            "records {}, segments {} of {} samples: {} effective realisations",
-            found.records,
-            conventions.segments,
-            conventions.segment,
-            number(found.realisations)
-        ),
-    );
-    let text = match found.is_single() {
-        true => format!("{} times the background", number(found.level)),
-        false => format!(
-            "{} times the noise, which noise exceeds anywhere with probability {}",
-            number(found.level),
-            percent(found.alpha)
-        ),
-    };
-    summary.detail("level", &text);
 }

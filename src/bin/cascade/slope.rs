@@ -6,17 +6,11 @@ use clap::{Args, ValueEnum};
 use wavecascade::estimates::{FieldAxis, Slope as Found, SlopeRequest, slope};
 use wavecascade::measure::{Frequency, Measure, Wavenumber, cycles_per};
 use wavecascade::observer::Observer;
-use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{
-    LabelledArrays, Provenance, SlopeSummary, slope_arrays, slope_html, slope_sentences,
-};
 use wavecascade::{Error, Field};
 
-use crate::coherence::{AverageArgs, percent_of};
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::coherence::AverageArgs;
+use crate::estimate::{Computation, EstimateArgs, Typed};
 use crate::show_args::of_axis;
-use crate::summary::{Summary, with_half};
-use crate::terminal::number;
 
 /// What `cascade slope` takes.
 #[derive(Debug, Args)]
@@ -107,6 +101,7 @@ pub enum AlongArg {
 
 impl Typed for Slope {
     type Found = Found;
+    const COMMAND: &'static str = "slope";
 
     fn fields(&self) -> &[PathBuf] {
         &self.fields
@@ -158,82 +153,5 @@ impl Typed for Slope {
             }
             slope(fields, &request, observer)
         })
-    }
-}
-
-impl Estimate for Found {
-    const COMMAND: &'static str = "slope";
-
-    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
-        SlopeSummary::new(self, provenance).to_json()
-    }
-
-    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
-        slope_arrays(self, to)
-    }
-
-    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
-        vec![plot::slope(self, name, style)]
-    }
-
-    fn page(
-        &self,
-        name: &str,
-        provenance: &Provenance,
-        warnings: &[[String; 2]],
-        style: &Style,
-    ) -> serde_json::Result<String> {
-        slope_html(self, name, provenance, warnings, style)
-    }
-
-    fn warnings(&self) -> Vec<[String; 2]> {
-        let mut warnings = Vec::new();
-        if self.left_out > 0 {
-            warnings.push([
-                format!(
-                    "{} snapshots with missing samples are left out",
-                    self.left_out
-                ),
-                "leave out the sites with gaps to keep all snapshots".into(),
-            ]);
-        }
-        if self.law.band[1] < 5.0 * self.law.band[0] {
-            warnings.push([
-                "the band is less than a factor of five wide: any smooth spectrum is nearly straight over it"
-                    .into(),
-                "state a wider band".into(),
-            ]);
-        }
-        warnings
-    }
-
-    fn answer(&self) -> String {
-        let (time_unit, space_unit) = self.units();
-        let (symbol, unit) = match self.axis {
-            FieldAxis::Space => ("k", format!("rad/{space_unit}")),
-            FieldAxis::Time => ("f", cycles_per(&time_unit)),
-        };
-        let law = &self.law;
-        let slope = with_half(law.slope, law.half, "");
-        let breaks = match &self.breaks {
-            Some(breaks) => {
-                let at: Vec<String> = breaks.at.iter().map(|at| number(*at)).collect();
-                format!(", but it bends at {} {unit}", at.join(" and "))
-            }
-            None => String::new(),
-        };
-        format!(
-            "slope {} ({}) over {symbol} = {} to {} {unit}{breaks}",
-            slope.trim_end(),
-            percent_of(self.alpha),
-            number(law.band[0]),
-            number(law.band[1])
-        )
-    }
-
-    fn tell(&self, summary: &mut Summary) {
-        for (name, text) in slope_sentences(self) {
-            summary.fact(&name, &text);
-        }
     }
 }

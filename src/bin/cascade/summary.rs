@@ -2,6 +2,8 @@
 
 use std::io::Write;
 
+use wavecascade::sheet::Sheet;
+
 use crate::table::Table;
 use crate::text::{HEADING, Lines, Tone, labelled, paragraphs, stdout, styled, width, wrapped};
 
@@ -46,6 +48,23 @@ impl Summary {
             answer: format!("{subject}: {answer}"),
             ..Summary::default()
         }
+    }
+
+    /// What a described result says.
+    pub fn of(subject: &str, sheet: &Sheet) -> Self {
+        let mut summary = Summary::new(subject, &sheet.answer);
+        for fact in &sheet.facts {
+            let rank = if fact.is_detail {
+                Rank::Detail
+            } else {
+                Rank::Fact
+            };
+            summary.line(rank, &fact.name, &fact.text);
+        }
+        for warning in &sheet.warnings {
+            summary.warning(&warning.message, &warning.advice);
+        }
+        summary
     }
 
     pub fn fact(&mut self, name: &str, value: &str) {
@@ -237,30 +256,6 @@ impl Part {
     }
 }
 
-/// A number with half of its interval, to two digits of it, and their unit: `25.0006 ± 0.0017 m/s`.
-pub fn with_half(value: f64, half: f64, unit: &str) -> String {
-    if !(half.is_finite() && half > 0.0 && value.is_finite()) {
-        return format!("{} {unit}", crate::terminal::number(value));
-    }
-    let power = half.log10().floor() as i32;
-    let largest = value.abs().max(half).log10().floor() as i32;
-    // Exact to rounding.
-    let power = power.max(largest - 12);
-    if (-4..5).contains(&largest) {
-        let digits = (1 - power).max(0) as usize;
-        let shown = 10f64.powi(-(digits as i32));
-        let half = half.max(0.5 * shown);
-        return format!("{value:.digits$} ± {half:.digits$} {unit}");
-    }
-    let digits = (largest - power + 1).max(0) as usize;
-    let scale = 10f64.powi(largest);
-    format!(
-        "({:.digits$} ± {:.digits$})e{largest} {unit}",
-        value / scale,
-        half / scale
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -323,12 +318,5 @@ mod tests {
         let said = plain(&summary.cut(80));
         assert_eq!(said.lines().count(), MOST_LINES);
         assert!(said.ends_with("... 21 more lines: --verbose\n"), "{said}");
-    }
-
-    #[test]
-    fn digits_are_those_of_the_interval() {
-        assert_eq!(with_half(25.00056, 0.00167, "m/s"), "25.0006 ± 0.0017 m/s");
-        assert_eq!(with_half(3.0003e-5, 1.21e-8, "s"), "(3.0003 ± 0.0012)e-5 s");
-        assert_eq!(with_half(1234.6, 37.0, "m"), "1235 ± 37 m");
     }
 }

@@ -2,15 +2,12 @@
 
 use clap::Args;
 use wavecascade::Error;
-use wavecascade::estimates::{Transfer, TransferRequest};
+use wavecascade::estimates::TransferRequest;
 use wavecascade::measure::{Frequency, Measure, cycles_per};
-use wavecascade::report::percent;
 
 use crate::bicoherence::BicoherenceArgs;
 use crate::parse;
 use crate::show_args::of_axis;
-use crate::summary::Summary;
-use crate::terminal::number;
 
 /// Which transfer is fitted.
 #[derive(Debug, Args)]
@@ -67,75 +64,4 @@ impl TransferArgs {
             memory: typed.averages.memory,
         }))
     }
-}
-
-/// What gained from what, in words.
-fn answer(found: &Transfer) -> String {
-    if !found.holds() {
-        return "no quadratic transfer is shown: it does not predict what was not fitted".into();
-    }
-    let Some(at) = found.passage() else {
-        return "no frequencies gain from others more than by chance".into();
-    };
-    let towards = if at.flux > 0.0 { "higher" } else { "lower" };
-    let share = |power: f64| percent(power.abs() / found.input());
-    format!(
-        "{} \u{b1} {} of the input's power moves past {} {} to {towards} frequencies",
-        share(at.flux),
-        share(at.flux_error),
-        number(at.frequency),
-        cycles_per(&found.units().0)
-    )
-}
-
-pub fn tell(found: &Transfer, summary: &mut Summary) {
-    let (independence, shares) = (&found.independence, &found.shares);
-    summary.fact("transfer", &answer(found));
-    let text = format!(
-        "linear {}, quadratic {}, residual {} of its power",
-        percent(shares.linear),
-        percent(shares.quadratic),
-        percent(shares.residual)
-    );
-    summary.fact("output", &text);
-    let text = format!(
-        "of what was not fitted, linear terms explain {}, quadratic ones {} of the rest",
-        percent(shares.held_out_linear),
-        percent(shares.held_out_of_rest)
-    );
-    summary.fact("prediction", &text);
-    summary.detail("findings", &found.findings());
-    if found.holds() {
-        summary.detail("passage", &found.answer());
-    }
-    let text = format!(
-        "records {}, segments {} of {} samples: {} effective realisations for {} unknowns of a frequency",
-        independence.records,
-        independence.segments,
-        found.segment[0],
-        number(independence.effective),
-        found.unknowns
-    );
-    summary.detail("averages", &text);
-}
-
-/// What the user should know, each with what to do.
-pub fn warnings(found: &Transfer) -> Vec<[String; 2]> {
-    let mut warnings = Vec::new();
-    let undetermined: usize = found.outputs.iter().map(|output| output.undetermined).sum();
-    if undetermined > 0 {
-        warnings.push([
-            format!(
-                "{undetermined} terms are not determined: their inputs are 0 or vary together with others"
-            ),
-            "keep to frequencies that the input has (--highest), or excite more of them".into(),
-        ]);
-    }
-    if !found.holds() {
-        warnings.push([
-            "quadratic terms do not predict this field; their gains mean nothing".into(),
-            "try more realisations, neighbouring sites, --lag; `cascade budget` if the chain is known".into(),
-        ]);
-    }
-    warnings
 }

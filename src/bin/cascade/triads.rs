@@ -7,17 +7,12 @@ use clap::Args;
 use wavecascade::budget::{Motion, Triads as Found, TriadsRequest, chain_triads};
 use wavecascade::field::is_run_file;
 use wavecascade::observer::Observer;
-use wavecascade::plot::{self, Figure, Style};
-use wavecascade::report::{
-    LabelledArrays, Provenance, RunFile, TriadsSummary, number, percent, triad_arrays,
-    triad_sentences, triads_html,
-};
+use wavecascade::report::RunFile;
 use wavecascade::{Error, Field};
 
-use crate::estimate::{Computation, Estimate, EstimateArgs, Typed};
+use crate::estimate::{Computation, EstimateArgs, Typed};
 use crate::further::input_options;
 use crate::parse;
-use crate::summary::Summary;
 use crate::view_args::request_of;
 use crate::words;
 
@@ -55,6 +50,8 @@ impl Triads {
 
 impl Typed for Triads {
     type Found = Found;
+    const COMMAND: &'static str = "triads";
+    const EXTENSION: &'static str = "npz";
 
     fn fields(&self) -> &[PathBuf] {
         &self.run
@@ -104,78 +101,5 @@ impl Triads {
             expected: expected.into(),
             found,
         })
-    }
-}
-
-impl Estimate for Found {
-    const COMMAND: &'static str = "triads";
-    const EXTENSION: &'static str = "npz";
-
-    fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
-        TriadsSummary::new(self, provenance).to_json()
-    }
-
-    fn arrays(&self, to: &dyn LabelledArrays) -> Result<(), Error> {
-        triad_arrays(self, to)
-    }
-
-    fn figures(&self, name: &str, style: &Style) -> Vec<Figure> {
-        vec![plot::triads(self, name, style)]
-    }
-
-    fn page(
-        &self,
-        name: &str,
-        provenance: &Provenance,
-        warnings: &[[String; 2]],
-        style: &Style,
-    ) -> serde_json::Result<String> {
-        triads_html(self, name, provenance, warnings, style)
-    }
-
-    fn warnings(&self) -> Vec<[String; 2]> {
-        let mut warnings = Vec::new();
-        let largest = self.flux[self.locality.at].abs();
-        if self.sampling_error > 0.1 * largest && largest > 0.0 {
-            warnings.push([
-                format!(
-                    "the samples are too far apart: their sums are uncertain by {} of the largest flux",
-                    percent(self.sampling_error / largest)
-                ),
-                "simulate with more samples".into(),
-            ]);
-        }
-        warnings
-    }
-
-    fn answer(&self) -> String {
-        let unit = match &self.units.length {
-            Some(unit) => format!("rad/{unit}"),
-            None => "rad per site".into(),
-        };
-        let at = self.locality.at;
-        let flux = self.flux[at];
-        let share = |energy: f64| percent(energy.abs() / self.energy);
-        if !self.is_quadratic() {
-            return "no triads can be stated: the law has no useful quadratic expansion at these amplitudes".into();
-        }
-        if !self.is_resolved() {
-            return "no flux is resolved: the largest is not ten times its error".into();
-        }
-        let towards = if flux > 0.0 { "larger" } else { "smaller" };
-        format!(
-            "{} of the energy passes k = {} {unit} towards {towards} wavenumbers",
-            share(flux),
-            number(self.wavenumber[at])
-        )
-    }
-
-    fn tell(&self, summary: &mut Summary) {
-        for (name, text) in triad_sentences(self) {
-            match name.as_str() {
-                "expansion" => summary.detail(&name, &text),
-                _ => summary.fact(&name, &text),
-            }
-        }
     }
 }

@@ -9,6 +9,7 @@ mod burgers;
 mod kernel;
 mod locality;
 mod motions;
+mod sheet;
 mod source;
 
 use std::ops::Range;

@@ -4,6 +4,7 @@ mod delay;
 mod pass;
 mod phase;
 mod products;
+mod sheet;
 mod significance;
 mod velocity;
 

@@ -6,8 +6,10 @@ mod fit;
 mod found;
 mod pass;
 mod products;
+mod sheet;
 mod spectra;
 mod transfer;
+mod transfer_sheet;
 mod triples;
 
 pub use along::BicoherenceAlong;

@@ -2,6 +2,7 @@
 
 mod moments;
 mod result;
+mod sheet;
 mod sums;
 
 pub use result::{

@@ -1,6 +1,7 @@
 //! Spectral proper orthogonal decomposition: the motions that are coherent along x, by frequency.
 
 mod shapes;
+mod sheet;
 mod snapshots;
 
 pub use shapes::{ModeShapes, ModeWave};

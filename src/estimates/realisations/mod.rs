@@ -9,6 +9,7 @@ mod interval;
 mod kept;
 mod part;
 mod records;
+mod sheet;
 mod shots;
 mod tree;
 
@@ -25,6 +26,7 @@ pub(crate) use kept::{KeptSegments, SegmentPairs};
 pub use part::Part;
 pub(crate) use part::{Portion, nodes_of};
 pub(crate) use records::Records;
+pub(crate) use sheet::{REALISATIONS, TRANSIENT, degrees_as_numbers, interval_in_words};
 pub(crate) use shots::{FILLED, Shot, Shots, TOGETHER, check_squares, first_of, refuse_left_out};
 pub(crate) use tree::{
     RecordTree, SegmentTree, Sums, SumsShape, TreeNode, held_at_once, nodes_within,

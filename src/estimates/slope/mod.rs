@@ -2,6 +2,7 @@
 
 mod breaks;
 mod frames;
+mod sheet;
 mod steepening;
 
 pub use breaks::BreakFit;

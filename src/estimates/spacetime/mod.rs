@@ -1,6 +1,7 @@
 //! `S(k, f)` averaged over segments, records and tapers along both axes, with intervals.
 
 mod pass;
+mod sheet;
 mod totals;
 
 use std::f64::consts::TAU;

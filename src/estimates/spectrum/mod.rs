@@ -7,12 +7,14 @@ mod memory;
 mod noise;
 mod pass;
 mod peaks;
+mod sheet;
 
 pub use lines::Line;
 pub use mean::MeanSpectrum;
 pub(crate) use noise::no_noise;
 pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
 pub use peaks::Peak;
+pub(crate) use sheet::{shown, without_mean};
 
 use ndarray::Array2;
 

@@ -3,8 +3,9 @@
 use ndarray::ArrayView2;
 use serde::Serialize;
 
-use super::{Role, doubles, singles};
+use super::{Role, doubles, sentence_case, singles};
 use crate::analyze::{DispersionCurve, Map, Reduction};
+use crate::sheet::{Colors, Curve, HeatChart};
 
 #[derive(Debug, Clone, Serialize)]
 pub(in crate::report) struct AxisData {
@@ -174,6 +175,49 @@ impl MapData {
         }
     }
 
+    /// The map of a chart whose axes have roles.
+    pub fn of_chart(id: &str, map: &HeatChart) -> Option<MapData> {
+        let [x, y] = map.roles?;
+        let axes = [
+            AxisData::new(&map.x_label, (map.x.start, map.x.end), x),
+            AxisData::new(&map.y_label, (map.y.start, map.y.end), y),
+        ];
+        let heading = (id.to_owned(), sentence_case(&map.title));
+        let of_map = MapData::spectrum(
+            heading,
+            map.caption.clone(),
+            axes,
+            &map.label,
+            map.values.view(),
+        );
+        let mut of_map = match &map.colors {
+            Colors::Powers => of_map,
+            Colors::Between(range) if range.start == -range.end => of_map.signed(range.end),
+            Colors::Between(range) => of_map.linear().with_range(Some([range.start, range.end])),
+        };
+        of_map.draw_over(&map.curves);
+        Some(of_map)
+    }
+
+    fn draw_over(&mut self, curves: &[Curve]) {
+        let mut name = "";
+        for curve in curves {
+            if !curve.label.is_empty() {
+                name = &curve.label;
+            }
+            self.lines.push(LineData {
+                name: name.to_owned(),
+                x: doubles(curve.points.iter().map(|point| point.0)),
+                y: doubles(curve.points.iter().map(|point| point.1)),
+            });
+        }
+        let names = curves.iter().map(|curve| &curve.label[..]);
+        let names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
+        if !names.is_empty() {
+            self.caption = format!("{} Dashed curves: {}.", self.caption, names.join("; "));
+        }
+    }
+
     /// With the ends of an interval about the curve along y.
     pub fn with_interval(self, interval: Option<[f64; 2]>) -> Self {
         MapData { interval, ..self }
@@ -230,19 +274,7 @@ impl MapData {
 
     /// With dispersion curves over it, which its caption names.
     pub fn with_dispersion(mut self, curves: &[DispersionCurve]) -> Self {
-        for curve in curves {
-            let x = doubles(curve.wavenumber.iter().copied());
-            self.lines
-                .extend(curve.branches.iter().map(|branch| LineData {
-                    name: curve.name.clone(),
-                    x: x.clone(),
-                    y: doubles(branch.iter().copied()),
-                }));
-        }
-        if !curves.is_empty() {
-            let names: Vec<&str> = curves.iter().map(|curve| &curve.name[..]).collect();
-            self.caption = format!("{} Dashed curves: {}.", self.caption, names.join("; "));
-        }
+        self.draw_over(&DispersionCurve::curves(curves));
         self
     }
 

@@ -10,6 +10,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, Render, html as markup};
 use serde::Serialize;
 
 use crate::plot::{self, ColorScale, Colormap, Depth, Style};
+pub(super) use crate::sheet::Role;
 pub(super) use curves::{Chart, CurveGroup, Look, Series, Weight};
 pub(super) use map::{AxisData, MapData, page_opens};
 
@@ -20,16 +21,6 @@ const STYLE: &str = include_str!("../../../assets/page.css");
 /// Nothing is loaded: the page may only run its own scripts and show its own data.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
                       img-src data: blob:";
-
-/// What an axis counts; picks are shared between axes that count the same.
-#[derive(Debug, Clone, Copy, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Role {
-    Time,
-    Position,
-    Frequency,
-    Wavenumber,
-}
 
 /// A picture that the script draws.
 #[derive(Debug, Serialize)]

@@ -7,6 +7,7 @@ use crate::analyze::{Analysis, Map, ShortTimeSpectra, ShortTimeSpectrum};
 use crate::plot;
 use crate::plot::labels::{self, Side};
 use crate::report::page::{AxisData, MapData, Role, number};
+use crate::sheet::edges;
 
 /// Largest embedded short-time map, bins by frames.
 const SHORT_LIMIT: (usize, usize) = (256, 400);
@@ -128,7 +129,7 @@ impl ShortMaps<'_> {
         let name = words::title(self.id);
         let title = format!("{name} at {} = {}", self.at, number(spectrum.at));
         let axis = |(label, side): &(String, Side), centres: &[f64]| {
-            AxisData::new(label, plot::edges(centres), role(*side))
+            AxisData::new(label, edges(centres), role(*side))
         };
         let map = MapData::spectrum(
             (format!("{}-{index}", self.id), title),
@@ -145,8 +146,8 @@ impl ShortMaps<'_> {
         let bins = within(content.1, &spectra.bins);
         let frames = within(along.1, &spectra.frames);
         let ends = [
-            plot::edges(&spectra.frames[frames.clone()]),
-            plot::edges(&spectra.bins[bins.clone()]),
+            edges(&spectra.frames[frames.clone()]),
+            edges(&spectra.bins[bins.clone()]),
         ];
         let part = blocks(spectrum.values.slice(s![bins, frames]));
         map.with_detail(ends, part.view()).limited(Some(not_shown))

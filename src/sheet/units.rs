@@ -1,57 +1,11 @@
-//! Arrays of estimates with their axes and units, on their way to a file or to memory.
+//! Units of what is composed of samples and axes.
 
-use ndarray::Array2;
-
-use super::{ArrayLabels, LabelledArrays};
-use crate::error::Result;
 use crate::field::Axis;
 use crate::unit::{compose, square};
 
-/// Takes the arrays of one estimate.
-pub(super) struct Arrays<'a>(pub &'a dyn LabelledArrays);
-
-impl Arrays<'_> {
-    /// An array of one axis; with the name of the axis it holds its coordinates.
-    pub fn line(&self, name: &str, axis: &str, unit: &str, values: &[f64]) -> Result<()> {
-        self.of_axes(name, &[(axis, values.len())], unit, values)
-    }
-
-    /// An array of two axes.
-    pub fn plane(
-        &self,
-        name: &str,
-        axes: [&str; 2],
-        unit: &str,
-        values: &Array2<f64>,
-    ) -> Result<()> {
-        let (rows, columns) = values.dim();
-        let all: Vec<f64> = values.iter().copied().collect();
-        self.of_axes(name, &[(axes[0], rows), (axes[1], columns)], unit, &all)
-    }
-
-    /// An array of any axes, row-major.
-    pub fn of_axes(
-        &self,
-        name: &str,
-        axes: &[(&str, usize)],
-        unit: &str,
-        values: &[f64],
-    ) -> Result<()> {
-        let about = name.replace('_', " ");
-        let about = about.as_str();
-        let labels = ArrayLabels {
-            name,
-            axes,
-            unit,
-            about,
-        };
-        self.0.append(&labels, values)
-    }
-}
-
 /// Units of the axes and of the samples; empty for those that are not known, and for what is composed of them
 /// alone.
-pub(super) struct Units {
+pub(crate) struct Units {
     pub time: String,
     pub space: String,
     pub frequency: String,

@@ -1,14 +1,13 @@
-//! Charts and maps in rows, with aligned frames and a common legend.
+//! The layout of a figure: charts and maps in rows, with aligned frames and a common legend.
 
 use super::Figure;
-use super::chart::Chart;
 use super::figures::PASSES;
 use super::font;
-use super::heat_chart::HeatChart;
 use super::legend::{self, Entry};
 use super::panel::{self, EDGE, LABEL_SIZE, LINE, Margins, TICK_SIZE};
 use super::scene::{Anchor, Rect, Scene};
 use super::style::Style;
+use crate::sheet::{Describe, Plot, PlotRow, Sheet};
 
 /// Narrowest cell of a row; rows of more cells are broken.
 const NARROWEST: f64 = 420.0;
@@ -16,25 +15,6 @@ const NARROWEST: f64 = 420.0;
 const GAP: f64 = 18.0;
 /// Least height of a frame.
 const LOWEST: f64 = 100.0;
-
-/// One plot of a sheet.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Plot {
-    Chart(Chart),
-    Map(HeatChart),
-}
-
-impl From<Chart> for Plot {
-    fn from(chart: Chart) -> Plot {
-        Plot::Chart(chart)
-    }
-}
-
-impl From<HeatChart> for Plot {
-    fn from(map: HeatChart) -> Plot {
-        Plot::Map(map)
-    }
-}
 
 impl Plot {
     fn title(&self) -> &str {
@@ -47,7 +27,7 @@ impl Plot {
     fn entries(&self, width: f64) -> Vec<Entry> {
         match self {
             Plot::Chart(chart) => chart.entries(width),
-            Plot::Map(_) => Vec::new(),
+            Plot::Map(map) => map.entries(),
         }
     }
 
@@ -66,36 +46,10 @@ impl Plot {
     }
 }
 
-/// Plots beside each other.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlotRow {
-    pub plots: Vec<Plot>,
-    /// Cells that the row is divided into.
-    pub columns: usize,
-    /// Height of its frames over the usual one.
-    pub height: f64,
-}
-
-impl PlotRow {
-    /// A row that its plots fill.
-    pub fn of(plots: impl IntoIterator<Item = impl Into<Plot>>) -> PlotRow {
-        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
-        PlotRow {
-            columns: plots.len().max(1),
-            plots,
-            height: 1.0,
-        }
-    }
-
-    pub fn high(self, height: f64) -> PlotRow {
-        PlotRow { height, ..self }
-    }
-}
-
 /// Rows of plots under a heading. Frames in rows of as many cells are aligned; names that all charts
 /// have in common are given once, above.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Sheet {
+pub struct FigureLayout {
     pub title: String,
     /// Name of the data, beside the title; may be empty.
     pub data: String,
@@ -106,18 +60,17 @@ pub struct Sheet {
     pub shared_x: bool,
 }
 
-impl Sheet {
+impl FigureLayout {
     /// Plots in rows of `columns`.
     pub fn grid(
         title: impl Into<String>,
         columns: usize,
         plots: impl IntoIterator<Item = impl Into<Plot>>,
-    ) -> Sheet {
-        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
-        Sheet {
+    ) -> FigureLayout {
+        FigureLayout {
             title: title.into(),
-            rows: chunked(&plots, columns.max(1), 1.0),
-            ..Sheet::default()
+            rows: PlotRow::grid(columns, plots),
+            ..FigureLayout::default()
         }
     }
 
@@ -132,6 +85,24 @@ impl Sheet {
         Layout::of(self, scene.width, top).draw(&mut scene);
         Figure { name, scene }
     }
+}
+
+/// The figure of a result with the name `data`, called `name`.
+pub fn figure_of(
+    found: &dyn Describe,
+    sheet: &Sheet,
+    data: &str,
+    name: &'static str,
+    style: &Style,
+) -> Figure {
+    let layout = FigureLayout {
+        title: sheet.title.clone(),
+        data: data.into(),
+        rows: found.pictures(),
+        notes: vec![sheet.note.clone()],
+        shared_x: false,
+    };
+    layout.figure(name, style)
 }
 
 fn chunked(plots: &[Plot], columns: usize, height: f64) -> Vec<PlotRow> {
@@ -152,7 +123,7 @@ struct MeasuredRow {
 }
 
 struct Layout<'a> {
-    sheet: &'a Sheet,
+    figure: &'a FigureLayout,
     rows: Vec<PlotRow>,
     width: f64,
     top: f64,
@@ -161,9 +132,9 @@ struct Layout<'a> {
 }
 
 impl<'a> Layout<'a> {
-    fn of(sheet: &'a Sheet, width: f64, top: f64) -> Self {
+    fn of(figure: &'a FigureLayout, width: f64, top: f64) -> Self {
         let most = ((width / NARROWEST) as usize).max(1);
-        let rows: Vec<PlotRow> = sheet
+        let rows: Vec<PlotRow> = figure
             .rows
             .iter()
             .flat_map(|row| match row.columns <= most {
@@ -171,13 +142,13 @@ impl<'a> Layout<'a> {
                 false => chunked(&row.plots, most, row.height),
             })
             .collect();
-        let notes = sheet.notes.iter();
+        let notes = figure.notes.iter();
         let notes = notes.flat_map(|note| font::wrap(note, TICK_SIZE, width - 4.0 * EDGE));
         Layout {
             common: common(&rows, width),
             rows,
             notes: notes.collect(),
-            sheet,
+            figure,
             width,
             top,
         }
@@ -191,7 +162,7 @@ impl<'a> Layout<'a> {
     }
 
     fn names_x(&self, index: usize) -> bool {
-        !self.sheet.shared_x || index + 1 == self.rows.len()
+        !self.figure.shared_x || index + 1 == self.rows.len()
     }
 
     /// Margins of frames of these heights, equal where rows have as many cells.

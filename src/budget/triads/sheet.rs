@@ -1,0 +1,366 @@
+//! What triads say.
+
+use std::ops::Range;
+
+use ndarray::Array2;
+use serde_json::json;
+
+use super::{Disparity, Triads};
+use crate::sheet::{
+    BLUE, Chart, Colors, Describe, GREEN, HeatChart, Level, Look, Mark, PURPLE, PlotRow, Role, SKY,
+    Series, Sheet, Table, VERMILLION, number, percent,
+};
+
+const DEFINITIONS: [[&str; 2]; 4] = [
+    [
+        "Triad",
+        "Three wavenumbers k = p + q. Where the force is quadratic, energy is exchanged within each triad, and each \
+         keeps its energy.",
+    ],
+    [
+        "Map",
+        "Energy that k gained with the larger partner p, both signs of k together: below the diagonal k is the sum of \
+         its partners, above it their difference.",
+    ],
+    [
+        "Flux past k",
+        "Energy that triads moved from wavenumbers up to k to larger ones.",
+    ],
+    [
+        "Ratio",
+        "The largest over the smallest wavenumber of a triad, at least 2. A cascade is local if triads of small \
+         ratios carry the flux.",
+    ],
+];
+
+/// Wavenumbers whose transfers are below this share of the largest are not drawn.
+const SHOWN: f64 = 2e-3;
+
+impl Describe for Triads {
+    /// Variables: `wavenumber`, `gained`, `change`, `flux` and, of a chain, `beyond` (wavenumber); `transfer` and, of a
+    /// chain, `umklapp` (wavenumber, partner); `disparity` (group), the least ratio of a group of triads, 0 for those
+    /// with wavenumber 0, NaN for umklapp, and `flux_of_group` (group, wavenumber).
+    fn describe(&self) -> Sheet<'_> {
+        let [from, to] = self.window.map(number);
+        let mut sheet = Sheet {
+            name: "triads",
+            version: 2,
+            title: "Transfer between wavenumbers by triads".into(),
+            about: format!("energy exchanged between wavenumbers from time {from} to {to}"),
+            answer: self.answer(),
+            note: format!(
+                "Energies as shares of that at the start, over {} samples. Identities hold to {:.0e}.",
+                self.samples,
+                self.identities.detailed.max(self.identities.sums)
+            ),
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
+        };
+        self.facts(&mut sheet);
+        let (at, unexplained) = (self.locality.at, self.largest_unexplained());
+        let largest = self.flux[at].abs();
+        if self.sampling_error > 0.1 * largest && largest > 0.0 {
+            sheet.warn(
+                format!(
+                    "the samples are too far apart: their sums are uncertain by {} of the largest flux",
+                    percent(self.sampling_error / largest)
+                ),
+                "simulate with more samples",
+            );
+        }
+        let rows = [
+            ("samples", self.samples.to_string()),
+            ("energy at the start", number(self.energy)),
+            (
+                "error by sampling",
+                percent(self.sampling_error / self.energy),
+            ),
+            (
+                "each triad keeps its energy to",
+                number(self.identities.detailed),
+            ),
+            (
+                "sums over pairs are products to",
+                number(self.identities.sums),
+            ),
+        ];
+        sheet.tables.push(Table::of_values("Sums", rows));
+        sheet.numbers(json!({
+            "units": self.units,
+            "law": self.law,
+            "window": self.window,
+            "samples": self.samples,
+            "energy": self.energy,
+            "largest_flux": {
+                "wavenumber": self.wavenumber[at],
+                "flux": self.flux[at],
+                "error": self.flux_error(),
+                "resolved": self.is_resolved(),
+                "share_within_4": self.locality.share_below(4.0),
+                "share_within_8": self.locality.share_below(8.0),
+            },
+            "share_beyond": self.share_beyond(),
+            "is_quadratic": self.is_quadratic(),
+            "unexplained": unexplained,
+            "identities": self.identities,
+        }));
+        self.variables(&mut sheet);
+        sheet
+    }
+
+    fn pictures(&self) -> Vec<PlotRow> {
+        vec![
+            PlotRow::of([self.map()]).high(1.3),
+            PlotRow::of([self.change_chart(), self.flux_chart()]),
+        ]
+    }
+}
+
+impl Triads {
+    /// The largest change of energy of a wavenumber for other reasons.
+    fn largest_unexplained(&self) -> f64 {
+        let all = self.unexplained();
+        all.iter().fold(0.0, |m: f64, value| m.max(value.abs()))
+    }
+
+    fn wavenumber_unit(&self) -> String {
+        match &self.units.length {
+            Some(unit) => format!("rad/{unit}"),
+            None => "rad per site".into(),
+        }
+    }
+
+    fn of_energy(&self, energy: f64) -> String {
+        percent(energy.abs() / self.energy)
+    }
+
+    fn towards(&self) -> &'static str {
+        match self.flux[self.locality.at] > 0.0 {
+            true => "larger",
+            false => "smaller",
+        }
+    }
+
+    /// Which way energy goes among the wavenumbers, in words.
+    fn answer(&self) -> String {
+        if !self.is_quadratic() {
+            return "no triads can be stated: the law has no useful quadratic expansion at these amplitudes".into();
+        }
+        if !self.is_resolved() {
+            return "no flux is resolved: the largest is not ten times its error".into();
+        }
+        let at = self.locality.at;
+        format!(
+            "{} of the energy passes k = {} {} towards {} wavenumbers",
+            self.of_energy(self.flux[at]),
+            number(self.wavenumber[at]),
+            self.wavenumber_unit(),
+            self.towards()
+        )
+    }
+
+    /// The flux, the triads that carry it, what is not of triads.
+    fn facts(&self, sheet: &mut Sheet) {
+        let at = self.locality.at;
+        let [flux, error] = [self.flux[at], self.flux_error()].map(|energy| self.of_energy(energy));
+        let beyond = percent(self.share_beyond());
+        if !self.is_quadratic() {
+            let text = format!(
+                "none are stated: terms beyond the quadratic one moved {beyond} as much energy as it did, so that the \
+                 law has no useful expansion at these amplitudes"
+            );
+            sheet.fact("triads", text);
+        } else if !self.is_resolved() {
+            let text = format!(
+                "none is resolved: the largest, {flux} of the energy, is not ten times its error, {error}"
+            );
+            sheet.fact("flux", text);
+        } else {
+            let text = format!(
+                "largest past k = {} {}: {flux} of the energy, towards {} wavenumbers (error {error})",
+                number(self.wavenumber[at]),
+                self.wavenumber_unit(),
+                self.towards()
+            );
+            sheet.fact("flux", text);
+            let [four, eight] = [4.0, 8.0].map(|factor| percent(self.locality.share_below(factor)));
+            let text = format!(
+                "triads whose wavenumbers are within a factor of 4 carry {four} of it, within 8 {eight}"
+            );
+            sheet.fact("locality", text);
+        }
+        if self.is_quadratic() {
+            let text = match self.beyond {
+                Some(_) => format!("terms beyond the quadratic one moved {beyond} as much energy"),
+                None => "the force has no other terms".into(),
+            };
+            sheet.detail("expansion", text);
+        }
+        let text = format!(
+            "no wavenumber changed by more than {} of the energy for other reasons (losses, drives, ends, sampling)",
+            self.of_energy(self.largest_unexplained())
+        );
+        sheet.fact("balance", text);
+    }
+
+    fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
+        let energy = self.units.energy.clone().unwrap_or_default();
+        let per_length = match &self.units.length {
+            Some(unit) => format!("rad/{unit}"),
+            None => String::new(),
+        };
+        sheet.line("wavenumber", "wavenumber", &per_length, &self.wavenumber);
+        sheet.line("gained", "wavenumber", &energy, &self.gained);
+        sheet.line("change", "wavenumber", &energy, &self.change);
+        sheet.line("flux", "wavenumber", &energy, &self.flux);
+        if let Some(beyond) = &self.beyond {
+            sheet.line("beyond", "wavenumber", &energy, beyond);
+        }
+        let axes = ["wavenumber", "partner"];
+        sheet.plane("transfer", axes, &energy, &self.transfer);
+        if let Some(umklapp) = &self.umklapp {
+            sheet.plane("umklapp", axes, &energy, umklapp);
+        }
+        let groups = &self.locality.flux;
+        let least = groups.iter().map(|(disparity, _)| match disparity {
+            Disparity::Octave { from } => *from,
+            Disparity::WithMean => 0.0,
+            Disparity::Umklapp => f64::NAN,
+        });
+        sheet.line("disparity", "group", "", least.collect::<Vec<f64>>());
+        let flux: Vec<f64> = groups.iter().flat_map(|(_, flux)| flux.clone()).collect();
+        let axes = [
+            ("group", groups.len()),
+            ("wavenumber", self.wavenumber.len()),
+        ];
+        sheet.variable("flux_of_group", &axes, &energy, flux);
+    }
+
+    /// Wavenumbers up to the last one that takes part.
+    fn shown(&self) -> usize {
+        let rows = self.transfer.rows().into_iter();
+        let sizes = rows.map(|row| row.iter().fold(0.0, |m: f64, value| m.max(value.abs())));
+        let sizes: Vec<f64> = sizes.take(self.gained.len()).collect();
+        let most = sizes.iter().fold(0.0, |m: f64, size| m.max(*size));
+        let last = sizes.iter().rposition(|size| *size > SHOWN * most);
+        (last.unwrap_or(0) + 2).clamp(3.min(sizes.len()), sizes.len())
+    }
+
+    /// Energy that each wavenumber gained with each larger partner.
+    fn map(&self) -> HeatChart {
+        let n = self.shown();
+        let values = Array2::from_shape_fn((n, n), |(p, k)| {
+            let wrapped = self.umklapp.as_ref().map_or(0.0, |map| map[[k, p]]);
+            match 2 * p < k {
+                true => f64::NAN,
+                false => (self.transfer[[k, p]] + wrapped) / self.energy,
+            }
+        });
+        let known = values.iter().filter(|v| v.is_finite());
+        let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
+        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let step = self.wavenumber[1];
+        let ends = -0.5 * step..(n as f64 - 0.5) * step;
+        let label = self.units.wavenumber();
+        HeatChart {
+            title: "what each pair brings".into(),
+            caption: "Which wavenumbers gain energy, and from which partners.".into(),
+            y_label: label.replacen("wavenumber k", "larger partner p", 1),
+            x_label: label,
+            label: "energy gained, share".into(),
+            x: ends.clone(),
+            y: ends,
+            values,
+            colors: Colors::Between(-largest..largest),
+            roles: Some([Role::Wavenumber; 2]),
+            ..HeatChart::default()
+        }
+    }
+
+    /// Shares of the energy over the wavenumbers that are shown.
+    fn shares(&self, label: &str, colour: usize, values: &[f64]) -> Series {
+        let n = self.shown();
+        let shares: Vec<f64> = values[..n]
+            .iter()
+            .map(|value| value / self.energy)
+            .collect();
+        Series::of(label, colour, &self.wavenumber[..n], &shares)
+    }
+
+    /// What each wavenumber gained.
+    fn change_chart(&self) -> Chart {
+        let mut series = vec![
+            self.shares("change of energy", PURPLE, &self.change)
+                .with(Look::Dashed),
+            self.shares("gained from pairs", VERMILLION, &self.gained),
+        ];
+        if let Some(beyond) = &self.beyond {
+            series.push(self.shares("beyond the quadratic force", SKY, beyond));
+        }
+        Chart {
+            levels: vec![zero()],
+            y: around(&series),
+            ..Chart::of(
+                "energy that each wavenumber gained",
+                self.units.wavenumber(),
+                "energy gained, share",
+                series,
+            )
+        }
+    }
+
+    /// The flux with the groups of triads that carry it: of near wavenumbers, of far ones, and the rest.
+    fn flux_chart(&self) -> Chart {
+        let sum = |wanted: &dyn Fn(&Disparity) -> bool| -> Vec<f64> {
+            let groups = || self.locality.flux.iter().filter(|(d, _)| wanted(d));
+            (0..self.flux.len())
+                .map(|k| groups().map(|(_, flux)| flux[k]).sum())
+                .collect()
+        };
+        let mut series = vec![self.shares("all triads", PURPLE, &self.flux)];
+        for (label, colour, ratios) in [
+            ("ratios of 2 to 4", BLUE, 2.0..4.0),
+            ("4 to 8", GREEN, 4.0..8.0),
+            ("8 and more", VERMILLION, 8.0..f64::INFINITY),
+        ] {
+            let flux = sum(&|d| matches!(d, Disparity::Octave { from } if ratios.contains(from)));
+            series.push(self.shares(label, colour, &flux));
+        }
+        let others = sum(&|d| !matches!(d, Disparity::Octave { .. }));
+        let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        if largest(&others) > 1e-3 * largest(&self.flux) {
+            series.push(self.shares("with k = 0, umklapp", SKY, &others));
+        }
+        let is_told = self.is_quadratic() && self.is_resolved();
+        let largest = is_told.then(|| Mark {
+            at: self.wavenumber[self.locality.at],
+            label: "largest".into(),
+        });
+        Chart {
+            levels: vec![zero()],
+            y: around(&series),
+            marks: largest.into_iter().collect(),
+            ..Chart::of(
+                "flux past each wavenumber",
+                self.units.wavenumber(),
+                "flux past k, share",
+                series,
+            )
+        }
+    }
+}
+
+fn zero() -> Level {
+    Level {
+        at: 0.0,
+        label: String::new(),
+    }
+}
+
+/// A range that holds all points and 0.
+fn around(series: &[Series]) -> Range<f64> {
+    let all = series.iter().flat_map(|s| &s.points).map(|p| p.1);
+    let (low, high) = all.fold((0.0f64, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
+    let space = 0.05 * (high - low).max(f64::MIN_POSITIVE);
+    low - space..high + space
+}

@@ -1,0 +1,411 @@
+//! What a coherence says.
+
+use ndarray::{ArrayView1, Axis as Along};
+use serde_json::json;
+
+use super::{Coherence, Delay, PhaseSpeed};
+use crate::estimates::realisations::REALISATIONS;
+use crate::measure::cycles_per;
+use crate::sheet::{
+    BLUE, Chart, Colors, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series, Sheet,
+    Units, confidence, edges_from_zero, number, percent, range, with_half,
+};
+use crate::unit::label;
+
+const DEFINITIONS: [[&str; 2]; 5] = [
+    [
+        "Coherence γ²",
+        "Share of a site's power at a frequency that follows the reference linearly: |S_rj|² / (S_rr S_jj) of \
+         averaged cross-spectra, 0 to 1.",
+    ],
+    [
+        "Level",
+        "What one cell exceeds by chance with the stated probability where the true coherence is 0. Of many \
+         cells, that share exceeds it.",
+    ],
+    [
+        "Delay",
+        "By how much a site follows the reference, over all coherent frequencies; positive behind it. Its error \
+         assumes that records differ by a delay and independent noise.",
+    ],
+    [
+        "Phase velocity",
+        "2πf/k, with k from the phases of the sites around the reference up to the first whose \
+         phase is not known to 45 degrees; positive for waves towards +x. Sites must be less than half a wavelength apart.",
+    ],
+    REALISATIONS,
+];
+
+impl Describe for Coherence {
+    /// Variables: `frequency` (nf), `position` (n); `coherence`, `phase`, `phase_interval`, `spectrum` (nf, n); `delay`,
+    /// `delay_error`, `delay_interval`, `delay_ambiguity` (n), NaN where there is none; `speed_frequency`, `wavenumber`,
+    /// `wavenumber_error`, `phase_velocity`, `phase_velocity_error` of the frequencies at which enough sites are
+    /// coherent. Where segments are left out, `segments`, `effective_realisations`, `level` (n).
+    fn describe(&self) -> Sheet<'_> {
+        let (time_unit, space_unit) = self.units();
+        let reference = self.reference;
+        let position = number(self.space.at(reference));
+        let mut sheet = Sheet {
+            name: "coherence",
+            version: 1,
+            title: "Coherence with a reference site".into(),
+            about: format!(
+                "all sites against site {reference} at {position} {space_unit}, times in {time_unit}"
+            ),
+            answer: self.answer(),
+            note: match self.level() {
+                Some(level) => format!(
+                    "A cell exceeds {level:.3} by chance with probability {}.",
+                    self.alpha
+                ),
+                None => format!(
+                    "No significance can be stated: {}.",
+                    self.independence.why_none()
+                ),
+            },
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
+        };
+        sheet.numbers(json!({
+            "time_unit": time_unit,
+            "space_unit": space_unit,
+            "reference": reference,
+            "reference_position": self.space.at(reference),
+        }));
+        self.facts(&mut sheet);
+        let level = match self.level() {
+            Some(level) => format!("{} at {}", number(level), percent(self.alpha)),
+            None => format!("not stated: {}", self.independence.why_none()),
+        };
+        self.independence
+            .describe(&mut sheet, self.segment, [("level of one cell", level)]);
+        if let Some(left) = &self.segments_left {
+            left.describe(&mut sheet, "sites");
+        }
+        if self.is_silent() {
+            sheet.warn(
+                format!("the record of the reference, site {reference}, is silent"),
+                "compare with another site (`--reference`)",
+            );
+        }
+        sheet.warnings.extend(self.independence.alone("reference"));
+        sheet.numbers(json!({
+            "segments_left": self.segments_left,
+            "alpha": self.alpha,
+            "level": self.level(),
+            "above_level": self.above_level(),
+            "is_coherent": self.is_coherent,
+            "delays": self.delays,
+            "velocity": self.velocity,
+            "speeds": self.speeds,
+        }));
+        self.variables(&mut sheet);
+        sheet
+    }
+
+    fn pictures(&self) -> Vec<PlotRow> {
+        let charts: Vec<Chart> = [self.delay_chart(), self.velocity_chart()]
+            .into_iter()
+            .flatten()
+            .collect();
+        let mut rows = vec![
+            PlotRow::of([self.map()]).high(1.3),
+            PlotRow::of([self.mean_chart()]),
+        ];
+        if !charts.is_empty() {
+            rows.push(PlotRow::of(charts));
+        }
+        rows
+    }
+}
+
+impl Coherence {
+    fn is_silent(&self) -> bool {
+        let reference = self.spectrum.column(self.reference);
+        reference.iter().all(|s| *s == 0.0)
+    }
+
+    /// What follows the reference, in words.
+    fn answer(&self) -> String {
+        let reference = self.reference;
+        if self.is_silent() {
+            return format!("nothing can be told: the reference, site {reference}, is silent");
+        }
+        if self.level().is_none() {
+            return format!("nothing can be told: {}", self.independence.why_none());
+        }
+        let coherent: Vec<usize> = self.coherent_sites().collect();
+        let others = self.is_coherent.len() - 1;
+        let share = match (coherent.as_slice(), others) {
+            ([], _) => return format!("no site follows site {reference} above chance"),
+            ([one], _) => format!("site {one}"),
+            (all, others) if all.len() == others => format!("all {others} sites"),
+            (some, others) => format!("{} of {others} sites", some.len()),
+        };
+        let (verb, are) = match coherent.len() {
+            1 => ("follows", "is"),
+            _ => ("follow", "are"),
+        };
+        let (time_unit, space_unit) = self.units();
+        let confidence = confidence(self.alpha);
+        let known: Vec<Delay> = coherent.iter().filter_map(|j| self.delays[*j]).collect();
+        if let Some(waves) = &self.velocity {
+            let towards = if waves.velocity > 0.0 { "+x" } else { "-x" };
+            let half = 0.5 * (waves.high - waves.low).abs();
+            let unit = format!("{space_unit}/{time_unit}");
+            let velocity = with_half(waves.velocity.abs(), half, &unit);
+            let of = match waves.is_dispersive {
+                true => "by frequency".to_owned(),
+                false => confidence,
+            };
+            let is_behind = |delay: &Delay| delay.ambiguity.is_none() && delay.delay > 0.0;
+            let is_ahead = |delay: &Delay| delay.ambiguity.is_none() && delay.delay < 0.0;
+            let are_known = known.len() == coherent.len();
+            let follows = match (known.iter().all(is_behind), known.iter().all(is_ahead)) {
+                (true, _) if are_known => format!("{share} {verb} site {reference}"),
+                (_, true) if are_known => format!(
+                    "{share} {} site {reference}",
+                    verb.replace("follow", "precede")
+                ),
+                _ => format!("{share} {are} coherent with site {reference}"),
+            };
+            return format!("{follows}; waves travel towards {towards} at {velocity} ({of})");
+        }
+        let periods = known.iter().filter_map(|delay| delay.ambiguity);
+        if let Some(period) = periods.reduce(f64::max) {
+            return format!(
+                "{share} {are} coherent with site {reference} in a narrow band: delays are known up to whole periods \
+                 of {} {time_unit}",
+                number(period)
+            );
+        }
+        let later = |sign: f64| {
+            let known = known.iter();
+            known.filter(move |delay| sign * delay.delay > delay.interval)
+        };
+        match (known.as_slice(), later(1.0).count(), later(-1.0).count()) {
+            ([], ..) => {
+                format!("{share} {are} coherent with site {reference}, but by no single delay")
+            }
+            ([one], ..) if coherent.len() == 1 => {
+                let delay = with_half(one.delay.abs(), one.interval, &time_unit);
+                match one.delay.abs() > one.interval {
+                    true if one.delay > 0.0 => {
+                        format!("{share} follows site {reference} by {delay} ({confidence})")
+                    }
+                    true => format!("{share} precedes site {reference} by {delay} ({confidence})"),
+                    false => {
+                        format!("{share} moves with site {reference}, delay {delay} ({confidence})")
+                    }
+                }
+            }
+            (_, 0, 0) => format!("{share} {are} coherent with site {reference}, without a delay"),
+            (all, behind, ahead) => {
+                let of = |range: fn(f64, f64) -> f64| {
+                    let delays = all.iter().map(|delay| delay.delay);
+                    number(delays.reduce(range).unwrap_or(f64::NAN))
+                };
+                let what = match ahead {
+                    0 => format!("{verb} site {reference}"),
+                    _ => format!(
+                        "{are} coherent with site {reference}, {behind} behind it and {ahead} ahead"
+                    ),
+                };
+                format!(
+                    "{share} {what}, by {} to {} {time_unit}",
+                    of(f64::min),
+                    of(f64::max)
+                )
+            }
+        }
+    }
+
+    fn facts(&self, sheet: &mut Sheet) {
+        if let (Some(level), Some(above)) = (self.level(), self.above_level()) {
+            let text = format!(
+                "{} of the cells are above {}, the level that {} exceed by chance",
+                percent(above),
+                number(level),
+                percent(self.alpha)
+            );
+            sheet.fact("coherence", text);
+        }
+        let (time_unit, space_unit) = self.units();
+        let known = self.coherent_sites();
+        let known = known.filter_map(|j| Some((j, self.delays[j]?)));
+        if let Some((site, delay)) = known.last() {
+            let ambiguity = match delay.ambiguity {
+                Some(period) => format!(", up to whole periods of {} {time_unit}", number(period)),
+                None => String::new(),
+            };
+            let frequencies = match delay.frequencies {
+                1 => "one frequency".to_owned(),
+                count => format!("{count} frequencies"),
+            };
+            let text = format!(
+                "{} of site {site} at {} {space_unit}, from {frequencies}{ambiguity}",
+                with_half(delay.delay, delay.interval, &time_unit),
+                number(self.space.at(site)),
+            );
+            sheet.fact("delay", text);
+        }
+        if let Some(waves) = &self.velocity {
+            let by = match (waves.sites, waves.frequencies) {
+                (Some(sites), _) => format!("the delays of {sites} sites"),
+                (_, Some(1)) => "the phases at one frequency".into(),
+                (_, frequencies) => {
+                    format!("the phases at {} frequencies", frequencies.unwrap_or(0))
+                }
+            };
+            let text = format!(
+                "{:.6} {space_unit}/{time_unit} ({:.6} to {:.6}), from {by}",
+                waves.velocity, waves.low, waves.high
+            );
+            sheet.detail("phase velocity", text);
+        }
+    }
+
+    fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
+        let units = Units::of(&self.time, &self.space, self.unit.as_deref());
+        sheet.line("frequency", "frequency", &units.frequency, &self.frequency);
+        sheet.line("position", "position", &units.space, self.positions());
+        if let Some(left) = &self.segments_left {
+            let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
+            let level = |site: usize| self.level_at(site).unwrap_or(f64::NAN);
+            let levels: Vec<f64> = (0..segments.len()).map(level).collect();
+            sheet.line("segments", "position", "", segments);
+            sheet.line("effective_realisations", "position", "", &left.effective);
+            sheet.line("level", "position", "", levels);
+        }
+        let density = units.density(&units.frequency, "");
+        for (name, unit, array) in [
+            ("coherence", "", &self.coherence),
+            ("phase", "rad", &self.phase),
+            ("phase_interval", "rad", &self.phase_interval),
+            ("spectrum", &density, &self.spectrum),
+        ] {
+            sheet.plane(name, ["frequency", "position"], unit, array);
+        }
+        let delay: [(&str, fn(&Delay) -> f64); 4] = [
+            ("delay", |d| d.delay),
+            ("delay_error", |d| d.error),
+            ("delay_interval", |d| d.interval),
+            ("delay_ambiguity", |d| d.ambiguity.unwrap_or(f64::NAN)),
+        ];
+        for (name, of) in delay {
+            let delays = self.delays.iter();
+            let delays = delays.map(|delay| delay.as_ref().map_or(f64::NAN, of));
+            sheet.line(name, "position", &units.time, delays.collect::<Vec<f64>>());
+        }
+        let speed: [(&str, &str, fn(&PhaseSpeed) -> f64); 5] = [
+            ("speed_frequency", &units.frequency, |s| s.frequency),
+            ("wavenumber", &units.wavenumber, |s| s.wavenumber),
+            ("wavenumber_error", &units.wavenumber, |s| {
+                s.wavenumber_error
+            }),
+            ("phase_velocity", &units.velocity, |s| s.velocity),
+            ("phase_velocity_error", &units.velocity, |s| {
+                s.velocity_error
+            }),
+        ];
+        for (name, unit, of) in speed {
+            let values: Vec<f64> = self.speeds.iter().map(of).collect();
+            sheet.line(name, "speed_frequency", unit, values);
+        }
+    }
+
+    fn frequency_label(&self) -> String {
+        label("frequency f", &cycles_per(&self.units().0))
+    }
+
+    fn map(&self) -> HeatChart {
+        let positions = self.positions();
+        HeatChart {
+            title: "coherence γ²(f, x)".into(),
+            caption: "How much of each site's power follows the reference, by frequency.".into(),
+            x_label: label("position x", &self.units().1),
+            y_label: self.frequency_label(),
+            label: "coherence γ²".into(),
+            x: range(&positions),
+            y: edges_from_zero(&self.frequency),
+            values: self.coherence.clone(),
+            colors: Colors::Between(0.0..1.0),
+            marks: vec![Mark {
+                at: positions[self.reference],
+                label: "reference".into(),
+            }],
+            roles: Some([Role::Position, Role::Frequency]),
+            ..HeatChart::default()
+        }
+    }
+
+    /// Mean over the other sites.
+    fn mean_chart(&self) -> Chart {
+        let mean = |row: ArrayView1<f64>| {
+            let others = row.iter().enumerate().filter(|(j, _)| *j != self.reference);
+            let known: Vec<f64> = others.map(|(_, g)| *g).filter(|g| g.is_finite()).collect();
+            known.iter().sum::<f64>() / known.len() as f64
+        };
+        let means: Vec<f64> = self.coherence.axis_iter(Along(0)).map(mean).collect();
+        let levels = self.level().map(|at| Level {
+            at,
+            label: "level of one cell".into(),
+        });
+        Chart {
+            y: 0.0..1.0,
+            levels: levels.into_iter().collect(),
+            ..Chart::of(
+                "mean coherence of the other sites",
+                self.frequency_label(),
+                "coherence γ²",
+                vec![Series::of("", BLUE, &self.frequency, &means)],
+            )
+        }
+    }
+
+    fn delay_chart(&self) -> Option<Chart> {
+        let (time_unit, space_unit) = self.units();
+        let delays = self.delays.iter().zip(self.positions());
+        let delays = delays.filter_map(|(delay, x)| delay.map(|delay| (x, delay)));
+        let (points, errors): (Vec<_>, Vec<f64>) = delays
+            .map(|(x, delay)| ((x, delay.delay), delay.error))
+            .unzip();
+        let zero = Level {
+            at: 0.0,
+            label: String::new(),
+        };
+        (points.len() > 1).then(|| Chart {
+            levels: vec![zero],
+            ..Chart::of(
+                "delay behind the reference",
+                label("position x", &space_unit),
+                label("delay", &time_unit),
+                vec![Series {
+                    errors,
+                    ..Series::line("", BLUE, points).with(Look::Dots)
+                }],
+            )
+        })
+    }
+
+    /// Phase velocities that are known to a half.
+    fn velocity_chart(&self) -> Option<Chart> {
+        let (time_unit, space_unit) = self.units();
+        let resolved = self.speeds.iter();
+        let resolved = resolved.filter(|speed| speed.velocity_error < 0.5 * speed.velocity.abs());
+        let (points, errors): (Vec<_>, Vec<f64>) = resolved
+            .map(|speed| ((speed.frequency, speed.velocity), speed.velocity_error))
+            .unzip();
+        (points.len() > 1).then(|| {
+            Chart::of(
+                "phase velocity",
+                self.frequency_label(),
+                label("velocity", &format!("{space_unit}/{time_unit}")),
+                vec![Series {
+                    errors,
+                    ..Series::line("", BLUE, points).with(Look::Dots)
+                }],
+            )
+        })
+    }
+}

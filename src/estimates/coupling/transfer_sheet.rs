@@ -1,0 +1,316 @@
+//! What a transfer between two sites says.
+
+use ndarray::Array2;
+use serde_json::json;
+
+use super::{OutputTransfer, PairTransfer, Transfer};
+use crate::measure::cycles_per;
+use crate::sheet::{
+    BLUE, Chart, Colors, Describe, GREEN, HeatChart, Level, Look, PlotRow, Role, Series, Sheet,
+    Units, VERMILLION, number, percent,
+};
+use crate::unit::label;
+
+const DEFINITIONS: [[&str; 2]; 5] = [
+    [
+        "Model",
+        "Y(f) = L(f) X(f) + Σ Q(f₁, f₂) X(f₁) X(f₂) over f₁ + f₂ = f, differences included, by least squares over \
+         realisations. The input is not taken for Gaussian.",
+    ],
+    [
+        "Gained from pairs",
+        "What the quadratic terms add to the power of a frequency between the two sites; what it gives to others \
+         is negative. Chance is subtracted.",
+    ],
+    [
+        "Passes f",
+        "Power that the quadratic terms move from below f to above it; positive towards high frequency.",
+    ],
+    [
+        "Not fitted",
+        "Each fifth of the realisations is predicted from the others. A share below 0 means that the terms \
+         predict nothing: the field has no such expansion, or the realisations are too few.",
+    ],
+    [
+        "Weaker and stronger half",
+        "The coefficients of an expansion do not depend on the amplitude. Fitted to the weaker half of the \
+         realisations, they must explain the stronger half too.",
+    ],
+];
+
+/// A column of the outputs, and one of the pairs.
+type OfOutput = fn(&OutputTransfer) -> f64;
+type OfPair = fn(&PairTransfer) -> f64;
+
+impl Describe for Transfer {
+    /// Variables: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`, `magnitude_error`, `phase`,
+    /// `linear`, `linear_error`, `gain`, `gain_error`, `residual`, `flux`, `flux_error`, `above`, `above_error`,
+    /// `held_out_linear`, `held_out_quadratic`; of each pair (np) `pair_first`, `pair_second`, `pair_third`, `pair_re`,
+    /// `pair_im`, `pair_gain`, `pair_gain_error`.
+    fn describe(&self) -> Sheet<'_> {
+        let shares = &self.shares;
+        let [from, to] = [self.from, self.to].map(|site| number(self.space.at(site)));
+        let mut sheet = Sheet {
+            name: "transfer",
+            version: 1,
+            title: format!("Transfer from site {} to site {}", self.from, self.to),
+            about: format!("from {from} to {to}, {} samples later", self.lag),
+            answer: self.in_words(),
+            note: format!(
+                "Bars are standard errors by {} resamplings of {} blocks of realisations.",
+                self.resamplings, self.blocks
+            ),
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
+        };
+        let text = format!(
+            "linear {}, quadratic {}, residual {} of its power",
+            percent(shares.linear),
+            percent(shares.quadratic),
+            percent(shares.residual)
+        );
+        sheet.fact("output", text);
+        let text = format!(
+            "of what was not fitted, linear terms explain {}, quadratic ones {} of the rest",
+            percent(shares.held_out_linear),
+            percent(shares.held_out_of_rest)
+        );
+        sheet.fact("prediction", text);
+        sheet.detail("findings", self.findings());
+        if self.holds() {
+            sheet.detail("passage", self.answer());
+        }
+        let rows = [("unknowns of a frequency", self.unknowns.to_string())];
+        self.independence.describe(&mut sheet, self.segment, rows);
+        self.warnings(&mut sheet);
+        sheet.numbers(json!({
+            "from": self.from,
+            "from_position": self.space.at(self.from),
+            "to": self.to,
+            "to_position": self.space.at(self.to),
+            "lag": self.lag,
+            "unknowns": self.unknowns,
+            "blocks": self.blocks,
+            "resamplings": self.resamplings,
+            "input": self.input(),
+            "shares": shares,
+            "holds": self.holds(),
+            "passage": self.passage(),
+            "outputs": self.outputs,
+        }));
+        self.variables(&mut sheet);
+        sheet
+    }
+
+    fn pictures(&self) -> Vec<PlotRow> {
+        vec![
+            PlotRow::of([self.gain_chart(), self.flux_chart()]),
+            PlotRow::of([self.map()]).high(1.2),
+            PlotRow::of([self.explained_chart()]),
+        ]
+    }
+}
+
+impl Transfer {
+    /// What gained from what, in words.
+    fn in_words(&self) -> String {
+        if !self.holds() {
+            return "no quadratic transfer is shown: it does not predict what was not fitted"
+                .into();
+        }
+        let Some(at) = self.passage() else {
+            return "no frequencies gain from others more than by chance".into();
+        };
+        let towards = if at.flux > 0.0 { "higher" } else { "lower" };
+        let share = |power: f64| percent(power.abs() / self.input());
+        format!(
+            "{} ± {} of the input's power moves past {} {} to {towards} frequencies",
+            share(at.flux),
+            share(at.flux_error),
+            number(at.frequency),
+            cycles_per(&self.units().0)
+        )
+    }
+
+    fn warnings(&self, sheet: &mut Sheet) {
+        let undetermined: usize = self.outputs.iter().map(|output| output.undetermined).sum();
+        if undetermined > 0 {
+            sheet.warn(
+                format!(
+                    "{undetermined} terms are not determined: their inputs are 0 or vary together with others"
+                ),
+                "keep to frequencies that the input has (--highest), or excite more of them",
+            );
+        }
+        if !self.holds() {
+            sheet.warn(
+                "quadratic terms do not predict this field; their gains mean nothing",
+                "try more realisations, neighbouring sites, --lag; `cascade budget` if the chain is known",
+            );
+        }
+    }
+
+    fn variables(&self, sheet: &mut Sheet) {
+        let units = Units::of(&self.time, &self.space, self.unit.as_deref());
+        let cycles = &units.frequency[..];
+        let density = &units.density(cycles, "")[..];
+        let passed = &units.density("", "")[..];
+        let of_outputs: [(&str, &str, OfOutput); 17] = [
+            ("frequency", cycles, |o| o.frequency),
+            ("input", density, |o| o.input),
+            ("output", density, |o| o.output),
+            ("magnitude", "", |o| o.magnitude),
+            ("magnitude_error", "", |o| o.magnitude_error),
+            ("phase", "rad", |o| o.phase),
+            ("linear", density, |o| o.linear),
+            ("linear_error", density, |o| o.linear_error),
+            ("gain", density, |o| o.gain),
+            ("gain_error", density, |o| o.gain_error),
+            ("residual", density, |o| o.residual),
+            ("flux", passed, |o| o.flux),
+            ("flux_error", passed, |o| o.flux_error),
+            ("above", passed, |o| o.above),
+            ("above_error", passed, |o| o.above_error),
+            ("held_out_linear", "", |o| o.held_out_linear),
+            ("held_out_quadratic", "", |o| o.held_out_quadratic),
+        ];
+        for (name, unit, of) in of_outputs {
+            let values: Vec<f64> = self.outputs.iter().map(of).collect();
+            sheet.line(name, "frequency", unit, values);
+        }
+        let kernel = units.over_sample();
+        let of_pairs: [(&str, &str, OfPair); 7] = [
+            ("pair_first", cycles, |p| p.first),
+            ("pair_second", cycles, |p| p.second),
+            ("pair_third", cycles, |p| p.third),
+            ("pair_re", &kernel, |p| p.re),
+            ("pair_im", &kernel, |p| p.im),
+            ("pair_gain", density, |p| p.gain),
+            ("pair_gain_error", density, |p| p.gain_error),
+        ];
+        for (name, unit, of) in of_pairs {
+            let values: Vec<f64> = self.pairs.iter().map(of).collect();
+            sheet.line(name, "pair", unit, values);
+        }
+    }
+
+    fn frequency_unit(&self) -> String {
+        cycles_per(&self.units().0)
+    }
+
+    /// A line with the bars of its errors, times a factor.
+    fn with_errors(
+        &self,
+        (label, colour): (&str, usize),
+        [of, error]: [OfOutput; 2],
+        factor: f64,
+    ) -> Series {
+        let points = self.outputs.iter().map(|o| (o.frequency, of(o) * factor));
+        Series {
+            errors: self.outputs.iter().map(|o| error(o) * factor).collect(),
+            ..Series::line(label, colour, points.collect())
+        }
+    }
+
+    /// Gains, in shares of the power of the input, which need no unit.
+    fn gain_chart(&self) -> Chart {
+        let each = self.outputs[0].frequency / self.input();
+        let linear: [OfOutput; 2] = [|o| o.linear, |o| o.linear_error];
+        let pairs: [OfOutput; 2] = [|o| o.gain, |o| o.gain_error];
+        let series = vec![
+            self.with_errors(("linear", BLUE), linear, each),
+            self.with_errors(("from pairs", VERMILLION), pairs, each),
+        ];
+        self.around_zero("gained by each frequency", series)
+    }
+
+    fn flux_chart(&self) -> Chart {
+        let flux: [OfOutput; 2] = [|o| o.flux, |o| o.flux_error];
+        let series = self.with_errors(("", VERMILLION), flux, 1.0 / self.input());
+        self.around_zero("passes f towards higher frequencies", vec![series])
+    }
+
+    /// Shares of the input, with the bars of their errors inside.
+    fn around_zero(&self, title: &str, series: Vec<Series>) -> Chart {
+        let ends = series.iter().flat_map(|series| {
+            let bars = series.points.iter().zip(&series.errors);
+            bars.flat_map(|((_, value), error)| [value - error, value + error])
+        });
+        let (low, high) = ends.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
+        let space = 0.05 * (high - low);
+        Chart {
+            levels: vec![zero()],
+            y: low - space..high + space,
+            ..Chart::of(
+                title,
+                label("frequency f", &self.frequency_unit()),
+                "share of the input's power",
+                series,
+            )
+        }
+    }
+
+    fn explained_chart(&self) -> Chart {
+        let points = |of: OfOutput| -> Vec<(f64, f64)> {
+            let outputs = self.outputs.iter();
+            outputs
+                .map(|output| (output.frequency, of(output)))
+                .collect()
+        };
+        let residual = points(|o| o.residual / o.output);
+        Chart {
+            levels: vec![zero()],
+            y: -0.25..1.0,
+            ..Chart::of(
+                "explained of realisations that were not fitted",
+                label("frequency f", &self.frequency_unit()),
+                "share of the output's power",
+                vec![
+                    Series::line("linear", BLUE, points(|o| o.held_out_linear)),
+                    Series::line("quadratic", VERMILLION, points(|o| o.held_out_quadratic)),
+                    Series::line("residual", GREEN, residual).with(Look::Dashed),
+                ],
+            )
+        }
+    }
+
+    /// What each pair brings to its sum or difference, over output and second frequency.
+    fn map(&self) -> HeatChart {
+        let df = self.outputs[0].frequency;
+        let bin = |f: f64| (f / df).round() as isize;
+        let last = self.outputs.len() as isize;
+        let seconds = || self.pairs.iter().map(|p| bin(p.second));
+        let (lowest, highest) = (seconds().min().unwrap_or(-1), seconds().max().unwrap_or(1));
+        let mut values =
+            Array2::from_elem(((highest - lowest + 1) as usize, last as usize), f64::NAN);
+        let each = df / self.input();
+        for pair in &self.pairs {
+            let row = (bin(pair.second) - lowest) as usize;
+            values[[row, bin(pair.third) as usize - 1]] = pair.gain * each;
+        }
+        let known = values.iter().filter(|v| v.is_finite());
+        let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
+        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let unit = self.frequency_unit();
+        HeatChart {
+            title: "what each pair brings".into(),
+            caption: "Which pairs of frequencies feed a third, and which take from it.".into(),
+            x_label: label("output frequency f = f₁ + f₂", &unit),
+            y_label: label("frequency f₂", &unit),
+            label: "gain, share of the input".into(),
+            x: 0.5 * df..(last as f64 + 0.5) * df,
+            y: (lowest as f64 - 0.5) * df..(highest as f64 + 0.5) * df,
+            values,
+            colors: Colors::Between(-largest..largest),
+            roles: Some([Role::Frequency; 2]),
+            ..HeatChart::default()
+        }
+    }
+}
+
+fn zero() -> Level {
+    Level {
+        at: 0.0,
+        label: String::new(),
+    }
+}

@@ -1,0 +1,147 @@
+//! What all averages say of themselves.
+
+use serde_json::{Value, json};
+
+use super::{Independence, SegmentsLeft, interval_factors};
+use crate::sheet::{Sheet, Table, Warning, confidence, number, with_range};
+
+/// What independent realisations are.
+pub(crate) const REALISATIONS: [&str; 2] = [
+    "Independent realisations",
+    "Segments, tapers and records that are averaged, less what overlapping segments share. The segments of a transient \
+     are not independent: then the records alone count.",
+];
+
+/// What a transient is.
+pub(crate) const TRANSIENT: [&str; 2] = [
+    "Transient",
+    "A record whose energy lies in a few of its parts is one realisation; only several records give it an interval.",
+];
+
+/// Sites that a warning names at most.
+const NAMED: usize = 8;
+
+impl Independence {
+    /// Says what is averaged: numbers, a detail, and a table that ends with these rows.
+    pub(crate) fn describe(
+        &self,
+        sheet: &mut Sheet,
+        [segment, overlap]: [usize; 2],
+        further: impl IntoIterator<Item = (&'static str, String)>,
+    ) {
+        sheet.numbers(json!({
+            "segment": segment,
+            "overlap": overlap,
+            "independence": self,
+        }));
+        sheet.detail(
+            "averages",
+            format!(
+                "records {}, segments {} of {segment} samples, tapers {}: {} effective realisations",
+                self.records,
+                self.segments,
+                self.tapers,
+                number(self.effective)
+            ),
+        );
+        let rows = [
+            ("records", self.records.to_string()),
+            ("segments of a record", self.segments.to_string()),
+            ("tapers", self.tapers.to_string()),
+            ("samples a segment", segment.to_string()),
+            ("effective realisations", number(self.effective)),
+        ];
+        let rows = rows.into_iter().chain(further);
+        sheet.tables.push(Table::of_values("Averages", rows));
+    }
+
+    /// Why no significance is stated of a `what`, where none is.
+    pub(crate) fn why_none(&self) -> &'static str {
+        match self.is_transient() {
+            true => self.why(),
+            false => "there are fewer than two independent realisations",
+        }
+    }
+
+    /// What to say of a `what` that is one realisation by itself.
+    pub(crate) fn alone(&self, what: &str) -> Option<Warning> {
+        (self.is_transient() && self.records < 2).then(|| self.transient(what))
+    }
+
+    /// Why a `what` by itself has no errors.
+    pub(crate) fn transient(&self, what: &str) -> Warning {
+        match self.steadiness.is_nan() {
+            true => Warning::new(
+                format!(
+                    "{} of the {what}: no level of chance and no interval is stated",
+                    self.why()
+                ),
+                "leave out the segments that miss samples: `--gaps leave-out`",
+            ),
+            false => Warning::new(
+                format!(
+                    "the {what} is a transient (steadiness {}): its segments are not independent",
+                    number(self.steadiness)
+                ),
+                "name several records of the same sites, one a shot",
+            ),
+        }
+    }
+}
+
+impl SegmentsLeft {
+    /// How many segments are left of columns (sites or times) that miss samples.
+    pub(crate) fn describe(&self, sheet: &mut Sheet, columns: &str) {
+        if self.incomplete() > 0 {
+            let [least, median] = self.least_and_median();
+            let text = format!(
+                "{} of {} {columns} lose segments: {median} of {} are left at the median, {least} at the least",
+                self.incomplete(),
+                self.left.len(),
+                self.of,
+            );
+            sheet.fact("gaps", text);
+        }
+        let empty = self.empty();
+        if !empty.is_empty() {
+            let shown: Vec<String> = empty.iter().take(NAMED).map(usize::to_string).collect();
+            let more = if empty.len() > NAMED { ", ..." } else { "" };
+            sheet.warn(
+                format!(
+                    "{} of {} {columns} miss samples in all {} segments and are left out: {}{more}",
+                    empty.len(),
+                    self.left.len(),
+                    self.of,
+                    shown.join(", "),
+                ),
+                "shorter segments (`--segment`) lose less to a gap",
+            );
+        }
+    }
+}
+
+/// The interval by these degrees of freedom (least, median, most), in words.
+pub(crate) fn interval_in_words(degrees: Option<[f64; 3]>, alpha: f64) -> String {
+    let Some([least, median, most]) = degrees else {
+        return "none can be stated".into();
+    };
+    let [low, high] = interval_factors(median, alpha).map(number);
+    format!(
+        "{} from {low} to {high} of a value, {} degrees of freedom",
+        confidence(alpha),
+        with_range(least, median, most)
+    )
+}
+
+/// The same as numbers; `null` where none can be stated.
+pub(crate) fn degrees_as_numbers(degrees: Option<[f64; 3]>, alpha: f64) -> Value {
+    match degrees {
+        Some([least, median, largest]) => json!({
+            "least": least,
+            "median": median,
+            "largest": largest,
+            "interval_factors": interval_factors(median, alpha),
+        }),
+        None => Value::Null,
+    }
+}

@@ -1,0 +1,622 @@
+//! What spectra say.
+
+use ndarray::Array2;
+use serde_json::{Value, json};
+
+use super::{
+    LeftOutEach, Line, LineTest, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis, SpectrumEstimate,
+};
+use crate::estimates::realisations::{TRANSIENT, degrees_as_numbers, interval_in_words};
+use crate::sheet::{
+    BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series, Sheet,
+    Table, Units, confidence, edges_from_zero, listed, number, percent, range, six_digits,
+    with_range,
+};
+use crate::unit::label;
+
+const DEFINITIONS: [[&str; 2]; 5] = [
+    [
+        "Power spectral density",
+        "One-sided; its integral over f is the mean square of the samples.",
+    ],
+    [
+        "Degrees of freedom",
+        "Twice the number of independent realisations that a value averages, less what unequal weights of the \
+         tapers cost. Overlapping segments count by their effective number.",
+    ],
+    [
+        "Interval",
+        "Where the true density lies with the stated probability if the record is stationary: by the \
+         chi-square distribution of Gaussian records, and by the jackknife, which leaves out one realisation \
+         at a time and assumes no distribution.",
+    ],
+    [
+        "Test for lines",
+        "F compares the power of a sine of constant amplitude with what is left beside it. Without a line it \
+         exceeds the level of one cell with the stated probability, and that of all cells anywhere with the same.",
+    ],
+    TRANSIENT,
+];
+
+/// Places that are named at most.
+const NAMED: usize = 3;
+/// Lines that a table lists.
+const LISTED: usize = 20;
+/// Decades that a chart of a spectrum shows at most.
+const DECADES: f64 = 10.0;
+
+impl Describe for SpectrumEstimate {
+    /// Variables: `frequency` (nf), `position`, `steadiness` (n); `spectrum`, `degrees_of_freedom`, `low`, `high`,
+    /// `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no interval; along time `noise`, `noise_low`,
+    /// `noise_high` (n), densities; where segments are left out `segments`, `effective_realisations` (n); of several
+    /// tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of `frequency` and `position`,
+    /// beside `mean_spectrum`, `mean_low`, `mean_high`, `effective_snapshots` (nk).
+    fn describe(&self) -> Sheet<'_> {
+        let (time_unit, space_unit) = self.units();
+        let mut sheet = Sheet {
+            name: "spectrum",
+            version: 1,
+            title: "Spectra with intervals".into(),
+            about: format!(
+                "power spectral density at {} {}, times in {time_unit}, positions in {space_unit}",
+                self.spectrum.ncols(),
+                self.columns_word()
+            ),
+            answer: self.answer(),
+            note: self.note(),
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
+        };
+        sheet.numbers(json!({
+            "along": self.along,
+            "time_unit": time_unit,
+            "space_unit": space_unit,
+            "unit": self.unit,
+        }));
+        let degrees = self.degrees_range();
+        sheet.fact("interval", interval_in_words(degrees, self.alpha));
+        if let Some(left) = &self.segments_left {
+            left.describe(&mut sheet, self.columns_word());
+        }
+        self.noise_facts(&mut sheet);
+        if let Some(test) = self.test_of_lines() {
+            self.line_facts(test, &mut sheet);
+        }
+        if degrees.is_some() && self.has_jackknife && self.left_out == LeftOutEach::Record {
+            sheet.detail(
+                "jackknife",
+                "over records, whose segments are not independent",
+            );
+        }
+        let rows = [("without interval", self.without_interval().to_string())];
+        self.independence.describe(&mut sheet, self.segment, rows);
+        self.warnings(&mut sheet);
+        sheet.numbers(json!({
+            "half_bandwidth": self.half_bandwidth,
+            "segments_left": self.segments_left,
+            "steadiness": self.steadiness,
+            "without_interval": self.without_interval(),
+            "steadiness_in_time": self.mean.as_ref().map(|mean| mean.steadiness),
+            "alpha": self.alpha,
+            "degrees_of_freedom": degrees_as_numbers(degrees, self.alpha),
+            "jackknife_leaves_out": self.has_jackknife.then_some(self.left_out),
+            "noise": self.noise.as_ref().map(NoiseFloor::numbers),
+            "line_test": self.line_test.as_ref().map(|test| json!({
+                "degrees_of_freedom": test.degrees,
+                "level": test.level,
+                "level_of_all": test.level_of_all,
+                "lines": test.lines,
+            })),
+        }));
+        self.variables(&mut sheet);
+        sheet
+    }
+
+    fn pictures(&self) -> Vec<PlotRow> {
+        let mut rows = vec![PlotRow::of([self.map()]).high(1.1)];
+        rows.extend(self.mean_chart().map(|chart| PlotRow::of([chart])));
+        rows.push(PlotRow::of([self.loudest_chart()]).high(1.1));
+        rows.extend(
+            self.line_chart()
+                .map(|chart| PlotRow::of([chart]).high(0.8)),
+        );
+        rows
+    }
+}
+
+impl NoiseFloor {
+    /// Of all sites, `null` where it is not known.
+    pub(crate) fn numbers(&self) -> Value {
+        json!({
+            "known": self.known(),
+            "sites": self.sites,
+            "subtracted": self.subtracted,
+        })
+    }
+}
+
+impl SpectrumEstimate {
+    fn columns_word(&self) -> &'static str {
+        match self.along {
+            SpectrumAxis::Time => "sites",
+            SpectrumAxis::Space => "times",
+        }
+    }
+
+    /// The test for lines, where anything is significant.
+    fn test_of_lines(&self) -> Option<&LineTest> {
+        let test = self.line_test.as_ref();
+        test.filter(|_| self.degrees_range().is_some())
+    }
+
+    /// Which lines or peaks there are, in words.
+    fn answer(&self) -> String {
+        let column = match self.along {
+            SpectrumAxis::Time => "site",
+            SpectrumAxis::Space => "time",
+        };
+        if let Some(test) = self.test_of_lines() {
+            let Some(first) = test.lines.first() else {
+                return format!("no line stands above chance at any {column}");
+            };
+            let lines = test.lines.iter().map(|line| (line.at, line.column));
+            return format!(
+                "lines at {}; the surest of amplitude {}",
+                self.named(lines, column),
+                self.amplitude(first)
+            );
+        }
+        match self.peaks() {
+            None => format!(
+                "no peak can be told from chance: {}",
+                self.independence.why_none()
+            ),
+            Some(peaks) => match peaks.first() {
+                None => {
+                    format!("no peak stands above the power on either side of it at any {column}")
+                }
+                Some(first) => format!(
+                    "peaks at {}; the highest {} times the power beside it",
+                    self.named(peaks.iter().map(|peak| (peak.at, peak.column)), column),
+                    number(first.ratio)
+                ),
+            },
+        }
+    }
+
+    fn amplitude(&self, line: &Line) -> String {
+        let unit = self.unit.as_deref().unwrap_or_default();
+        let text = format!(
+            "{} ± {} {unit}",
+            number(line.amplitude),
+            number(line.amplitude_error)
+        );
+        text.trim_end().to_owned()
+    }
+
+    /// Frequencies and how many sites have them, `50.00 and 100.0 Hz (64 and 3 sites)`; those within two bins are one.
+    fn named(&self, found: impl Iterator<Item = (f64, usize)>, column: &str) -> String {
+        let near = 2.0 * (self.bins[1] - self.bins[0]);
+        let mut places: Vec<(f64, Vec<usize>)> = Vec::new();
+        for (at, column) in found {
+            match places
+                .iter_mut()
+                .find(|(other, _)| (at - *other).abs() <= near)
+            {
+                Some((_, columns)) if columns.contains(&column) => {}
+                Some((_, columns)) => columns.push(column),
+                None => places.push((at, vec![column])),
+            }
+        }
+        let shown = &places[..places.len().min(NAMED)];
+        let at: Vec<String> = shown.iter().map(|(at, _)| number(*at)).collect();
+        let counts = shown.iter().map(|(_, columns)| columns.len().to_string());
+        let counts = listed(&counts.collect::<Vec<String>>());
+        let plural = if counts == "1" { "" } else { "s" };
+        let more = match places.len() - shown.len() {
+            0 => String::new(),
+            more => format!(", and {more} more"),
+        };
+        let unit = self.bin_unit();
+        format!("{} {unit} ({counts} {column}{plural}){more}", listed(&at))
+    }
+
+    fn note(&self) -> String {
+        let jackknife = match self.left_out {
+            _ if !self.has_jackknife => "There is no jackknife.",
+            LeftOutEach::Realisation => "The jackknife leaves out one segment and taper at a time.",
+            LeftOutEach::Record => "The jackknife leaves out one record at a time.",
+        };
+        match self.degrees_range() {
+            Some([least, median, most]) => format!(
+                "{} intervals by {} degrees of freedom. {jackknife}",
+                confidence(self.alpha),
+                with_range(least, median, most)
+            ),
+            None => format!(
+                "No interval can be stated: {}.",
+                self.independence.why_none()
+            ),
+        }
+    }
+
+    /// A line with its place and size.
+    fn place_of(&self, line: &Line) -> String {
+        let (time_unit, space_unit) = self.units();
+        let unit = match self.along {
+            SpectrumAxis::Time => space_unit,
+            SpectrumAxis::Space => time_unit,
+        };
+        let at = number(self.coordinate(line.column));
+        format!("{} {} at {at} {unit}", number(line.at), self.bin_unit())
+    }
+
+    fn line_facts(&self, test: &LineTest, sheet: &mut Sheet) {
+        let Some(first) = test.lines.first() else {
+            return;
+        };
+        let text = format!(
+            "{} at {} {}, F above {}; the surest: amplitude {}, {}",
+            test.lines.len(),
+            test.columns(),
+            self.columns_word(),
+            number(test.level_of_all),
+            self.amplitude(first),
+            self.place_of(first),
+        );
+        sheet.fact("lines", text);
+        let row = |line: &Line| vec![self.place_of(line), self.amplitude(line), number(line.f)];
+        sheet.tables.push(Table {
+            title: "Lines, the surest first".into(),
+            head: ["place", "amplitude", "F"].map(str::to_owned).to_vec(),
+            rows: test.lines.iter().take(LISTED).map(row).collect(),
+        });
+    }
+
+    /// How loud the noise is, and what of it was subtracted.
+    fn noise_facts(&self, sheet: &mut Sheet) {
+        let Some(noise) = &self.noise else { return };
+        let Some(median) = noise.median() else {
+            let text = "none can be told: no site is quiet at first, or flat below Nyquist";
+            sheet.fact("noise", text);
+            return;
+        };
+        let bin_unit = self.bin_unit();
+        let source = match median.source {
+            NoiseSource::LeadIn { .. } => "before the motion arrives".to_owned(),
+            NoiseSource::Top { from } => {
+                format!(
+                    "where the spectrum is flat, from {} {bin_unit}",
+                    number(from)
+                )
+            }
+        };
+        let unit = match &self.unit {
+            Some(unit) => format!(" ({unit})²/{bin_unit}"),
+            None => String::new(),
+        };
+        let text = format!(
+            "at {} of {} sites, {source}: median {} ({} to {}){unit}",
+            noise.known(),
+            noise.sites.len(),
+            number(median.density),
+            number(median.low),
+            number(median.high),
+        );
+        sheet.fact("noise", text);
+        if let Some(left) = &noise.subtracted {
+            let clipped: usize = left.clipped_bins.iter().sum();
+            let bins = noise.known() * self.bins.len();
+            let added: f64 = left.clipped_power.iter().sum();
+            let text = format!(
+                "{clipped} of {bins} bins were below the noise and are 0, which adds {} to the mean square of a site \
+                 on average",
+                number(added / noise.known() as f64),
+            );
+            sheet.fact("subtracted", text);
+        }
+    }
+
+    fn warnings(&self, sheet: &mut Sheet) {
+        let columns = self.columns_word();
+        let noise = self.noise.as_ref();
+        if let Some(noise) = noise.filter(|noise| noise.subtracted.is_some()) {
+            let unknown = noise.sites.len() - noise.known();
+            if unknown > 0 {
+                sheet.warn(
+                    format!(
+                        "nothing is subtracted at {unknown} of {} sites, whose noise is not known",
+                        noise.sites.len()
+                    ),
+                    "record from before the motion arrives, or sample fast enough that noise alone is left at the top",
+                );
+            }
+        }
+        // Those of which nothing is left are named already.
+        let empty = self
+            .segments_left
+            .as_ref()
+            .map_or(0, |left| left.empty().len());
+        let filled = self.steadiness.iter().filter(|s| s.is_nan()).count();
+        let without = (self.without_interval() - empty).saturating_sub(filled);
+        let all = self.has_interval.len();
+        if filled > 0 {
+            sheet.warn(
+                format!(
+                    "of {filled} of {all} {columns} more than a twentieth of the samples were filled: no interval is stated"
+                ),
+                "leave out the segments that miss samples: `--gaps leave-out`",
+            );
+        }
+        match self.along {
+            _ if without == 0 => {}
+            SpectrumAxis::Time => sheet.warn(
+                format!(
+                    "{without} of {all} sites have a transient, which is one realisation: no interval is stated"
+                ),
+                "name several records of the same sites, one a shot",
+            ),
+            SpectrumAxis::Space => sheet.warn(
+                format!(
+                    "{without} of {all} snapshots have their energy at a few sites: no interval is stated"
+                ),
+                "read the mean over the times, if it has an interval, or name several records, one a shot",
+            ),
+        }
+        if let Some(mean) = &self.mean
+            && mean.low.iter().all(|v| v.is_nan())
+        {
+            sheet.warn(
+                format!(
+                    "the mean over the times has no interval: energy changes (steadiness {}), or times are few",
+                    number(mean.steadiness)
+                ),
+                "analyse a part of the record in which it is steady",
+            );
+        }
+    }
+
+    fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
+        let units = Units::of(&self.time, &self.space, self.unit.as_deref());
+        let [(bins, bin_unit), (columns, column_unit)] = match self.along {
+            SpectrumAxis::Time => [("frequency", &units.frequency), ("position", &units.space)],
+            SpectrumAxis::Space => [("wavenumber", &units.wavenumber), ("time", &units.time)],
+        };
+        let density = units.density(bin_unit, "");
+        sheet.line(bins, bins, bin_unit, &self.bins);
+        sheet.line(columns, columns, column_unit, self.coordinates());
+        sheet.line("steadiness", columns, "", &self.steadiness);
+        if let Some(left) = &self.segments_left {
+            let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
+            sheet.line("segments", columns, "", segments);
+            sheet.line("effective_realisations", columns, "", &left.effective);
+        }
+        if let Some(noise) = &self.noise {
+            let parts: [(&str, fn(&SiteNoise) -> f64); 3] = [
+                ("noise", |noise| noise.density),
+                ("noise_low", |noise| noise.low),
+                ("noise_high", |noise| noise.high),
+            ];
+            for (name, part) in parts {
+                let sites = noise.sites.iter();
+                let values = sites.map(|site| site.as_ref().map_or(f64::NAN, part));
+                sheet.line(name, columns, &density, values.collect::<Vec<f64>>());
+            }
+        }
+        let axes = [bins, columns];
+        sheet.plane("spectrum", axes, &density, &self.spectrum);
+        sheet.plane("degrees_of_freedom", axes, "", &self.degrees);
+        sheet.plane("low", axes, &density, &self.low);
+        sheet.plane("high", axes, &density, &self.high);
+        let (rows, across) = self.spectrum.dim();
+        for (name, sign) in [("jackknife_low", -1.0), ("jackknife_high", 1.0)] {
+            let cells = self.spectrum.iter().zip(&self.jackknife);
+            let values = cells.map(|(s, half)| s * (sign * half).exp());
+            let axes = [(bins, rows), (columns, across)];
+            sheet.variable(name, &axes, &density, values.collect::<Vec<f64>>());
+        }
+        if let Some(test) = &self.line_test {
+            sheet.plane("f_statistic", axes, "", &test.statistic);
+        }
+        if let Some(mean) = &self.mean {
+            sheet.line("mean_spectrum", bins, &density, &mean.spectrum);
+            sheet.line("mean_low", bins, &density, &mean.low);
+            sheet.line("mean_high", bins, &density, &mean.high);
+            sheet.line("effective_snapshots", bins, "", &mean.effective_snapshots);
+        }
+    }
+
+    fn density_label(&self) -> String {
+        let unit = match (&self.unit, self.along) {
+            (Some(unit), SpectrumAxis::Time) => format!("({unit})²/{}", self.bin_unit()),
+            (Some(unit), SpectrumAxis::Space) => format!("({unit})²/({})", self.bin_unit()),
+            (None, _) => format!("per {}", self.bin_unit()),
+        };
+        label("power spectral density", &unit)
+    }
+
+    fn bin_label(&self) -> String {
+        let name = match self.along {
+            SpectrumAxis::Time => "frequency f",
+            SpectrumAxis::Space => "wavenumber k",
+        };
+        label(name, &self.bin_unit())
+    }
+
+    /// Of all sites, or at all times.
+    fn map(&self) -> HeatChart {
+        let (time_unit, space_unit) = self.units();
+        let (title, x_label, roles) = match self.along {
+            SpectrumAxis::Time => (
+                "spectra S(f, x)",
+                label("position x", &space_unit),
+                [Role::Position, Role::Frequency],
+            ),
+            SpectrumAxis::Space => (
+                "spectra S(k, t)",
+                label("time t", &time_unit),
+                [Role::Time, Role::Wavenumber],
+            ),
+        };
+        let coordinates = self.coordinates();
+        HeatChart {
+            title: title.into(),
+            caption: format!("The power at all {}.", self.columns_word()),
+            x_label,
+            y_label: self.bin_label(),
+            label: self.density_label(),
+            x: range(&coordinates),
+            y: edges_from_zero(&self.bins),
+            values: without_mean(&self.spectrum, self.mean_is_removed),
+            marks: vec![Mark {
+                at: coordinates[self.loudest()],
+                label: "below".into(),
+            }],
+            roles: Some(roles),
+            ..HeatChart::default()
+        }
+    }
+
+    /// The values without that at 0, where nothing is estimated if the mean is removed.
+    fn of_bins(&self, mut values: Vec<f64>) -> Vec<f64> {
+        if self.mean_is_removed {
+            values[0] = f64::NAN;
+        }
+        values
+    }
+
+    /// The spectrum of the site with the most energy.
+    fn loudest_chart(&self) -> Chart {
+        let (time_unit, space_unit) = self.units();
+        let site = self.loudest();
+        let at = six_digits(self.coordinate(site));
+        let column = |array: &Array2<f64>| self.of_bins(array.column(site).to_vec());
+        let [spectrum, low, high] = [&self.spectrum, &self.low, &self.high].map(column);
+        let mut series = vec![self.with_interval(&spectrum, [&low, &high], "interval")];
+        let half = column(&self.jackknife);
+        if half.iter().any(|h| h.is_finite()) {
+            for (sign, label) in [(-1.0, "by the jackknife"), (1.0, "")] {
+                let cells = spectrum.iter().zip(&half);
+                let end: Vec<f64> = cells.map(|(s, h)| s * (sign * h).exp()).collect();
+                series.push(Series {
+                    width: 1.4,
+                    ..Series::of(label, BLACK, &self.bins, &end).with(Look::Dashed)
+                });
+            }
+        }
+        let noise = self.noise.as_ref();
+        let noise = noise.filter(|noise| noise.subtracted.is_none());
+        let noise = noise.and_then(|noise| noise.sites[site]);
+        let noise = noise.map(|noise| Level {
+            at: noise.density,
+            label: "noise".into(),
+        });
+        Chart {
+            y: shown([&spectrum, &low, &high]),
+            log_y: true,
+            levels: noise.into_iter().collect(),
+            ..Chart::of(
+                match self.along {
+                    SpectrumAxis::Time => format!("spectrum of site {site} at {at} {space_unit}"),
+                    SpectrumAxis::Space => format!("spectrum at the time {at} {time_unit}"),
+                },
+                self.bin_label(),
+                self.density_label(),
+                series,
+            )
+        }
+    }
+
+    /// A spectrum, with its interval if it has one.
+    fn with_interval(&self, spectrum: &[f64], [low, high]: [&[f64]; 2], name: &str) -> Series {
+        let line = Series::of("", BLUE, &self.bins, spectrum);
+        match low.iter().any(|v| v.is_finite()) {
+            true => {
+                let ends = low.iter().copied().zip(high.iter().copied());
+                line.with_band(format!("{} {name}", confidence(self.alpha)), ends.collect())
+            }
+            false => line,
+        }
+    }
+
+    /// Along space, the mean over the times.
+    fn mean_chart(&self) -> Option<Chart> {
+        let mean = self.mean.as_ref()?;
+        let spectrum = self.of_bins(mean.spectrum.clone());
+        let ends = [&mean.low[..], &mean.high];
+        let line = self.with_interval(&spectrum, ends, "interval, by parts of the record");
+        Some(Chart {
+            y: shown([&spectrum, &mean.low, &mean.high]),
+            log_y: true,
+            ..Chart::of(
+                "mean over all times",
+                self.bin_label(),
+                self.density_label(),
+                vec![line],
+            )
+        })
+    }
+
+    /// The test for lines of that site.
+    fn line_chart(&self) -> Option<Chart> {
+        let test = self.line_test.as_ref()?;
+        let statistic = test.statistic.column(self.loudest()).to_vec();
+        let known = statistic
+            .iter()
+            .copied()
+            .filter(|f| f.is_finite() && *f > 0.0);
+        let largest = known.fold(test.level_of_all, f64::max);
+        let levels = [("one cell", test.level), ("all cells", test.level_of_all)];
+        let levels = levels
+            .into_iter()
+            .filter(|_| self.degrees_range().is_some());
+        let level = |(of, at): (&str, f64)| Level {
+            at,
+            label: format!("level of {of}, {at:.3}"),
+        };
+        let of_site = test
+            .lines
+            .iter()
+            .filter(|line| line.column == self.loudest());
+        let marks = of_site.take(5).map(|line| Mark {
+            at: line.at,
+            label: "line".into(),
+        });
+        Some(Chart {
+            marks: marks.collect(),
+            y: 0.1..2.0 * largest,
+            log_y: true,
+            levels: levels.map(level).collect(),
+            ..Chart::of(
+                format!(
+                    "test for lines: F, exceeded by chance with probability {}",
+                    percent(self.alpha)
+                ),
+                self.bin_label(),
+                "statistic F",
+                vec![Series::of("", BLUE, &self.bins, &statistic)],
+            )
+        })
+    }
+}
+
+/// The values of a map without those at 0, if nothing is estimated there.
+pub(crate) fn without_mean(values: &Array2<f64>, is_removed: bool) -> Array2<f64> {
+    let mut values = values.clone();
+    if is_removed {
+        values.row_mut(0).fill(f64::NAN);
+    }
+    values
+}
+
+/// The range of a logarithmic axis that shows these values, up to the largest of them.
+pub(crate) fn shown<const N: usize>(values: [&[f64]; N]) -> std::ops::Range<f64> {
+    let positive = |v: &f64| v.is_finite() && *v > 0.0;
+    let all = || values.into_iter().flatten().copied().filter(positive);
+    let largest = all().fold(0.0, f64::max);
+    let least = all().fold(f64::INFINITY, f64::min);
+    match largest > 0.0 {
+        true => 0.7 * least.max(largest * 10.0_f64.powf(-DECADES))..1.4 * largest,
+        false => 0.1..1.0,
+    }
+}

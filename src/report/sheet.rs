@@ -1,0 +1,46 @@
+//! Files of a described result: `summary.json`, and its arrays.
+
+use serde_json::{Map, Value, json};
+
+use super::{ArrayLabels, LabelledArrays, Provenance};
+use crate::error::Result;
+use crate::sheet::Sheet;
+
+impl Sheet<'_> {
+    /// `cascade.coherence/1`.
+    pub fn schema(&self) -> String {
+        format!("cascade.{}/{}", self.name, self.version)
+    }
+
+    /// `summary.json`: schema, provenance, the answer in words, the numbers (`null` where undefined), warnings.
+    ///
+    /// # Errors
+    /// None for results of this library.
+    pub fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
+        let mut all = Map::new();
+        all.insert("schema".into(), self.schema().into());
+        all.insert("provenance".into(), serde_json::to_value(provenance)?);
+        all.insert("answer".into(), Value::from(&*self.answer));
+        all.extend(self.numbers.clone());
+        all.insert("warnings".into(), json!(self.warnings));
+        serde_json::to_string_pretty(&all)
+    }
+
+    /// Hands the arrays to a file, or to memory.
+    ///
+    /// # Errors
+    /// Those of `file`.
+    pub fn write_to(&self, file: &dyn LabelledArrays) -> Result<()> {
+        self.variables.iter().try_for_each(|variable| {
+            let axes = variable.dimensions.iter();
+            let axes: Vec<(&str, usize)> = axes.map(|(name, len)| (&**name, *len)).collect();
+            let labels = ArrayLabels {
+                name: &variable.name,
+                axes: &axes,
+                unit: &variable.unit,
+                about: &variable.name.replace('_', " "),
+            };
+            file.append(&labels, &variable.values)
+        })
+    }
+}

@@ -1,0 +1,478 @@
+//! What ridges say.
+
+use serde_json::json;
+
+use super::{Ridge, RidgeCut, RidgeFit, RidgeParameter, RidgePoint, Ridges};
+use crate::analyze::{DispersionCurve, labels};
+use crate::sheet::{
+    BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, PALETTE, PlotRow, Role, Series, Sheet,
+    Table, Units, VERMILLION, extent, number, percent, with_half,
+};
+use crate::unit::{self, label};
+
+const DEFINITIONS: [[&str; 2]; 5] = [
+    [
+        "Ridge",
+        "A row of peaks of S(k, f): along k at each frequency where a branch is steep, along f at each wavenumber \
+         where it is flat. Peaks stand above the level, above what stronger waves leak, and apart from them.",
+    ],
+    [
+        "Level",
+        "The power over the mean of the noise about it that noise exceeds anywhere in the spectrum with the \
+         stated probability; the noise is the local median.",
+    ],
+    [
+        "Place",
+        "The top of the parabola through the logarithms of three bins, corrected for the window; of a broad \
+         ridge its centre above half of the maximum. Its error is that of noise, or the spread about neighbouring \
+         points.",
+    ],
+    ["Phase velocity", "2πf/k, positive towards +x."],
+    [
+        "Group velocity",
+        "2π df/dk, of a parabola through the points about it, by least squares.",
+    ],
+];
+
+/// Points whose velocity is known to a tenth, at least, for one to be named.
+const LEAST_KNOWN: usize = 5;
+/// Spread of velocities that are one, over their median.
+const ALIKE: f64 = 0.15;
+/// Velocities known no better than this share of them are not drawn.
+const RESOLVED: f64 = 0.3;
+
+type Column = (&'static str, fn(&RidgePoint) -> f64);
+
+/// Numbers of a point, by their names in tables and archives.
+const COLUMNS: [Column; 11] = [
+    ("frequency", |p| p.frequency),
+    ("frequency_error", |p| p.frequency_error),
+    ("wavenumber", |p| p.wavenumber),
+    ("wavenumber_error", |p| p.wavenumber_error),
+    ("power", |p| p.power),
+    ("noise", |p| p.noise),
+    ("width", |p| p.width),
+    ("phase_velocity", |p| p.phase_velocity),
+    ("phase_velocity_error", |p| p.phase_velocity_error),
+    ("group_velocity", |p| p.group_velocity),
+    ("group_velocity_error", |p| p.group_velocity_error),
+];
+
+impl Describe for Ridges {
+    /// Variables of each point: `branch`, `at_frequency` (1 for cuts at a frequency, 0 for those at a wavenumber) and
+    /// the columns of [`Ridges::csv`]; of each fit n `fit_n_wavenumber` and `fit_n_frequency` (branches, wavenumbers).
+    fn describe(&self) -> Sheet<'_> {
+        let axes = &self.analysis.axes;
+        let conventions = &self.analysis.conventions;
+        let (time_unit, space_unit) = (axes.time_unit(), axes.space_unit());
+        let level = number(self.level);
+        let mut sheet = Sheet {
+            name: "ridges",
+            version: 1,
+            title: "Ridges of S(k, f)".into(),
+            about: format!("dispersion, times in {time_unit}, lengths in {space_unit}"),
+            answer: self.answer(),
+            note: match self.is_single() {
+                true => format!("Peaks exceed {level} times the background about them."),
+                false => format!(
+                    "Peaks exceed {level} times the noise about them; noise does so anywhere with probability {}.",
+                    percent(self.alpha)
+                ),
+            },
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
+        };
+        self.facts(&mut sheet);
+        if self.is_single() {
+            sheet.warnings.push(self.independence.transient("field"));
+        }
+        let level = match self.is_single() {
+            true => format!("{level}: {}", self.independence.why()),
+            false => format!("{level} at {}", percent(self.alpha)),
+        };
+        let [frequency_bin, wavenumber_bin] = self.bins.map(number);
+        let rows = [
+            ("records", self.records.to_string()),
+            ("segments of a record", conventions.segments.to_string()),
+            ("samples a segment", conventions.segment.to_string()),
+            ("effective realisations", number(self.realisations)),
+            ("level over the noise", level),
+            (
+                "bin of frequency",
+                format!("{frequency_bin} {}", axes.frequency_unit()),
+            ),
+            (
+                "bin of wavenumber",
+                format!("{wavenumber_bin} {}", axes.wavenumber_unit()),
+            ),
+        ];
+        sheet.tables.push(Table::of_values("Spectrum", rows));
+        sheet.tables.extend(self.fit_table());
+        sheet.numbers(json!({
+            "time_unit": time_unit,
+            "space_unit": space_unit,
+            "records": self.records,
+            "segment": conventions.segment,
+            "overlap": conventions.overlap,
+            "segments": conventions.segments,
+            "window_time": conventions.window_time.name,
+            "window_space": conventions.window_space.name,
+            "realisations": self.realisations,
+            "steadiness": self.independence.steadiness,
+            "alpha": self.alpha,
+            "level": self.level,
+            "frequency_bin": self.bins[0],
+            "wavenumber_bin": self.bins[1],
+            "frequency_resolution": self.resolution[0],
+            "wavenumber_resolution": self.resolution[1],
+            "branches": self.branches(),
+            "ridges": self.ridges.iter().map(Ridge::numbers).collect::<Vec<_>>(),
+            "fits": self.fits.iter().map(RidgeFit::numbers).collect::<Vec<_>>(),
+        }));
+        self.variables(&mut sheet);
+        sheet
+    }
+
+    fn pictures(&self) -> Vec<PlotRow> {
+        let map = self.map().map(|map| PlotRow::of([map]).high(1.4));
+        let places = (!self.ridges.is_empty()).then(|| PlotRow::of([self.place_chart()]).high(1.2));
+        let velocities = self.velocity_charts();
+        let velocities = (!velocities.is_empty()).then(|| PlotRow::of(velocities));
+        [map, places, velocities].into_iter().flatten().collect()
+    }
+}
+
+impl Ridge {
+    fn numbers(&self) -> serde_json::Value {
+        let ends = |of: fn(&RidgePoint) -> f64| {
+            let all = extent_of(self.points.iter().map(of));
+            [all.0, all.1]
+        };
+        json!({
+            "branch": self.branch,
+            "cut": self.cut,
+            "points": self.points.len(),
+            "frequency": ends(|point| point.frequency),
+            "wavenumber": ends(|point| point.wavenumber),
+        })
+    }
+}
+
+fn extent_of(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+        (low.min(v), high.max(v))
+    })
+}
+
+impl RidgeFit {
+    fn numbers(&self) -> serde_json::Value {
+        json!({
+            "law": self.name,
+            "parameters": self.parameters,
+            "points": self.points,
+            "deviation_bins": self.deviation,
+            "reduced_chi_square": self.reduced,
+        })
+    }
+
+    /// The parameters with their standard errors, where they have them.
+    fn parameters_in_words(&self) -> String {
+        let of = |p: &RidgeParameter| match p.error.is_finite() {
+            true => format!("{} = {} ± {}", p.name, number(p.value), number(p.error)),
+            false => format!("{} = {}", p.name, number(p.value)),
+        };
+        let all: Vec<String> = self.parameters.iter().map(of).collect();
+        all.join(", ")
+    }
+}
+
+impl Ridges {
+    fn velocity_unit(&self) -> String {
+        let axes = &self.analysis.axes;
+        format!("{}/{}", axes.space_unit(), axes.time_unit())
+    }
+
+    /// The law, or the velocity, in words.
+    fn answer(&self) -> String {
+        if self.ridges.is_empty() {
+            return "no ridge stands above the noise".into();
+        }
+        // Relative to the number of free points.
+        let fits = self.fits.iter().filter(|fit| fit.deviation < 1.0);
+        if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
+            let errors = match fit.parameters.iter().all(|p| p.error.is_finite()) {
+                true => " (standard errors)",
+                false => "",
+            };
+            return format!(
+                "{} with {}{errors}, within {} bins",
+                fit.name,
+                fit.parameters_in_words(),
+                number(fit.deviation)
+            );
+        }
+        let unit = self.velocity_unit();
+        let branches = match self.branches() {
+            1 => "one branch".to_owned(),
+            count => format!("{count} branches"),
+        };
+        if self.is_single() {
+            let speeds = self.points().map(|p| p.group_velocity.abs());
+            let mut speeds: Vec<f64> = speeds.filter(|speed| speed.is_finite()).collect();
+            speeds.sort_by(f64::total_cmp);
+            let around = match speeds.get(speeds.len() / 2) {
+                Some(speed) => format!(", group velocity around {} {unit}", number(*speed)),
+                None => String::new(),
+            };
+            return format!("{branches}{around}; of a single transient no error is stated");
+        }
+        let magnitudes = |of: fn(&RidgePoint) -> [f64; 2]| {
+            let known = self.points().map(of);
+            let known = known.filter(|[speed, error]| *error < 0.1 * speed.abs());
+            let mut speeds: Vec<f64> = known.map(|[speed, _]| speed.abs()).collect();
+            speeds.sort_by(f64::total_cmp);
+            let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize];
+            (speeds.len() >= LEAST_KNOWN).then(|| [0.05, 0.5, 0.95].map(at))
+        };
+        // Folded wavenumbers have other phase velocities, but the same group velocity.
+        let group = magnitudes(|p| [p.group_velocity, p.group_velocity_error]);
+        let is_one = |[low, middle, high]: &[f64; 3]| high - low < ALIKE * middle;
+        if let Some([low, middle, high]) = group.filter(is_one) {
+            let [forwards, backwards] = [1.0, -1.0].map(|sign| {
+                let signed = self.points().filter(|p| sign * p.group_velocity > 0.0);
+                signed.count()
+            });
+            let ways = match (forwards, backwards) {
+                (plus, minus) if minus * 20 < plus => "towards +x",
+                (plus, minus) if plus * 20 < minus => "towards -x",
+                _ => "both ways",
+            };
+            let speed = with_half(middle, 0.5 * (high - low), &unit);
+            return format!("waves {ways} at a group velocity of {speed} ({branches})");
+        }
+        let phase = magnitudes(|p| [p.phase_velocity, p.phase_velocity_error]);
+        match (group, phase) {
+            (Some([low, _, high]), _) => format!(
+                "{branches}, group velocity from {} to {} {unit}",
+                number(low),
+                number(high)
+            ),
+            (None, Some([low, _, high])) => format!(
+                "{branches}, phase velocity from {} to {} {unit}",
+                number(low),
+                number(high)
+            ),
+            (None, None) => format!("{branches}, no velocity of which is known to a tenth"),
+        }
+    }
+
+    fn facts(&self, sheet: &mut Sheet) {
+        if !self.ridges.is_empty() {
+            let text = format!(
+                "{} of {} branches with {} points above {} times the noise",
+                self.ridges.len(),
+                self.branches(),
+                self.points().count(),
+                number(self.level)
+            );
+            sheet.fact("ridges", text);
+        }
+        for fit in &self.fits {
+            let text = format!(
+                "{}: {}; deviation {} bins, reduced chi-square {}",
+                fit.name,
+                fit.parameters_in_words(),
+                number(fit.deviation),
+                number(fit.reduced)
+            );
+            sheet.fact("fit", text);
+        }
+    }
+
+    fn fit_table(&self) -> Option<Table> {
+        let rows = self.fits.iter().flat_map(|fit| {
+            let row = |parameter: &RidgeParameter| {
+                vec![
+                    fit.name.clone(),
+                    parameter.name.clone(),
+                    number(parameter.value),
+                    number(parameter.error),
+                    number(fit.deviation),
+                    number(fit.reduced),
+                ]
+            };
+            fit.parameters.iter().map(row)
+        });
+        let head = [
+            "law",
+            "parameter",
+            "value",
+            "standard error",
+            "deviation (bins)",
+            "reduced χ²",
+        ];
+        (!self.fits.is_empty()).then(|| Table {
+            title: "Fitted laws".into(),
+            head: head.map(str::to_owned).to_vec(),
+            rows: rows.collect(),
+        })
+    }
+
+    /// The points as a table, a row each: `branch`, `cut`, then the numbers; empty cells where one is not defined.
+    pub fn csv(&self) -> String {
+        let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
+        let mut text = format!("branch,cut,{}\n", names.join(","));
+        for ridge in &self.ridges {
+            let cut = match ridge.cut {
+                RidgeCut::Frequency => "frequency",
+                RidgeCut::Wavenumber => "wavenumber",
+            };
+            for point in &ridge.points {
+                text.push_str(&format!("{},{cut}", ridge.branch));
+                for (_, of) in COLUMNS {
+                    text.push(',');
+                    let value = of(point);
+                    if value.is_finite() {
+                        text.push_str(&value.to_string());
+                    }
+                }
+                text.push('\n');
+            }
+        }
+        text
+    }
+
+    fn variables(&self, sheet: &mut Sheet) {
+        let (axes, sample) = (&self.analysis.axes, self.analysis.unit.as_deref());
+        let units = Units::of(&axes.time, &axes.space, sample);
+        let of_ridges: [(&str, fn(&Ridge) -> f64); 2] = [
+            ("branch", |ridge| ridge.branch as f64),
+            ("at_frequency", |ridge| {
+                f64::from(u8::from(ridge.cut == RidgeCut::Frequency))
+            }),
+        ];
+        for (name, of) in of_ridges {
+            let ridges = self.ridges.iter();
+            let values =
+                ridges.flat_map(|ridge| std::iter::repeat_n(of(ridge), ridge.points.len()));
+            sheet.line(name, "point", "", values.collect::<Vec<f64>>());
+        }
+        let density = labels::Power::of(&self.analysis).over_both(axes);
+        let density = unit::split(&density).1;
+        for (name, of) in COLUMNS {
+            let of_column = match name {
+                "frequency" | "frequency_error" => &units.frequency,
+                "wavenumber" | "wavenumber_error" => &units.wavenumber,
+                "power" | "noise" => density,
+                // Along k at some points, along f at others.
+                "width" => "",
+                _ => &units.velocity,
+            };
+            sheet.line(
+                name,
+                "point",
+                of_column,
+                self.points().map(of).collect::<Vec<f64>>(),
+            );
+        }
+        for (n, fit) in self.fits.iter().enumerate() {
+            let curve = &fit.curve;
+            let axis = format!("fit_{n}_wavenumber");
+            sheet.line(&axis, &axis, &units.wavenumber, curve.wavenumber.clone());
+            let branches = format!("fit_{n}_branch");
+            let axes = [
+                (&branches[..], curve.branches.len()),
+                (&axis, curve.wavenumber.len()),
+            ];
+            let name = format!("fit_{n}_frequency");
+            sheet.variable(&name, &axes, &units.frequency, curve.branches.concat());
+        }
+    }
+
+    /// The spectrum, with the curves over it.
+    fn map(&self) -> Option<HeatChart> {
+        let analysis = &self.analysis;
+        let map = analysis.spacetime_map.as_ref()?.shown();
+        Some(HeatChart {
+            title: "space-time spectrum S(k, f)".into(),
+            caption: "Power by wavenumber and frequency; positive wavenumbers travel towards +x."
+                .into(),
+            x_label: map.x.label.clone(),
+            y_label: map.y.label.clone(),
+            label: map.label.clone(),
+            x: map.x.low..map.x.high,
+            y: map.y.low..map.y.high,
+            values: map.values.mapv(f64::from),
+            curves: DispersionCurve::curves(&analysis.dispersion),
+            roles: Some([Role::Wavenumber, Role::Frequency]),
+            ..HeatChart::default()
+        })
+    }
+
+    /// Frequency over wavenumber, with the fitted laws.
+    fn place_chart(&self) -> Chart {
+        let axes = &self.analysis.axes;
+        let colours = PALETTE.len() - 1;
+        let branch = |branch: usize| {
+            let name = match branch < colours {
+                true => format!("branch {branch}"),
+                false => String::new(),
+            };
+            let ridges = self.ridges.iter().filter(|ridge| ridge.branch == branch);
+            let points = ridges.flat_map(|ridge| &ridge.points);
+            let points = points.map(|p| (p.wavenumber, p.frequency));
+            Series::line(name, branch % colours, points.collect()).with(Look::Dots)
+        };
+        let fitted = self
+            .fits
+            .iter()
+            .flat_map(|fit| DispersionCurve::curves(std::slice::from_ref(&fit.curve)));
+        let fitted = fitted.map(|curve| Series::line(curve.label, BLACK, curve.points));
+        let fitted = fitted.map(|series| series.with(Look::Dashed));
+        Chart {
+            x: extent(axes.wavenumber_signed.iter().copied()),
+            ..Chart::of(
+                "ridges",
+                labels::wavenumber(axes),
+                labels::frequency(axes),
+                (0..self.branches()).map(branch).chain(fitted).collect(),
+            )
+        }
+    }
+
+    /// Phase and group velocity over frequency, where they are known.
+    fn velocity_charts(&self) -> Vec<Chart> {
+        let phase = |p: &RidgePoint| match self.is_single() {
+            // That of a transient is as good as the place of its peak, without an error; slopes are not.
+            true => [p.phase_velocity, 0.0],
+            false => [p.phase_velocity, p.phase_velocity_error],
+        };
+        let group = |p: &RidgePoint| [p.group_velocity, p.group_velocity_error];
+        let chart = |title: &str, colour, of: &dyn Fn(&RidgePoint) -> [f64; 2]| {
+            let known = self.points().map(|point| (point.frequency, of(point)));
+            let known = known.filter(|(_, [value, error])| *error < RESOLVED * value.abs());
+            let (points, errors): (Vec<_>, Vec<f64>) =
+                known.map(|(f, [value, error])| ((f, value), error)).unzip();
+            (points.len() > 1).then(|| Chart {
+                levels: vec![Level {
+                    at: 0.0,
+                    label: String::new(),
+                }],
+                ..Chart::of(
+                    title,
+                    labels::frequency(&self.analysis.axes),
+                    label("velocity", &self.velocity_unit()),
+                    vec![Series {
+                        errors,
+                        ..Series::line("", colour, points).with(Look::Dots)
+                    }],
+                )
+            })
+        };
+        let charts = [
+            chart("phase velocity", BLUE, &phase),
+            chart("group velocity", VERMILLION, &group),
+        ];
+        charts.into_iter().flatten().collect()
+    }
+}

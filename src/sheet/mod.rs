@@ -1,0 +1,277 @@
+//! A result as data: its answer in words, facts, numbers, arrays with dimensions and units, tables, charts and maps.
+//!
+//! A result [describes](Describe) itself once. Everything that is shown of it is made of that by writers that know no
+//! result: the lines on a terminal, `summary.json`, archives, the figure, the page, a dataset of Python.
+
+mod chart;
+mod map;
+mod units;
+mod words;
+
+use std::borrow::Cow;
+
+use ndarray::Array2;
+use serde_json::{Map, Value};
+
+#[cfg(feature = "figures")]
+pub(crate) use chart::ORANGE;
+pub(crate) use chart::{BLACK, BLUE, GREEN, PURPLE, SKY, VERMILLION};
+pub use chart::{Band, Chart, Level, Look, Mark, Marker, PALETTE, Series, extent};
+#[cfg(feature = "figures")]
+pub(crate) use map::edges;
+pub use map::{Colors, Curve, HeatChart, Role};
+pub(crate) use map::{edges_from_zero, range};
+pub(crate) use units::Units;
+pub(crate) use words::six_digits;
+pub use words::{confidence, listed, number, percent, with_half, with_range};
+
+/// A result that says what it is.
+pub trait Describe {
+    /// Words, numbers and arrays.
+    fn describe(&self) -> Sheet<'_>;
+
+    /// Charts and maps, made only where they are drawn.
+    fn pictures(&self) -> Vec<PlotRow>;
+}
+
+/// A result as data.
+#[derive(Debug, Clone, Default)]
+pub struct Sheet<'a> {
+    /// Name of the result: that of its schema, its arrays and its figure.
+    pub name: &'static str,
+    /// Version of the schema of its numbers.
+    pub version: u32,
+    /// Heading of figures and pages.
+    pub title: String,
+    /// What was computed, in one sentence.
+    pub about: String,
+    /// What was found, in one sentence without its subject, the data.
+    pub answer: String,
+    pub facts: Vec<Fact>,
+    pub warnings: Vec<Warning>,
+    /// Beside schema, provenance, answer and warnings in `summary.json`; undefined numbers are `null`.
+    pub numbers: Map<String, Value>,
+    pub variables: Vec<Variable<'a>>,
+    pub tables: Vec<Table>,
+    /// Below the plots of a figure.
+    pub note: String,
+    /// Terms with their meaning.
+    pub definitions: Vec<[&'static str; 2]>,
+}
+
+/// A finding with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fact {
+    pub name: String,
+    pub text: String,
+    /// Whether it is left out where there is room for a dozen lines.
+    pub is_detail: bool,
+}
+
+/// What the user should know, and what to do about it.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Warning {
+    pub message: String,
+    /// Empty if nothing can be done.
+    pub advice: String,
+}
+
+impl Warning {
+    pub fn new(message: impl Into<String>, advice: impl Into<String>) -> Warning {
+        Warning {
+            message: message.into(),
+            advice: advice.into(),
+        }
+    }
+}
+
+/// An array with its dimensions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable<'a> {
+    pub name: String,
+    /// Name and length of each dimension, the slowest first. An array of one dimension with the name of that dimension
+    /// holds its coordinates.
+    pub dimensions: Vec<(String, usize)>,
+    /// Empty for none.
+    pub unit: String,
+    /// Row-major.
+    pub values: Cow<'a, [f64]>,
+}
+
+/// Rows under named columns.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    pub title: String,
+    /// Empty for names and values.
+    pub head: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// Names with their values.
+    pub fn of_values(title: &str, rows: impl IntoIterator<Item = (&'static str, String)>) -> Table {
+        Table {
+            title: title.into(),
+            head: Vec::new(),
+            rows: rows
+                .into_iter()
+                .map(|(name, value)| vec![name.to_owned(), value])
+                .collect(),
+        }
+    }
+}
+
+/// One plot.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plot {
+    Chart(Chart),
+    Map(HeatChart),
+}
+
+impl From<Chart> for Plot {
+    fn from(chart: Chart) -> Plot {
+        Plot::Chart(chart)
+    }
+}
+
+impl From<HeatChart> for Plot {
+    fn from(map: HeatChart) -> Plot {
+        Plot::Map(map)
+    }
+}
+
+/// Plots beside each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlotRow {
+    pub plots: Vec<Plot>,
+    /// Cells that the row is divided into.
+    pub columns: usize,
+    /// Height of its frames over the usual one.
+    pub height: f64,
+}
+
+impl PlotRow {
+    /// A row that its plots fill.
+    pub fn of(plots: impl IntoIterator<Item = impl Into<Plot>>) -> PlotRow {
+        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
+        PlotRow {
+            columns: plots.len().max(1),
+            plots,
+            height: 1.0,
+        }
+    }
+
+    pub fn high(self, height: f64) -> PlotRow {
+        PlotRow { height, ..self }
+    }
+
+    /// Rows of so many plots.
+    pub fn grid(columns: usize, plots: impl IntoIterator<Item = impl Into<Plot>>) -> Vec<PlotRow> {
+        let plots: Vec<Plot> = plots.into_iter().map(Into::into).collect();
+        let rows = plots.chunks(columns.max(1)).map(|plots| PlotRow {
+            plots: plots.to_vec(),
+            columns: columns.max(1),
+            height: 1.0,
+        });
+        rows.collect()
+    }
+}
+
+impl<'a> Sheet<'a> {
+    pub fn fact(&mut self, name: impl Into<String>, text: impl Into<String>) {
+        self.facts.push(Fact {
+            name: name.into(),
+            text: text.into(),
+            is_detail: false,
+        });
+    }
+
+    pub fn detail(&mut self, name: impl Into<String>, text: impl Into<String>) {
+        self.facts.push(Fact {
+            name: name.into(),
+            text: text.into(),
+            is_detail: true,
+        });
+    }
+
+    pub fn warn(&mut self, message: impl Into<String>, advice: impl Into<String>) {
+        self.warnings.push(Warning::new(message, advice));
+    }
+
+    /// Takes in another result: its facts, warnings, tables and definitions, its numbers as one of this name, its
+    /// variables with the name before theirs.
+    pub fn include(&mut self, name: &str, other: Sheet<'a>) {
+        self.fact(name, other.answer);
+        self.facts.extend(other.facts);
+        self.warnings.extend(other.warnings);
+        self.numbers.insert(name.into(), other.numbers.into());
+        for mut table in other.tables {
+            table.title = format!("{}: {}", other.title, table.title);
+            self.tables.push(table);
+        }
+        self.definitions.extend(other.definitions);
+        let prefixed = |text: &str| format!("{name}_{text}");
+        for mut variable in other.variables {
+            variable.name = prefixed(&variable.name);
+            for (dimension, _) in &mut variable.dimensions {
+                *dimension = prefixed(dimension);
+            }
+            self.variables.push(variable);
+        }
+    }
+
+    /// Adds the members of a JSON object to the numbers.
+    pub fn numbers(&mut self, object: Value) {
+        if let Value::Object(members) = object {
+            self.numbers.extend(members);
+        }
+    }
+
+    /// Adds an array of one dimension; with the name of the dimension it holds its coordinates.
+    pub fn line(
+        &mut self,
+        name: &str,
+        dimension: &str,
+        unit: &str,
+        values: impl Into<Cow<'a, [f64]>>,
+    ) {
+        let values = values.into();
+        self.variable(name, &[(dimension, values.len())], unit, values);
+    }
+
+    /// Adds an array of two dimensions.
+    pub fn plane(
+        &mut self,
+        name: &str,
+        dimensions: [&str; 2],
+        unit: &str,
+        values: &'a Array2<f64>,
+    ) {
+        let (rows, columns) = values.dim();
+        let dimensions = [(dimensions[0], rows), (dimensions[1], columns)];
+        let values = match values.as_slice() {
+            Some(values) => Cow::Borrowed(values),
+            None => Cow::Owned(values.iter().copied().collect()),
+        };
+        self.variable(name, &dimensions, unit, values);
+    }
+
+    /// Adds an array of any dimensions.
+    pub fn variable(
+        &mut self,
+        name: &str,
+        dimensions: &[(&str, usize)],
+        unit: &str,
+        values: impl Into<Cow<'a, [f64]>>,
+    ) {
+        let dimensions = dimensions.iter();
+        self.variables.push(Variable {
+            name: name.into(),
+            dimensions: dimensions
+                .map(|(name, len)| ((*name).to_owned(), *len))
+                .collect(),
+            unit: unit.into(),
+            values: values.into(),
+        });
+    }
+}
