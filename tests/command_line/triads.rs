@@ -16,7 +16,7 @@ fn regress_triads_of_a_run() {
     assert!(said.contains("towards larger wavenumbers"), "{said}");
     assert!(said.contains("the force has no other terms"), "{said}");
     let summary = place.json("run-triads/summary.json");
-    assert_eq!(summary["law"]["quadratic"], 0.25);
+    assert_eq!(summary["law"]["quadratic"], -0.25);
     assert_eq!(summary["largest_flux"]["resolved"], true);
     for name in ["report.html", "triads.npz", "figures/triads.png"] {
         assert!(place.path(format!("run-triads/{name}")).exists());
