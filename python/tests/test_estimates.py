@@ -91,7 +91,7 @@ OF_FILES = {
     "help",
     "json",
 }
-OF_FILES |= {"max-time", "merge", "out", "part", "plan", "quiet", "settings", "style", "verbose"}
+OF_FILES |= {"max-time", "merge", "out", "part", "plan", "quiet", "style", "verbose"}
 
 
 @pytest.mark.parametrize("command", ["analyze", "filter", *sorted({command for command, _ in CASES})])

@@ -13,7 +13,6 @@ mod directory;
 mod field_file;
 mod field_set;
 mod headlines;
-mod leftovers;
 mod localized;
 mod netcdf;
 mod new_file;
@@ -48,7 +47,6 @@ pub use field_set::{
     FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names, verdicts_in_words,
 };
 pub use headlines::{Headlines, MovedShares};
-pub use leftovers::{Hold, Leftover, Leftovers};
 pub use localized::{
     LOCALIZED_SCHEMA, LocalizedSummary, journey_arrays, profile_arrays, table_csv, write_journey,
     write_profile,
@@ -68,4 +66,4 @@ pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,
 };
-pub use summary::{Advice, Doubt, Provenance, SCHEMA, SettingInEffect, Summary};
+pub use summary::{Advice, Doubt, Provenance, SCHEMA, Summary};

@@ -27,20 +27,6 @@ pub struct Provenance {
     /// How the input was read, where it does not state it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub read_as: Vec<String>,
-    /// Options in effect that are not the default, of the command line and of settings files.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub settings: Vec<SettingInEffect>,
-}
-
-/// An option, its value, and what states it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct SettingInEffect {
-    /// Its long name, with `_` for `-`.
-    pub option: String,
-    /// As typed; several values have commas between them.
-    pub value: String,
-    /// `command line`, or the file with its line.
-    pub stated_by: String,
 }
 
 impl Provenance {
@@ -53,7 +39,6 @@ impl Provenance {
             input,
             input_blake3,
             read_as: Vec::new(),
-            settings: Vec::new(),
         }
     }
 }

@@ -26,7 +26,6 @@ mod modes;
 mod parts;
 mod ridges;
 mod scans;
-mod settings;
 mod several;
 mod slope;
 mod spectrum;

@@ -164,17 +164,6 @@ fn what_is_no_scan_is_refused_with_advice() {
     let output = place.command(["inspect", "line/*.csv"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("--position-from"));
-    fs::write(place.path("line/analysis.toml"), "channel = \"v\"\n").unwrap();
-    let words = [
-        "analyze",
-        "line/*.csv",
-        "--position-from",
-        "name",
-        "--channel",
-        "v",
-    ];
-    let output = place.command(words).output().unwrap();
-    assert!(text(&output.stderr).contains("which files are one field"));
 }
 
 #[test]
@@ -215,11 +204,6 @@ fn uneven_times_are_refused_or_resampled() {
     assert!(!summary["warnings"].as_array().unwrap().iter().any(is_it));
     let read_as = summary["provenance"]["read_as"].to_string();
     assert!(read_as.contains("cubic interpolation"), "{read_as}");
-    // A settings file can state it.
-    fs::write(place.path("analysis.toml"), "resample = \"cubic\"\n").unwrap();
-    place.good(&["analyze", "v.csv", "--out", "s", "--quiet"]);
-    let spectra = |of: &str| fs::read(place.path(of).join("spectra.npz")).unwrap();
-    assert_eq!(spectra("s"), spectra("c"));
 }
 
 /// A scan of `tests/data` is converted to every format, each the expected field, and its analysis is that of the

@@ -195,40 +195,8 @@ fn fields_of_one_name_get_that_of_their_folders() {
 }
 
 #[test]
-fn each_field_has_the_settings_beside_it() {
+fn several_fields_are_planned_one_by_one() {
     let place = fields();
-    for folder in ["a", "b"] {
-        fs::create_dir(place.path(folder)).unwrap();
-        fs::copy(place.path("one.npy"), place.path(folder).join("field.npy")).unwrap();
-    }
-    fs::write(place.path("a/analysis.toml"), "segment = 32\n").unwrap();
-    fs::write(place.path("b/analysis.toml"), "segmnt = 32\n").unwrap();
-    let words = [
-        "analyze",
-        "a/field.npy",
-        "b/field.npy",
-        "one.npy",
-        "--figures",
-        "none",
-        "--json",
-    ];
-    let output = place.run(&words);
-    assert_eq!(output.status.code(), Some(1));
-    let lines = text(&output.stdout);
-    let lines: Vec<Value> = lines
-        .lines()
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect();
-    assert_eq!(lines[0]["summary"]["conventions"]["segment"], 32);
-    assert!(
-        lines[1]["error"]
-            .as_str()
-            .unwrap()
-            .contains("b/analysis.toml:1: segmnt")
-    );
-    assert_eq!(lines[2]["summary"]["conventions"]["segment"], 96);
-    assert_eq!(lines[2]["result"], "fields-cascade/one");
-    assert!(text(&output.stderr).contains("note: settings of a/analysis.toml: segment\n"));
     let plans = place.good(&["analyze", "one.npy", "two.npy", "--plan"]);
     assert!(
         plans.contains("one.npy\n") && plans.contains("two.npy\n"),

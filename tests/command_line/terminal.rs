@@ -3,7 +3,7 @@
 use test_support::place::{Place, text};
 
 /// Commands whose summaries are looked at, once their inputs are there.
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 7] = [
     "analyze wave.npy --figures none --force",
     "budget run.npz --figures none --force",
     "compare run.npz other.npz --force",
@@ -11,13 +11,10 @@ const COMMANDS: [&str; 9] = [
     "localize --order 1..3",
     "attenuate --ratios 2,4.9 --bodies 6",
     "transmit --sites 7 --over stiffness_ratio=1:4:3 --no-extremes",
-    "contact --angle 30 --material quartz --radius 9mm",
-    "settings --check settings.toml",
 ];
 
 fn place() -> Place {
     let place = test_support::pulse::place();
-    std::fs::write(place.path("settings.toml"), "segment = 16\n").unwrap();
     for (name, ratio) in [("run", "2"), ("other", "3")] {
         let out = format!("{name}.npz");
         let words = "simulate --sites 5 --end-time 4 --samples 65 --quiet --stiffness-ratio";
@@ -44,7 +41,7 @@ fn lines_keep_to_the_width_that_is_stated() {
             );
         }
         for command in [
-            "", "analyze", "budget", "filter", "localize", "bench", "settings",
+            "", "analyze", "budget", "filter", "localize", "scene",
         ] {
             for help in ["-h", "--help"] {
                 let words = command.split_whitespace().chain([help]);
@@ -65,7 +62,7 @@ fn lines_keep_to_the_width_that_is_stated() {
 }
 
 /// Commands that answer, and the name that the answer begins with.
-const ANSWERS: [(&str, &str); 17] = [
+const ANSWERS: [(&str, &str); 16] = [
     ("filter wave.npy --frequency 0:0.1", "wave.npy"),
     ("coherence wave.npy --figures none", "wave.npy"),
     ("ridges wave.npy --figures none", "wave.npy"),
@@ -98,10 +95,6 @@ const ANSWERS: [(&str, &str); 17] = [
     (
         "sweep --sites 5 --end-time 9 --samples 33 --vary stiffness_ratio=1,2",
         "sweep",
-    ),
-    (
-        "contact --angle 30 --material quartz --radius 9mm",
-        "cylinders at 30.00 degrees",
     ),
     (
         "coherence wave.npy --figures none --out two --reference 1",

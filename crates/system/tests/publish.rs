@@ -163,32 +163,6 @@ fn regress_an_earlier_result_between_two_renames_is_restored() {
     assert!(place.path().join(&old).exists());
 }
 
-#[test]
-fn regress_names_after_a_process_count_as_left_after_a_day() {
-    let place = tempfile::tempdir().unwrap();
-    let dead = 0x7fff_fff0u32;
-    let path = place
-        .path()
-        .join(format!(".result.partial-{dead}.replaced"));
-    fs::write(&path, "old").unwrap();
-    let found = || -> Leftover { leftovers(place.path()).unwrap().pop().unwrap() };
-    assert_eq!(found().hold, Hold::Recent);
-    let then = SystemTime::now() - Duration::from_secs(25 * 3600);
-    let file = File::options().write(true).open(&path).unwrap();
-    file.set_modified(then).unwrap();
-    remove_abandoned(place.path());
-    assert!(path.exists());
-    let restored = place.path().join("result");
-    assert_eq!(found().remove().unwrap(), Some(restored));
-    assert_eq!(names(place.path()), set(&["result"]));
-
-    let own = format!(".other.partial-{}", std::process::id());
-    fs::write(place.path().join(own), "").unwrap();
-    if cfg!(target_os = "linux") {
-        assert_eq!(found().hold, Hold::Process);
-    }
-}
-
 /// Cleaners lock what they look at, also before its owner does.
 #[test]
 fn regress_owners_and_cleaners_at_once() {

@@ -54,7 +54,7 @@ def analyze(
     xarray.Dataset or dict
         The arrays of ``spectra.nc`` with their dimensions, coordinates and units; the verdicts
         (``frequency_verdict``, ``frequency_up``, ``wavenumber_verdict``, ..., all of it as JSON in
-        ``answer``), settings, Parseval residuals and accuracy are attributes. Without xarray a
+        ``answer``), Parseval residuals and accuracy are attributes. Without xarray a
         dictionary of the arrays, whose attributes are under ``"attrs"``. Bits are those of the
         program.
     """

@@ -29,7 +29,6 @@ use crate::figure_args::Drawing;
 use crate::further;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
-use crate::settings::Applied;
 use crate::show_args::{AxisUnits, of_axis};
 use crate::terminal::Tone;
 use crate::view_args::request_of;
@@ -51,7 +50,6 @@ pub struct Task<'a> {
     pub out: &'a Path,
     /// Whether an earlier result may be replaced.
     pub replace: bool,
-    pub applied: &'a Applied,
     pub progress: &'a Progress,
 }
 
@@ -76,7 +74,7 @@ impl Finished {
 }
 
 /// Runs the command on one field.
-pub fn run(typed: &Analyze, files: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
+pub fn run(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
     let field = files[0].as_path();
     check_names(files)?;
     if typed.work.plan {
@@ -95,7 +93,6 @@ pub fn run(typed: &Analyze, files: &[PathBuf], applied: &Applied) -> Result<(), 
         files,
         out: &out,
         replace: typed.force,
-        applied,
         progress: &Progress::new(show),
     };
     let finished = task.run()?;
@@ -196,7 +193,6 @@ impl Task<'_> {
         };
         Provenance {
             read_as: read_as.to_vec(),
-            settings: self.applied.in_effect().to_vec(),
             ..Provenance::new(command, Some(input), analysis.content_hash.clone())
         }
     }

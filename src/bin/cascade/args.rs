@@ -10,11 +10,10 @@ use wavecascade::field::{At, Resample, Selection};
 use wavecascade::measure::{Frequency, Length, Measure, Time, Wavenumber};
 use wavecascade::prepare::Window;
 
-use crate::chain_args::{Contact, SceneCommand, Simulate, SweepCommand};
+use crate::chain_args::{SceneCommand, Simulate, SweepCommand};
 use crate::figure_args::{ColorArgs, FigureArgs};
 use crate::parse;
 use crate::scan_args::ScanArgs;
-use crate::settings::Settings;
 use crate::show_args::{Ends, ShowArgs, ends};
 
 /// Where the energy of a velocity field v(t, x) goes: spectra, redistribution, direction.
@@ -131,16 +130,6 @@ pub enum Command {
     Sweep(Box<SweepCommand>),
     /// Print a commented scene to start from, or describe a scene.
     Scene(SceneCommand),
-    /// Print a settings file to start from, for analyses or for the style of figures, or check one.
-    ///
-    /// Settings files keep options: every long option of `cascade analyze` is a key of
-    /// analysis.toml, with `_` for `-`, and every option under "Figures" one of style.toml. Both are
-    /// used if they are beside the field; a style in the home configuration
-    /// (~/.config/cascade/style.toml) holds for all fields. Options on the command line take
-    /// precedence.
-    Settings(Settings),
-    /// Print the Hertz contact of two equal crossed cylinders, or the angle of a stiffness ratio.
-    Contact(Contact),
     /// Compute the ratios at which a dimer carries localized waves.
     ///
     /// A table of orders: the exact ratio with its error, the asymptotic estimate on the exact and
@@ -170,13 +159,6 @@ pub enum Command {
     /// it compares instruction counts, which do not depend on load or clock, and need valgrind. The
     /// exit code is 1 if more than 10 % is lost, or nothing can be compared.
     Bench(Box<crate::bench::Bench>),
-    /// Remove what killed runs have left in a folder and those below it.
-    ///
-    /// A run writes its results under a random name (`.cascade-partial-*`) and renames them when they
-    /// are complete. Each run removes what killed ones have left beside its result; this command does
-    /// so everywhere below DIR, lists what it finds with sizes, and gives an earlier result its name
-    /// back that a kill has taken away. What a living process holds stays.
-    Clean(crate::clean::Clean),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.
@@ -217,11 +199,6 @@ pub struct Analyze {
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
-
-    /// File with options, each a key, or `none` [default: analysis.toml beside the field, if it is
-    /// there]. What is typed takes precedence; `cascade settings` prints all keys.
-    #[arg(long, value_name = "FILE")]
-    pub settings: Option<PathBuf>,
 
     #[command(flatten)]
     pub input: Input,

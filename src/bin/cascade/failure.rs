@@ -9,7 +9,6 @@ use wavecascade::chain::scene::KeyPlace;
 use crate::advice;
 use crate::bench::Fault;
 use crate::progress::{reason, stopped_code};
-use crate::settings::SettingFault;
 use crate::terminal::{Tone, message};
 
 /// Why a command did not end well.
@@ -18,8 +17,6 @@ pub enum Failure {
     Library(Error),
     /// The same of `convert`, whose output is no option but the second of its files.
     Converted(Box<Error>),
-    /// A settings file is at fault.
-    Setting(Box<SettingFault>),
     /// A pattern that is none, or matches nothing.
     Pattern {
         pattern: String,
@@ -42,8 +39,6 @@ pub enum Failure {
     Chains(usize),
     /// Number of orders whose localized wave could not be resolved.
     Orders(usize),
-    /// Number of leftovers that could not be removed, and of folders that could not be listed.
-    Leftovers(usize),
     /// Throughput was lost, or could not be compared.
     Bench(Fault),
     /// Throughput could not be measured.
@@ -55,12 +50,6 @@ pub enum Failure {
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         Failure::Library(error)
-    }
-}
-
-impl From<SettingFault> for Failure {
-    fn from(fault: SettingFault) -> Self {
-        Failure::Setting(Box::new(fault))
     }
 }
 
@@ -126,7 +115,6 @@ impl Failure {
                 error => error.to_string(),
             },
             Failure::Library(error) => error.to_string(),
-            Failure::Setting(fault) => fault.to_string(),
             Failure::Pattern { pattern, found } => {
                 format!("expected files that `{pattern}` matches, found {found}")
             }
@@ -147,10 +135,6 @@ impl Failure {
             Failure::Orders(unresolved) => {
                 format!("{unresolved} of the orders could not be resolved; the others stand")
             }
-            Failure::Leftovers(1) => "one leftover or folder could not be treated".into(),
-            Failure::Leftovers(failed) => {
-                format!("{failed} leftovers or folders could not be treated")
-            }
             Failure::Bench(fault) => fault.to_string(),
             Failure::Throughput(error @ wavecascade_throughput::Error::Shape { .. }) => {
                 format!("--shape: {error}")
@@ -168,9 +152,6 @@ impl Failure {
             Failure::Library(error) => advice::of_error(error),
             Failure::Converted(error) => {
                 Some(advice::of_error(error)?.replace(" with `--out`", " with OUT"))
-            }
-            Failure::Setting(_) => {
-                Some("`cascade settings` prints all keys with what they mean".into())
             }
             Failure::Bench(fault) => Some(fault.advice().to_string()),
             Failure::Throughput(wavecascade_throughput::Error::Baseline { .. }) => Some(
@@ -196,7 +177,7 @@ impl Failure {
             _ if self.is_stopped() => stopped_code(),
             Failure::Library(error) if error.is_usage() => 2,
             Failure::Converted(error) if error.is_usage() => 2,
-            Failure::Setting(_) | Failure::Pattern { .. } => 2,
+            Failure::Pattern { .. } => 2,
             Failure::Throughput(wavecascade_throughput::Error::Shape { .. }) => 2,
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => 0,
             _ => 1,

@@ -1,6 +1,5 @@
 //! `cascade analyze` of several fields: one after the other, and an index of them.
 
-use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -11,9 +10,9 @@ use wavecascade::report::{
 };
 
 use crate::analyze::{Finished, Task, print_plan};
+use crate::args::{Analyze, Output};
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::settings::{Call, CommandLine};
 use crate::summary::Summary;
 use crate::table::Table;
 use crate::terminal::{self, HEADING, Tone, number, styled};
@@ -48,66 +47,50 @@ pub fn expanded(typed: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
 }
 
 /// Runs the command on several fields.
-pub fn run(line: &CommandLine, fields: &[PathBuf]) -> Result<(), Failure> {
-    let call = line.call();
+pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
     crate::analyze::check_names(fields)?;
-    if call.plan {
-        return plans(line, fields);
+    if typed.work.plan {
+        return plans(typed, fields);
     }
     let names = field_names(fields)?;
-    // Words that no field accepts end the program before anything is made.
-    let _faults_of_settings = line.analyze(&fields[0]);
-    let out = call.out.clone().unwrap_or_else(|| DEFAULT.into());
-    let mut set = FieldSet::create(&out, call.force)?;
-    let progress = Progress::new(!call.quiet && std::io::stderr().is_terminal());
+    let out = typed.out.clone().unwrap_or_else(|| DEFAULT.into());
+    let mut set = FieldSet::create(&out, typed.force)?;
+    let progress = Progress::new(!typed.output.quiet && std::io::stderr().is_terminal());
     // From now on a directory and an index remain.
     progress.begin_writing();
-    let mut said = BTreeSet::new();
     for (n, (field, name)) in fields.iter().zip(&names).enumerate() {
         progress.of(n + 1, fields.len(), name);
         let (place, replace) = set.place(name);
-        let analyzed = line.analyze(field).and_then(|(typed, applied)| {
-            if !call.quiet {
-                let notes = applied.notes().into_iter();
-                let fresh: Vec<String> = notes.filter(|note| said.insert(note.clone())).collect();
-                fresh
-                    .iter()
-                    .for_each(|note| terminal::message(Tone::Note, note));
-            }
-            let task = Task {
-                typed: &typed,
-                field,
-                files: std::slice::from_ref(field),
-                out: &place,
-                replace,
-                applied: &applied,
-                progress: &progress,
-            };
-            task.run().map_err(|failure| applied.located(failure))
-        });
+        let task = Task {
+            typed,
+            field,
+            files: std::slice::from_ref(field),
+            out: &place,
+            replace,
+            progress: &progress,
+        };
+        let analyzed = task.run();
         progress.clear();
         if matches!(analyzed, Err(Failure::Library(Error::Cancelled))) {
             return stopped(set.stop(), &out, fields.len());
         }
-        if call.json {
+        if typed.output.json {
             print_json(field, &analyzed)?;
         }
         set.add(row(field, name, analyzed))?;
     }
     let rows = set.finish()?;
-    tell(&call, &rows, &out)
+    tell(typed, &rows, &out)
 }
 
 /// What would be computed of each field.
-fn plans(line: &CommandLine, fields: &[PathBuf]) -> Result<(), Failure> {
+fn plans(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
     for field in fields {
-        let (typed, applied) = line.analyze(field)?;
         if !typed.output.json {
             let name = styled(HEADING, &field.display().to_string());
             writeln!(terminal::stdout(), "{name}")?;
         }
-        print_plan(&typed, std::slice::from_ref(field))
-            .map_err(|failure| applied.located(failure))?;
+        print_plan(typed, std::slice::from_ref(field))?;
     }
     Ok(())
 }
@@ -164,15 +147,16 @@ fn stopped(rows: Vec<FieldRow>, out: &Path, fields: usize) -> Result<(), Failure
 }
 
 /// The verdicts, and whether all went well.
-fn tell(call: &Call, rows: &[FieldRow], out: &Path) -> Result<(), Failure> {
+fn tell(typed: &Analyze, rows: &[FieldRow], out: &Path) -> Result<(), Failure> {
     let failed = rows.iter().filter(|row| failure_of(row).is_some()).count();
-    if !call.quiet && !call.json {
+    let Output { json, quiet, .. } = typed.output;
+    if !quiet && !json {
         let mut summary = summary(rows);
         if failed < rows.len() {
             summary.last(&format!("open {}", out.join("index.html").display()));
         }
-        summary.print(call.verbose)?;
-    } else if !call.json {
+        summary.print(typed.output.detail.verbose)?;
+    } else if !json {
         for row in rows {
             if let Some(why) = failure_of(row) {
                 terminal::message(Tone::Error, &named(row, why));

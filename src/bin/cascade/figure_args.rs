@@ -6,11 +6,10 @@ use wavecascade::plot::{Colormap, Depth, Format, Style};
 
 use crate::args::choice;
 use crate::parse;
-use crate::settings::FIGURES;
 
 /// Formats and size of figures.
 #[derive(Debug, Args)]
-#[command(next_help_heading = FIGURES)]
+#[command(next_help_heading = "Figures")]
 pub struct FigureArgs {
     /// Formats of the figures [default: png,svg]; none leaves the report out too.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT")]
@@ -29,7 +28,7 @@ pub struct FigureArgs {
 
 /// Colours of maps.
 #[derive(Debug, Args)]
-#[command(next_help_heading = FIGURES)]
+#[command(next_help_heading = "Figures")]
 pub struct ColorArgs {
     /// Colours of the maps in figures [default: viridis].
     #[arg(long, value_enum)]

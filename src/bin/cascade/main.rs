@@ -12,10 +12,8 @@ mod bench;
 mod bicoherence;
 mod budget;
 mod chain_args;
-mod clean;
 mod coherence;
 mod compare;
-mod contact;
 mod convert;
 mod dispersion;
 mod effect;
@@ -25,6 +23,7 @@ mod fields;
 mod figure_args;
 mod filter;
 mod further;
+mod gone;
 mod increments;
 mod inspect;
 mod localize;
@@ -39,7 +38,6 @@ mod saved;
 mod scan_args;
 mod scene;
 mod scene_keys;
-mod settings;
 mod show_args;
 mod simulate;
 mod slope;
@@ -62,12 +60,9 @@ mod words;
 #[path = "../../../python/src/module.rs"]
 mod python;
 
-use std::path::PathBuf;
-
 use args::{Cli, Command};
 use failure::Failure;
-use settings::{Applied, CommandLine};
-use terminal::Tone;
+use fields::expanded;
 
 /// What is said of a mapped file whose bytes are gone.
 const FILE_LOST: &str = "was shortened while it was read, or its disk cannot be read: expected all \
@@ -82,33 +77,22 @@ fn main() -> std::process::ExitCode {
 /// Runs the command that was typed; returns the exit code.
 fn program() -> u8 {
     wavecascade_system::signals::prepare(FILE_LOST);
-    match run(&CommandLine::typed()) {
+    match run(gone::parsed(words::typed())) {
         Ok(()) => 0,
         Err(failure) => failure.report(),
     }
 }
 
-fn run(line: &CommandLine) -> Result<(), Failure> {
-    let fields = fields::expanded(&line.fields())?;
-    if fields.len() > 1 && !line.is_scan() {
-        progress::end_after(line.call().max_time);
-        return fields::run(line, &fields);
-    }
-    let field = fields.first().map(PathBuf::as_path);
-    let (cli, applied) = line.parse(field)?;
+fn run(cli: Cli) -> Result<(), Failure> {
     progress::end_after(cli.max_time);
-    if !line.call().quiet {
-        for note in applied.notes() {
-            terminal::message(Tone::Note, &note);
-        }
-    }
-    let done = one(cli, &fields, &applied);
-    done.map_err(|failure| applied.located(failure))
-}
-
-fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
     match cli.command {
-        Command::Analyze(typed) => analyze::run(&typed, fields, applied),
+        Command::Analyze(typed) => {
+            let files = expanded(&typed.fields)?;
+            match files.len() > 1 && typed.scan.position_from.is_none() {
+                true => fields::run(&typed, &files),
+                false => analyze::run(&typed, &files),
+            }
+        }
         Command::Bicoherence(typed) => estimate::run(&*typed),
         Command::Triads(typed) => estimate::run(&*typed),
         Command::Coherence(typed) => coherence::run(&typed),
@@ -119,19 +103,22 @@ fn one(cli: Cli, fields: &[PathBuf], applied: &Applied) -> Result<(), Failure> {
         Command::Spectrum(typed) => spectrum::run(*typed),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
-        Command::Inspect(typed) => inspect::run(*typed, fields),
-        Command::Convert(typed) => convert::run(*typed, fields),
+        Command::Inspect(typed) => {
+            let files = expanded(&typed.fields)?;
+            inspect::run(*typed, &files)
+        },
+        Command::Convert(typed) => {
+            let files = expanded(&typed.fields)?;
+            convert::run(*typed, &files)
+        },
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
-        Command::Settings(typed) => settings::run(typed),
-        Command::Contact(typed) => contact::run(typed),
         Command::Attenuate(typed) => attenuate::run(*typed),
         Command::Transmit(typed) => transmit::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
         Command::Bench(typed) => bench::run(*typed),
-        Command::Clean(typed) => clean::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
     }

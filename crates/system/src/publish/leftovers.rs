@@ -34,12 +34,8 @@ pub enum Hold {
 /// A working file or directory that was found.
 #[derive(Debug)]
 pub struct Leftover {
-    /// Its path; that of its lock where nothing had been written.
-    pub path: PathBuf,
     /// Name that it was to get, if known.
     pub target: Option<OsString>,
-    /// Bytes of all files that belong to it.
-    pub bytes: u64,
     /// Whether it can be removed.
     pub hold: Hold,
     /// Earlier result that gets the name of the target again if that is gone.
@@ -106,38 +102,11 @@ impl Leftover {
             hold = Hold::EarlierResult;
         }
         Leftover {
-            bytes: old.iter().chain(&parts).map(|part| bytes(part)).sum(),
-            path: if is_there(&working) { working } else { lock },
             target,
             hold,
             old,
             parts,
             _lock: held,
-        }
-    }
-
-    /// What has a name of versions that named it after their process.
-    fn of_former(folder: &Path, name: &str, former: &FormerName) -> Leftover {
-        let path = folder.join(name);
-        let is_recent = age([&path]).is_none_or(|age| age < DAY);
-        let is_alive = Path::new("/proc").join(former.process).exists();
-        let hold = match (is_alive, is_recent) {
-            (true, _) => Hold::Process,
-            (false, true) => Hold::Recent,
-            (false, false) => Hold::Nobody,
-        };
-        let (old, parts) = match former.is_replaced {
-            true => (Some(path.clone()), Vec::new()),
-            false => (None, vec![path.clone()]),
-        };
-        Leftover {
-            target: Some(former.target.into()),
-            bytes: bytes(&path),
-            hold,
-            old,
-            parts,
-            path,
-            _lock: None,
         }
     }
 }
@@ -148,13 +117,7 @@ impl Leftover {
 /// If the folder cannot be listed.
 pub fn leftovers(folder: &Path) -> Result<Vec<Leftover>> {
     let names = names(folder)?;
-    let mut found: Vec<Leftover> = stems(&names).map(|s| Leftover::of(folder, s)).collect();
-    for name in names.iter().filter_map(|name| name.to_str()) {
-        if let Some(former) = former_name(name) {
-            found.push(Leftover::of_former(folder, name, &former));
-        }
-    }
-    Ok(found)
+    Ok(stems(&names).map(|stem| Leftover::of(folder, stem)).collect())
 }
 
 /// Removes what no living process holds in `folder`, and restores earlier results that killed runs
@@ -186,53 +149,25 @@ fn stem_of(name: &OsStr) -> Option<&str> {
     Some(stem.unwrap_or(name)).filter(|stem| is_stem(stem))
 }
 
-/// The parts of `.NAME.partial-PID` and `.NAME.partial-PID.replaced`.
-pub(super) struct FormerName<'a> {
-    target: &'a str,
-    process: &'a str,
-    is_replaced: bool,
-}
-
-pub(super) fn former_name(name: &str) -> Option<FormerName<'_>> {
-    let plain = name.strip_suffix(".replaced");
-    let (target, process) = plain
-        .unwrap_or(name)
-        .strip_prefix('.')?
-        .rsplit_once(".partial-")?;
-    let is_number = !process.is_empty() && process.bytes().all(|b| b.is_ascii_digit());
-    (is_number && !target.is_empty()).then_some(FormerName {
-        target,
-        process,
-        is_replaced: plain.is_some(),
-    })
-}
-
 fn is_there(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// Bytes of a file, or of all files below a directory.
-fn bytes(path: &Path) -> u64 {
-    files(path).map(|(bytes, _)| bytes).sum()
-}
-
 /// Time since the last change of any of `paths` and what is below them; `None` if not known.
 fn age<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Option<Duration> {
-    let times = paths.into_iter().flat_map(|path| files(path));
-    let last = times.filter_map(|(_, modified)| modified).max()?;
+    let last = paths.into_iter().flat_map(|path| times(path)).max()?;
     SystemTime::now().duration_since(last).ok()
 }
 
-/// Length and time of a file, or of a directory and all that is below it.
-fn files(path: &Path) -> Box<dyn Iterator<Item = (u64, Option<SystemTime>)>> {
+/// Times of the last change of a file, or of a directory and all that is below it.
+fn times(path: &Path) -> Box<dyn Iterator<Item = SystemTime>> {
     let Ok(found) = fs::symlink_metadata(path) else {
         return Box::new(std::iter::empty());
     };
-    let length = if found.is_file() { found.len() } else { 0 };
-    let own = std::iter::once((length, found.modified().ok()));
     let entries = found.is_dir().then(|| fs::read_dir(path).ok()).flatten();
     let entries = entries.into_iter().flatten().flatten();
-    Box::new(own.chain(entries.flat_map(|entry| files(&entry.path()))))
+    let below = entries.flat_map(|entry| times(&entry.path()));
+    Box::new(found.modified().ok().into_iter().chain(below))
 }
 
 /// Whether other machines may write to `folder`, too.

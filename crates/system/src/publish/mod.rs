@@ -32,7 +32,7 @@ pub fn is_working_name(name: &OsStr) -> bool {
         return false;
     };
     let stem = name.strip_suffix(LOCK).or(name.strip_suffix(OLD));
-    is_stem(stem.unwrap_or(name)) || leftovers::former_name(name).is_some()
+    is_stem(stem.unwrap_or(name))
 }
 
 /// Whether `name` is that of a working file or directory itself.
