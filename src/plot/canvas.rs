@@ -14,7 +14,6 @@ use super::Format;
 use super::bitmap::Bitmap;
 use super::font;
 use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
-use super::pdf::Pdf;
 use super::scene::Rect;
 use super::style::PageUnits;
 use super::svg::Svg;
@@ -112,7 +111,6 @@ impl Canvas {
         let painter = match (is_possible, page.format) {
             (true, Format::Png) => Bitmap::new(size, page).map(boxed),
             (true, Format::Svg) => Some(boxed(Svg::new(title, size, page))),
-            (true, Format::Pdf) => Some(boxed(Pdf::new(title, size, page))),
             (false, _) => None,
         };
         let painter = painter.ok_or_else(|| Error::Draw {

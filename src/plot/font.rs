@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use ab_glyph::{Font, FontRef, InvalidFont, OutlineCurve};
 use plotters_backend::text_anchor::VPos;
 
-pub(super) static BYTES: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans.ttf");
+static BYTES: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans.ttf");
 
 /// Height of a digit over the em.
 const CAP_HEIGHT: f64 = 0.729;
@@ -55,14 +55,6 @@ pub(super) fn glyphs(text: &str) -> Result<Vec<Glyph>, String> {
         previous = Some(id);
     }
     Ok(glyphs)
-}
-
-/// A character's glyph, and its advance over the em.
-pub(super) fn letter(letter: char) -> Result<(u16, f64), String> {
-    let font = font()?;
-    let glyph = font.glyph_id(letter);
-    let advance = f64::from(font.h_advance_unscaled(glyph)) / units_per_em();
-    Ok((glyph.0, advance))
 }
 
 /// Width of one line of text set in an em of `size` pixels.

@@ -1,4 +1,4 @@
-//! Figures from results, as PNG, SVG and PDF; computes nothing.
+//! Figures from results, as PNG and SVG; computes nothing.
 //!
 //! Each figure is a function of results and a [`Style`]; it gives `None` if a result was not requested.
 //! [`draw_all`] draws and writes all of them. They are drawn by [`plotters`] on a [`Canvas`], which
@@ -23,7 +23,6 @@ mod legend;
 mod localized;
 mod painter;
 mod panel;
-mod pdf;
 mod redistribution;
 mod scale;
 mod scene;
@@ -75,8 +74,6 @@ pub enum Format {
     Png,
     /// With text as text and heat maps as embedded pictures.
     Svg,
-    /// Vector, with an embedded font and heat maps as images.
-    Pdf,
 }
 
 impl Format {
@@ -84,7 +81,6 @@ impl Format {
         match self {
             Format::Png => "png",
             Format::Svg => "svg",
-            Format::Pdf => "pdf",
         }
     }
 }

@@ -71,21 +71,19 @@ const NAMES: &[&str] = &[
     "report.html",
     "figures",
 ];
-const LOCALIZED: [&str; 11] = [
+const LOCALIZED: [&str; 9] = [
     "localized.json",
     "report.html",
     "table.csv",
     "wave.npz",
     "wave.png",
     "wave.svg",
-    "wave.pdf",
     "launch.npz",
     "launch.png",
     "launch.svg",
-    "launch.pdf",
 ];
 
-/// What `figures` may hold, as PNG, SVG and PDF.
+/// What `figures` may hold, as PNG and SVG.
 const FIGURES: &[&str] = &[
     "space-time",
     "temporal-spectrum",
@@ -229,7 +227,7 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destinat
         Vec::new()
     };
     let is_ours = |name: &&String| match name.rsplit_once('.') {
-        Some((stem, "png" | "svg" | "pdf")) => FIGURES.contains(&stem),
+        Some((stem, "png" | "svg")) => FIGURES.contains(&stem),
         _ => false,
     };
     if let Some(name) = drawn.iter().find(|name| !is_ours(name)) {

@@ -149,7 +149,6 @@ fn figures_are_those_asked_for() {
     assert_eq!(kinds("png"), set(&["png"]));
     assert_eq!(kinds("svg,svg"), set(&["svg"]));
     assert_eq!(kinds("svg,png"), set(&["png", "svg"]));
-    assert_eq!(kinds("pdf"), set(&["pdf"]));
     assert_eq!(kinds("none"), set(&[]));
     assert!(
         place

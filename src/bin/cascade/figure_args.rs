@@ -46,8 +46,6 @@ pub enum FigureArg {
     Png,
     /// Vector, with text as text.
     Svg,
-    /// Vector, with an embedded font.
-    Pdf,
     None,
 }
 
@@ -180,7 +178,6 @@ impl FigureArgs {
         let known = [
             (FigureArg::Png, Format::Png),
             (FigureArg::Svg, Format::Svg),
-            (FigureArg::Pdf, Format::Pdf),
         ];
         let chosen: Vec<Format> = known
             .into_iter()
