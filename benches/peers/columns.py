@@ -1,6 +1,6 @@
 """Transforms of all columns: cascade and the libraries that Python reaches, in turn.
 
-    cargo build --release --bench columns            # prints where the program is
+    cargo build --release -p throughput --bench columns            # prints where the program is
     target/peers/bin/python benches/peers/columns.py --program target/release/deps/columns-... \
         [--cores 1] [--rounds 9] [--shapes 4096x300,...] [--out FILE.md]
     ... --errors [--out FILE.md]       # relative errors instead of times

@@ -1,6 +1,6 @@
 """Transforms of both axes, and of overlapping segments: cascade and the libraries that Python reaches.
 
-    cargo build --release --bench planes            # prints where the program is
+    cargo build --release -p throughput --bench planes            # prints where the program is
     target/peers/bin/python benches/peers/planes.py --program target/release/deps/planes-... \
         [--cores 1] [--rounds 7] [--cases spacetime:8192x8192,short-time:16384x300] [--out FILE.md]
 

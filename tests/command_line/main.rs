@@ -2,7 +2,6 @@
 
 mod analyze;
 mod attenuation;
-mod bench;
 mod bicoherence;
 mod budget;
 mod chain;

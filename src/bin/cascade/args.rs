@@ -150,15 +150,6 @@ pub enum Command {
     /// The extremes of the force are located by further runs, and the values that carry localized
     /// waves are marked. `--vary` adds curves for other lengths, amplitudes or losses.
     Transmit(Box<crate::transmit::Transmit>),
-    /// Measure the throughput of transforms of columns, planes and short-time segments, or check it
-    /// against a baseline.
-    ///
-    /// `cascade`, `rustfft` (two columns as one complex one) and `realfft` transform the same
-    /// arrays in interleaved rounds. `--check` compares the ratio to rustfft with the baseline of
-    /// this kind of processor, and names the cases that the baseline lacks; with `--instructions`
-    /// it compares instruction counts, which do not depend on load or clock, and need valgrind. The
-    /// exit code is 1 if more than 10 % is lost, or nothing can be compared.
-    Bench(Box<crate::bench::Bench>),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.
@@ -590,14 +581,6 @@ choice!(ScalingArg => wavecascade::analyze::Scaling {
     Density => Self::Density,
     /// A sine of amplitude A peaks at A^2 / 2.
     Spectrum => Self::Spectrum,
-});
-choice!(KindArg => wavecascade_throughput::TransformKind {
-    /// All columns of an array.
-    Columns => Self::Columns,
-    /// Both axes of an array.
-    Plane => Self::Plane,
-    /// Segments of 256 samples, 32 apart, of all columns.
-    ShortTime => Self::ShortTime,
 });
 choice!(FormatArg => wavecascade::report::ArrayFormat {
     /// NumPy's archive.

@@ -7,7 +7,6 @@ use wavecascade::Error;
 use wavecascade::chain::scene::KeyPlace;
 
 use crate::advice;
-use crate::bench::Fault;
 use crate::progress::{reason, stopped_code};
 use crate::terminal::{Tone, message};
 
@@ -39,10 +38,6 @@ pub enum Failure {
     Chains(usize),
     /// Number of orders whose localized wave could not be resolved.
     Orders(usize),
-    /// Throughput was lost, or could not be compared.
-    Bench(Fault),
-    /// Throughput could not be measured.
-    Throughput(wavecascade_throughput::Error),
     /// Standard output was closed or could not be written.
     Output(std::io::Error),
 }
@@ -50,12 +45,6 @@ pub enum Failure {
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         Failure::Library(error)
-    }
-}
-
-impl From<wavecascade_throughput::Error> for Failure {
-    fn from(error: wavecascade_throughput::Error) -> Self {
-        Failure::Throughput(error)
     }
 }
 
@@ -135,11 +124,6 @@ impl Failure {
             Failure::Orders(unresolved) => {
                 format!("{unresolved} of the orders could not be resolved; the others stand")
             }
-            Failure::Bench(fault) => fault.to_string(),
-            Failure::Throughput(error @ wavecascade_throughput::Error::Shape { .. }) => {
-                format!("--shape: {error}")
-            }
-            Failure::Throughput(error) => error.to_string(),
             // A reader that went away (`cascade ... | head`) has read enough: no failure.
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => return None,
             Failure::Output(error) => format!("cannot write to standard output: {error}"),
@@ -153,12 +137,6 @@ impl Failure {
             Failure::Converted(error) => {
                 Some(advice::of_error(error)?.replace(" with `--out`", " with OUT"))
             }
-            Failure::Bench(fault) => Some(fault.advice().to_string()),
-            Failure::Throughput(wavecascade_throughput::Error::Baseline { .. }) => Some(
-                "record a new one with `cascade bench --record FILE`, or name another with \
-                 `--baseline`"
-                    .into(),
-            ),
             Failure::Pattern { .. } => Some("check the folder and the ending".into()),
             _ => None,
         }
@@ -178,7 +156,6 @@ impl Failure {
             Failure::Library(error) if error.is_usage() => 2,
             Failure::Converted(error) if error.is_usage() => 2,
             Failure::Pattern { .. } => 2,
-            Failure::Throughput(wavecascade_throughput::Error::Shape { .. }) => 2,
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => 0,
             _ => 1,
         }

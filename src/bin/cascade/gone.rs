@@ -20,7 +20,7 @@ const GONE: [(&str, &str); 6] = [
         "keep options in a script; `summary.json` holds the command line",
     ),
     ("transfer", "`cascade bicoherence --site FROM --transfer TO`"),
-    ("bench", "`cargo run --release -p throughput` in a checkout"),
+    ("bench", "`cargo run --release --locked -p throughput` in a checkout"),
 ];
 
 /// The command that was typed; help, version and words that are none end the program.

@@ -8,7 +8,6 @@ mod analyze;
 mod args;
 mod arrays_file;
 mod attenuate;
-mod bench;
 mod bicoherence;
 mod budget;
 mod chain_args;
@@ -118,7 +117,6 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Attenuate(typed) => attenuate::run(*typed),
         Command::Transmit(typed) => transmit::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
-        Command::Bench(typed) => bench::run(*typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
     }

@@ -1,10 +1,50 @@
-//! `cascade bench` as a stranger meets it; nothing here depends on how long anything takes.
+//! The program as a stranger meets it; nothing here depends on how long anything takes.
 
 use std::fs;
+use std::path::PathBuf;
+use std::process::Output;
 
 use serde_json::{Value, json};
-use test_support::place::Place;
-use wavecascade::transform::RealToComplexColumns;
+use column_fft::RealToComplexColumns;
+
+/// A folder of its own to run the program in.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Place {
+        Place(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn folder(&self) -> &std::path::Path {
+        self.0.path()
+    }
+
+    fn command(&self, words: &[&str]) -> assert_cmd::Command {
+        let mut command = assert_cmd::Command::cargo_bin("throughput").unwrap();
+        command.current_dir(self.folder()).args(words);
+        command
+    }
+
+    fn run(&self, words: &[&str]) -> Output {
+        self.command(words).output().unwrap()
+    }
+
+    fn good(&self, words: &[&str]) -> String {
+        let output = self.run(words);
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn bad(&self, code: i32, words: &[&str]) -> String {
+        let output = self.run(words);
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    }
+}
 
 const SMALL: [&str; 5] = ["--shape", "64x9", "--rounds", "3", "--json"];
 
@@ -25,7 +65,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// Every figure can be had again from the times in the JSON.
 #[test]
 fn val_figures_follow_from_the_times() {
-    let place = Place::of(&["bench"]);
+    let place = Place::new();
     let words = ["--shape", "256x20", "--shape", "257x9", "--threads", "2"];
     let said = json(&place.good(&[&words[..], &["--rounds", "3", "--json"]].concat()));
     for key in ["cpu", "instruction_set", "build"] {
@@ -90,7 +130,7 @@ fn val_figures_follow_from_the_times() {
 
 #[test]
 fn a_table_has_a_line_a_case() {
-    let place = Place::of(&["bench"]);
+    let place = Place::new();
     let said = place.good(&["--shape", "64x9", "--precision", "f32", "--rounds", "2"]);
     let heads = said.lines().find(|line| line.contains("GFLOP/s")).unwrap();
     for head in [
@@ -141,7 +181,7 @@ const KINDS: [&str; 8] = [
 /// By hand: a plane of 3200 samples and 161 rows of bins; 3 segments of 256 samples and 129 bins.
 #[test]
 fn val_planes_and_segments_are_measured_as_columns_are() {
-    let place = Place::of(&["bench"]);
+    let place = Place::new();
     let said = json(&place.good(&[&KINDS[..], &["--json"]].concat()));
     let cases = said["cases"].as_array().unwrap();
     let kinds: Vec<&str> = cases.iter().map(|c| c["kind"].as_str().unwrap()).collect();
@@ -185,7 +225,7 @@ fn val_planes_and_segments_are_measured_as_columns_are() {
 /// What a baseline does not know is named and not compared; what it knows must be kept.
 #[test]
 fn planes_and_segments_have_a_baseline_of_their_own() {
-    let place = Place::of(&["bench"]);
+    let place = Place::new();
     place.good(&[&KINDS[..], &["--record", "base.json"]].concat());
     let new = [
         "plane 320x10 f64, 1 thread",
@@ -236,7 +276,7 @@ fn planes_and_segments_have_a_baseline_of_their_own() {
 /// No machine is so uneven that a hundredth or the hundredfold of a ratio could be found.
 #[test]
 fn a_loss_is_named_and_a_gain_passes() {
-    let place = Place::of(&["bench"]);
+    let place = Place::new();
     place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
     let check = [&SMALL[..], &["--check", "--baseline", "base.json"]].concat();
     edit(&place, |ratios| {
@@ -266,7 +306,7 @@ fn a_loss_is_named_and_a_gain_passes() {
 
 #[test]
 fn a_baseline_of_elsewhere_does_not_count() {
-    let place = Place::of(&["bench"]);
+    let place = Place::new();
     place.good(&[&SMALL[..], &["--record", "base.json"]].concat());
     let check = [&SMALL[..], &["--check", "--baseline", "base.json"]].concat();
     let other = [&["--shape", "65x9"], &check[2..]].concat();
@@ -305,7 +345,7 @@ fn a_baseline_of_elsewhere_does_not_count() {
 
 #[test]
 fn a_damaged_baseline_is_named() {
-    let place = Place::of(&["bench"]);
+    let place = Place::new();
     let ratios = r#"{"machine": {"cpu": "a", "instruction_set": "b", "build": "c"},
         "versions": {"cascade": "0", "rustfft": "0", "realfft": "0", "rustc": "0"},
         "rounds": 3, "ratio_to_rustfft": {"64x9 f64, 1 thread": VALUE}}"#;
@@ -355,7 +395,7 @@ fn a_damaged_baseline_is_named() {
 
 #[test]
 fn what_cannot_be_is_said() {
-    let place = Place::of(&["bench"]);
+    let place = Place::new();
     for (words, named) in [
         (&["--shape", "3x"][..], "ROWSxCOLUMNS"),
         (&["--shape", "0x3"], "ROWSxCOLUMNS"),
@@ -396,11 +436,11 @@ fn what_cannot_be_is_said() {
 /// Runs with programs of `place` alone on the path.
 #[cfg(unix)]
 fn with_path(place: &Place, words: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = assert_cmd::Command::cargo_bin("cascade").unwrap();
+    let mut command = assert_cmd::Command::cargo_bin("throughput").unwrap();
     let command = command
         .current_dir(place.folder())
         .env("PATH", place.folder());
-    let output = command.arg("bench").args(words).output().unwrap();
+    let output = command.args(words).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (
         output.status.code(),

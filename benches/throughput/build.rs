@@ -8,5 +8,5 @@ fn main() {
     let said = Command::new(rustc).arg("--version").output();
     let version = said.map(|said| String::from_utf8_lossy(&said.stdout).trim().to_owned());
     let version = version.unwrap_or_else(|_| "rustc, version unknown".into());
-    println!("cargo::rustc-env=CASCADE_RUSTC={version}");
+    println!("cargo::rustc-env=THROUGHPUT_RUSTC={version}");
 }

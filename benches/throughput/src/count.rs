@@ -9,14 +9,13 @@ use std::process::Command;
 use std::sync::Mutex;
 
 use serde::Serialize;
-use wavecascade_throughput::{
+use throughput::{
     ArrayShape, Comparison, Counted, CountedCase, Instructions, Precision, TransformKind,
     fit_memory, name,
 };
 
-use super::{Bench, check, versions};
-use crate::bench::Fault;
-use crate::failure::Failure;
+use crate::check::Fault;
+use crate::{Bench, Failure, check, versions};
 
 /// Transforms of the shorter run, and by how many the longer one has more.
 const FEWER: usize = 1;
@@ -196,7 +195,6 @@ fn of_run(program: &PathBuf, case: &CountedCase, transforms: usize) -> Result<u6
         ])
         .arg(program)
         .args([
-            "bench",
             "--repeat",
             &transforms.to_string(),
             "--by",

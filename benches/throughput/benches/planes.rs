@@ -1,15 +1,15 @@
 //! Transforms of both axes, and of overlapping segments of all columns: ours, and
 //! the usual ways with `realfft` and `rustfft`, in turn in one process.
 //!
-//! `cargo bench --bench planes` prints a table; `-- --test` runs everything once on small arrays.
+//! `cargo bench -p throughput --bench planes` prints a table; `-- --test` runs everything once on small arrays.
 //! `-- --serve` answers lines `spacetime|short-time ROWS COLUMNS f32|f64 THREADS` with the milliseconds of
 //! one run of ours and one with `realfft`, for `peers/planes.py`, which runs other libraries in between.
 //!
-//! What is measured and how is [`wavecascade_throughput`]'s; its short form is `cascade bench`.
+//! What is measured and how is [`throughput`]'s, whose program is the short form.
 
 use std::io::BufRead;
 
-use wavecascade_throughput::{
+use throughput::{
     ArrayShape, CaseOf, Clock, Implementation, PlannedTransform, Precision, Rounds, TransformKind,
     table,
 };

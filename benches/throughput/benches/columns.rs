@@ -1,18 +1,18 @@
 //! Transforms of all columns of a (time, site) array: ours, and the usual ways with `realfft` and
 //! `rustfft`, in turn in one process.
 //!
-//! `cargo bench --bench columns` prints a table, `-- 4096x300` of that shape alone; `-- --test` runs everything once on small arrays.
+//! `cargo bench -p throughput --bench columns` prints a table, `-- 4096x300` of that shape alone; `-- --test` runs everything once on small arrays.
 //! `-- --serve` answers lines `ROWS COLUMNS f32|f64 THREADS` with the milliseconds of one run of
 //! each way, for `peers/columns.py`, which runs other libraries in between; for its errors,
 //! `-- --spectra ROWS COLUMNS f32|f64 FILE EVERY` writes what each way makes of the values in a file.
 //!
-//! What is measured and how is [`wavecascade_throughput`]'s; its short form is `cascade bench`.
+//! What is measured and how is [`throughput`]'s, whose program is the short form.
 
 use std::collections::HashMap;
 use std::io::BufRead;
 use std::path::Path;
 
-use wavecascade_throughput::{
+use throughput::{
     ArrayShape, Arrays, CaseOf, Clock, Implementation, PlannedTransform, Precision, Rounds,
     TransformKind, table,
 };

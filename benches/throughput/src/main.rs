@@ -1,5 +1,9 @@
-//! `cascade bench`: throughput of the transforms of columns, planes and short-time segments, and whether
-//! it was kept.
+//! Throughput of the transforms of columns, planes and short-time segments, and whether it was kept.
+//!
+//! `cascade`, `rustfft` (two columns as one complex one) and `realfft` transform the same arrays in interleaved rounds.
+//! `--check` compares the ratio to rustfft with the baseline of this kind of processor, and names the cases that the baseline
+//! lacks; with `--instructions` it compares instruction counts, which do not depend on load or clock, and need valgrind. The
+//! exit code is 1 if more than 10 % is lost, or nothing can be compared.
 
 mod check;
 mod count;
@@ -8,22 +12,19 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Parser, ValueEnum};
 use serde::Serialize;
-use wavecascade::Error;
-use wavecascade_throughput::{
+use throughput::{
     ArrayShape, Baseline, CaseOf, Comparison, Counted, CountedCase, Implementation, Machine,
     Precision, Ratios, Rounds, Throughput, TransformKind, Versions, table,
 };
 
-use crate::args::{KindArg, PrecisionArg};
-use crate::failure::Failure;
-use crate::terminal;
-pub use check::Fault;
+use check::Fault;
 
-/// What `cascade bench` takes.
-#[derive(Debug, Args)]
-pub struct Bench {
+/// What is typed.
+#[derive(Debug, Parser)]
+#[command(name = "throughput", version, about, max_term_width = 100)]
+struct Bench {
     /// Kind of transform [default: all; with `--shape` or `--instructions` columns].
     #[arg(
         long,
@@ -31,44 +32,135 @@ pub struct Bench {
         value_delimiter = ',',
         conflicts_with = "instructions"
     )]
-    pub kind: Vec<KindArg>,
+    kind: Vec<KindArg>,
     /// Shape of the arrays, times by columns; may be given more than once
     /// [default: 4096x300, 16384x300 and 10007x300, a plane of 2048x2048, short-time 16384x300; with
     /// `--instructions` small ones].
     #[arg(long, value_name = "ROWSxCOLUMNS")]
-    pub shape: Vec<ArrayShape>,
+    shape: Vec<ArrayShape>,
     /// Number types [default: of columns both, else f64].
     #[arg(long, value_enum, value_delimiter = ',')]
-    pub precision: Vec<PrecisionArg>,
+    precision: Vec<PrecisionArg>,
     /// Measure with N threads besides one.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "instructions",
           value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: u16,
+    threads: u16,
     /// Rounds; every library runs once in each. One more warms up.
     #[arg(long, value_name = "N", default_value_t = 25, conflicts_with = "instructions",
           value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub rounds: u32,
+    rounds: u32,
     /// Count instructions a sample with valgrind instead of taking times.
     #[arg(long)]
-    pub instructions: bool,
+    instructions: bool,
     /// Compare with a baseline; exit code 1 where more than 10 % of the throughput is lost.
     #[arg(long, conflicts_with = "record")]
-    pub check: bool,
+    check: bool,
     /// The baseline to compare with [default: benches/baseline.json of the repository, built in].
     #[arg(long, value_name = "FILE", requires = "check")]
-    pub baseline: Option<PathBuf>,
+    baseline: Option<PathBuf>,
     /// Write the results to a baseline; they replace the same cases on this machine or build.
     #[arg(long, value_name = "FILE")]
-    pub record: Option<PathBuf>,
+    record: Option<PathBuf>,
     /// Print all that was found as JSON, every time included.
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     /// Only transform, this many times: runs inside valgrind.
     #[arg(long, hide = true, requires = "by")]
-    pub repeat: Option<usize>,
+    repeat: Option<usize>,
     /// What transforms then.
     #[arg(long, hide = true, requires = "repeat")]
-    pub by: Option<Counted>,
+    by: Option<Counted>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum KindArg {
+    /// All columns of an array.
+    Columns,
+    /// Both axes of an array.
+    Plane,
+    /// Segments of 256 samples, 32 apart, of all columns.
+    ShortTime,
+}
+
+impl From<KindArg> for TransformKind {
+    fn from(typed: KindArg) -> Self {
+        match typed {
+            KindArg::Columns => TransformKind::Columns,
+            KindArg::Plane => TransformKind::Plane,
+            KindArg::ShortTime => TransformKind::ShortTime,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PrecisionArg {
+    F64,
+    F32,
+}
+
+impl From<PrecisionArg> for Precision {
+    fn from(typed: PrecisionArg) -> Self {
+        match typed {
+            PrecisionArg::F64 => Precision::F64,
+            PrecisionArg::F32 => Precision::F32,
+        }
+    }
+}
+
+/// Why it did not end well.
+#[derive(Debug)]
+enum Failure {
+    /// Throughput was lost, or could not be compared.
+    Bench(Fault),
+    /// It could not be measured.
+    Throughput(throughput::Error),
+    /// There is no folder for the file to record to.
+    Record(PathBuf),
+    /// Standard output could not be written.
+    Output(std::io::Error),
+}
+
+impl From<throughput::Error> for Failure {
+    fn from(error: throughput::Error) -> Self {
+        Failure::Throughput(error)
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Failure::Output(error)
+    }
+}
+
+impl Failure {
+    /// Prints it to standard error, with what can be done; returns the exit code.
+    fn report(&self) -> u8 {
+        let (text, help) = match self {
+            Failure::Bench(fault) => (fault.to_string(), Some(fault.advice())),
+            Failure::Throughput(error @ throughput::Error::Shape { .. }) => {
+                eprintln!("error: --shape: {error}");
+                return 2;
+            }
+            Failure::Throughput(error @ throughput::Error::Baseline { .. }) => (
+                error.to_string(),
+                Some("record a new one with `--record FILE`, or name another with `--baseline`"),
+            ),
+            Failure::Throughput(error) => (error.to_string(), None),
+            Failure::Record(path) => {
+                let path = path.display();
+                eprintln!("error: --record: expected a file in a folder that exists, found {path}");
+                return 2;
+            }
+            // A reader that went away has read enough.
+            Failure::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => return 0,
+            Failure::Output(error) => (format!("cannot write to standard output: {error}"), None),
+        };
+        eprintln!("error: {text}");
+        if let Some(help) = help {
+            eprintln!("help: {help}");
+        }
+        1
+    }
 }
 
 /// The JSON output.
@@ -94,11 +186,7 @@ impl Bench {
         shapes: &[ArrayShape],
         precisions: &[Precision],
     ) -> Vec<(ArrayShape, Precision)> {
-        let typed: Vec<Precision> = self
-            .precision
-            .iter()
-            .map(|&typed| precision(typed))
-            .collect();
+        let typed: Vec<Precision> = self.precision.iter().map(|&typed| typed.into()).collect();
         let precisions = if typed.is_empty() { precisions } else { &typed };
         let shapes = if self.shape.is_empty() {
             shapes
@@ -156,11 +244,7 @@ impl Bench {
             .parent()
             .filter(|folder| !folder.as_os_str().is_empty());
         if path.file_name().is_none() || folder.is_some_and(|folder| !folder.is_dir()) {
-            return Err(Failure::Library(Error::Request {
-                option: "record",
-                expected: "a file in a folder that exists".into(),
-                found: path.display().to_string(),
-            }));
+            return Err(Failure::Record(path.clone()));
         }
         Ok(Some((Baseline::default(), path)))
     }
@@ -171,7 +255,7 @@ impl Bench {
         (check, not_compared): (Option<Vec<Comparison>>, Vec<String>),
         text: &str,
     ) -> Result<(), Failure> {
-        let mut stdout = terminal::stdout();
+        let mut stdout = std::io::stdout();
         let (machine, versions) = (Machine::here(), versions());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         if !self.json {
@@ -203,8 +287,12 @@ impl Bench {
     }
 }
 
-/// Runs the command.
-pub fn run(typed: Bench) -> Result<(), Failure> {
+fn main() -> std::process::ExitCode {
+    let done = run(Bench::parse());
+    done.map_or_else(|failure| failure.report(), |()| 0).into()
+}
+
+fn run(typed: Bench) -> Result<(), Failure> {
     if let (Some(times), Some(by)) = (typed.repeat, typed.by) {
         for (shape, precision) in typed.arrays(&[], TransformKind::Columns.precisions()) {
             CountedCase {
@@ -225,7 +313,7 @@ pub fn run(typed: Bench) -> Result<(), Failure> {
 fn times(typed: &Bench) -> Result<(), Failure> {
     let cases = typed.cases();
     cases.iter().try_for_each(CaseOf::check)?;
-    wavecascade_throughput::fit_memory(cases.iter().map(CaseOf::memory), 1)?;
+    throughput::fit_memory(cases.iter().map(CaseOf::memory), 1)?;
     let (baseline, recorded) = (typed.baseline()?, typed.recorded()?);
     let rounds = Rounds {
         rounds: typed.rounds as usize,
@@ -295,26 +383,19 @@ fn times(typed: &Bench) -> Result<(), Failure> {
 
 fn measured(rounds: &Rounds, cases: &[CaseOf]) -> Result<Vec<Throughput>, Failure> {
     let found = cases.iter().map(|case| rounds.measure(*case));
-    Ok(found.collect::<wavecascade_throughput::Result<_>>()?)
+    Ok(found.collect::<throughput::Result<_>>()?)
 }
 
 /// The baseline of the repository; a test reads it.
-fn shipped() -> wavecascade_throughput::Result<Baseline> {
-    let text = include_str!("../../../benches/baseline.json");
+fn shipped() -> throughput::Result<Baseline> {
+    let text = include_str!("../../baseline.json");
     Baseline::parse("benches/baseline.json".as_ref(), text)
-}
-
-fn precision(typed: PrecisionArg) -> Precision {
-    match typed {
-        PrecisionArg::F64 => Precision::F64,
-        PrecisionArg::F32 => Precision::F32,
-    }
 }
 
 /// Versions of this build.
 fn versions() -> Versions {
     let lock = include_str!("../../../Cargo.lock");
-    Versions::of_build(env!("CARGO_PKG_VERSION"), lock, env!("CASCADE_RUSTC"))
+    Versions::of_build(env!("CARGO_PKG_VERSION"), lock, env!("THROUGHPUT_RUSTC"))
 }
 
 const LEGEND: &str = "

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 
-use wavecascade_throughput::{Comparison, LARGEST_LOSS};
+use throughput::{Comparison, LARGEST_LOSS};
 
-use crate::failure::Failure;
+use crate::Failure;
 
 /// Why a bench did not end well.
 #[derive(Debug)]
@@ -83,8 +83,8 @@ impl Fault {
     pub fn advice(&self) -> &'static str {
         match self {
             Fault::Unknown { .. } => {
-                "record one from a version that is known to be fast, on a quiet machine: `cascade bench \
-                 --record FILE --rounds 200` (for counts `--instructions --record FILE`), and compare \
+                "record one from a version that is known to be fast, on a quiet machine: `--record FILE \
+                 --rounds 200` (for counts `--instructions --record FILE`), and compare \
                  with `--check --baseline FILE`; FILE may be benches/baseline.json of the repository"
             }
             Fault::Lost { .. } => {
