@@ -11,8 +11,6 @@ pub enum Decomposition {
     MixedRadix(Halves),
     /// Bluestein's convolution, of as many points as the radices multiply to.
     Bluestein(Halves),
-    /// Rader's convolution of a prime length.
-    Rader(Halves),
     Fallback,
 }
 
@@ -31,11 +29,6 @@ pub enum Algorithm {
         /// Of the convolution.
         points: usize,
     },
-    /// A prime length by a convolution, Rader's.
-    Rader {
-        /// Of the convolution.
-        points: usize,
-    },
     /// Column by column, by `realfft`: the shortest.
     ByColumn,
 }
@@ -46,8 +39,6 @@ impl Decomposition {
         match halves(length) {
             Some(halves) => Decomposition::MixedRadix(halves),
             None if length <= 8 => Decomposition::Fallback,
-            // What each algorithm needs at least.
-            None if is_odd_prime(length) => Decomposition::Rader(convolution(length - 2)),
             None => Decomposition::Bluestein(convolution(length + length / 2)),
         }
     }
@@ -65,9 +56,6 @@ impl Decomposition {
             Decomposition::Bluestein(halves) => Algorithm::Bluestein {
                 points: points(halves),
             },
-            Decomposition::Rader(halves) => Algorithm::Rader {
-                points: points(halves),
-            },
             Decomposition::Fallback => Algorithm::ByColumn,
         }
     }
@@ -77,9 +65,7 @@ impl Decomposition {
     pub fn scratch_len(&self, width: usize) -> usize {
         match self {
             Decomposition::MixedRadix(halves) => mixed_radix::scratch_len(lengths(halves), width),
-            Decomposition::Bluestein(halves) | Decomposition::Rader(halves) => {
-                cyclic::scratch_len(lengths(halves), width)
-            }
+            Decomposition::Bluestein(halves) => cyclic::scratch_len(lengths(halves), width),
             Decomposition::Fallback => 0,
         }
     }
@@ -88,7 +74,7 @@ impl Decomposition {
     pub fn rounding(&self) -> f64 {
         match self {
             Decomposition::MixedRadix(_) => 0.35,
-            Decomposition::Bluestein(_) | Decomposition::Rader(_) => 0.6,
+            Decomposition::Bluestein(_) => 0.6,
             Decomposition::Fallback => 1.0,
         }
     }
@@ -169,13 +155,6 @@ fn smooth(least: usize, most: usize) -> Vec<usize> {
     numbers
 }
 
-/// Whether Rader's algorithm does for a length: an odd prime, whose rows 31 bits count.
-pub fn is_odd_prime(length: usize) -> bool {
-    let mut factors = (3..).step_by(2).take_while(|f| f * f <= length);
-    let counted = length > 2 && length < 1 << 31;
-    counted && !length.is_multiple_of(2) && !factors.any(|f| length.is_multiple_of(f))
-}
-
 /// Cost of a pass, a point.
 fn work(radix: usize) -> f64 {
     match radix {
@@ -247,9 +226,6 @@ mod tests {
             let (first, second) = convolution(least);
             assert!(first.iter().chain(&second).product::<usize>() >= least);
         }
-        let primes = (0..60).filter(|&length| is_odd_prime(length));
-        let expected = [3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59];
-        assert!(primes.eq(expected));
         let factored = (16..=5000).filter(|&length| radices(length).is_some());
         assert!(factored.eq(smooth(16, 5000)));
         assert_eq!(halves(16384), Some((vec![8, 8, 4], vec![8, 8])));

@@ -95,7 +95,7 @@ impl<T: Real> Bluestein<T> {
                 );
                 cyclic.column(kernels, &parts, j);
             }
-            let [other, _] = parts.others;
+            let other = parts.other;
             for k in 0..m1 {
                 let numbers = cyclic.numbers(kernels.width, &parts, k);
                 let response = self.response.as_ptr().add(2 * k * m2);

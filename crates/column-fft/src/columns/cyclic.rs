@@ -22,11 +22,11 @@ fn row(second: usize) -> usize {
     second + PADDING
 }
 
-/// Numbers of scratch for tiles of `width` columns by halves of these lengths: three series or rows, and
-/// the matrix.
+/// Numbers of scratch for tiles of `width` columns by halves of these lengths: two series or rows, and the
+/// matrix.
 #[inline]
 pub fn scratch_len([first, second]: [usize; 2], width: usize) -> usize {
-    2 * width * (3 * first.max(second) + first * row(second))
+    2 * width * (2 * first.max(second) + first * row(second))
 }
 
 /// A planned transform there and back.
@@ -39,11 +39,11 @@ pub struct Cyclic<T: 'static> {
     twiddles: Vec<T>,
 }
 
-/// Parts of the scratch of one tile: three series or rows, and the intermediate matrix.
+/// Parts of the scratch of one tile: two series or rows, and the intermediate matrix.
 #[derive(Debug, Clone, Copy)]
 pub struct Scratch<T> {
     pub work: *mut T,
-    pub others: [*mut T; 2],
+    pub other: *mut T,
     pub intermediate: *mut T,
 }
 
@@ -93,8 +93,8 @@ impl<T: Real> Cyclic<T> {
         let at = |parts: usize| work.wrapping_add(parts * part);
         Scratch {
             work,
-            others: [at(1), at(2)],
-            intermediate: at(3),
+            other: at(1),
+            intermediate: at(2),
         }
     }
 
@@ -241,7 +241,7 @@ impl Cyclic<f64> {
                 // SAFETY: the kernels are those of this processor, the scratch is theirs.
                 unsafe { self.column(kernels, &parts, j2) };
             }
-            let bins = parts.others[0];
+            let bins = parts.other;
             for k1 in 0..m1 {
                 let numbers = self.numbers(width, &parts, k1);
                 // SAFETY: as above; bins without factors.

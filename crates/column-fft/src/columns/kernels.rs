@@ -7,7 +7,7 @@
 use std::any::{Any, TypeId};
 
 use super::butterfly::{Butterfly, Dft};
-use super::passes::{self, Blend, Fold, Last, Prefetch, Rows, Scatter, Split, Stage, Twiddled};
+use super::passes::{self, Last, Prefetch, Rows, Split, Stage, Twiddled};
 use super::simd::{Lanes, Portable};
 use crate::Real;
 
@@ -56,10 +56,6 @@ pub struct Kernels<T: 'static> {
     /// Conjugated, to rows of a spectrum.
     pub twiddle_interleaved: [End<Twiddled<T>>; RADICES.len()],
     pub order: [End<Twiddled<T>>; RADICES.len()],
-    pub fold: End<Fold<T>>,
-    pub blend: End<Blend<T>>,
-    pub scatter: [End<Scatter<T>>; RADICES.len()],
-    pub scatter_streaming: [End<Scatter<T>>; RADICES.len()],
 }
 
 macro_rules! kernels {
@@ -166,27 +162,6 @@ macro_rules! kernels {
                 unsafe { passes::order::<$lanes, R>(at) }
             }
 
-            $(#[target_feature(enable = $feature)])?
-            unsafe fn fold(at: &Fold<$scalar>) {
-                // SAFETY: the caller's.
-                unsafe { passes::fold::<$lanes>(at) }
-            }
-
-            $(#[target_feature(enable = $feature)])?
-            unsafe fn blend(at: &Blend<$scalar>) {
-                // SAFETY: the caller's.
-                unsafe { passes::blend::<$lanes>(at) }
-            }
-
-            $(#[target_feature(enable = $feature)])?
-            unsafe fn scatter<const R: usize, const STREAM: bool>(at: &Scatter<$scalar>)
-            where
-                Dft: Butterfly<R>,
-            {
-                // SAFETY: the caller's.
-                unsafe { passes::scatter::<$lanes, R, STREAM>(at) }
-            }
-
             pub(in crate::columns) static KERNELS: Kernels<$scalar> = Kernels {
                 width: <$lanes as Lanes>::WIDTH,
                 stage: stage::<false>,
@@ -237,16 +212,6 @@ macro_rules! kernels {
                     twiddle::<5, true, true>, twiddle::<7, true, true>, twiddle::<8, true, true>,
                 ],
                 order: [order::<2>, order::<3>, order::<4>, order::<5>, order::<7>, order::<8>],
-                fold,
-                blend,
-                scatter: [
-                    scatter::<2, false>, scatter::<3, false>, scatter::<4, false>,
-                    scatter::<5, false>, scatter::<7, false>, scatter::<8, false>,
-                ],
-                scatter_streaming: [
-                    scatter::<2, true>, scatter::<3, true>, scatter::<4, true>,
-                    scatter::<5, true>, scatter::<7, true>, scatter::<8, true>,
-                ],
             };
         }
     };

@@ -29,8 +29,7 @@
 //! results are prefetched.
 //!
 //! Lengths with other prime factors go through a convolution of a length that has none, in the
-//! same halves: primes by Rader's algorithm, others by Bluestein's; the shortest are transformed
-//! column by column.
+//! same halves, Bluestein's; the shortest are transformed column by column.
 //!
 //! # Instruction sets
 //! [`InstructionSet`] is chosen at run time. Fused multiply-adds round once where others round
@@ -49,7 +48,6 @@ mod kernels;
 mod mixed_radix;
 mod passes;
 mod plan;
-mod rader;
 mod scratch;
 mod simd;
 mod streaming;

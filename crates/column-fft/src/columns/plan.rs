@@ -5,14 +5,12 @@ use super::bluestein::Bluestein;
 use super::fallback::Fallback;
 use super::kernels::{InstructionSet, Kernels};
 use super::mixed_radix::{MixedRadix, Tile};
-use super::rader::Rader;
 use crate::Real;
 
 /// The planned transform of one length.
 pub enum TilePlan<T: Real> {
     MixedRadix(MixedRadix<T>),
     Bluestein(Bluestein<T>),
-    Rader(Rader<T>),
     Fallback(Fallback<T>),
 }
 
@@ -26,7 +24,6 @@ impl<T: Real> TilePlan<T> {
             Decomposition::Bluestein(halves) => {
                 TilePlan::Bluestein(Bluestein::new(set, length, halves))
             }
-            Decomposition::Rader(halves) => TilePlan::Rader(Rader::new(set, length, halves)),
             Decomposition::Fallback => TilePlan::Fallback(Fallback::new(length)),
         }
     }
@@ -39,7 +36,6 @@ impl<T: Real> TilePlan<T> {
             match self {
                 TilePlan::MixedRadix(plan) => plan.tile(kernels, tile, scratch),
                 TilePlan::Bluestein(plan) => plan.tile(kernels, tile, scratch),
-                TilePlan::Rader(plan) => plan.tile(kernels, tile, scratch),
                 TilePlan::Fallback(_) => {}
             }
         }

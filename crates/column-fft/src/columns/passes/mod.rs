@@ -9,7 +9,7 @@
 mod convolution;
 
 pub(super) use convolution::{
-    Blend, Fold, Scatter, Twiddled, Unordered, blend, chirp, collect, fold, order, scatter, twiddle,
+    Twiddled, Unordered, chirp, collect, order, twiddle,
 };
 
 use super::butterfly::{Butterfly, Complex, Dft};
