@@ -3,7 +3,6 @@
 
 use std::fs;
 
-use serde_json::Value;
 use test_support::place::{Place, set, text};
 use test_support::running::{partial, signal, sparse, start, wait_for};
 

@@ -40,9 +40,7 @@ fn lines_keep_to_the_width_that_is_stated() {
                 "{command}:\n{said}"
             );
         }
-        for command in [
-            "", "analyze", "budget", "filter", "localize", "scene",
-        ] {
+        for command in ["", "analyze", "budget", "filter", "localize", "scene"] {
             for help in ["-h", "--help"] {
                 let words = command.split_whitespace().chain([help]);
                 let mut run = place.command(words);

@@ -194,12 +194,7 @@ fn of_run(program: &PathBuf, case: &CountedCase, transforms: usize) -> Result<u6
             "--cachegrind-out-file=/dev/null",
         ])
         .arg(program)
-        .args([
-            "--repeat",
-            &transforms.to_string(),
-            "--by",
-            &by.to_string(),
-        ])
+        .args(["--repeat", &transforms.to_string(), "--by", &by.to_string()])
         .args([
             "--shape",
             &shape.to_string(),

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Output;
 
-use serde_json::{Value, json};
 use column_fft::RealToComplexColumns;
+use serde_json::{Value, json};
 
 /// A folder of its own to run the program in.
 struct Place(tempfile::TempDir);

@@ -2,13 +2,12 @@
 //! killed process leaves.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
+use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime};
 
 use wavecascade_system::publish::{
-    Hold, Leftover, Working, final_path, is_working_name, leftovers, remove_abandoned, write_whole,
+    Hold, Working, final_path, is_working_name, leftovers, remove_abandoned, write_whole,
 };
 
 const STEM: &str = ".cascade-partial-0123456789abcdef";

@@ -1,9 +1,8 @@
-//! What the user types for chains: `simulate`, `sweep`, `scene`, `contact`.
+//! What the user types for chains: `simulate`, `sweep`, `scene`.
 
 use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::measure::{Angle, Length, Pressure};
 use wavecascade::sweep::Part;
 
 use crate::args::DetailArgs;

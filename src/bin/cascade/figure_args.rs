@@ -175,10 +175,7 @@ impl FigureArgs {
         if self.figures.is_empty() {
             return Ok(vec![Format::Png, Format::Svg]);
         }
-        let known = [
-            (FigureArg::Png, Format::Png),
-            (FigureArg::Svg, Format::Svg),
-        ];
+        let known = [(FigureArg::Png, Format::Png), (FigureArg::Svg, Format::Svg)];
         let chosen: Vec<Format> = known
             .into_iter()
             .filter_map(|(typed, format)| self.figures.contains(&typed).then_some(format))

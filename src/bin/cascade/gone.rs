@@ -9,8 +9,14 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use crate::args::Cli;
 
 const GONE: [(&str, &str); 6] = [
-    ("clean", "the next run that writes to a folder removes what killed ones left there"),
-    ("contact", "`cascade scene --check` prints the coefficients of a chain"),
+    (
+        "clean",
+        "the next run that writes to a folder removes what killed ones left there",
+    ),
+    (
+        "contact",
+        "`cascade scene --check` prints the coefficients of a chain",
+    ),
     (
         "lomb",
         "`--resample` makes coordinates even; astropy has spectra by least squares",
@@ -19,8 +25,14 @@ const GONE: [(&str, &str); 6] = [
         "settings",
         "keep options in a script; `summary.json` holds the command line",
     ),
-    ("transfer", "`cascade bicoherence --site FROM --transfer TO`"),
-    ("bench", "`cargo run --release --locked -p throughput` in a checkout"),
+    (
+        "transfer",
+        "`cascade bicoherence --site FROM --transfer TO`",
+    ),
+    (
+        "bench",
+        "`cargo run --release --locked -p throughput` in a checkout",
+    ),
 ];
 
 /// The command that was typed; help, version and words that are none end the program.
@@ -31,10 +43,7 @@ pub fn parsed(words: Vec<OsString>) -> Cli {
             && let Some((_, instead)) = GONE.iter().find(|(gone, _)| gone == name)
         {
             let tip = StyledStr::from(format!("it is no command any more: {instead}"));
-            error.insert(
-                ContextKind::Suggested,
-                ContextValue::StyledStrs(vec![tip]),
-            );
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
         }
         error.exit()
     })

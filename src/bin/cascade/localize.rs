@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use wavecascade::Error;
-use wavecascade::chain::contact::Ellipse;
+use wavecascade::chain::contact::{Ellipse, Material};
 use wavecascade::localized::{Alternation, Family, LARGEST_ORDER, Wave};
+use wavecascade::measure::{Length, Pressure};
 use wavecascade::report::{Contents, ResultDirectory};
 
 use crate::analyze::use_threads;
 use crate::args::DetailArgs;
-use crate::chain_args::Body;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::parse;
@@ -154,5 +154,49 @@ pub fn run(typed: Localize) -> Result<(), Failure> {
         (Some(order), _) => profile::run(&typed, order),
         (None, Some(order)) => launch::run(&typed, order),
         (None, None) => table::run(&typed),
+    }
+}
+
+/// A material and a radius.
+#[derive(Debug, Args)]
+pub struct Body {
+    /// Material of both: quartz, steel or ptfe.
+    #[arg(long, requires = "radius", conflicts_with_all = ["young", "poisson"])]
+    pub material: Option<String>,
+
+    /// Young's modulus of both, such as 72GPa.
+    #[arg(long, value_parser = parse::measure::<Pressure>, requires = "poisson",
+          requires = "radius", allow_negative_numbers = true)]
+    pub young: Option<f64>,
+
+    /// Poisson's ratio of both.
+    #[arg(long, value_parser = parse::finite, requires = "young", allow_negative_numbers = true)]
+    pub poisson: Option<f64>,
+
+    /// Radius of both, such as 9mm.
+    #[arg(long, value_parser = parse::measure::<Length>, allow_negative_numbers = true)]
+    pub radius: Option<f64>,
+}
+
+impl Body {
+    /// The material that was named or given by its constants.
+    pub fn material(&self) -> Result<Option<Material>, Error> {
+        if let (Some(young), Some(poisson)) = (self.young, self.poisson) {
+            return Ok(Some(Material {
+                young,
+                poisson,
+                // No contact depends on it.
+                density: 1.0,
+            }));
+        }
+        let Some(name) = &self.material else {
+            return Ok(None);
+        };
+        let known = Material::named(name).ok_or_else(|| Error::Request {
+            option: "material",
+            expected: "quartz, steel or ptfe".into(),
+            found: name.clone(),
+        });
+        known.map(Some)
     }
 }

@@ -105,11 +105,11 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Inspect(typed) => {
             let files = expanded(&typed.fields)?;
             inspect::run(*typed, &files)
-        },
+        }
         Command::Convert(typed) => {
             let files = expanded(&typed.fields)?;
             convert::run(*typed, &files)
-        },
+        }
         Command::Filter(typed) => filter::run(*typed),
         Command::Simulate(typed) => simulate::run(*typed),
         Command::Sweep(typed) => sweep::run(*typed),

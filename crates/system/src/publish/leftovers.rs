@@ -117,7 +117,9 @@ impl Leftover {
 /// If the folder cannot be listed.
 pub fn leftovers(folder: &Path) -> Result<Vec<Leftover>> {
     let names = names(folder)?;
-    Ok(stems(&names).map(|stem| Leftover::of(folder, stem)).collect())
+    Ok(stems(&names)
+        .map(|stem| Leftover::of(folder, stem))
+        .collect())
 }
 
 /// Removes what no living process holds in `folder`, and restores earlier results that killed runs

@@ -8,9 +8,7 @@
 
 mod convolution;
 
-pub(super) use convolution::{
-    Twiddled, Unordered, chirp, collect, order, twiddle,
-};
+pub(super) use convolution::{Twiddled, Unordered, chirp, collect, order, twiddle};
 
 use super::butterfly::{Butterfly, Complex, Dft};
 use super::simd::Lanes;
