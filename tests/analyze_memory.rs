@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ndarray::Array2;
-use wavecascade::analyze::{Request, plan, run};
+use wavecascade::analyze::{Request, filtered, plan, run};
 use wavecascade::arrays::Nowhere;
 use wavecascade::estimates::{
     Averaging, CoherenceRequest, Combination, DividedRequest, Part, Partial, SpectrumRequest,
-    Tapers, coherence, combine, join, outline, partial,
+    Tapers, coherence, combine, join, outline, partial, spectrum,
 };
 use wavecascade::observer::Silent;
+use wavecascade::transform::Passband;
 use wavecascade::{Error, Field};
 
 struct Counting;
@@ -134,7 +135,7 @@ const SLEPIAN: Tapers = Tapers::Slepian { nw: 3.0, count: 5 };
 #[test]
 fn parts_hold_no_more_than_is_counted() {
     let _alone = alone();
-    let spectrum = |shape, averaging| {
+    let of_spectrum = |shape, averaging| {
         let request = SpectrumRequest {
             averaging,
             has_jackknife: false,
@@ -152,8 +153,8 @@ fn parts_hold_no_more_than_is_counted() {
     let hann = || Averaging::default().tapers;
     let off = RefCell::new(Vec::new());
     for (records, parts, (shape, request)) in [
-        (1, 4, spectrum((6000, 50), averaging(500, hann()))),
-        (3, 4, spectrum((3000, 50), averaging(500, SLEPIAN))),
+        (1, 4, of_spectrum((6000, 50), averaging(500, hann()))),
+        (3, 4, of_spectrum((3000, 50), averaging(500, SLEPIAN))),
         (1, 4, coherence((6000, 50), averaging(500, hann()))),
         (3, 2, coherence((8000, 9), averaging(4000, SLEPIAN))),
     ] {
@@ -254,6 +255,76 @@ fn coherence_holds_no_more_than_is_counted() {
                     "{case}: {most} of {counted}"
                 );
             }
+        }
+    }
+}
+
+/// Many sites, whose results take most: with a jackknife, without, and with lines.
+#[test]
+fn a_spectrum_holds_no_more_than_is_counted() {
+    let _alone = alone();
+    let hann = Averaging::default().tapers;
+    for (shape, segment, tapers, has_jackknife) in [
+        ((6000, 700), 1024, hann.clone(), false),
+        ((6000, 700), 1024, hann, true),
+        ((3000, 300), 1000, SLEPIAN, true),
+    ] {
+        let field = field(shape);
+        for threads in [1, 3] {
+            let of = |memory| {
+                let request = SpectrumRequest {
+                    averaging: averaging(segment, tapers.clone()),
+                    has_jackknife,
+                    threads: Some(threads),
+                    memory: Some(memory),
+                    ..SpectrumRequest::default()
+                };
+                spectrum(&[&field], &request, &Silent)
+            };
+            let counted = needed(of(1));
+            let (most, found) = taken(|| of(counted));
+            found.unwrap();
+            let case = format!("{shape:?} {segment} {has_jackknife} {threads} threads");
+            println!("{case}: {most} of {counted}");
+            assert!(most <= counted, "{case}: {most} of {counted}");
+            assert!(10 * counted <= 16 * most, "{case}: {most} of {counted}");
+        }
+    }
+}
+
+/// A filter takes no more than it is allowed, and below three times the field works in blocks, with the same result.
+#[test]
+fn a_filter_takes_what_it_is_allowed() {
+    let _alone = alone();
+    let value = |(n, j): (usize, usize)| ((n * 31 + j * 7) as f64).sin();
+    for (shape, pad) in [
+        ((20_011, 120), false),
+        ((8192, 256), true),
+        ((300, 4001), false),
+    ] {
+        let field = Field::from_array(Array2::from_shape_fn(shape, value));
+        let band = Passband {
+            frequency: Some((0.1, 0.2)),
+            ..Passband::default()
+        };
+        let whole = filtered(&field, &band, pad, Some(1 << 32), &Silent).unwrap();
+        let least = needed(filtered(&field, &band, pad, Some(1 << 20), &Silent));
+        let size = 8 * (shape.0 * shape.1) as u64;
+        for allowed in [least, least + size / 4] {
+            let (most, found) = taken(|| filtered(&field, &band, pad, Some(allowed), &Silent));
+            let found = found.unwrap();
+            assert!(
+                most <= allowed + allowed / 50,
+                "{most} of {allowed} for {shape:?}"
+            );
+            assert!(most < 2 * size || pad, "{most} for {shape:?}");
+            let all = |field: &Field| {
+                let mut out = vec![0.0; shape.0 * shape.1];
+                field.read_time_major(0..shape.0, 0..shape.1, &mut out);
+                out
+            };
+            assert_eq!(all(&whole.field), all(&found.field));
+            assert_eq!(whole.energy_after, found.energy_after);
         }
     }
 }

@@ -8,31 +8,47 @@ use super::file_bytes::FileBytes;
 use super::options::OpenOptions;
 use super::storage::{Arrangement, ByteOrder, Bytes, SampleType, Storage};
 use crate::error::{Error, Result};
-use crate::system::file_io::{allocate, write_at};
+use crate::system::file_io::{allocate, read_at, write_at};
 use crate::system::memory::{half_of_free_memory, try_filled};
 
 /// An unnamed file, which disappears when it is closed, however the program ends.
-pub(super) struct ScratchFile {
+pub(crate) struct ScratchFile {
     file: File,
     place: PathBuf,
 }
 
 impl ScratchFile {
     /// One of `length` bytes, whose space is reserved.
-    pub(super) fn new(length: u64) -> Result<ScratchFile> {
+    pub(crate) fn new(length: u64) -> Result<ScratchFile> {
         let place = std::env::temp_dir();
         let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
         allocate(&file, 0, length).map_err(Error::write("reserve a scratch file in", &place))?;
         Ok(ScratchFile { file, place })
     }
 
-    pub(super) fn write(&self, from: u64, bytes: &[u8]) -> Result<()> {
+    pub(crate) fn write(&self, from: u64, bytes: &[u8]) -> Result<()> {
         write_at(&self.file, bytes, from)
             .map_err(Error::write("write a scratch file in", &self.place))
     }
 
+    pub(crate) fn read(&self, from: u64, bytes: &mut [u8]) -> Result<()> {
+        read_at(&self.file, bytes, from).map_err(Error::read("read a scratch file in", &self.place))
+    }
+
     pub(super) fn finish(self) -> Result<Arc<FileBytes>> {
         FileBytes::of_scratch(&self.file, &self.place)
+    }
+
+    /// What was written, as rows of `row_len` samples, of times or of sites.
+    pub(crate) fn storage(self, row_len: usize, rows_are_times: bool) -> Result<Storage> {
+        let arrangement = Arrangement {
+            sample: SampleType::F64,
+            order: ByteOrder::NATIVE,
+            start: 0,
+            row_len,
+            rows_are_times,
+        };
+        Ok(Storage::new(Bytes::Spilled(self.finish()?), arrangement))
     }
 }
 
@@ -83,19 +99,9 @@ impl Assembly {
 
     /// The samples, with rows of times or of sites.
     pub(super) fn finish(self, rows_are_times: bool) -> Result<Storage> {
-        let file = match self.target {
-            Target::Memory(all) => {
-                return Ok(Storage::from_values(all, self.row_len, rows_are_times));
-            }
-            Target::Scratch(file) => file.finish()?,
-        };
-        let arrangement = Arrangement {
-            sample: SampleType::F64,
-            order: ByteOrder::NATIVE,
-            start: 0,
-            row_len: self.row_len,
-            rows_are_times,
-        };
-        Ok(Storage::new(Bytes::Spilled(file), arrangement))
+        match self.target {
+            Target::Memory(all) => Ok(Storage::from_values(all, self.row_len, rows_are_times)),
+            Target::Scratch(file) => file.storage(self.row_len, rows_are_times),
+        }
     }
 }

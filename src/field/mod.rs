@@ -51,11 +51,12 @@ pub use sidecar::Sidecar;
 pub use state::FileState;
 pub use wavecascade_formats::{ByteOrder, Sample};
 
+pub(crate) use assembly::ScratchFile;
 pub(crate) use file_bytes::regular_file;
 pub(crate) use npz::{Archive as Members, read_members};
 pub use open::{file_hash, is_run_file};
 pub(crate) use open::{is_field_file, netcdf_schema};
-use storage::Storage;
+pub(crate) use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.
 ///
@@ -177,9 +178,14 @@ impl Field {
     /// Set [`Field::time`], [`Field::space`] and the other fields afterwards. Non-finite samples
     /// are allowed; the options of the analysis state how to treat them.
     pub fn from_array(values: Array2<f64>) -> Self {
-        let (n_times, n_sites) = values.dim();
+        let shape = values.dim();
+        Field::of_storage(Storage::from_array(values), shape)
+    }
+
+    /// The same from samples in storage.
+    pub(crate) fn of_storage(storage: Storage, (n_times, n_sites): (usize, usize)) -> Self {
         Field {
-            storage: Storage::from_array(values),
+            storage,
             opened: None,
             n_times,
             n_sites,

@@ -8,7 +8,7 @@
 
 use std::f64::consts::TAU;
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
 use crate::error::{Error, Result};
@@ -121,9 +121,25 @@ impl<T: Real> SpaceTimeFilter<T> {
         band: &Passband,
     ) -> Result<Array2<T>> {
         band.check()?;
+        let shape = self.filter.shape();
+        assert_eq!(values.dim(), shape);
+        let mut filtered = Array2::default(shape);
+        let gain = self.gain((dt, dx), band);
+        let passed = self
+            .filter
+            .process_in_parallel(values, filtered.view_mut(), gain);
+        passed.expect("shapes of the plan");
+        Ok(filtered)
+    }
+
+    /// What multiplies the bins of frequency m.
+    fn gain<'a>(
+        &self,
+        (dt, dx): (f64, f64),
+        band: &'a Passband,
+    ) -> impl Fn(usize, &mut [Complex<T>]) + Sync + use<'a, T> {
         let (times, sites) = self.filter.shape();
-        assert_eq!(values.dim(), (times, sites));
-        let gain = |m: usize, row: &mut [Complex<T>]| {
+        move |m: usize, row: &mut [Complex<T>]| {
             let f = m as f64 / (times as f64 * dt);
             for (q, bin) in row.iter_mut().enumerate() {
                 let signed = if 2 * q > sites {
@@ -137,13 +153,46 @@ impl<T: Real> SpaceTimeFilter<T> {
                     *bin = Complex::default();
                 }
             }
-        };
-        let mut filtered = Array2::default((times, sites));
-        let passed = self
-            .filter
-            .process_in_parallel(values, filtered.view_mut(), gain);
-        passed.expect("shapes of the plan");
-        Ok(filtered)
+        }
+    }
+
+    /// The first of three steps for fields that do not fit into memory, with the bits of
+    /// [`SpaceTimeFilter::apply`]: some records to `spectrum`, which has as many columns.
+    ///
+    /// # Panics
+    /// If lengths are not those of the plan.
+    pub(crate) fn records_there(
+        &self,
+        records: ArrayView2<T>,
+        spectrum: ArrayViewMut2<Complex<T>>,
+    ) {
+        let done = self.filter.columns_to_spectrum(records, spectrum);
+        done.expect("records of the plan");
+    }
+
+    /// The second: rows of `spectrum` from frequency `first` on, of all sites.
+    ///
+    /// # Panics
+    /// If there are more or fewer sites than in the plan.
+    pub(crate) fn frequencies(
+        &self,
+        first: usize,
+        spectrum: ArrayViewMut2<Complex<T>>,
+        steps: (f64, f64),
+        band: &Passband,
+    ) {
+        let gain = self.gain(steps, band);
+        let done = self.filter.filter_rows(first, spectrum, gain);
+        done.expect("sites of the plan");
+    }
+
+    /// The third: some columns of `spectrum` back to records.
+    ///
+    /// # Panics
+    /// If lengths are not those of the plan.
+    pub(crate) fn records_back(&self, spectrum: ArrayView2<Complex<T>>, records: ArrayViewMut2<T>) {
+        let done = self.filter.columns_of_spectrum(spectrum, records);
+        done.expect("records of the plan");
     }
 }
 

@@ -375,6 +375,57 @@ impl<T: Real> Filter2d<T> {
             .process_in_parallel_and(input, spectrum.reborrow(), gain)?;
         self.back.process_in_parallel(spectrum, output)
     }
+
+    /// The first of three steps by which arrays are filtered that do not fit into memory: transforms some columns of
+    /// the array to those of its spectrum. By all threads of the current rayon pool; all three steps give the bits of
+    /// [`Filter2d::process`], whatever the blocks.
+    ///
+    /// # Errors
+    /// [`FftError::Input`] and [`FftError::Output`] for columns of other lengths than the plan's.
+    #[cfg(feature = "rayon")]
+    pub fn columns_to_spectrum<'i, 'o>(
+        &self,
+        input: impl Into<Columns<'i, T>>,
+        spectrum: impl Into<ColumnsMut<'o, Complex<T>>>,
+    ) -> Result<(), FftError> {
+        self.there.columns.process_in_parallel(input, spectrum)
+    }
+
+    /// The second step: transforms whole rows of the spectrum, from row `first` on, has `gain` multiply them, and
+    /// transforms them back.
+    ///
+    /// # Errors
+    /// [`FftError::Input`] for rows of another length than the plan's.
+    #[cfg(feature = "rayon")]
+    pub fn filter_rows<'i>(
+        &self,
+        first: usize,
+        spectrum: impl Into<ColumnsMut<'i, Complex<T>>>,
+        gain: impl Fn(usize, &mut [Complex<T>]) + Sync,
+    ) -> Result<(), FftError> {
+        let mut spectrum = spectrum.into();
+        let rows = spectrum.dim().0;
+        check_input((rows, self.shape().1), spectrum.dim())?;
+        each_row_in_parallel(&*self.there.rows, spectrum.reborrow(), |m, row| {
+            gain(first + m, row);
+        });
+        let scale = self.back.scale();
+        each_row_in_parallel(&*self.back.rows, spectrum, |_, row| scale(row));
+        Ok(())
+    }
+
+    /// The third step: transforms some columns of the spectrum back.
+    ///
+    /// # Errors
+    /// [`FftError::Input`] and [`FftError::Output`] for columns of other lengths than the plan's.
+    #[cfg(feature = "rayon")]
+    pub fn columns_of_spectrum<'i, 'o>(
+        &self,
+        spectrum: impl Into<Columns<'i, Complex<T>>>,
+        output: impl Into<ColumnsMut<'o, T>>,
+    ) -> Result<(), FftError> {
+        self.back.columns.process_in_parallel(spectrum, output)
+    }
 }
 
 fn plan_rows<T: Real>(columns: usize, along: FftDirection) -> Result<Arc<dyn Fft<T>>, FftError> {

@@ -12,7 +12,7 @@ use wavecascade::report::{FieldFile, percent};
 use wavecascade::transform::{Passband, Travelling};
 use wavecascade::{Error, Field};
 
-use crate::analyze::{named_after, open_options, print_notes};
+use crate::analyze::{named_after, open_options, own, print_notes};
 use crate::args::Input;
 use crate::chain_args::How;
 use crate::estimate::subject_of;
@@ -60,8 +60,9 @@ pub struct Filter {
     #[arg(long)]
     pub pad: bool,
 
-    /// Working memory, such as 500MB or 2GiB [default: the available memory]. The whole field is in
-    /// memory three times, with `--pad` twelve times.
+    /// Working memory, such as 500MB or 2GiB [default: the available memory]. The field is in memory three
+    /// times, with `--pad` twelve times; where that does not fit, it is filtered in blocks, with the same
+    /// bits, through scratch files of twice its size (`--pad`: three times) in the folder for temporary files.
     #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
     pub memory: Option<u64>,
 
@@ -99,7 +100,8 @@ pub fn run(typed: Filter) -> Result<(), Failure> {
     let field = Field::open(&typed.field, &options)?;
     let band = typed.band(&field)?;
     print_notes(&field, typed.how.quiet);
-    let found = filtered(&field, &band, typed.pad, typed.memory, &progress);
+    let memory = typed.memory.map(|stated| stated - own(Some(stated)));
+    let found = filtered(&field, &band, typed.pad, memory, &progress);
     let found = found.map_err(|error| error.of_file(&typed.field))?;
     field.check_unchanged()?;
     drop(field);

@@ -20,8 +20,12 @@ use crate::numeric::lanes::{LaneBlock, widest};
 use crate::prepare::{Detrend, Gaps};
 use crate::transform::{RecordTransform, Segments, fold};
 
-/// Bytes of a cell of a site in the sums and in the results.
-const HELD: u64 = 8 * (4 + 5 + 7);
+/// Numbers of a cell of a site in the sums and in the results: average and shape; spectrum, degrees, both ends of the
+/// interval, jackknife.
+const NUMBERS: u64 = 2 + 5;
+/// Those of a jackknife beside them, and those of lines with their lists.
+const OF_JACKKNIFE: u64 = 2;
+const OF_LINES: u64 = 7;
 
 pub(super) struct Pass<'a> {
     pub request: &'a SpectrumRequest,
@@ -244,11 +248,22 @@ impl<'a> Pass<'a> {
         let of_records = held_at_once(self.records);
         let scratch = together * (16 * samples + 2 * energies + 48 * bins + of_segments * sums);
         let kept = match (portions, self.records) {
-            (None, 1) => bins * HELD,
-            (None, _) => bins * HELD + of_records * sums,
+            (None, 1) => bins * self.bytes_of_cell(),
+            (None, _) => bins * self.bytes_of_cell() + of_records * sums,
             (Some(portions), _) => 2 * nodes_of(portions) * sums,
         };
         sites * kept + threads * (scratch + transform)
+    }
+
+    /// Bytes of a cell of a site in the sums and in the results.
+    fn bytes_of_cell(&self) -> u64 {
+        let jackknife = if self.request.has_jackknife {
+            OF_JACKKNIFE
+        } else {
+            0
+        };
+        let lines = if self.tests_lines() { OF_LINES } else { 0 };
+        8 * (NUMBERS + jackknife + lines)
     }
 
     /// Zeros of a tile.
