@@ -42,6 +42,13 @@ pub enum Note {
         text: String,
         what: &'static str,
     },
+    /// A step that an option states in place of that of the file.
+    Replaced {
+        axis: &'static str,
+        step: f64,
+        of_file: f64,
+        unit: Option<String>,
+    },
     /// A doubt of the reader of a format.
     Remark { text: String },
     /// A dimension that is taken at a coordinate near the stated one.
@@ -117,6 +124,7 @@ impl Note {
             Note::Jitter { .. } => "jitter",
             Note::Rounded { .. } => "rounded",
             Note::Stated { .. } => "stated",
+            Note::Replaced { .. } => "replaced",
             Note::Remark { .. } => "remark",
             Note::Nearest { .. } => "nearest",
             Note::CountedRows { .. } => "counted-rows",
@@ -170,6 +178,21 @@ impl Note {
                 digits((jitter.share * 1e4).round() / 1e4)
             ),
             Note::Stated { place, text, what } => format!("`{place}` = {text} is the {what}"),
+            Note::Replaced {
+                axis,
+                step,
+                of_file,
+                unit,
+            } => {
+                let unit = unit
+                    .as_deref()
+                    .map_or(String::new(), |unit| format!(" {unit}"));
+                format!(
+                    "the stated step of {axis}, {}{unit}, takes the place of that of the file, {}{unit}",
+                    digits(*step),
+                    digits(*of_file)
+                )
+            }
             Note::Remark { text } => text.clone(),
             Note::Nearest {
                 dimension,

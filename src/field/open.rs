@@ -352,6 +352,9 @@ impl Field {
     }
 }
 
+/// Steps that differ by less are one, rounded.
+const SAME_STEP: f64 = 1e-6;
+
 /// The field of `contents`, whose axes are as `stated`, else as the contents state them.
 pub(super) fn completed(
     contents: Contents,
@@ -361,6 +364,13 @@ pub(super) fn completed(
     fault: &dyn Fn(InputFault) -> Error,
 ) -> Result<Field> {
     let contents = contents.resampled(options)?;
+    // Not what a sidecar states, which is written with the samples.
+    let typed = [
+        options.dt.is_some() || options.rate.is_some(),
+        options.dx.is_some(),
+    ];
+    let of_file = [contents.time.step, contents.space.step];
+    let is_unit_stated = [stated.time_unit.is_some(), stated.space_unit.is_some()];
     let time = contents.time.axis(StatedAxis {
         origin: stated.t0,
         step: stated.dt,
@@ -371,14 +381,29 @@ pub(super) fn completed(
         step: stated.dx,
         unit: stated.space_unit,
     });
+    let (time, space) = (time.map_err(fault)?, space.map_err(fault)?);
+    let mut notes = contents.notes;
+    for (n, (axis, found)) in [("time", &time), ("x", &space)].into_iter().enumerate() {
+        let Some(of_file) = of_file[n].filter(|_| typed[n] && !is_unit_stated[n]) else {
+            continue;
+        };
+        if (of_file - found.step).abs() > SAME_STEP * found.step.abs() {
+            notes.push(Note::Replaced {
+                axis,
+                step: found.step,
+                of_file,
+                unit: found.unit.clone(),
+            });
+        }
+    }
     let field = Field {
         storage: contents.storage,
         opened: None,
         n_times: contents.n_times,
         n_sites: contents.n_sites,
         name: name.to_owned(),
-        time: time.map_err(fault)?,
-        space: space.map_err(fault)?,
+        time,
+        space,
         quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
         unit: stated.unit.or(contents.unit),
         axis_names: contents.axis_names,
@@ -386,7 +411,7 @@ pub(super) fn completed(
         struck: contents.struck,
         dispersion: stated.dispersion.or(contents.dispersion),
         content_hash: None,
-        notes: contents.notes,
+        notes,
     };
     field.selected(&options.select)
 }

@@ -291,3 +291,33 @@ fn regress_a_damaged_row_is_no_preamble() {
         assert_eq!(fault("a.csv", text), expected, "{text}");
     }
 }
+
+/// A step that is stated over the times of a table is said, unless it is theirs.
+#[test]
+fn val_construction_a_stated_step_over_the_times_of_a_file() {
+    let rows: String = (0..20)
+        .map(|n| format!("{},{},{}\n", f64::from(n) / 100.0, n % 3, n % 5))
+        .collect();
+    let text = format!("time,a,b\n{rows}");
+    let read = |dt: Option<f64>| {
+        let options = OpenOptions {
+            dt: dt.map(Into::into),
+            ..OpenOptions::default()
+        };
+        let field = table_with("a.csv", &text, &options);
+        let mut replaced = field.notes.iter().filter(|note| note.code() == "replaced");
+        let replaced = replaced
+            .next()
+            .map(|note| (note.is_doubtful(), note.message()));
+        (field.time.step, replaced)
+    };
+    assert_eq!(read(Some(0.01)), (0.01, None));
+    assert_eq!(read(None).1, None);
+    let (step, replaced) = read(Some(0.002));
+    let (is_doubtful, said) = replaced.unwrap();
+    assert!(
+        !is_doubtful && said.contains("0.002") && said.contains("0.01"),
+        "{said}"
+    );
+    assert_eq!(step, 0.002);
+}

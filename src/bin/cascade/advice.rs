@@ -41,8 +41,8 @@ pub fn of_error(error: &Error) -> Option<String> {
              shorter record may do"
                 .into(),
         ),
-        Error::Memory { what: "the transform of the field", .. } => Some(
-            "raise `--memory`, or filter a part of the field: save fewer sites or times".into(),
+        Error::Memory { what: "the transform of eight records", .. } => Some(
+            "raise `--memory`, or filter a part of the field: save fewer times".into(),
         ),
         Error::Memory { what: "the space-time spectrum of this field", .. } => Some(
             "raise `--memory`, choose fewer sites or times, shorter segments or fewer tapers, or give all tapers \
