@@ -1,5 +1,7 @@
 //! What the targets share: files of random bytes, and short work on what was read from them.
 
+pub mod opinion;
+
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
