@@ -209,3 +209,74 @@ fn only_fields_of_this_program_are_replaced() {
     };
     assert!(Field::open(place.path("own.nc"), &options).is_ok());
 }
+
+/// The samples of a field that all have one value, and its step of time.
+fn constant(value: f64) -> Field {
+    let mut field = Field::from_array(Array2::from_elem((40, 30), value));
+    field.time = axis(0.0, value * 1e-3, Some("s"));
+    field
+}
+
+/// Several writers at once, again and again; then what `check` says of those that succeeded and of the field that is
+/// there.
+fn race(formats: &[&str], replace: bool, rounds: usize, check: impl Fn(&[Result<(), Error>], f64)) {
+    const WRITERS: usize = 4;
+    let place = Place::new();
+    for format in formats {
+        for round in 0..rounds {
+            let path = place.path(&format!("{round}.{format}"));
+            if replace {
+                FieldFile::write(&path, false, &constant(9.0)).unwrap();
+            }
+            let start = std::sync::Barrier::new(WRITERS);
+            let results: Vec<Result<(), Error>> = std::thread::scope(|scope| {
+                let writers: Vec<_> = (1..=WRITERS)
+                    .map(|number| {
+                        let (path, start) = (&path, &start);
+                        scope.spawn(move || {
+                            let field = constant(number as f64);
+                            start.wait();
+                            FieldFile::write(path, replace, &field)
+                        })
+                    })
+                    .collect();
+                let joined = writers.into_iter().map(|writer| writer.join().unwrap());
+                joined.collect()
+            });
+            let found = open(&place, &format!("{round}.{format}"));
+            let samples = values(&found);
+            let value = samples[[0, 0]];
+            assert!(samples.iter().all(|v| *v == value), "{format}");
+            // The axes are those of the samples.
+            let step = found.time.step / 1e-3;
+            assert!(
+                (step / value - 1.0).abs() < 1e-9,
+                "{format}: {step} for {value}"
+            );
+            check(&results, value);
+        }
+    }
+}
+
+/// Of several runs that write one new file, or a pair, one has it and the others say that it is there.
+#[test]
+fn regress_a_new_field_is_written_by_one_of_several() {
+    race(&FORMATS, false, 20, |results, value| {
+        let done: Vec<usize> = (0..results.len()).filter(|&n| results[n].is_ok()).collect();
+        assert_eq!(done.len(), 1, "{results:?}");
+        assert_eq!(value, (done[0] + 1) as f64);
+        let others = results.iter().filter_map(|result| result.as_ref().err());
+        for error in others {
+            assert!(matches!(error, Error::Exists { .. }), "{error}");
+        }
+    });
+}
+
+/// Replaced at once by several, a field has samples and axes of one of them.
+#[test]
+fn regress_a_replaced_field_is_of_one_of_several() {
+    race(&["npy", "csv"], true, 40, |results, value| {
+        assert!(results.iter().all(Result::is_ok), "{results:?}");
+        assert_ne!(value, 9.0);
+    });
+}

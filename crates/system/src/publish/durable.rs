@@ -4,14 +4,40 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Result};
 use std::path::Path;
 
+/// What was written to the disk in a thread, in its order: each file, and each directory with the names in it.
+#[cfg(test)]
+pub(super) mod synced {
+    use std::cell::RefCell;
+    use std::collections::BTreeSet;
+    use std::path::{Path, PathBuf};
+
+    thread_local! {
+        static SYNCED: RefCell<Vec<(PathBuf, BTreeSet<String>)>> = const { RefCell::new(Vec::new()) };
+    }
+
+    pub(in crate::publish) fn note(path: &Path) {
+        let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+        let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        let names = names.collect();
+        SYNCED.with_borrow_mut(|all| all.push((path.to_owned(), names)));
+    }
+
+    pub(in crate::publish) fn take() -> Vec<(PathBuf, BTreeSet<String>)> {
+        SYNCED.take()
+    }
+}
+
 /// Writes a file, or a directory with all that is in it, to the disk.
 pub(super) fn sync_tree(path: &Path) -> Result<()> {
     if !fs::symlink_metadata(path)?.is_dir() {
-        return File::options()
+        File::options()
             .read(true)
             .write(true)
             .open(path)?
-            .sync_all();
+            .sync_all()?;
+        #[cfg(test)]
+        synced::note(path);
+        return Ok(());
     }
     for entry in fs::read_dir(path)? {
         let entry = entry?;
@@ -37,9 +63,12 @@ pub fn sync_directory(path: &Path) -> Result<()> {
     };
     match File::open(path)?.sync_all() {
         // Some network systems sync names by themselves and refuse to be told so.
-        Err(error) if is_refusal(&error) => Ok(()),
-        done => done,
+        Err(error) if is_refusal(&error) => {}
+        done => done?,
     }
+    #[cfg(test)]
+    synced::note(path);
+    Ok(())
 }
 
 /// Exchanges two names at once; `false` if the file system cannot.

@@ -257,6 +257,62 @@ fn remove_empty(folders: &[PathBuf]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::publish::durable::synced;
+
+    /// All that was written before its name is given, and all names afterwards: of files and directories, new ones
+    /// and such that take the place of others, and folders that were made for them.
+    #[test]
+    fn regress_what_is_published_is_on_the_disk() {
+        let place = tempfile::tempdir().unwrap();
+        type Publish = fn(&mut Working) -> Result<()>;
+        let ways: [(&str, Publish); 3] = [
+            ("new/plain", Working::publish),
+            ("new/first", Working::publish_new),
+            ("new/plain", Working::swap),
+        ];
+        for is_file in [true, false] {
+            for (name, publish) in ways {
+                let target = place.path().join(format!("{is_file}")).join(name);
+                let name = target.file_name().unwrap().to_str().unwrap().to_owned();
+                let folder = folder_of(&target);
+                let is_folder_new = !folder.exists();
+                let mut working = Working::reserve(&target).unwrap();
+                let path = working.path().to_owned();
+                let mut written = vec![path.clone()];
+                match is_file {
+                    true => fs::write(&path, "1").unwrap(),
+                    false => {
+                        fs::create_dir_all(path.join("b")).unwrap();
+                        fs::write(path.join("a"), "1").unwrap();
+                        fs::write(path.join("b/c"), "1").unwrap();
+                        written.extend([path.join("a"), path.join("b"), path.join("b/c")]);
+                    }
+                }
+                synced::take();
+                publish(&mut working).unwrap();
+                let synced = synced::take();
+                let at = |path: &Path| synced.iter().position(|(at, _)| at == path);
+                let named = at(&folder).expect("the folder of the target");
+                assert!(synced[named].1.contains(&name), "{name}: {synced:?}");
+                for path in &written {
+                    assert!(
+                        at(path).is_some_and(|at| at < named),
+                        "{path:?}: {synced:?}"
+                    );
+                }
+                if is_folder_new {
+                    let above = at(&place.path().join(format!("{is_file}")));
+                    assert!(above.is_some() && at(place.path()).is_some(), "{synced:?}");
+                }
+                drop(working);
+            }
+        }
+        let target = place.path().join("whole");
+        crate::publish::write_whole(&target, b"1").unwrap();
+        let synced = synced::take();
+        assert_eq!(synced.len(), 2, "{synced:?}");
+        assert!(synced[1].1.contains("whole"));
+    }
 
     #[test]
     fn regress_two_renames_where_names_cannot_be_exchanged() {
