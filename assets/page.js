@@ -27,6 +27,9 @@
   const NO_VALUE = 255;
   // Lesser over larger magnitude of the signs in a cell from which on it is drawn as both.
   const BOTH_SIGNS = 0.5;
+  // Share of the scale up to which a cell is drawn as zero, whatever its signs.
+  const NEAR_ZERO = 1 / 32;
+  const isNearZero = (scale, size) => 2 * scale.place(size) - 1 < NEAR_ZERO;
   // A slow machine draws between the clicks of a double click.
   const CONFIG = { displayModeBar: false, responsive: true, doubleClick: false, doubleClickDelay: 600, showTips: false };
 
@@ -687,6 +690,8 @@
       const z = starts(y).map((row) => starts(x).map((column) => {
         const [i, j] = single ? [row, column] : this.strongest(row, column);
         const v = values[i * columns + j];
+        const size = this.map.signed ? this.bothSigns(row, column) : null;
+        if (size !== null && isNearZero(scale, size)) return scale.place(0);
         return Number.isFinite(v) ? Math.min(Math.max(scale.place(v), 0), 1) : null;
       }));
       const along = (axis, count) => {
@@ -697,7 +702,7 @@
       };
       const grey = this.map.signed ? starts(y).map((row) => starts(x).map((column) => {
         const size = this.bothSigns(row, column);
-        return size === null ? null : Math.min(2 * scale.place(size) - 1, 1);
+        return size === null || isNearZero(scale, size) ? null : Math.min(2 * scale.place(size) - 1, 1);
       })) : [];
       const place = { ...along("x", columns), ...along("y", rows) };
       return [{ z, ...place }, { z: grey, ...place }];

@@ -313,6 +313,12 @@ pub struct ShortTimeSpectra {
 }
 
 impl ShortTimeSpectra {
+    /// The largest value of all.
+    pub(crate) fn largest(&self) -> f64 {
+        let values = self.spectra.iter().flat_map(|one| one.values.iter());
+        values.copied().fold(0.0, f64::max)
+    }
+
     /// All spectra stacked: `(site or time, bin, frame)`.
     pub fn stacked(&self) -> Array3<f64> {
         let mut all = Array3::zeros((self.spectra.len(), self.bins.len(), self.frames.len()));
@@ -419,6 +425,8 @@ pub struct Analysis {
     pub dispersion: Vec<DispersionCurve>,
     pub short_time: Option<ShortTimeSpectra>,
     pub short_space: Option<ShortTimeSpectra>,
+    /// Stated error of the samples over the largest of them, of a run; figures leave out what is below it.
+    pub sample_error: Option<f64>,
     pub accuracy: Accuracy,
     pub timings: Vec<Timing>,
     /// From the first stage's start to the last one's end.

@@ -264,6 +264,7 @@ fn passes<T: Real>(
         dispersion: plan.dispersion.clone(),
         short_time,
         short_space,
+        sample_error: None,
         accuracy: accuracy(plan.request.precision, power_unit, checked, &parseval),
         seconds: started.elapsed().as_secs_f64(),
         timings: clock.timings,

@@ -44,6 +44,9 @@ where
 /// there.
 const BOTH_SIGNS: f64 = 0.5;
 
+/// Share of the scale up to which a cell is drawn as zero, whatever its signs: grey would show rounding of nothing.
+const NEAR_ZERO: f64 = 1.0 / 32.0;
+
 /// Grey of cells that hold both signs: at the largest magnitude, and at none.
 const GREYS: (f64, f64) = (64.0, 247.0);
 
@@ -104,6 +107,10 @@ pub(super) fn draw_signed(scene: &mut Scene, panel: &Panel, map: &Map, scale: &C
             _ if is_missing => index,
             Some(size) => {
                 let share = scale.share(size).map_or(0.0, |share| 2.0 * (share - 0.5));
+                if share < NEAR_ZERO {
+                    cells.push(scale.index(0.0) / 2);
+                    continue;
+                }
                 (colors as f64 + share * (colors - 2) as f64) as u8
             }
             None => index / 2,
@@ -440,6 +447,15 @@ mod tests {
             grey.iter().all(|[r, g, b]| r == g && g == b && *r < 80),
             "{grey:?}"
         );
+        // Rounding beside a wave is no value.
+        let scale_of_waves = ColorScale::diverging([1e3].into_iter());
+        let mut scene = Scene::new("map", &Style::default(), 100.0);
+        draw_signed(&mut scene, &panel, &map, &scale_of_waves);
+        let Some(Mark::Image(image)) = scene.marks.pop() else {
+            panic!("an image")
+        };
+        let zero = scale_of_waves.index(0.0) / 2;
+        assert!(image.cells.iter().all(|cell| *cell == zero));
         // Cells of one sample each keep their colours.
         map.range = None;
         let (any, colored) = colors(&map);

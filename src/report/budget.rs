@@ -149,22 +149,22 @@ struct ScaleSummary {
 
 /// Residuals; where one is `null`, `reasons` says why.
 #[derive(Debug, Clone, Serialize)]
-pub struct ClosureSummary {
+struct ClosureSummary {
     real_space: Option<f64>,
     wavenumber: Option<f64>,
     frequency: Option<f64>,
     scale: Option<f64>,
-    integration: Option<Integration>,
+    integration: Integration,
     departure: Option<f64>,
     integrated_flux: Option<IntegratedFluxCheck>,
-    identities: Option<Identities>,
+    identities: Identities,
     #[serde(skip_serializing_if = "Map::is_empty")]
     reasons: Map<String, Value>,
 }
 
 impl ClosureSummary {
     /// Of a budget.
-    pub fn of(closure: &Closure) -> ClosureSummary {
+    fn of(closure: &Closure) -> ClosureSummary {
         let named = [
             ("real_space", &closure.real_space),
             ("wavenumber", &closure.wavenumber),
@@ -179,30 +179,11 @@ impl ClosureSummary {
             wavenumber: closure.wavenumber.value(),
             frequency: closure.frequency.value(),
             scale: closure.scale.value(),
-            integration: Some(closure.integration),
+            integration: closure.integration,
             departure: closure.departure,
             integrated_flux: closure.integrated_flux,
-            identities: Some(closure.identities),
+            identities: closure.identities,
             reasons: reasons.collect(),
-        }
-    }
-
-    /// Of a field for which there is no budget.
-    pub fn undefined(reason: &str) -> ClosureSummary {
-        let names = ["real_space", "wavenumber", "frequency", "scale"];
-        ClosureSummary {
-            real_space: None,
-            wavenumber: None,
-            frequency: None,
-            scale: None,
-            integration: None,
-            departure: None,
-            integrated_flux: None,
-            identities: None,
-            reasons: names
-                .into_iter()
-                .map(|name| (name.into(), reason.into()))
-                .collect(),
         }
     }
 }

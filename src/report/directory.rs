@@ -67,7 +67,6 @@ const NAMES: &[&str] = &[
     "spectrum.npz",
     "budget.npz",
     "budget.nc",
-    "budget.html",
     "report.html",
     "figures",
 ];

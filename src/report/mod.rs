@@ -39,7 +39,7 @@ pub use attenuation::{
     write_beside,
 };
 pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
-pub use budget::{BUDGET_SCHEMA, BudgetSummary, ClosureSummary};
+pub use budget::{BUDGET_SCHEMA, BudgetSummary};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
 pub use directory::{Contents, ResultDirectory};
 pub use field_file::{FIELD_SCHEMA, FieldFile};

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::{ClosureSummary, Unresolved};
+use super::Unresolved;
 use crate::analyze::{
     Accuracy, Analysis, BandEdge, FrontLength, Headline, Scaling, Timing, Warning,
 };
@@ -67,7 +67,6 @@ pub struct Summary<'a> {
     /// What was subtracted from spectra along time.
     noise: Option<Value>,
     parseval: ParsevalSummary,
-    closure: ClosureSummary,
     direction: Option<DirectionSummary>,
     low_high: LowHigh,
     accuracy: &'a Accuracy,
@@ -236,7 +235,6 @@ impl<'a> Summary<'a> {
                 space: analysis.parseval.space,
                 spacetime: analysis.parseval.spacetime,
             },
-            closure: ClosureSummary::undefined("the field carries no chain"),
             direction: analysis.direction.map(|d| DirectionSummary {
                 toward_plus_x: defined(d.toward_plus_x),
                 toward_minus_x: defined(d.toward_minus_x),
@@ -260,12 +258,6 @@ impl<'a> Summary<'a> {
             timings: &analysis.timings,
             warnings: analysis.warnings.iter().map(warning).collect(),
         }
-    }
-
-    /// The same with how far the budgets of the field's chain are from closing, or why there are
-    /// none.
-    pub fn with_closure(self, closure: ClosureSummary) -> Self {
-        Summary { closure, ..self }
     }
 
     /// The same with what the caller advises about each warning.

@@ -10,14 +10,12 @@ use clap::ValueEnum;
 use wavecascade::analyze::{
     Analysis, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
-use wavecascade::arrays::Precision;
-use wavecascade::budget::{Budget, Motion, answer_in_time};
+use wavecascade::budget::{Motion, answer_in_time};
 use wavecascade::field::{FileState, Note, OpenOptions, Quantity, TimeColumn, is_run_file};
 use wavecascade::measure::{Dimension, Frequency, Length, Measure, Time, symbol};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
-    ArrayFormat, BudgetSummary, ClosureSummary, Doubt, Provenance, ResultDirectory, RunFile,
-    Summary, analysis_snippet, html, records_csv,
+    Doubt, Provenance, ResultDirectory, RunFile, Summary, analysis_snippet, html, records_csv,
 };
 use wavecascade::{Error, Field};
 
@@ -31,9 +29,8 @@ use crate::progress::Progress;
 use crate::scan_args::folder_name;
 use crate::show_args::{AxisUnits, of_axis};
 use crate::terminal::Tone;
-use crate::view_args::request_of;
-use crate::{advice, dispersion};
-use crate::{budget, terminal};
+use crate::words::quoted;
+use crate::{advice, dispersion, terminal};
 
 /// What to draw, if the options fit each other.
 pub fn check(typed: &Analyze) -> Result<Drawing, Failure> {
@@ -143,7 +140,7 @@ impl Task<'_> {
             },
         );
         let mut analysis = analysis.map_err(|error| error.of_file(path))?;
-        let run = in_time_of_run(path, &mut analysis)?;
+        in_time_of_run(path, &mut analysis)?;
         analysis.content_hash = analysis.content_hash.or(hash?);
         let opened = field.file_state();
         let read_as = conclusions(&field);
@@ -152,12 +149,10 @@ impl Task<'_> {
         let (written, ()) = rayon::join(|| spectra.finish(&analysis, &provenance), || drop(field));
         written?;
         progress.check()?;
-        let (budget, closure) = budget(typed, run.as_ref(), &directory, &provenance, progress)?;
         // All that reads or hashes the file has done so.
         opened.as_ref().map_or(Ok(()), FileState::check)?;
         let json = Summary::new(&analysis, &provenance)
             .with_advice(&advised)
-            .with_closure(closure)
             .to_json()
             .map_err(std::io::Error::from)?;
         directory.write("summary.json", &json)?;
@@ -167,9 +162,6 @@ impl Task<'_> {
         directory.write("plot.py", analysis_snippet(&analysis, format))?;
         if drawing.is_wanted() {
             draw(&analysis, &drawing, &directory, typed.work.memory, progress)?;
-            if let Some(budget) = &budget {
-                budget::draw(budget, &analysis.name, &drawing, &directory, "budget.html")?;
-            }
         }
         progress.check()?;
         let published = directory.publish()?;
@@ -199,52 +191,16 @@ impl Task<'_> {
 }
 
 /// The run that a file holds, if it does: what moved in wavenumber is then that of the total energy.
-pub fn in_time_of_run(path: &Path, analysis: &mut Analysis) -> Result<Option<RunFile>, Failure> {
+pub fn in_time_of_run(path: &Path, analysis: &mut Analysis) -> Result<(), Failure> {
     if !is_run_file(path)? {
-        return Ok(None);
+        return Ok(());
     }
     let file = RunFile::read(path)?;
+    analysis.sample_error = file.run.report.error;
     if file.run.displacement.is_some() {
         answer_in_time(&Motion::of(&file.run)?, analysis)?;
     }
-    Ok(Some(file))
-}
-
-/// The budgets of a field that carries its chain, from its samples, and how far they close.
-fn budget(
-    typed: &Analyze,
-    run: Option<&RunFile>,
-    directory: &ResultDirectory,
-    provenance: &Provenance,
-    progress: &Progress,
-) -> Result<(Option<Budget>, ClosureSummary), Failure> {
-    let undefined = |reason: &str| Ok((None, ClosureSummary::undefined(reason)));
-    let only = &typed.work.only;
-    if !(only.is_empty() || only.contains(&ResultArg::Budget)) {
-        return undefined("not asked for");
-    }
-    let Some(file) = run else {
-        return undefined("the field carries no chain");
-    };
-    if file.run.displacement.is_none() {
-        return undefined("the run recorded no displacements");
-    }
-    let format: ArrayFormat = typed.output.format.into();
-    let arrays = ArraysFile::create(directory, "budget", format, Precision::F64)?;
-    let request = request_of(&file.setup);
-    let motion = Motion::of(&file.run)?;
-    let budget = match wavecascade::budget::run(&motion, &request, arrays.arrays(), progress) {
-        Err(error @ Error::Request { .. }) => {
-            drop(arrays);
-            let path = directory.path().join(format.file_name("budget"));
-            std::fs::remove_file(path)?;
-            return undefined(&error.to_string());
-        }
-        done => done?,
-    };
-    arrays.finish_budget(&budget, &BudgetSummary::new(&budget, provenance))?;
-    let closure = ClosureSummary::of(&budget.closure);
-    Ok((Some(budget), closure))
+    Ok(())
 }
 
 /// Stated memory below which figures are drawn one by one.
@@ -296,15 +252,26 @@ fn tell(
     }
     drop(out);
     let mut summary = terminal::summary(&finished.analysis, &finished.read_as);
+    let is_run = is_run_file(field)?;
     if typed.scan.position_from.is_none() {
-        let open = further::sentence(&finished.analysis, is_run_file(field)?, field);
+        let open = further::sentence(&finished.analysis, is_run, field);
         if let Some(open) = open {
             summary.detail("further", &open);
         }
     }
     let seconds = started.elapsed().as_secs_f64();
     let main = finished.main();
-    summary.last(&format!("done in {seconds:.2} s; open {}", main.display()));
+    let budget = match is_run {
+        true => format!(
+            "; its energy: cascade budget {}",
+            quoted(&field.to_string_lossy())
+        ),
+        false => String::new(),
+    };
+    summary.last(&format!(
+        "done in {seconds:.2} s; open {}{budget}",
+        main.display()
+    ));
     Ok(summary.print(typed.output.detail.verbose)?)
 }
 
@@ -569,7 +536,7 @@ pub fn request(typed: &Analyze, field: &Field, draws: bool) -> Result<Request, E
 
 /// What of a stated memory the program itself takes: code, libraries, a report while it is written.
 /// Less than twice as much is left to the samples.
-fn own(stated: Option<u64>) -> u64 {
+pub fn own(stated: Option<u64>) -> u64 {
     const PROGRAM: u64 = 20 << 20;
     match stated {
         Some(stated) if stated >= 2 * PROGRAM => PROGRAM,

@@ -484,7 +484,7 @@ pub struct WorkArgs {
 #[command(next_help_heading = "Output")]
 pub struct Output {
     /// File of the arrays: spectra.npz for NumPy, or spectra.nc for `xarray.open_dataset`, with named
-    /// dimensions, coordinates and units; of a run, budget.npz or budget.nc too.
+    /// dimensions, coordinates and units.
     #[arg(long, value_enum, default_value_t = FormatArg::Npz)]
     pub format: FormatArg,
     /// Print the summary as JSON on standard output.
@@ -606,6 +606,4 @@ pub enum ResultArg {
     Flux,
     /// Short-time spectra.
     ShortTime,
-    /// Budgets of a simulated chain's energy, from its samples.
-    Budget,
 }

@@ -122,7 +122,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     directory.write("plot.py", budget_snippet(&budget, &name, format))?;
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        draw(&budget, &name, &drawing, &directory, "report.html")?;
+        draw(&budget, &name, &drawing, &directory)?;
     }
     progress.check()?;
     let published = directory.publish()?;
@@ -160,18 +160,17 @@ impl MotionSource {
     }
 }
 
-/// Draws the figures and writes the page of this name.
-pub fn draw(
+/// Draws the figures and writes the page.
+fn draw(
     budget: &Found,
     name: &str,
     drawing: &Drawing,
     directory: &ResultDirectory,
-    page: &str,
 ) -> Result<(), Error> {
     let figures = budget_figures(budget, name, &SharedScales(&[budget]), &drawing.style);
     let folder = directory.path().join("figures");
     save_all(&figures, &folder, &drawing.formats)?;
-    directory.write(page, budget_html(name, budget, &drawing.style))
+    directory.write("report.html", budget_html(name, budget, &drawing.style))
 }
 
 /// The budgets of a run file.

@@ -143,6 +143,7 @@ pub fn full() -> Analysis {
             (0.0, axes.space.step * columns),
             &[0.05, 0.2],
         )),
+        sample_error: None,
         display: Display::whole(&axes),
         accuracy: Accuracy {
             precision: Precision::F64,
@@ -222,6 +223,7 @@ pub fn field_only() -> Analysis {
         dispersion: Vec::new(),
         short_time: None,
         short_space: None,
+        sample_error: None,
         warnings: Vec::new(),
         ..full()
     }
@@ -305,6 +307,7 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         flux_map: Some(map("wavenumber (rad/site)", "time (samples)")),
         short_time: Some(short.clone()),
         short_space: Some(short),
+        sample_error: None,
         warnings: vec![Warning::NoEnergy],
         ..full()
     }

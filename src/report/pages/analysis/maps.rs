@@ -124,8 +124,13 @@ impl ShortMaps<'_> {
     fn map(&self, index: usize, spectrum: &ShortTimeSpectrum) -> MapData {
         let (analysis, spectra) = (self.analysis, self.spectra);
         let [along, content] = [&self.along, &self.content];
-        let blocks =
-            |values: ArrayView2<f64>| plot::block_extremes(values, SHORT_LIMIT.0, SHORT_LIMIT.1);
+        // Each map has a scale of its own, which would show the errors of a site that is not reached.
+        let error = analysis.sample_error.unwrap_or(0.0);
+        let least = error * error * spectra.largest();
+        let known = |value: f64| if value >= least { value } else { f64::NAN };
+        let blocks = |values: ArrayView2<f64>| {
+            plot::block_extremes(values, SHORT_LIMIT.0, SHORT_LIMIT.1).mapv(known)
+        };
         let name = words::title(self.id);
         let title = format!("{name} at {} = {}", self.at, number(spectrum.at));
         let axis = |(label, side): &(String, Side), centres: &[f64]| {
