@@ -28,6 +28,15 @@ impl Law {
         !matches!(self, Law::Spring { .. })
     }
 
+    /// Unit of its coefficients in an SI scene.
+    pub(crate) fn coefficient_unit(&self) -> String {
+        match self {
+            Law::Hertz => "N/m^1.5".into(),
+            Law::Power { exponent } => format!("N/m^{exponent}"),
+            Law::Spring { .. } => "N/m".into(),
+        }
+    }
+
     /// Excess force at the overlap `static_overlap + r`.
     pub fn force(&self, coefficient: f64, static_overlap: f64, r: f64) -> f64 {
         match *self {

@@ -7,7 +7,6 @@ use super::ArrayFormat;
 use crate::analyze::labels::{self, Power};
 use crate::analyze::{Analysis, Extent};
 use crate::budget::Budget;
-use crate::chain::scene::{SceneSource, Units};
 use crate::sweep::{Request, SweptKey};
 
 /// Decades below the largest value that logarithmic colours span, as in the figures.
@@ -300,13 +299,9 @@ pub fn sweep_snippet(request: &Request) -> String {
     let key = chosen.map_or("", |axis| &axis.key);
     let keys = request.vary.iter().map(|axis| &*axis.key);
     let others: Vec<&str> = keys.filter(|other| *other != key).collect();
-    let setup = SceneSource::new(None, request.scene.clone()).scene();
-    let unit = setup
-        .is_ok_and(|scene| scene.units == Some(Units::Si))
-        .then_some("N");
-    let label = match unit {
-        Some(unit) => format!("largest force at the last contact ({unit})"),
-        None => "largest force at the last contact".into(),
+    let label = match request.is_si() {
+        true => "largest force at the last contact (N)",
+        false => "largest force at the last contact",
     };
     Curves {
         what: "A sweep",
@@ -314,7 +309,7 @@ pub fn sweep_snippet(request: &Request) -> String {
         x: key,
         x_label: &key.replace('_', " "),
         y: "peak_force_last",
-        y_label: &label,
+        y_label: label,
         apart: &others,
         only: "",
         is_number: numbers.is_some(),

@@ -12,6 +12,7 @@ const MOST_VALUES: usize = 1_000_000;
 /// ```text
 /// 1:120:400log   400 values from 1 to 120, both included, in equal ratios
 /// 1:10:19        19 values from 1 to 10, both included, in equal steps
+/// 5mm:20mm:4     the same with a unit, one for both ends
 /// 1:100          the whole numbers from 1 to 100
 /// 2,4,8          these values
 /// wall,free      these words
@@ -53,9 +54,10 @@ impl SweptKey {
             }
             [from, to, count] => {
                 let spacing = Spacing::parse(from, to, count).map_err(|e| refuse(&e))?;
+                let unit = &spacing.unit;
                 let literal = |v: f64| match whole {
                     true => format!("{:.0}", v.round()),
-                    false => format!("{v:?}"),
+                    false => format!("{v:?}{unit}"),
                 };
                 let mut values: Vec<String> = spacing.values().map(literal).collect();
                 values.dedup();
@@ -66,10 +68,10 @@ impl SweptKey {
         if let Some(at) = values.iter().position(|v| v.is_empty()) {
             return Err(refuse(&format!("a value in place {}", at + 1)));
         }
-        // 1 and 1.0 are one value.
-        let plain = |value: &String| match value.parse::<f64>() {
-            Ok(number) => format!("{number:?}"),
-            Err(_) => value.clone(),
+        // 1 and 1.0 are one value, and so are 5 mm and 5.0mm.
+        let plain = |value: &String| match quantity(value) {
+            Some((number, unit)) => format!("{number:?}{unit}"),
+            None => value.clone(),
         };
         let mut sorted: Vec<String> = values.iter().map(plain).collect();
         sorted.sort();
@@ -86,14 +88,21 @@ struct Spacing {
     to: f64,
     count: usize,
     ratios: bool,
+    unit: String,
 }
 
 impl Spacing {
     fn parse(from: &str, to: &str, count: &str) -> std::result::Result<Spacing, String> {
-        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-        let (Some(from), Some(to)) = (number(from), number(to)) else {
-            return Err("finite numbers FROM and TO".into());
+        let number = |t: &str| {
+            let (number, unit) = quantity(t)?;
+            number.is_finite().then(|| (number, unit.to_owned()))
         };
+        let (Some((from, unit)), Some((to, other))) = (number(from), number(to)) else {
+            return Err("finite numbers FROM and TO, or numbers with a unit".into());
+        };
+        if unit != other {
+            return Err("one unit at both ends, such as radius=5mm:20mm:4".into());
+        }
         let count = count.trim();
         let (digits, ratios) = match count.strip_suffix("log") {
             Some(digits) => (digits, true),
@@ -111,6 +120,7 @@ impl Spacing {
             to,
             count,
             ratios,
+            unit,
         })
     }
 
@@ -120,6 +130,7 @@ impl Spacing {
             to,
             count,
             ratios,
+            ..
         } = self;
         let last = count - 1;
         (0..count).map(move |i| {
@@ -132,6 +143,16 @@ impl Spacing {
             }
         })
     }
+}
+
+/// The longest number that a text begins with, and the unit behind it, which may be empty.
+pub(crate) fn quantity(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let ends = (1..=text.len())
+        .rev()
+        .filter(|end| text.is_char_boundary(*end));
+    ends.map(|end| text.split_at(end))
+        .find_map(|(number, unit)| Some((number.trim().parse().ok()?, unit.trim())))
 }
 
 fn integer(text: &str) -> Option<i64> {
@@ -199,6 +220,12 @@ mod tests {
         assert_eq!(values("sites=10:1000:3log"), ["10", "100", "1000"]);
         assert_eq!(values("sites=1:3:9"), ["1", "2", "3"]);
         assert_eq!(values("ends=wall, free"), ["wall", "free"]);
+        let radii = ["5.0mm", "10.0mm", "15.0mm", "20.0mm"];
+        assert_eq!(values("radius=5mm:20 mm:4"), radii);
+        assert_eq!(
+            values("radius=1mm:100mm:3log"),
+            ["1.0mm", "10.0mm", "100.0mm"]
+        );
         let axis = SweptKey::parse("stiffness-ratio=2,3", |_| false).unwrap();
         assert_eq!(axis.key, "stiffness_ratio");
         // The ends are exact to the last bit, whatever the rounding of powers.
@@ -224,6 +251,10 @@ mod tests {
             "kappa=1:2:3:4",
             "kappa=1,,2",
             "kappa=1,1",
+            "radius=5mm,5.0 mm",
+            "radius=5mm:20:4",
+            "radius=5:20mm:4",
+            "radius=5mm:2cm:4",
             "seed=1:99999999999",
             "kappa=1:2:99999999999",
             "kappa=1:2:-5",

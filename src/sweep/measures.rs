@@ -8,6 +8,16 @@ use crate::chain::{Peak, Run, Simulation};
 /// Peaks whose relative error may be larger are not reported.
 const KNOWN: f64 = 0.01;
 
+/// The key of the scene that has to grow for a force to be known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Needs {
+    /// The force still rises, or is not there yet, when the run ends.
+    EndTime,
+    /// Samples are too far apart.
+    Samples,
+}
+
 /// Measures of a run, in the units of its scene; `None` where the scene does not record what a
 /// measure needs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -24,6 +34,9 @@ pub struct Measures {
     pub peak_force_last_error: Option<f64>,
     /// When that was; `None` where nothing has arrived.
     pub peak_force_last_time: Option<f64>,
+    /// What has to grow for it to be known; `None` where it is, and where the scene does not record forces.
+    #[serde(default)]
+    pub peak_force_last_needs: Option<Needs>,
     /// Energy at the start and put in by a drive.
     pub energy_input: Option<f64>,
     /// Energy passed through the last contact that joins two sites.
@@ -54,12 +67,18 @@ impl Measures {
         let contacts = run.chain.n_contacts();
         let last_sample = run.time.len() - 1;
         let spacing = run.time[last_sample] - run.time[last_sample - 1];
-        let peak = |contact: usize| {
-            run.peak_force(contact).filter(|peak| {
-                let rises = peak.time > run.time[last_sample] - 1e-6 * spacing && peak.value > 0.0;
-                !rises && peak.error <= KNOWN * peak.value.abs()
-            })
+        let needs = |peak: &Peak| {
+            let rises = peak.time > run.time[last_sample] - 1e-6 * spacing && peak.value > 0.0;
+            match (rises, peak.error <= KNOWN * peak.value.abs()) {
+                (true, _) => Some(Needs::EndTime),
+                (false, false) => Some(Needs::Samples),
+                (false, true) => None,
+            }
         };
+        let peak = |contact: usize| run.peak_force(contact).filter(|peak| needs(peak).is_none());
+        let last_needs = contacts
+            .checked_sub(1)
+            .and_then(|last| needs(&run.peak_force(last)?));
         let speed = 2.0 * run.report.error.unwrap_or(0.0) * run.report.velocity_scale;
         let peak = |contact: usize| {
             peak(contact).map(|peak| Peak {
@@ -96,6 +115,7 @@ impl Measures {
             peak_force_last: last.map(|peak| peak.value),
             peak_force_last_error: last.map(|peak| peak.error),
             peak_force_last_time: last.filter(|peak| peak.value > 0.0).map(|peak| peak.time),
+            peak_force_last_needs: last_needs,
             energy_input: start.filter(|_| run.drive.is_none() || run.energy_input.is_some()),
             energy_passed_last: passed,
             energy_lost: run

@@ -16,7 +16,8 @@ use std::sync::{Mutex, PoisonError};
 use crate::system::memory::available_memory;
 
 pub use axis::SweptKey;
-pub use measures::Measures;
+pub(crate) use axis::quantity;
+pub use measures::{Measures, Needs};
 pub use request::{Outcome, Outcomes, Request, read};
 
 use rayon::prelude::*;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::axis::{self, SweptKey};
 use super::measures::Measures;
 use crate::Result;
+use crate::chain::scene::{SceneSource, Setting, Units};
 use crate::system::journal::{self, Check, StoredRequest};
 
 /// A request: equal requests have equal members.
@@ -24,6 +25,16 @@ impl Request {
     /// The values of a member, one for each key.
     pub fn values(&self, member: usize) -> Vec<&str> {
         axis::member(&self.vary, member)
+    }
+
+    /// Whether the numbers of the members are in SI units, by the first of them.
+    pub fn is_si(&self) -> bool {
+        let keys = self.vary.iter().map(|axis| axis.key.as_str());
+        let settings = keys
+            .zip(self.values(0))
+            .map(|(key, value)| Setting::new(key, value, format!("values of {key}")));
+        let first = SceneSource::new(None, self.scene.clone()).with(settings);
+        first.setup().is_ok_and(|setup| setup.units == Units::Si)
     }
 }
 

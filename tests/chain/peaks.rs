@@ -1,5 +1,6 @@
 //! Peak forces between samples.
 
+use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{Accuracy, Chain, Drive, Ends, Losses, Scheme, Simulation, Waveform};
 use wavecascade::observer::Silent;
 
@@ -84,4 +85,54 @@ fn no_peak_without_what_it_needs() {
     let mut s = Simulation::impact(Chain::dimer(4, 1.0), 1.0, 3.0, 8);
     s.record.displacement = false;
     assert_eq!(s.run(&Silent).unwrap().peak_force(0), None);
+}
+
+/// Of chains that end when the front reaches the last site: the force at the wall has peaked by the end that the run
+/// names, which is not far behind it.
+#[test]
+fn regress_the_end_behind_the_peak_at_a_wall() {
+    let mut spread: [f64; 2] = [f64::INFINITY, 0.0];
+    for text in [
+        "sites = 10",
+        "sites = 60",
+        "sites = 200",
+        "sites = 40\nstiffness_ratio = 2.398",
+        "sites = 80\nstiffness_ratio = 4.9272",
+        "sites = 40\nmass_ratio = 0.3428",
+        "sites = 40\nmass_taper = 0.1",
+        "sites = 40\nmass_taper = 4.0",
+        "sites = 40\nwall_coefficient = 0.1",
+        "sites = 40\nwall_coefficient = 20.0",
+        "sites = 40\nstriker_mass = 4.0",
+        "sites = 40\nprecompression = 0.1",
+        "sites = 40\nprecompression = 10.0",
+        "sites = 120\nprecompression = 1.0",
+        "sites = 40\nlaw = \"spring\"",
+        "sites = 40\ndashpot = 0.05",
+        "sites = 40\nmass_spread = 0.3\nseed = 3",
+        "sites = 24\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\nstriker_velocity = 1.0",
+    ] {
+        let of = |more: &str| {
+            let source = SceneSource::new(
+                None,
+                format!("samples = 4000\nestimate_error = false\n{text}\n{more}"),
+            );
+            source.setup().unwrap().simulation.run(&Silent).unwrap()
+        };
+        let first = of("");
+        let arrival = first.time[first.time.len() - 1];
+        let end = first.end_behind_wall_peak().unwrap();
+        let second = of(&format!("end_time = {end:?}"));
+        let wall = second.chain.n_contacts() - 1;
+        let peak = second.peak_force(wall).unwrap();
+        assert!(peak.time < 0.999 * end, "{text}: {} of {end}", peak.time);
+        assert!(end < 2.0 * arrival, "{text}: {end} behind {arrival}");
+        let share = (peak.time - arrival) / (end - arrival);
+        spread = [spread[0].min(share), spread[1].max(share)];
+    }
+    println!("peaks at {spread:.2?} of the way from the arrival to the end");
+    assert!(
+        (0.02..0.5).contains(&spread[0]) && (0.5..0.98).contains(&spread[1]),
+        "{spread:?}"
+    );
 }

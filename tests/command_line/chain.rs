@@ -410,40 +410,6 @@ fn an_interrupt_leaves_nothing() {
 }
 
 #[test]
-fn a_sweep_says_what_is_wrong_and_that_runs_failed() {
-    let place = Place::new();
-    let short = ["--sites", "8", "--end-time", "20", "--samples", "8"];
-    let sweep = |more: &[&'static str]| [&["sweep"], &short[..], more].concat();
-    place.good(&sweep(&["--vary", "stiffness_ratio=1,2", "--out", "good"]));
-    let said = place.bad(
-        2,
-        &["sweep", "--merge", "good", "--sites", "3", "--out", "m"],
-    );
-    assert!(
-        said.contains("--merge") && said.contains("--sites"),
-        "{said}"
-    );
-    let steps = [
-        "--scheme",
-        "velocity-verlet",
-        "--vary",
-        "step=0.01,9",
-        "--out",
-        "half",
-    ];
-    let output = place.run(&sweep(&steps));
-    assert_eq!(output.status.code(), Some(1), "one of two runs failed");
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.contains("1 of the runs failed"), "{said}");
-    let table = fs::read_to_string(place.path("half").join("table.csv")).unwrap();
-    assert_eq!(table.lines().count(), 3);
-    assert!(
-        table.lines().nth(2).unwrap().contains("stability"),
-        "{table}"
-    );
-}
-
-#[test]
 fn a_folder_is_no_place_for_a_run() {
     let place = Place::new();
     let said = place.bad(2, &["simulate", "--sites", "4", "--out", "folder/"]);

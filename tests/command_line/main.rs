@@ -28,6 +28,7 @@ mod scans;
 mod several;
 mod slope;
 mod spectrum;
+mod sweep;
 mod terminal;
 mod transfer;
 mod triads;

@@ -53,7 +53,8 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
             Some(ratio) => format!(", stiffness ratio {}", digits(ratio)),
             None => String::new(),
         };
-        lines.line("coefficients", &format!("{}{ratio}", between(range)));
+        let unit = d.coefficient_unit.as_deref().map(unit).unwrap_or_default();
+        lines.line("coefficients", &format!("{}{unit}{ratio}", between(range)));
     }
     lines.line(
         "masses",
@@ -95,14 +96,14 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         lines.line("precompression", &force);
     }
     let losses = [
-        ("dashpot", d.dashpot),
-        ("tangent", d.tangent),
-        ("drag", d.drag),
+        ("dashpot", d.dashpot, "N s/m"),
+        ("tangent", d.tangent, "s"),
+        ("drag", d.drag, "N s/m"),
     ];
     let losses: Vec<String> = losses
         .iter()
-        .filter(|(_, value)| *value > 0.0)
-        .map(|(name, value)| format!("{name} {}", number(*value)))
+        .filter(|(_, value, _)| *value > 0.0)
+        .map(|(name, value, of)| format!("{name} {}{}", number(*value), unit(of)))
         .collect();
     if !losses.is_empty() {
         lines.line("losses", &losses.join(", "));

@@ -7,6 +7,7 @@ use std::time::Instant;
 use serde_json::json;
 use wavecascade::chain::scene::{Description, SceneSource, Setup, Units};
 use wavecascade::chain::{CHECK_FACTOR, Run};
+use wavecascade::measure::digits;
 use wavecascade::report::{RUN_SCHEMA, RunFile};
 
 use crate::advice;
@@ -103,10 +104,21 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
         None => ", when the front reached the last site",
     };
     let samples = description.samples;
+    let past_wall = match (description.end_time, description.ends) {
+        (None, "wall" | "fixed") => run.end_behind_wall_peak(),
+        _ => None,
+    };
     lines.line(
         "time",
         &format!("0 to {}{unit}{auto}, {samples} samples", number(end)),
     );
+    if let Some(end) = past_wall {
+        let text = format!(
+            "the force there still rises at the end; its peak is in a run with --end-time {}",
+            digits(end)
+        );
+        lines.line("wall", &text);
+    }
     let error = match report.error {
         Some(0.0) => "0: a second run of other steps gave the same bits".into(),
         Some(error) => format!(

@@ -7,7 +7,9 @@ use std::time::Instant;
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::report::{sweep_html, sweep_snippet, write_beside};
-use wavecascade::sweep::{Measures, Outcome, Outcomes, Part, Request, Standing, Sweep, read};
+use wavecascade::sweep::{
+    Measures, Needs, Outcome, Outcomes, Part, Request, Standing, Sweep, read,
+};
 
 use crate::analyze::use_threads;
 use crate::chain_args::SweepCommand;
@@ -131,51 +133,74 @@ fn tell(
     Ok(())
 }
 
-/// Least and largest force that comes through, of how many members.
+/// Least and largest force that comes through, of how many members, and what the others need.
 fn answer(standing: &Standing, request: &Request, known: &[(usize, Measures)]) -> String {
     let values = |member: usize| {
         let keys = request.vary.iter().zip(request.values(member));
         let pairs = keys.map(|(key, value)| format!("{} {value}", key.key.replace('_', " ")));
         pairs.collect::<Vec<_>>().join(", ")
     };
+    let unit = if request.is_si() { " N" } else { "" };
     let mut forces: Vec<(usize, f64)> = known
         .iter()
         .filter_map(|(member, measures)| Some((*member, measures.peak_force_last?)))
         .collect();
     forces.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     let members = standing.members;
-    let (of, others) = match members - forces.len() {
-        0 => (String::new(), ""),
-        _ if standing.known < members => (
-            format!(" of {} of {members} members", forces.len()),
-            "; the others are not computed yet",
-        ),
-        _ => (
-            format!(
-                " of the {} of {members} members where it is known",
-                forces.len()
-            ),
-            "; at the others it still rises or is sampled too far apart: state a later `end_time` or more `samples`",
+    let of = match members - forces.len() {
+        0 => String::new(),
+        _ if standing.known < members => format!(" of {} of {members} members", forces.len()),
+        _ => format!(
+            " of the {} of {members} members where it is known",
+            forces.len()
         ),
     };
+    let missing = missing(standing, known);
     match forces.as_slice() {
-        [] if standing.known < members => {
-            format!("none of {members} members has a value yet")
-        }
-        [] => {
-            format!("the largest force at the last contact is known in none of {members} members")
-        }
+        [] if standing.known == 0 => format!("none of {members} members has a value yet"),
+        [] => format!(
+            "the largest force at the last contact is known in none of {members} members{missing}"
+        ),
         [one] => format!(
-            "force at the last contact{of} {} at {}{others}",
+            "force at the last contact{of} {}{unit} at {}{missing}",
             number(one.1),
             values(one.0)
         ),
         [least, .., most] => format!(
-            "force at the last contact{of} from {} at {} to {} at {}{others}",
+            "force at the last contact{of} from {}{unit} at {} to {}{unit} at {}{missing}",
             number(least.1),
             values(least.0),
             number(most.1),
             values(most.0)
         ),
     }
+}
+
+/// Why members have no force, and what to state.
+fn missing(standing: &Standing, known: &[(usize, Measures)]) -> String {
+    let needing = |needs: Needs| {
+        let all = known.iter();
+        all.filter(|(_, measures)| measures.peak_force_last_needs == Some(needs))
+            .count()
+    };
+    let mut text = String::new();
+    let mut add = |count: usize, why: &str| match count {
+        0 => {}
+        _ => text += &format!("; {why} in {count}"),
+    };
+    add(
+        needing(Needs::EndTime),
+        "when the run ends it still rises, which a later `--end-time` mends,",
+    );
+    add(
+        needing(Needs::Samples),
+        "samples are too far apart, which more `--samples` mend,",
+    );
+    if standing.known < standing.members {
+        text += &format!(
+            "; {} are not computed yet",
+            standing.members - standing.known
+        );
+    }
+    text
 }

@@ -13,6 +13,8 @@ pub struct Description {
     pub contacts: usize,
     pub law: String,
     pub ends: &'static str,
+    /// Unit of the coefficients, in an SI scene.
+    pub coefficient_unit: Option<String>,
     /// Smallest and largest coefficient; absent without contacts.
     pub coefficient: Option<[f64; 2]>,
     /// Largest over smallest coefficient of the contacts between sites, without the striker's;
@@ -81,6 +83,7 @@ impl Setup {
                 Ends::Fixed { .. } => "fixed",
                 Ends::Periodic => "periodic",
             },
+            coefficient_unit: (self.units == Units::Si).then(|| chain.law.coefficient_unit()),
             coefficient: range(&chain.coefficient),
             stiffness_ratio: range(inner).map(|[least, most]| most / least),
             mass: range(&chain.mass).unwrap_or_default(),
@@ -90,7 +93,7 @@ impl Setup {
             moving_sites: simulation.velocity.iter().filter(|v| **v != 0.0).count(),
             largest_velocity: largest(&simulation.velocity),
             largest_displacement: largest(&simulation.displacement),
-            drive: simulation.drive.as_ref().map(drive),
+            drive: simulation.drive.as_ref().map(|of| drive(of, self.units)),
             precompression: chain.precompression,
             dashpot,
             tangent,
@@ -124,20 +127,28 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, v| v.abs().max(largest))
 }
 
-fn drive(drive: &Drive) -> String {
-    let what = match drive {
-        Drive::Force(_) => "force on site 0",
-        Drive::Wall(_) => "displacement of the first wall",
+fn drive(drive: &Drive, units: Units) -> String {
+    let (what, unit) = match drive {
+        Drive::Force(_) => ("force on site 0", " N"),
+        Drive::Wall(_) => ("displacement of the first wall", " m"),
+    };
+    let [unit, hertz, seconds] = match units {
+        Units::Si => [unit, " Hz", " s"],
+        Units::None => [""; 3],
     };
     match *drive.waveform() {
         Waveform::Sine {
             amplitude,
             frequency,
-        } => format!("{what}, sine of amplitude {amplitude} and frequency {frequency}"),
+        } => {
+            format!("{what}, sine of amplitude {amplitude}{unit} and frequency {frequency}{hertz}")
+        }
         Waveform::HalfSine {
             amplitude,
             duration,
-        } => format!("{what}, half-sine of amplitude {amplitude} and duration {duration}"),
+        } => format!(
+            "{what}, half-sine of amplitude {amplitude}{unit} and duration {duration}{seconds}"
+        ),
     }
 }
 

@@ -148,10 +148,11 @@ pub struct Scene {
     #[schemars(extend("examples" = ["steel"]))]
     pub striker_material: Option<String>,
     /// Radius of the sphere by which the wall touches the last body, in m [default: flat where
-    /// there is a `wall_material`].
+    /// there is a `wall_material`; else see there].
     #[schemars(extend("examples" = ["9 mm"]))]
     pub wall_radius: Option<Measure<Length>>,
-    /// Material of the wall [default: that of the bodies].
+    /// Material of the wall [default: that of the bodies beside `wall_radius`; without either key the wall's
+    /// contact is like those between bodies, as if one more body were held].
     #[schemars(extend("examples" = ["steel"]))]
     pub wall_material: Option<String>,
 
@@ -212,7 +213,8 @@ pub struct Scene {
     #[schemars(extend("default" = true))]
     pub estimate_error: Option<bool>,
 
-    /// End of the run, in s in an SI scene, or `auto`: when the front reaches the last site.
+    /// End of the run, in s in an SI scene, or `auto`: when the front reaches the last site, which is
+    /// before the force at a wall behind it peaks.
     #[schemars(extend("x-group" = "What is kept"), extend("default" = "auto"))]
     pub end_time: Option<EndTimeTyped>,
     /// Number of samples, uniform from 0 to the end, both included.

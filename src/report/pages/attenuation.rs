@@ -3,6 +3,7 @@
 use maud::{Markup, html as markup};
 
 use crate::attenuation::{Attenuation, AttenuationCurve, Transmission, TransmissionCurve};
+use crate::chain::scene::Units;
 use crate::plot::{Chart, Look, Overlay, Style, attenuation_charts, transmission_charts};
 use crate::report::page::{self, CurveGroup, Page, Picture, number};
 use crate::report::{law_sentence, reach_sentence, stop_sentence};
@@ -97,7 +98,10 @@ fn attenuation_table(attenuation: &Attenuation) -> Markup {
             last.map_or("0".into(), |row| row.bodies.to_string()),
             optional(last.and_then(|row| row.relative_force)),
             optional(last.and_then(|row| row.relative_energy)),
-            optional(last.map(|row| row.pulse.width.value)),
+            last.map_or("–".into(), |row| {
+                let unit = if curve.units == Units::Si { " s" } else { "" };
+                format!("{}{unit}", number(row.pulse.width.value))
+            }),
             optional(last.and_then(|row| row.high_share)),
             curve.fits.as_ref().map_or("–".into(), law_sentence),
             curve.stop.as_ref().map_or(String::new(), stop_sentence),

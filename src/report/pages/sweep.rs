@@ -4,7 +4,7 @@ use maud::html as markup;
 
 use crate::plot::Style;
 use crate::report::page::{self, Chart, CurveGroup, Page, Picture, Series, number};
-use crate::sweep::{Measures, Outcome, Outcomes, Request, SweptKey};
+use crate::sweep::{Measures, Outcome, Outcomes, Request, SweptKey, quantity};
 
 /// Curves in a chart at most.
 const CURVES: usize = 12;
@@ -74,6 +74,7 @@ struct Member<'a> {
 
 /// The page of a sweep whose members are known.
 pub fn sweep_html(request: &Request, outcomes: &Outcomes) -> String {
+    let si = request.is_si();
     let (mut members, mut failed) = (Vec::new(), Vec::new());
     for (&index, outcome) in outcomes {
         let values = request.values(index);
@@ -97,10 +98,8 @@ pub fn sweep_html(request: &Request, outcomes: &Outcomes) -> String {
     let told = |word: &str, member: Option<&Member>| {
         let member = member?;
         let at = named(request, &member.values, None);
-        Some((
-            word.to_owned(),
-            format!("{} at {at}", number(force(&member)?)),
-        ))
+        let force = with_unit_behind(number(force(&member)?), si, "N");
+        Some((word.to_owned(), format!("{force} at {at}")))
     };
     let extremes = [
         told("least", with_force.clone().min_by(by_force)),
@@ -117,8 +116,8 @@ pub fn sweep_html(request: &Request, outcomes: &Outcomes) -> String {
             extremes.into_iter().flatten().collect(),
         ),
         warnings: page::warnings(&failed),
-        rows: pictures(request, &members),
-        rest: markup! { (page::numbers(table(&keys, &members))) },
+        rows: pictures(request, si, &members),
+        rest: markup! { (page::numbers(table(request, si, &members))) },
         style: Style::default(),
     };
     page.html()
@@ -135,9 +134,10 @@ fn named(request: &Request, values: &[&str], but: Option<usize>) -> String {
 
 /// A value with the digits that a reader needs.
 fn short(text: &str) -> String {
-    match text.parse::<f64>() {
-        Ok(value) => number(value),
-        Err(_) => text.to_owned(),
+    match quantity(text) {
+        Some((value, "")) => number(value),
+        Some((value, unit)) => format!("{} {unit}", number(value)),
+        None => text.to_owned(),
     }
 }
 
@@ -182,15 +182,6 @@ impl<'a> Abscissa<'a> {
     }
 }
 
-/// The longest number that a text begins with, and the unit behind it, which may be empty.
-fn quantity(text: &str) -> Option<(f64, &str)> {
-    let ends = (1..=text.len())
-        .rev()
-        .filter(|end| text.is_char_boundary(*end));
-    ends.map(|end| text.split_at(end))
-        .find_map(|(number, unit)| Some((number.trim().parse().ok()?, unit.trim())))
-}
-
 fn with_unit(name: &str, unit: &str) -> String {
     match unit {
         "" => name.to_owned(),
@@ -198,14 +189,16 @@ fn with_unit(name: &str, unit: &str) -> String {
     }
 }
 
-/// Whether the scene's numbers are in SI units.
-fn is_si(request: &Request) -> bool {
-    let scene = request.scene.parse::<toml::Table>().unwrap_or_default();
-    scene.get("units").and_then(toml::Value::as_str) == Some("si")
+/// A number of a scene, with its unit if the scene is in SI.
+fn with_unit_behind(number: String, si: bool, unit: &str) -> String {
+    match si {
+        true => format!("{number} {unit}"),
+        false => number,
+    }
 }
 
 /// A chart for each measure that some member has.
-fn pictures(request: &Request, members: &[Member]) -> Vec<Vec<Picture>> {
+fn pictures(request: &Request, si: bool, members: &[Member]) -> Vec<Vec<Picture>> {
     let Some(along) = Abscissa::of(request) else {
         return Vec::new();
     };
@@ -226,7 +219,6 @@ fn pictures(request: &Request, members: &[Member]) -> Vec<Vec<Picture>> {
             curves.len()
         ),
     };
-    let si = is_si(request);
     let charts = MEASURES.iter().enumerate().filter_map(|(n, measure)| {
         let shown = curves.iter().step_by(every);
         let series = shown.filter_map(|(name, members)| {
@@ -254,7 +246,7 @@ fn pictures(request: &Request, members: &[Member]) -> Vec<Vec<Picture>> {
 const WIDE: f64 = 30.0;
 
 /// The measures of the members, in rows.
-fn table(keys: &[&str], members: &[Member]) -> maud::Markup {
+fn table(request: &Request, si: bool, members: &[Member]) -> maud::Markup {
     let measured = [
         "force, last contact",
         "its time",
@@ -263,7 +255,12 @@ fn table(keys: &[&str], members: &[Member]) -> maud::Markup {
         "energy lost",
         "error",
     ];
-    let head: Vec<&str> = keys.iter().copied().chain(measured).collect();
+    let unit = |measure: &Measure| if si { measure.unit } else { "" };
+    let measured = measured.iter().zip(&MEASURES);
+    let measured = measured.map(|(name, measure)| with_unit(name, unit(measure)));
+    let keys = request.vary.iter().map(|axis| axis.key.clone());
+    let head: Vec<String> = keys.chain(measured).collect();
+    let head: Vec<&str> = head.iter().map(String::as_str).collect();
     let optional = |value: Option<f64>| value.map_or("–".into(), number);
     let rows: Vec<Vec<String>> = members
         .iter()

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::super::{Archive, ArrayLabels, Attribute, LabelledArrays, NetCdf};
 use super::RUN_SCHEMA;
 use crate::arrays::Precision;
+use crate::chain::Run;
 use crate::chain::scene::{Setup, Units};
-use crate::chain::{Law, Run};
 use crate::error::{Error, Result};
 use crate::observer::Observer;
 
@@ -191,11 +191,7 @@ impl UnitNames {
                 force: Some("N"),
                 energy: Some("J"),
                 mass: Some("kg"),
-                coefficient: Some(match setup.simulation.chain.law {
-                    Law::Hertz => "N/m^1.5".into(),
-                    Law::Power { exponent } => format!("N/m^{exponent}"),
-                    Law::Spring { .. } => "N/m".into(),
-                }),
+                coefficient: Some(setup.simulation.chain.law.coefficient_unit()),
             },
         }
     }

@@ -1,6 +1,7 @@
 //! What `cascade attenuate` found, in words.
 
 use wavecascade::attenuation::{AttenuationCurve, Compared, CurveRow, Reach};
+use wavecascade::chain::scene::Units;
 use wavecascade::report::{law_sentence, reach_sentence, stop_sentence};
 
 use super::AttenuationReport;
@@ -170,7 +171,10 @@ fn curve_cells(curve: &AttenuationCurve) -> Vec<String> {
         last.map_or(0, |row| row.bodies).to_string(),
         optional(last.and_then(|row| row.relative_force)),
         optional(last.and_then(|row| row.relative_energy)),
-        last.map_or("-".into(), |row| number(row.pulse.width.value)),
+        last.map_or("-".into(), |row| {
+            let unit = if curve.units == Units::Si { " s" } else { "" };
+            format!("{}{unit}", number(row.pulse.width.value))
+        }),
         optional(last.and_then(|row| row.high_share)),
     ]
 }

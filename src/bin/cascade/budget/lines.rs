@@ -5,6 +5,7 @@ use wavecascade::budget::{
     Budget, Direction, FrequencyFlow, Integration, PassedError, Residual, ScaleBudget,
     WavenumberBudget,
 };
+use wavecascade::measure::cycles_per;
 
 use crate::advice;
 use crate::summary::Summary;
@@ -28,20 +29,16 @@ pub(super) fn of(subject: &str, budget: &Budget, measured: Option<&MeasuredRepor
     }
     closure(&mut summary, budget);
     if let Some(scales) = &budget.scales {
-        scale(&mut summary, scales);
+        scale(&mut summary, budget, scales);
     }
     if let Some(report) = measured {
-        measurement(&mut summary, report);
+        measurement(&mut summary, budget, report);
     }
     summary
 }
 
 /// Where most of the energy passes.
 fn answer(budget: &Budget) -> String {
-    let unit = match &budget.units.length {
-        Some(unit) => format!("rad/{unit}"),
-        None => "rad per site".into(),
-    };
     let Some(most) = budget.largest_passage() else {
         let last = budget.time.len() - 1;
         let lost = budget.lost[last];
@@ -56,7 +53,7 @@ fn answer(budget: &Budget) -> String {
     } else {
         most.error
     };
-    let at = format!("k = {} {unit}", number(most.wavenumber));
+    let at = wavenumber_at(budget, most.wavenumber);
     if most.share.abs() <= least {
         return match is_measured {
             true => format!(
@@ -76,14 +73,24 @@ fn answer(budget: &Budget) -> String {
     )
 }
 
+/// `k = 12.5 rad/m`.
+fn wavenumber_at(budget: &Budget, k: f64) -> String {
+    let unit = match &budget.units.length {
+        Some(unit) => format!("rad/{unit}"),
+        None => "rad per site".into(),
+    };
+    format!("k = {} {unit}", number(k))
+}
+
+/// A unit behind a number, where there is one.
+fn behind(unit: Option<&str>) -> String {
+    unit.map_or(String::new(), |unit| format!(" {unit}"))
+}
+
 fn energy(summary: &mut Summary, budget: &Budget) {
     let last = budget.time.len() - 1;
     let energy = |i: usize| budget.kinetic[i] + budget.contact[i];
-    let unit = budget
-        .units
-        .energy
-        .as_deref()
-        .map_or(String::new(), |unit| format!(" {unit}"));
+    let unit = behind(budget.units.energy.as_deref());
     let errors = budget.errors.as_deref();
     let mut text = format!(
         "{}{unit} at the start, {}{unit} at the end",
@@ -113,7 +120,7 @@ fn wavenumber(summary: &mut Summary, budget: &Budget, found: &WavenumberBudget) 
     let (Some(passed), Some(direction)) = (found.passed_edge(), found.direction()) else {
         return;
     };
-    let edge = number(found.edge);
+    let edge = wavenumber_at(budget, found.edge);
     let (share, error) = (
         passed / budget.scale,
         found.passed_error.value() / budget.scale,
@@ -125,21 +132,20 @@ fn wavenumber(summary: &mut Summary, budget: &Budget, found: &WavenumberBudget) 
     let percent = 100.0 * share;
     let text = match direction {
         Direction::None => format!(
-            "none of it has passed k = {edge}, net: a share of {} at a numerical error of {}",
+            "none of it has passed {edge}, net: a share of {} at a numerical error of {}",
             error_size(share),
             error_size(error)
         ),
         Direction::Unresolved => format!(
-            "{percent:.3}{within} % of it has passed k = {edge}, net: less than twice its error, so \
+            "{percent:.3}{within} % of it has passed {edge}, net: less than twice its error, so \
              no direction is resolved"
         ),
         Direction::TowardsHighK => {
-            format!("{percent:.3}{within} % of it has passed to above k = {edge}")
+            format!("{percent:.3}{within} % of it has passed to above {edge}")
         }
-        Direction::TowardsLowK => format!(
-            "{:.3}{within} % of it has passed to below k = {edge}",
-            -percent
-        ),
+        Direction::TowardsLowK => {
+            format!("{:.3}{within} % of it has passed to below {edge}", -percent)
+        }
     };
     summary.fact("wavenumber", &text);
 }
@@ -151,9 +157,11 @@ fn frequency(summary: &mut Summary, budget: &Budget, flow: &FrequencyFlow) {
         // The last of the usual pairs, which are the first of all.
         let first = 3 * if inner == 2 { 0 } else { 2 };
         let error = |part: usize| budget.errors.as_deref()?.between.get(first + part).copied();
+        let energy = behind(budget.units.energy.as_deref());
+        let frequency = behind(budget.units.time.as_deref().map(cycles_per).as_deref());
         let text = format!(
-            "from the first contact to the last the band up to {} changed by {}, that above by \
-             {}, {} stayed behind",
+            "from the first contact to the last the band up to {}{frequency} changed by {}{energy}, that \
+             above by {}{energy}, {}{energy} stayed behind",
             number(flow.edge),
             within(between.low, error(0)),
             within(between.high, error(1)),
@@ -163,16 +171,17 @@ fn frequency(summary: &mut Summary, budget: &Budget, flow: &FrequencyFlow) {
     }
 }
 
-fn scale(summary: &mut Summary, scales: &ScaleBudget) {
+fn scale(summary: &mut Summary, budget: &Budget, scales: &ScaleBudget) {
     let Some(of) = scales.scales.iter().find(|of| of.scale == scales.map_scale) else {
         return;
     };
     let sigma = of.sigma.map_or("none".into(), number);
     let text = format!(
-        "flux mapped at l = {} ({:?} filter, sigma {sigma}, gain 1/2 at k = {})",
+        "flux mapped at l = {}{} ({:?} filter, sigma {sigma}, gain 1/2 at {})",
         number(of.scale),
+        behind(budget.units.length.as_deref()),
         of.filter,
-        number(of.cutoff_wavenumber)
+        wavenumber_at(budget, of.cutoff_wavenumber)
     );
     summary.detail("scale", &text);
 }
@@ -224,11 +233,12 @@ fn closure(summary: &mut Summary, budget: &Budget) {
     }
 }
 
-fn measurement(summary: &mut Summary, report: &MeasuredReport) {
+fn measurement(summary: &mut Summary, budget: &Budget, report: &MeasuredReport) {
     let energy = report.energy;
     let text = format!(
-        "{}, the median over the record of total energy and losses, less the bias of noise",
-        within(energy.value, Some(energy.error))
+        "{}{}, the median over the record of total energy and losses, less the bias of noise",
+        within(energy.value, Some(energy.error)),
+        behind(budget.units.energy.as_deref())
     );
     summary.fact("energy given", &text);
     let (mut coefficients, others): (Vec<_>, Vec<_>) = (report.warnings.iter())
