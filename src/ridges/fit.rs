@@ -10,6 +10,10 @@ use crate::error::{Error, Result};
 const INTERVALS: usize = 960;
 /// Least error of a point, in bins: what the place of a wave between bins is known to at best.
 const LEAST_ERROR: f64 = 0.01;
+/// By what all points may be off alike, in bins: a peak of a spectrum that falls is drawn to its higher side. Parameters
+/// are known no better, however many points there are. Of waves with spectra that fall by 20 dB over the ridge, in
+/// noise, the median of fits was off by 0.004 to 0.014 bins.
+const COMMON_ERROR: f64 = 0.015;
 const ITERATIONS: usize = 100;
 /// Relative step of numerical derivatives.
 const STEP: f64 = 1e-5;
@@ -59,7 +63,7 @@ pub struct RidgeFit {
     /// Root mean square of the points' distances from the law along their cuts, in bins.
     pub deviation: f64,
     /// Sum of the squares of distances over errors, by the degrees of freedom. Above 1, the errors of the
-    /// parameters are scaled by its root.
+    /// parameters are scaled by its root; they are no smaller than what 0.015 bins do that all points are off alike.
     pub reduced: f64,
     pub curve: DispersionCurve,
 }
@@ -232,7 +236,7 @@ impl RidgeLaw {
         let (found, squares, normal) = points.least_squares(self, start)?;
         let covariance = self.covariance(normal)?;
         let reduced = squares / freedom;
-        let scale = reduced.max(1.0).sqrt();
+        let common = points.common_shift(self, &found, &covariance)?;
         let is_log = !matches!(self.kind, Kind::Formula { .. });
         let parameters = (names.into_iter().zip(&found).enumerate())
             .map(|(i, (name, value))| {
@@ -241,7 +245,8 @@ impl RidgeLaw {
                 } else {
                     (*value, 1.0)
                 };
-                let error = unit * scale * covariance[i][i].max(0.0).sqrt();
+                let variance = reduced.max(1.0) * covariance[i][i].max(0.0);
+                let error = unit * variance.sqrt().hypot(COMMON_ERROR * common[i]);
                 RidgeParameter { name, value, error }
             })
             .collect();
@@ -436,13 +441,24 @@ impl<'a> Points<'a> {
         Ok((at, squares, normal.0))
     }
 
-    fn normal(
+    /// By what the parameters change if all points move by a bin to higher frequencies.
+    fn common_shift(
         &self,
         law: &RidgeLaw,
         at: &[f64],
-        residuals: &[f64],
-    ) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
-        let n = at.len();
+        covariance: &[Vec<f64>],
+    ) -> Result<Vec<f64>> {
+        let shifts = self.bin.iter().zip(&self.errors).map(|(b, e)| b / e);
+        let shifts: Vec<f64> = shifts.collect();
+        let derivatives = self.derivatives(law, at)?;
+        let pull = |row: &Vec<f64>| row.iter().zip(&shifts).map(|(d, s)| d * s).sum::<f64>();
+        let pulls: Vec<f64> = derivatives.iter().map(pull).collect();
+        let moved = |row: &Vec<f64>| row.iter().zip(&pulls).map(|(c, p)| c * p).sum::<f64>();
+        Ok(covariance.iter().map(moved).collect())
+    }
+
+    /// Of the residuals, by each parameter.
+    fn derivatives(&self, law: &RidgeLaw, at: &[f64]) -> Result<Vec<Vec<f64>>> {
         let derivative = |i: usize| -> Result<Vec<f64>> {
             let step = STEP * at[i].abs().max(1e-3);
             let side = |sign: f64| {
@@ -457,7 +473,17 @@ impl<'a> Points<'a> {
                 .map(|(a, b)| (a - b) / (2.0 * step))
                 .collect())
         };
-        let derivatives = (0..n).map(derivative).collect::<Result<Vec<_>>>()?;
+        (0..at.len()).map(derivative).collect()
+    }
+
+    fn normal(
+        &self,
+        law: &RidgeLaw,
+        at: &[f64],
+        residuals: &[f64],
+    ) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
+        let n = at.len();
+        let derivatives = self.derivatives(law, at)?;
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let row = |i: usize| {
             (0..n)

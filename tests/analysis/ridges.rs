@@ -449,3 +449,45 @@ fn val_nyquist_wavenumber_is_the_end_of_the_axis() {
     let k = &found.analysis.axes.wavenumber_signed;
     assert!((k[0] + PI / 0.05).abs() < 1e-9 && (found.bins[1] - (k[1] - k[0])).abs() < 1e-9);
 }
+
+/// Waves of one random source whose spectrum falls, in noise: the interval of the speed holds.
+#[test]
+fn val_construction_intervals_of_fits_hold() {
+    for (noise, sites, times, wide) in [
+        (0.1, 32, 4096, 24),
+        (1.0, 32, 4096, 24),
+        (3.0, 48, 4096, 24),
+        (0.3, 24, 2048, 40),
+    ] {
+        let mut held = 0;
+        for seed in 0..25 {
+            let mut random = Noise(1000 + 7919 * seed);
+            let white: Vec<f64> = (0..times + 4 * sites + wide)
+                .map(|_| random.gaussian())
+                .collect();
+            let weights: Vec<f64> = (0..wide)
+                .map(|i| (PI * (i as f64 + 0.5) / wide as f64).sin().powi(2))
+                .collect();
+            let size = weights.iter().map(|w| w * w).sum::<f64>().sqrt();
+            let source: Vec<f64> = (0..times + 4 * sites)
+                .map(|t| {
+                    let pairs = weights.iter().zip(&white[t..]);
+                    pairs.map(|(w, v)| w * v).sum::<f64>() / size
+                })
+                .collect();
+            let values = Array2::from_shape_fn((times, sites), |(t, j)| {
+                source[t + 4 * (sites - 1 - j)] + noise * random.gaussian()
+            });
+            let request = RidgesRequest {
+                laws: vec![RidgeLaw::parse("c*abs(k); c=0.27").unwrap()],
+                ..RidgesRequest::default()
+            };
+            let found = found(&Field::from_array(values), &request);
+            let speed = &found.fits[0].parameters[0];
+            assert!(speed.error < 0.01, "{speed:?}");
+            held += usize::from((speed.value - 0.25).abs() < 1.96 * speed.error);
+        }
+        println!("noise {noise}, {sites} sites: {held} of 25");
+        assert!(held >= 23, "{noise} {sites}: {held}");
+    }
+}
