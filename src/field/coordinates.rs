@@ -243,7 +243,18 @@ impl Coordinates {
         })
     }
 
-    /// The origin alone, for an axis whose step is stated outside the file.
+    /// Of values whose step is stated elsewhere: their first, and the step that they have if they are even.
+    pub(crate) fn beside_stated(values: &[f64]) -> Coordinates {
+        /// Share of a step that values of few digits deviate by.
+        const NEARLY: f64 = 1e-3;
+        let even = Coordinates::fit_within(values, 0.0, NEARLY);
+        Coordinates {
+            step: even.ok().and_then(|(even, _)| even.step),
+            ..Coordinates::from_first(values)
+        }
+    }
+
+    /// The origin alone.
     pub(crate) fn from_first(values: &[f64]) -> Coordinates {
         Coordinates {
             origin: values.first().copied().filter(|first| first.is_finite()),

@@ -321,7 +321,7 @@ impl<'a> Table<'a> {
         let row_axis = if rows_are_times { "time" } else { "space" };
         let fit = |axis, values: &[f64], rounding, has_step| match has_step {
             true => Ok(Listed {
-                even: Coordinates::from_first(values),
+                even: Coordinates::beside_stated(values),
                 ..Listed::default()
             }),
             false => Coordinates::listed(axis, values, rounding, source.options.evenness(axis)),

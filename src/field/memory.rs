@@ -228,7 +228,7 @@ impl ListedAxis {
             ..Listed::default()
         };
         let mut listed = match (is_stated, by_step) {
-            (true, _) => even(Coordinates::from_first(&self.values)),
+            (true, _) => even(Coordinates::beside_stated(&self.values)),
             (false, Some(found)) => even(found),
             (false, None) => {
                 Coordinates::listed(name, &self.values, self.rounding, options.evenness(name))

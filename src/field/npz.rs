@@ -656,7 +656,7 @@ impl<'a> Archive<'a> {
         record.storage.read(0..n, 0..1, false, &mut values);
         if has_step {
             return Ok(Listed {
-                even: Coordinates::from_first(&values),
+                even: Coordinates::beside_stated(&values),
                 ..Listed::default()
             });
         }

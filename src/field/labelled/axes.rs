@@ -93,7 +93,7 @@ fn listed(
     let by_step = by_step(attributes, &values);
     let mut listed = match (rules, by_step) {
         (None, _) => Listed {
-            even: Coordinates::from_first(&values),
+            even: Coordinates::beside_stated(&values),
             ..Listed::default()
         },
         (Some(_), Some(even)) => Listed {

@@ -164,7 +164,11 @@ fn tables(budgets: &[(&str, &Budget)]) -> Markup {
 /// Which way energy has passed between low and high k, where that is known.
 fn direction(budget: &Budget) -> Option<String> {
     let found = budget.wavenumber.as_ref()?;
-    let edge = number(Some(found.edge));
+    let unit = match &budget.units.length {
+        Some(unit) => format!("rad/{unit}"),
+        None => "rad per site".into(),
+    };
+    let edge = format!("{} {unit}", number(Some(found.edge)));
     let share = found.passed_edge()? / budget.scale;
     let share = format!(
         "{} ± {}",
