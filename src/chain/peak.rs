@@ -26,7 +26,7 @@ const SAMPLES_PER_STEP: usize = 4;
 const BEGINS: f64 = 1e-3;
 
 /// How long the force at a wall takes to peak from when the front reaches the last body, over the rise of a contact
-/// before it: 1.1 to 2.2 in uniform chains, dimers, tapers and compressed chains.
+/// before it: at most 2.2 in uniform chains, dimers, tapers and compressed chains.
 const WALL_RISES: f64 = 3.0;
 
 /// Largest rise of a peak between evaluations, as a share of the largest force so far.

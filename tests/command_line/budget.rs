@@ -222,28 +222,6 @@ fn regress_budgets_are_the_same_in_both_formats() {
         names_in(place.path("nc")),
         ["budget.npz", "plot.py", "summary.json"]
     );
-    // An analysis of a run keeps to the format, too.
-    let words = [
-        "analyze",
-        "dis.npz",
-        "--out",
-        "a",
-        "--format",
-        "netcdf",
-        "--figures",
-        "none",
-        "--quiet",
-    ];
-    place.good(&words);
-    let names = names_in(place.path("a"));
-    assert!(
-        names.contains(&"budget.nc".into()) && !names.contains(&"budget.npz".into()),
-        "{names:?}"
-    );
-    assert_eq!(
-        container(&place, "a/budget.nc").attributes.text("program"),
-        Some("cascade")
-    );
 }
 
 #[test]

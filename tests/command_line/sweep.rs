@@ -61,7 +61,7 @@ fn a_sweep_takes_units_and_states_them() {
         "--vary",
         "radius=5mm:20mm:4",
         "--end-time",
-        "400us",
+        "800us",
         "--out",
         "s",
     ];
@@ -196,7 +196,7 @@ fn a_run_that_ends_by_itself_says_when_the_wall_peaks() {
     };
     let (first, second) = (peak("a.npz"), peak("b.npz"));
     assert!(
-        first.0 == first.1 && second.0 < 0.98 * second.1,
+        first.0 > 0.999 * first.1 && second.0 < 0.98 * second.1,
         "{first:?} {second:?}"
     );
     let free = place.good(&[
