@@ -51,6 +51,54 @@ pub fn cycles_per(unit: &str) -> String {
     }
 }
 
+/// A unit as a quotient of symbols: `m/s` for `m s-1`, `m.s^-1`, `metre second**-1` and `metres / second`, as the CF
+/// conventions and other programs write them. A text that is no such product stays as it is.
+pub(crate) fn quotient(unit: &str) -> String {
+    let is_between = |c: char| c.is_whitespace() || matches!(c, '.' | '*' | '\u{b7}');
+    let spelled = unit.replace("**", "^").replace('/', " / ");
+    let mut is_changed = false;
+    let (mut over, mut under) = (Vec::new(), Vec::new());
+    let mut is_divisor = false;
+    for word in spelled.split(is_between).filter(|word| !word.is_empty()) {
+        if word == "/" {
+            is_divisor = true;
+            continue;
+        }
+        let end = word
+            .find(|c: char| !c.is_alphabetic())
+            .unwrap_or(word.len());
+        let (name, exponent) = word.split_at(end);
+        let exponent = match exponent.trim_start_matches('^') {
+            "" => Some(1),
+            digits => digits.parse::<i32>().ok().filter(|exponent| *exponent != 0),
+        };
+        let (Some(exponent), false) = (exponent, name.is_empty()) else {
+            return unit.to_owned();
+        };
+        let symbol = symbol::<Length>(name).or(symbol::<Time>(name));
+        is_changed |= exponent < 0 || symbol.is_some_and(|symbol| symbol != name);
+        let symbol = symbol.unwrap_or(name);
+        let raised = match exponent.abs() {
+            1 => symbol.to_owned(),
+            exponent => format!("{symbol}^{exponent}"),
+        };
+        match (exponent < 0) != std::mem::take(&mut is_divisor) {
+            true => under.push(raised),
+            false => over.push(raised),
+        }
+    }
+    let over = match over.is_empty() {
+        true => "1".to_owned(),
+        false => over.join(" "),
+    };
+    match &under[..] {
+        _ if !is_changed => unit.to_owned(),
+        [] => over,
+        [unit] => format!("{over}/{unit}"),
+        units => format!("{over}/({})", units.join(" ")),
+    }
+}
+
 /// The number with the fewest digits that lies within `tolerance` of `value`.
 pub(crate) fn shortest(value: f64, tolerance: f64) -> f64 {
     let near = |digits: usize| format!("{value:.digits$e}").parse::<f64>().ok();
@@ -270,6 +318,28 @@ impl<D: Dimension> JsonSchema for Measure<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn val_definition_units_with_exponents_are_quotients() {
+        for (written, unit) in [
+            ("m s-1", "m/s"),
+            ("m.s^-1", "m/s"),
+            ("m s**-1", "m/s"),
+            ("metre second-1", "m/s"),
+            ("meters / second", "m/s"),
+            ("m s-2", "m/s^2"),
+            ("kg m-1 s-2", "kg/(m s^2)"),
+            ("s-1", "1/s"),
+            ("metres", "m"),
+            ("m/s", "m/s"),
+            ("mm/s^2", "mm/s^2"),
+            ("(m/s)^2", "(m/s)^2"),
+            ("counts", "counts"),
+            ("", ""),
+        ] {
+            assert_eq!(quotient(written), unit, "{written}");
+        }
+    }
 
     #[test]
     fn numbers_are_written_with_the_digits_they_have() {

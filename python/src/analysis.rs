@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use wavecascade::analyze::{Analysis as Found, Warning, filtered, plan, run as run_plan};
+use wavecascade::analyze::{Request, Warning, filtered, plan, run as run_plan};
 use wavecascade::arrays::Precision;
 use wavecascade::chain::scene::{SceneSource, Setup};
 use wavecascade::field::{Axis, is_run_file};
@@ -15,37 +15,17 @@ use wavecascade::report::{Provenance, Summary, html, write_labelled_arrays};
 use wavecascade::{Error, Field};
 use wavecascade_system::threads::in_pool;
 
+use super::chains::Run;
 use super::faults::{self, keywords};
 use super::kept::Kept;
-use super::samples::Source;
+use super::page::Page;
+use super::samples::{Opener, Source};
 use super::typed::{provenance, typed};
 use super::watch;
-use crate::analyze::{advised, conclusions, in_time_of_run, request};
+use crate::analyze::{advised, conclusions, in_time_of, in_time_of_run, request};
+use crate::args::Analyze;
 use crate::failure::Failure;
 use crate::{advice, dispersion, effect};
-
-/// What an analysis found beside its arrays, from which its page is made.
-#[pyclass(frozen, module = "wavecascade._native")]
-pub struct Analysis(Box<Found>);
-
-#[pymethods]
-impl Analysis {
-    /// Copies of a dataset share it.
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
-    }
-
-    /// It does not travel to other processes.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, ())> {
-        Ok((py.None().bind(py).get_type().into_any(), ()))
-    }
-
-    /// Whether its page can show maps.
-    #[getter]
-    fn has_maps(&self) -> bool {
-        self.0.field_map.is_some()
-    }
-}
 
 /// Runs on the threads that were typed.
 pub fn on_threads<T: Send>(
@@ -67,45 +47,33 @@ fn warnings<'py>(py: Python<'py>, found: &[Warning]) -> PyResult<Bound<'py, PyLi
     PyList::new(py, told)
 }
 
-/// `cascade analyze`: arrays with labels, attributes, `summary` in JSON, `warnings`, `analysis`.
+/// `cascade analyze`: arrays with labels, attributes, `summary` in JSON, `warnings`, `page`. With `run`, of which the
+/// field is the velocities, total energies answer in time.
 #[pyfunction]
-#[pyo3(signature = (source, words, progress=None, maps=true))]
+#[pyo3(signature = (source, words, progress=None, maps=true, run=None))]
 pub fn analyze<'py>(
     py: Python<'py>,
     source: Source,
     words: Vec<String>,
     progress: Option<Bound<'py, PyAny>>,
     maps: bool,
+    run: Option<Bound<'py, Run>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = typed!(&words, Analyze);
     let (opener, from) = (source.opener(), source.from());
-    let (path, scene) = (opener.path(), opener.scene());
+    let path = opener.path();
+    let run = run.map(|run| run.get().file());
     let work = |observer: &dyn Observer| -> Result<_, Failure> {
-        effect::refuse_without_effect(&typed)?;
-        let mut field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan))?;
-        let run = scene.map(|(text, step)| Ok((SceneSource::new(None, text).setup()?, step)));
-        let run: Option<(Setup, f64)> = run.transpose().map_err(Failure::Library)?;
-        if let Some((setup, _)) = &run
-            && setup.simulation.chain.n_sites() != field.n_sites()
-        {
-            // Of a part of the chain it is not known which body was struck.
-            field.struck = None;
-        }
-        let mut request = request(&typed, &field, maps)?;
-        request.dispersion = match &path {
-            Some(path) if is_run_file(path)? => dispersion::of(&typed, path, &field)?,
-            _ => {
-                let lattice = run.map(|(setup, step)| dispersion::of_chain(&setup, step, &field));
-                dispersion::stated(&typed, lattice, &field)?
-            }
-        };
+        let (field, request) = asked(&typed, opener, maps)?;
         let name = path.clone().unwrap_or_else(|| PathBuf::from(&field.name));
         let plan = plan(&field, &request).map_err(|error| error.of_file(&name))?;
         let kept = Kept::new(request.precision);
         let analysis = run_plan(&field, &plan, &kept, observer);
         let mut analysis = analysis.map_err(|error| error.of_file(&name))?;
-        if let Some(path) = &path {
-            in_time_of_run(path, &mut analysis)?;
+        match (&run, &path) {
+            (Some(run), _) => in_time_of(run, &mut analysis)?,
+            (None, Some(path)) => drop(in_time_of_run(path, &mut analysis)?),
+            (None, None) => {}
         }
         field.check_unchanged()?;
         let input = path.as_ref().map(|path| path.display().to_string());
@@ -124,15 +92,55 @@ pub fn analyze<'py>(
     let out = kept.into_python(py)?;
     out.set_item("summary", summary)?;
     out.set_item("warnings", warnings(py, &analysis.warnings)?)?;
-    out.set_item("analysis", Bound::new(py, Analysis(Box::new(analysis)))?)?;
+    let page = Page::new(move || Ok(html(&analysis, &advised, &Style::screen())));
+    out.set_item("page", Bound::new(py, page)?)?;
     Ok(out)
 }
 
-/// The page of an analysis.
+/// The `field` of the words, as it would be opened, and what would be asked of it.
+fn asked(typed: &Analyze, opener: Opener, maps: bool) -> Result<(Field, Request), Failure> {
+    effect::refuse_without_effect(typed)?;
+    let (path, scene) = (opener.path(), opener.scene());
+    let mut field = opener.open(&typed.input, typed.work.memory, Some(&typed.scan))?;
+    let scene = scene.map(|(text, step)| Ok((SceneSource::new(None, text).setup()?, step)));
+    let scene: Option<(Setup, f64)> = scene.transpose().map_err(Failure::Library)?;
+    if let Some((setup, _)) = &scene
+        && setup.simulation.chain.n_sites() != field.n_sites()
+    {
+        // Of a part of the chain it is not known which body was struck.
+        field.struck = None;
+    }
+    let mut request = request(typed, &field, maps)?;
+    request.dispersion = match &path {
+        Some(path) if is_run_file(path)? => dispersion::of(typed, path, &field)?,
+        _ => {
+            let lattice = scene.map(|(setup, step)| dispersion::of_chain(&setup, step, &field));
+            dispersion::stated(typed, lattice, &field)?
+        }
+    };
+    Ok((field, request))
+}
+
+/// `cascade analyze --plan`, in JSON.
 #[pyfunction]
-pub fn report(py: Python<'_>, analysis: &Bound<'_, Analysis>) -> PyResult<String> {
-    let analysis = analysis.get();
-    Ok(py.detach(|| html(&analysis.0, &advised, &Style::screen())))
+pub fn planned(py: Python<'_>, source: Source, words: Vec<String>) -> PyResult<String> {
+    let typed = typed!(&words, Analyze);
+    let (opener, from) = (source.opener(), source.from());
+    let work = |_: &dyn Observer| -> Result<_, Failure> {
+        let (field, request) = asked(&typed, opener, true)?;
+        let plan = plan(&field, &request)?;
+        Ok(serde_json::to_string(&plan.describe()).map_err(std::io::Error::from)?)
+    };
+    watch::run(py, None, work)?.map_err(|error| faults::of_failure(py, error, from))
+}
+
+/// `cascade inspect`, in JSON.
+#[pyfunction]
+pub fn inspected(py: Python<'_>, words: Vec<String>) -> PyResult<String> {
+    let typed = typed!(&words, Inspect);
+    let found = watch::run(py, None, |_| crate::inspect::json(&typed, &typed.fields))?;
+    let found = found.map_err(|error| faults::of_failure(py, error, faults::From::Files))?;
+    Ok(found.to_string())
 }
 
 /// The samples of a field as an array `(time, site)`, with axes, names and notes.

@@ -1,8 +1,10 @@
 //! Chains: runs, budgets, sweeps, localized waves, attenuation and transmission.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::{Value, json};
@@ -11,9 +13,11 @@ use wavecascade::budget::Motion;
 use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::localized::Exact;
 use wavecascade::observer::Observer;
+use wavecascade::plot::Style;
 use wavecascade::report::{
-    BudgetSummary, LocalizedSummary, Provenance, RunFile, attenuation_csv, journey_arrays,
-    profile_arrays, table_csv, transmission_csv, write_budget_arrays,
+    BudgetSummary, LocalizedSummary, Provenance, RunFile, RunParts, attenuation_csv, budget_html,
+    journey_arrays, journey_html, localized_html, profile_arrays, sweep_html, table_csv,
+    transmission_csv, wave_html, write_budget_arrays,
 };
 use wavecascade::sweep::{Outcome, Part, Sweep, read};
 use wavecascade::{Error, Result};
@@ -21,9 +25,11 @@ use wavecascade::{Error, Result};
 use super::analysis::on_threads;
 use super::faults::{self, From, keywords};
 use super::kept::Kept;
+use super::page::Page;
 use super::samples::Source;
 use super::typed::{provenance, typed};
 use super::watch;
+use crate::compare::Compared;
 use crate::failure::Failure;
 use crate::localize::{launch, profile, table};
 use crate::{advice, measured};
@@ -41,16 +47,28 @@ impl Run {
 
 #[pymethods]
 impl Run {
-    /// Copies of a dataset share it.
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
-    }
-
-    /// It does not travel to other processes.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, ())> {
-        Ok((py.None().bind(py).get_type().into_any(), ()))
+    /// Of the arrays and the texts that `simulate` gives, which are checked against its scene.
+    #[new]
+    fn new(arrays: HashMap<String, PyReadonlyArrayDyn<'_, f64>>, texts: Texts) -> PyResult<Run> {
+        let of_shape = |array: &PyReadonlyArrayDyn<'_, f64>| {
+            let shape = array.shape().iter().map(|&n| n as u64).collect();
+            (shape, array.as_array().iter().copied().collect())
+        };
+        let arrays = arrays.iter();
+        let parts = RunParts {
+            path: "the run".into(),
+            texts,
+            arrays: arrays
+                .map(|(name, a)| (name.clone(), of_shape(a)))
+                .collect(),
+        };
+        let file = RunFile::of(parts).map_err(value_error)?;
+        Ok(Run(Arc::new(file)))
     }
 }
+
+/// Texts by their names.
+type Texts = std::collections::BTreeMap<String, String>;
 
 /// A scene as text or as a file, with the keys that are typed over it.
 fn scene(text: Option<String>, path: Option<&Path>, keys: &[Setting]) -> Result<SceneSource> {
@@ -93,7 +111,6 @@ pub fn simulate<'py>(
     out.set_item("warnings", PyList::new(py, warnings)?)?;
     let described = serde_json::to_string(&file.setup.description()).map_err(value_error)?;
     out.set_item("description", described)?;
-    out.set_item("run", Bound::new(py, Run(Arc::new(file)))?)?;
     Ok(out)
 }
 
@@ -167,15 +184,20 @@ pub fn budget<'py>(
             .flat_map(|report| &report.warnings)
             .map(|w| (w.message(), advice::of_measured(w).to_owned()))
             .collect();
-        Ok((kept, summary, warnings))
+        let name = name.file_stem().unwrap_or_default();
+        let name = name.to_string_lossy().into_owned();
+        let page = Page::new(move || Ok(budget_html(&name, &found, &Style::screen())));
+        Ok((kept, summary, warnings, page))
     };
     let done = watch::run(py, progress.as_ref(), work)?;
-    let (kept, summary, warnings) = done.map_err(|error| faults::of_failure(py, error, from))?;
+    let (kept, summary, warnings, page) =
+        done.map_err(|error| faults::of_failure(py, error, from))?;
     let out = kept.into_python(py)?;
     out.set_item("summary", summary)?;
     let warnings = warnings.iter();
     let warnings = warnings.map(|(text, help)| ("budget", keywords(text), keywords(help)));
     out.set_item("warnings", PyList::new(py, warnings)?)?;
+    out.set_item("page", Bound::new(py, page)?)?;
     Ok(out)
 }
 
@@ -187,7 +209,7 @@ pub fn sweep(
     text: Option<String>,
     words: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<String> {
+) -> PyResult<(String, Page)> {
     let typed = typed!(&words, Sweep);
     let threads = typed.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> Result<_> {
@@ -222,10 +244,10 @@ pub fn sweep(
         .into_iter()
         .flat_map(|c| c.keys())
         .collect();
-    Ok(
-        json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene })
-            .to_string(),
-    )
+    let table = json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene });
+    let table = table.to_string();
+    let page = Page::new(move || Ok(sweep_html(&request, &outcomes)));
+    Ok((table, page))
 }
 
 /// `cascade localize`: a table in CSV, or arrays of one wave; and the summary in JSON.
@@ -239,38 +261,45 @@ pub fn localize<'py>(
     let typed = typed!(&words, Localize);
     let family = typed.family();
     let threads = typed.threads.map(usize::from);
-    let work = |observer: &dyn Observer| -> Result<(Kept, Option<String>, Value)> {
+    let work = |observer: &dyn Observer| -> Result<(Kept, Option<String>, Value, Page)> {
         let kept = Kept::new(Precision::F64);
         if let Some(order) = typed.profile {
             let wave = typed.wave(order)?;
-            profile_arrays(&wave, &wave.profile(profile::HALF), &kept)?;
+            let profile = wave.profile(profile::HALF);
+            profile_arrays(&wave, &profile, &kept)?;
             let found = json!({ "order": order, "exact": Exact::of(&wave) });
-            return Ok((kept, None, found));
+            let page = Page::new(move || Ok(wave_html(&wave, &profile)));
+            return Ok((kept, None, found, page));
         }
         if let Some(order) = typed.launch {
             let wave = typed.wave(order)?;
             let journey = wave.journey(typed.cells.unwrap_or(launch::CELLS), observer)?;
             journey_arrays(&journey, &kept)?;
-            return Ok((kept, None, json!({ "launch": journey })));
+            let found = json!({ "launch": journey });
+            let page = Page::new(move || Ok(journey_html(&journey)));
+            return Ok((kept, None, found, page));
         }
         let comparison = table::comparison(&typed)?;
         let rows = comparison.run(observer)?;
         let found = json!({ "cells": comparison.cells, "orders": rows });
-        Ok((kept, Some(table_csv(&rows)), found))
+        let csv = table_csv(&rows);
+        let page = Page::new(move || Ok(localized_html(comparison.family, &rows)));
+        Ok((kept, Some(csv), found, page))
     };
     let done = watch::run(py, progress.as_ref(), |observer| {
         on_threads(threads, || work(observer))
     })?;
-    let (kept, csv, found) = done.map_err(|error| faults::of(py, error, From::Memory))?;
+    let (kept, csv, found, page) = done.map_err(|error| faults::of(py, error, From::Memory))?;
     let out = kept.into_python(py)?;
     out.set_item("csv", csv)?;
+    out.set_item("page", Bound::new(py, page)?)?;
     let summary = LocalizedSummary::new(family, &found).to_json();
     out.set_item("summary", summary.map_err(value_error)?)?;
     Ok(out)
 }
 
-/// A table in CSV, what was found in JSON, and which chains failed with their reasons.
-type Curves = (String, String);
+/// A table in CSV, what was found in JSON, and the page.
+type Curves = (String, String, Page);
 
 /// `cascade attenuate`.
 #[pyfunction]
@@ -286,7 +315,8 @@ pub fn attenuate(
     let done = watch::run(py, progress.as_ref(), work)?;
     let found = done.map_err(|error| faults::of(py, error, From::Files))?;
     let csv = attenuation_csv(&found.attenuation).map_err(value_error)?;
-    Ok((csv, found.to_json().map_err(value_error)?))
+    let json = found.to_json().map_err(value_error)?;
+    Ok((csv, json, Page::new(move || Ok(found.page()))))
 }
 
 /// `cascade transmit`.
@@ -308,5 +338,44 @@ pub fn transmit(
     let done = watch::run(py, progress.as_ref(), work)?;
     let found = done.map_err(|error| faults::of(py, error, From::Files))?;
     let csv = transmission_csv(&found.transmission).map_err(value_error)?;
-    Ok((csv, found.to_json().map_err(value_error)?))
+    let json = found.to_json().map_err(value_error)?;
+    Ok((csv, json, Page::new(move || Ok(found.page()))))
+}
+
+/// `cascade compare`: the budgets of two runs, and how they differ, in JSON; with its page.
+#[pyfunction]
+#[pyo3(signature = (first, second, words, progress=None))]
+pub fn compare(
+    py: Python<'_>,
+    first: Moved,
+    second: Moved,
+    words: Vec<String>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<(String, Page)> {
+    let typed = typed!(&words, Compare);
+    let paths = [typed.first.clone(), typed.second.clone()];
+    let held = [&first, &second].map(|moved| match moved {
+        Moved::Run(run) => Some(Arc::clone(&run.0)),
+        Moved::Field(_) => None,
+    });
+    let threads = typed.views.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
+        typed.views.refuse_without_effect()?;
+        let mut files = Vec::new();
+        for (path, held) in paths.iter().zip(held) {
+            files.push(match held {
+                Some(run) => run,
+                None => Arc::new(RunFile::read(path)?),
+            });
+        }
+        let files = [&*files[0], &*files[1]];
+        on_threads(threads, || {
+            let words = provenance(&words);
+            Ok(Compared::of(typed.views, files, &paths, &words, observer))
+        })?
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let found = done.map_err(|error| faults::of_failure(py, error, From::Files))?;
+    let summary = found.summary.to_string();
+    Ok((summary, Page::new(move || Ok(found.page(&Style::screen())))))
 }

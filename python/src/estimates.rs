@@ -8,11 +8,13 @@ use pyo3::types::{PyDict, PyList};
 use wavecascade::Field;
 use wavecascade::arrays::Precision;
 use wavecascade::observer::Observer;
-use wavecascade::report::Provenance;
+use wavecascade::plot::Style;
+use wavecascade::report::{Provenance, sheet_html};
 use wavecascade::sheet::{Describe, Sheet, Warning};
 
 use super::faults::{self, keywords};
 use super::kept::Kept;
+use super::page::Page;
 use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
 use super::watch;
@@ -66,7 +68,10 @@ struct Call<'py, 'a> {
 }
 
 impl<'py> Call<'py, '_> {
-    fn of<T: Typed + Sync>(self, typed: T) -> PyResult<Bound<'py, PyDict>> {
+    fn of<T: Typed + Sync>(self, typed: T) -> PyResult<Bound<'py, PyDict>>
+    where
+        T::Found: Send + Sync + 'static,
+    {
         let (py, words, openers) = (self.py, self.words, self.openers);
         let work = |observer: &dyn Observer| made(&typed, openers, words, observer);
         let done = watch::run(py, self.progress.as_ref(), work)?;
@@ -83,23 +88,34 @@ pub struct Made {
     /// Of the fields as they were read.
     doubts: Vec<(String, String)>,
     warnings: Vec<Warning>,
+    page: Page,
 }
 
 impl Made {
-    pub fn new(
+    /// `findings` are those about the fields.
+    pub fn new<D: Describe + Send + Sync + 'static>(
         command: &'static str,
-        sheet: Sheet,
-        provenance: &Provenance,
+        found: D,
+        findings: Vec<Warning>,
+        name: &str,
+        provenance: Provenance,
     ) -> Result<Made, Failure> {
         let arrays = Kept::new(Precision::F64);
+        let sheet = described(&found, &findings);
         sheet.write_to(&arrays)?;
-        let summary = sheet.summary(provenance).map_err(std::io::Error::from)?;
+        let summary = sheet.summary(&provenance).map_err(std::io::Error::from)?;
+        let warnings = sheet.warnings;
+        let name = name.to_owned();
         Ok(Made {
             command,
             arrays,
             summary,
             doubts: Vec::new(),
-            warnings: sheet.warnings,
+            page: Page::new(move || {
+                let sheet = described(&found, &findings);
+                sheet_html(&found, &sheet, &name, &provenance, &Style::screen())
+            }),
+            warnings,
         })
     }
 
@@ -113,8 +129,16 @@ impl Made {
         let all = of_fields.chain(own);
         let all = all.map(|(of, text, help)| (of, keywords(text), keywords(help)));
         out.set_item("warnings", PyList::new(py, all.collect::<Vec<_>>())?)?;
+        out.set_item("page", Bound::new(py, self.page)?)?;
         Ok(out)
     }
+}
+
+/// A result as data, with the findings about its fields.
+fn described<'a>(found: &'a dyn Describe, findings: &[Warning]) -> Sheet<'a> {
+    let mut sheet = found.describe();
+    sheet.warnings.extend_from_slice(findings);
+    sheet
 }
 
 /// The fields in memory or in files, of which patterns of paths may be several.
@@ -138,7 +162,10 @@ fn made<T: Typed>(
     openers: Vec<Opener>,
     words: &[String],
     observer: &dyn Observer,
-) -> Result<Made, Failure> {
+) -> Result<Made, Failure>
+where
+    T::Found: Send + Sync + 'static,
+{
     let compute = typed.computation()?;
     let all = each_field(openers)?;
     let path: Option<PathBuf> = all.first().and_then(Opener::path);
@@ -158,12 +185,12 @@ fn made<T: Typed>(
     let found = compute(&opened, observer).map_err(|error| error.of_file(&name))?;
     fields.iter().try_for_each(Field::check_unchanged)?;
     let input = path.map(|path| path.display().to_string());
+    let named = name.file_stem().unwrap_or_default().to_string_lossy();
     let hash = fields.first().and_then(|field| field.content_hash.clone());
     let provenance = Provenance::new(provenance(words), input, hash);
-    let mut sheet = found.describe();
-    sheet.warnings.extend(typed.findings(&found));
+    let findings = typed.findings(&found);
     Ok(Made {
         doubts,
-        ..Made::new(T::COMMAND, sheet, &provenance)?
+        ..Made::new(T::COMMAND, found, findings, &named, provenance)?
     })
 }

@@ -36,7 +36,7 @@ pub fn of_failure(py: Python<'_>, failure: Failure, from: From) -> PyErr {
         other => other.text().unwrap_or_default(),
     };
     let advice = failure.advice().map(|advice| keywords(&advice));
-    let text = keywords(&text);
+    let text = shortened(keywords(&text));
     let error = match &failure {
         Failure::Library(error) => match error {
             Error::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
@@ -75,11 +75,26 @@ pub fn of_words(error: &clap::Error) -> PyErr {
     let lines = text.lines().take_while(|line| !line.is_empty());
     let text: Vec<&str> = lines.map(str::trim).collect();
     let text = text.join(" ");
-    let text = keywords(text.trim_start_matches("error: "));
+    let text = shortened(keywords(text.trim_start_matches("error: ")));
     match error.kind() {
         clap::error::ErrorKind::UnknownArgument => PyTypeError::new_err(text),
         _ => PyValueError::new_err(text),
     }
+}
+
+/// A text without its middle, if it is long: it may hold all values of an array.
+fn shortened(text: String) -> String {
+    const ENDS: usize = 600;
+    let letters: Vec<char> = text.chars().collect();
+    if letters.len() <= 3 * ENDS {
+        return text;
+    }
+    let (head, tail) = (&letters[..ENDS], &letters[letters.len() - ENDS..]);
+    format!(
+        "{} [..] {}",
+        String::from_iter(head),
+        String::from_iter(tail)
+    )
 }
 
 /// The text with options as keywords: `--pad-time 3` as `pad_time=3`, `--direct` as `direct`.

@@ -9,6 +9,7 @@ mod estimates;
 mod faults;
 mod fft;
 mod kept;
+mod page;
 mod parts;
 mod samples;
 mod triads;
@@ -21,13 +22,15 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = true)]
 mod _native {
     #[pymodule_export]
-    use super::analysis::{Analysis, analyze, filter, open, report};
+    use super::analysis::{analyze, filter, inspected, open, planned};
     #[pymodule_export]
-    use super::chains::{Run, attenuate, budget, localize, simulate, sweep, transmit};
+    use super::chains::{Run, attenuate, budget, compare, localize, simulate, sweep, transmit};
     #[pymodule_export]
     use super::estimates::estimate;
     #[pymodule_export]
     use super::fft::{c2c, c2r, r2c};
+    #[pymodule_export]
+    use super::page::{Page, report};
     #[pymodule_export]
     use super::parts::{Partial, combine, joined, outlined, partial};
     #[pymodule_export]

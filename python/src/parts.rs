@@ -205,17 +205,18 @@ pub fn partial(
     Ok(Partial(done))
 }
 
-fn made(found: &dyn Describe, fields: &[String]) -> Result<Made, Failure> {
-    let sheet = found.describe();
-    let words = [format!("{}.combine", sheet.name)];
+fn made<D: Describe + Send + Sync + 'static>(found: D, fields: &[String]) -> Result<Made, Failure> {
+    let command = found.describe().name;
+    let words = [format!("{command}.combine")];
     let provenance = Provenance::new(provenance(&words), Some(fields.join(", ")), None);
-    Made::new(sheet.name, sheet, &provenance)
+    let name = fields.first().map_or("field", |name| name);
+    Made::new(command, found, Vec::new(), name, provenance)
 }
 
-fn result(found: &Combined, fields: &[String]) -> Result<Made, Failure> {
+fn result(found: Combined, fields: &[String]) -> Result<Made, Failure> {
     match found {
-        Combined::Spectrum(found) => made(&**found, fields),
-        Combined::Coherence(found) => made(&**found, fields),
+        Combined::Spectrum(found) => made(*found, fields),
+        Combined::Coherence(found) => made(*found, fields),
     }
 }
 
@@ -246,7 +247,7 @@ pub fn combine<'py>(
     let fields = parts.first().map(|part| part.about.fields.clone());
     let fields = fields.unwrap_or_default();
     let found = watch::run(py, None, |_: &dyn Observer| -> Result<Made, Failure> {
-        result(&combined(&parts, memory, threads)?, &fields)
+        result(combined(&parts, memory, threads)?, &fields)
     })?;
     let found = found.map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
     found.into_python(py)
@@ -286,7 +287,7 @@ pub fn outlined<'py>(
         let found = outline(&fields[0], times, &request)?;
         let cut = found.segments;
         Ok((
-            result(&found.result, &[])?,
+            result(found.result, &[])?,
             (cut.length, cut.hop, cut.count()),
         ))
     };

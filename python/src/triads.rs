@@ -8,7 +8,6 @@ use pyo3::types::PyDict;
 use wavecascade::field::is_run_file;
 use wavecascade::observer::Observer;
 use wavecascade::report::{Provenance, RunFile};
-use wavecascade::sheet::Describe;
 
 use super::analysis::on_threads;
 use super::chains::Moved;
@@ -62,7 +61,7 @@ pub fn triads<'py>(
         };
         let input = path.map(|path| path.display().to_string());
         let provenance = Provenance::new(provenance(&words), input, None);
-        Made::new("triads", found.describe(), &provenance)
+        Made::new("triads", found, Vec::new(), "run", provenance)
     };
     let done = watch::run(py, progress.as_ref(), work)?;
     let done = done.map_err(|error| faults::of_failure(py, error, from))?;

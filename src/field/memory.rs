@@ -174,6 +174,8 @@ impl Field {
             .into_iter()
             .collect();
         let mut axis = |name, listed: Option<ListedAxis>, is_stated: bool| {
+            let (listed, start) = listed.map(ListedAxis::counted).unzip();
+            notes.extend(start.flatten().map(|time| Note::Start { time }));
             let found = listed.map_or(Ok(Listed::default()), |listed| {
                 listed.axis(name, is_stated, options)
             });
@@ -207,6 +209,23 @@ impl Field {
 }
 
 impl ListedAxis {
+    /// Counted from the first, if its unit counts from a date; and the time of the first.
+    fn counted(self) -> (ListedAxis, Option<String>) {
+        let unit = self.unit.as_deref().unwrap_or_default();
+        match labelled::dated(&self.values, self.rounding, unit) {
+            Some((values, rounding, unit, start)) => {
+                let listed = ListedAxis {
+                    values,
+                    rounding,
+                    unit: Some(unit.into()),
+                    step: None,
+                };
+                (listed, Some(start))
+            }
+            None => (self, None),
+        }
+    }
+
     fn axis(
         self,
         name: &'static str,

@@ -55,7 +55,7 @@ pub(crate) use assembly::ScratchFile;
 pub(crate) use file_bytes::regular_file;
 pub(crate) use npz::{Archive as Members, read_members};
 pub use open::{file_hash, is_run_file};
-pub(crate) use open::{is_field_file, netcdf_schema};
+pub(crate) use open::{is_field_file, is_run_archive, own_netcdf, read_container};
 pub(crate) use storage::Storage;
 
 /// One axis: `origin + index * step`, in `unit`.

@@ -13,7 +13,7 @@ use super::state::FileState;
 use super::storage::{Arrangement, Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz, resample};
 use crate::error::{DimensionName, Error, ForeignFormat, InputFault, Result};
-use crate::measure::{Dimension, Length};
+use crate::measure::{Dimension, Length, quotient};
 
 /// Input of the format readers: the bytes of a file and its settings.
 pub(super) struct FileSource<'a> {
@@ -317,7 +317,7 @@ impl Field {
         // wrote that of the file it was made of: not a sidecar.
         let is_own = match format {
             Format::Npz => npz::is_own(&bytes),
-            Format::Labelled(_) => labelled::classic_schema(Arc::clone(&bytes)).is_some(),
+            Format::Labelled(_) => labelled::own(Arc::clone(&bytes)).is_some(),
             Format::Npy | Format::Table => false,
         };
         let sidecar = Sidecar::find_for(path, is_own)?.map(|(_, sidecar)| sidecar);
@@ -405,7 +405,7 @@ pub(super) fn completed(
         time,
         space,
         quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
-        unit: stated.unit.or(contents.unit),
+        unit: stated.unit.or(contents.unit).map(|unit| quotient(&unit)),
         axis_names: contents.axis_names,
         channels: contents.channels,
         struck: contents.struck,
@@ -474,6 +474,14 @@ pub(super) fn header_numbers(
 /// # Errors
 /// [`Error::Read`].
 pub fn is_run_file(path: &Path) -> Result<bool> {
+    Ok(is_run_archive(path)? || own_netcdf(path)?.is_some_and(|(_, is_run)| is_run))
+}
+
+/// Whether the file at `path` is an archive of a run.
+///
+/// # Errors
+/// [`Error::Read`].
+pub(crate) fn is_run_archive(path: &Path) -> Result<bool> {
     is_at(path, npz::is_run)
 }
 
@@ -485,16 +493,29 @@ pub(crate) fn is_field_file(path: &Path) -> Result<bool> {
     is_at(path, npz::is_field)
 }
 
-/// What a NetCDF file that this program wrote states as its schema.
+/// What a NetCDF file that this program wrote states as its schema, and whether it is a run.
 ///
 /// # Errors
 /// [`Error::Read`].
-pub(crate) fn netcdf_schema(path: &Path) -> Result<Option<String>> {
-    let bytes = match map(path) {
-        Err(Error::Input { .. }) => return Ok(None),
-        bytes => bytes?,
-    };
-    Ok(labelled::classic_schema(bytes))
+pub(crate) fn own_netcdf(path: &Path) -> Result<Option<(String, bool)>> {
+    match map(path) {
+        Err(Error::Input { .. }) => Ok(None),
+        bytes => Ok(labelled::own(bytes?)),
+    }
+}
+
+/// The texts and the arrays of a NetCDF file; `None` for any other file.
+///
+/// # Errors
+/// [`Error::Read`]; [`Error::Input`] for a damaged file.
+pub(crate) fn read_container(path: &Path) -> Result<Option<labelled::Parts>> {
+    let parts = labelled::parts(map(path)?).transpose();
+    parts.map_err(|fault| Error::Input {
+        path: path.to_owned(),
+        fault: InputFault::Container {
+            fault: Box::new(fault),
+        },
+    })
 }
 
 fn is_at(path: &Path, is_one: impl FnOnce(&[u8]) -> bool) -> Result<bool> {

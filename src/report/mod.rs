@@ -59,7 +59,7 @@ pub use pages::{
     wave_html,
 };
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
-pub use run_file::{RUN_SCHEMA, RunFile};
+pub use run_file::{RUN_SCHEMA, RunFile, RunParts};
 pub use scan_records::records_csv;
 pub use sentences::{Sentence, Unresolved, sentences};
 pub use snippet::{

@@ -196,6 +196,11 @@ pub fn in_time_of_run(path: &Path, analysis: &mut Analysis) -> Result<(), Failur
         return Ok(());
     }
     let file = RunFile::read(path)?;
+    in_time_of(&file, analysis)
+}
+
+/// The same of a run at hand.
+pub fn in_time_of(file: &RunFile, analysis: &mut Analysis) -> Result<(), Failure> {
     analysis.sample_error = file.run.report.error;
     if file.run.displacement.is_some() {
         answer_in_time(&Motion::of(&file.run)?, analysis)?;

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
+use wavecascade::Error;
 use wavecascade::budget::Budget;
 use wavecascade::chain::scene::Units;
 use wavecascade::field::{FileState, file_hash};
 use wavecascade::observer::Observer;
-use wavecascade::plot::{save_all, views};
+use wavecascade::plot::{Style, save_all, views};
 use wavecascade::report::{
     BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html, comparison_rows,
 };
@@ -56,6 +57,70 @@ pub struct Compare {
 /// Version of the layout of a comparison's `summary.json`.
 const SCHEMA: &str = "cascade.compare/1";
 
+/// The budgets of two runs.
+pub struct Compared {
+    names: [String; 2],
+    budgets: [Budget; 2],
+    pub summary: Value,
+}
+
+impl Compared {
+    /// The second budget takes over what was chosen for the first.
+    pub fn of(
+        mut views: ViewArgs,
+        files: [&RunFile; 2],
+        paths: &[PathBuf; 2],
+        words: &[String],
+        observer: &dyn Observer,
+    ) -> Result<Compared, Failure> {
+        let [first, second] = files.map(|file| file.setup.units);
+        if first != second {
+            let words = |units: Units| match units {
+                Units::Si => "in SI",
+                Units::None => "without units",
+            };
+            return Err(Failure::Library(Error::Unfit {
+                path: paths[1].clone(),
+                expected: format!("a run {}, as {} is", words(first), paths[0].display()),
+                found: format!("one {}", words(second)),
+            }));
+        }
+        let mut one = |file: &RunFile, path: &PathBuf| -> Result<(Budget, Value), Failure> {
+            let found = compute(&views, file, &wavecascade::arrays::Nowhere, observer)
+                .map_err(|error| error.of_file(path))?;
+            views.take_over(&found);
+            let hash = path.is_file().then(|| file_hash(path)).transpose()?;
+            let input = Some(path.display().to_string());
+            let provenance = Provenance::new(words.to_vec(), input, hash);
+            let summary = serde_json::to_value(BudgetSummary::new(&found, &provenance));
+            Ok((found, summary.map_err(std::io::Error::from)?))
+        };
+        let (a, first) = one(files[0], &paths[0])?;
+        let (b, second) = one(files[1], &paths[1])?;
+        let difference = difference(&first, &second);
+        Ok(Compared {
+            names: names(paths.each_ref().map(|path| name_of(path))),
+            budgets: [a, b],
+            summary: json!({
+                "schema": SCHEMA,
+                "first": first,
+                "second": second,
+                "difference": difference,
+            }),
+        })
+    }
+
+    fn both(&self) -> [(&str, &Budget); 2] {
+        let [a, b] = &self.names;
+        [(a, &self.budgets[0]), (b, &self.budgets[1])]
+    }
+
+    /// `report.html`.
+    pub fn page(&self, style: &Style) -> String {
+        comparison_html(self.both(), style)
+    }
+}
+
 /// Runs the command.
 pub fn run(typed: Compare) -> Result<(), Failure> {
     let drawing = typed.figures.drawing()?;
@@ -67,47 +132,17 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     let files = [RunFile::read(&typed.first)?, RunFile::read(&typed.second)?];
     progress.begin_writing();
     let directory = ResultDirectory::create(&typed.out, typed.force)?;
-    let paths = [&typed.first, &typed.second];
-    let mut budgets = Vec::with_capacity(2);
-    let mut parts = Vec::with_capacity(2);
-    let mut chosen = typed.views;
-    if files[0].setup.units != files[1].setup.units {
-        let words = |units: Units| match units {
-            Units::Si => "in SI",
-            Units::None => "without units",
-        };
-        let [first, second] = files.each_ref().map(|file| words(file.setup.units));
-        return Err(Failure::Library(wavecascade::Error::Unfit {
-            path: typed.second,
-            expected: format!("a run {first}, as {} is", typed.first.display()),
-            found: format!("one {second}"),
-        }));
-    }
-    for (path, file) in paths.into_iter().zip(&files) {
-        let found = compute(&chosen, file, &wavecascade::arrays::Nowhere, &progress)
-            .map_err(|error| error.of_file(path))?;
-        chosen.take_over(&found);
-        let input = path.display().to_string();
-        let provenance = Provenance::new(command(), Some(input), Some(file_hash(path)?));
-        let summary = BudgetSummary::new(&found, &provenance);
-        parts.push(serde_json::to_value(&summary).map_err(std::io::Error::from)?);
-        budgets.push(found);
-    }
+    let paths = [typed.first, typed.second];
+    let both = [&files[0], &files[1]];
+    let compared = Compared::of(typed.views, both, &paths, &command(), &progress)?;
     // All that reads or hashes the files has done so.
     opened.iter().try_for_each(FileState::check)?;
-    let names = names(paths.map(|path| name_of(path)));
-    let both: [(&str, &Budget); 2] = [(&names[0], &budgets[0]), (&names[1], &budgets[1])];
-    let summary = json!({
-        "schema": SCHEMA,
-        "first": parts[0],
-        "second": parts[1],
-        "difference": difference(&parts[0], &parts[1]),
-    });
-    let json = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
+    let both = compared.both();
+    let json = serde_json::to_string_pretty(&compared.summary).map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        directory.write("report.html", comparison_html(both, &drawing.style))?;
+        directory.write("report.html", compared.page(&drawing.style))?;
         let together: Vec<_> = views(&both, &drawing.style).into_iter().collect();
         let folder = directory.path().join("figures");
         save_all(&together, &folder, &drawing.formats)?;
@@ -118,8 +153,11 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     if typed.json {
         writeln!(terminal::stdout(), "{json}")?;
     } else if !typed.quiet {
-        let subject = paths.map(|path| subject_of(std::slice::from_ref(path)));
-        let mut summary = Summary::new(&subject.join(" and "), &answer(&names, &budgets));
+        let subject = paths.map(|path| subject_of(&[path]));
+        let mut summary = Summary::new(
+            &subject.join(" and "),
+            &answer(&compared.names, &compared.budgets),
+        );
         let rows = comparison_rows(both);
         if let Some(table) = table(&rows, |name| !name.starts_with("residual")) {
             summary.rows(table);
@@ -138,7 +176,7 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
 }
 
 /// How far apart two runs are, in words: by what passes to high wavenumbers, or past the middle.
-fn answer(names: &[String; 2], budgets: &[Budget]) -> String {
+fn answer(names: &[String; 2], budgets: &[Budget; 2]) -> String {
     let [first, second] = [&budgets[0], &budgets[1]];
     let passages = [first, second].map(|budget| budget.largest_passage());
     if let [Some(a), Some(b)] = passages {

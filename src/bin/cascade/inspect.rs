@@ -37,12 +37,38 @@ pub struct Inspect {
     pub scan: ScanArgs,
 }
 
-/// Runs the command.
-pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
-    let options = OpenOptions {
+/// What `--json` prints.
+pub fn json(typed: &Inspect, files: &[PathBuf]) -> Result<Value, Failure> {
+    let options = options_of(typed);
+    if let Some(scan) = typed.scan.scan() {
+        let scanned = scan.open(files, &options)?;
+        let doubts = channels(typed, &scanned.field)?;
+        return Ok(scan_json(&scanned, &doubts));
+    }
+    typed.scan.check_files(files)?;
+    let found = inspect(&files[0], &options)?;
+    let doubts = match &found.field {
+        Ok(field) => channels(typed, field)?,
+        Err(_) => Vec::new(),
+    };
+    Ok(in_json(&found, &doubts))
+}
+
+fn options_of(typed: &Inspect) -> OpenOptions {
+    OpenOptions {
         hash: false,
         ..open_options(&typed.input, None)
-    };
+    }
+}
+
+/// Runs the command.
+pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
+    if typed.json {
+        let found = json(&typed, files)?;
+        let text = serde_json::to_string_pretty(&found).map_err(std::io::Error::from)?;
+        return Ok(writeln!(terminal::stdout(), "{text}")?);
+    }
+    let options = options_of(&typed);
     if let Some(scan) = typed.scan.scan() {
         let scanned = scan.open(files, &options)?;
         let doubts = channels(&typed, &scanned.field)?;
@@ -56,12 +82,6 @@ pub fn run(typed: Inspect, files: &[PathBuf]) -> Result<(), Failure> {
         Err(_) => Vec::new(),
     };
     let mut out = terminal::stdout();
-    if typed.json {
-        let text = serde_json::to_string_pretty(&in_json(&found, &doubts))
-            .map_err(std::io::Error::from)?;
-        writeln!(out, "{text}")?;
-        return Ok(());
-    }
     let width = terminal::width();
     let name = file.display();
     writeln!(
@@ -129,22 +149,21 @@ fn channels_json(doubts: &[Warning]) -> Value {
     doubts.iter().map(one).collect()
 }
 
-/// What was taken of the files of a scan: of the first and the last ones, or as JSON of all.
+fn scan_json(scanned: &Scanned, doubts: &[Warning]) -> Value {
+    json!({
+        "schema": "cascade.inspect/1",
+        "format": "a scan, one record a file",
+        "records": records_json(&scanned.records),
+        "field": of_field(&scanned.field),
+        "channels": channels_json(doubts),
+    })
+}
+
+/// What was taken of the files of a scan: of the first and the last ones.
 fn list_scan(typed: &Inspect, scanned: &Scanned, doubts: &[Warning]) -> Result<(), Failure> {
     const SHOWN: usize = 4;
     let Scanned { field, records } = scanned;
     let mut out = terminal::stdout();
-    if typed.json {
-        let found = json!({
-            "schema": "cascade.inspect/1",
-            "format": "a scan, one record a file",
-            "records": records_json(records),
-            "field": of_field(field),
-            "channels": channels_json(doubts),
-        });
-        let text = serde_json::to_string_pretty(&found).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out, "{text}")?);
-    }
     let width = terminal::width();
     let title = format!("{} files as a field", records.len());
     writeln!(out, "{}", styled(HEADING, &title))?;

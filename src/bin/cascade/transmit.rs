@@ -89,6 +89,11 @@ pub struct TransmissionReport {
 }
 
 impl TransmissionReport {
+    /// `report.html`.
+    pub fn page(&self) -> String {
+        transmission_html(&self.transmission, self.laid_over.laid_over())
+    }
+
     /// # Errors
     /// None for results of this program.
     pub fn to_json(&self) -> serde_json::Result<String> {
@@ -231,7 +236,7 @@ pub fn run(typed: Transmit) -> Result<(), Failure> {
     let mut main = None;
     if let Some(out) = &typed.out {
         let csv = transmission_csv(transmission).map_err(std::io::Error::other)?;
-        let page = transmission_html(transmission, measured.laid_over());
+        let page = found.page();
         let figure =
             wavecascade::plot::transmission(transmission, measured.laid_over(), &drawing.style);
         let saved = Saved {

@@ -146,6 +146,20 @@ fn rounding_since(container: &Container, i: usize) -> Result<f64> {
     Ok(sample.map_or(0.0, |sample| sample.spacing(&numbers)) / divisor)
 }
 
+/// Values that count from a date, by their unit, from the first one on, with their rounding and their unit; and the
+/// time of the first.
+pub(in crate::field) fn dated(
+    values: &[f64],
+    rounding: f64,
+    unit: &str,
+) -> Option<(Vec<f64>, f64, &'static str, String)> {
+    let since = Since::parse(unit)?;
+    let first = values.first().copied().unwrap_or(0.0);
+    let apart = values.iter().map(|v| (v - first) / since.divisor).collect();
+    let start = since.time(First::Float(first));
+    Some((apart, rounding / since.divisor, since.unit, start))
+}
+
 #[derive(Debug, Clone, Copy)]
 enum First {
     Integer(i64),

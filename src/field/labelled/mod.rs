@@ -10,6 +10,7 @@ mod choose;
 mod delays;
 mod load;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use wavecascade_formats::{Attributes, Container, Format, Options, Remark, Value};
@@ -25,8 +26,15 @@ use crate::error::{Error, InputFault, Result};
 use crate::measure::{self, Length};
 
 use axes::AxisFault;
+pub(super) use axes::dated;
 use choose::Choice;
 pub(super) use choose::{Places, dimensions, nearest};
+
+/// Texts, and arrays with their shapes, by their names.
+pub(crate) type Parts = (
+    BTreeMap<String, String>,
+    BTreeMap<String, (Vec<u64>, Vec<f64>)>,
+);
 
 /// The field of a file of `format`.
 pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
@@ -250,11 +258,44 @@ fn own_schema(container: &Container) -> Option<&str> {
     schema.filter(|schema| schema.starts_with("cascade."))
 }
 
-/// The schema of a NetCDF classic file that this program wrote; `None` for any other file.
-pub(super) fn classic_schema(bytes: Arc<FileBytes>) -> Option<String> {
-    let format = Format::detect("a.nc", &bytes).filter(|format| *format == Format::NetCdf3)?;
-    let container = wavecascade_formats::open(format, bytes, &Options::default()).ok()?;
-    own_schema(&container).map(str::to_owned)
+/// The schema of a NetCDF file that this program or its Python package wrote, and whether it holds a whole run;
+/// `None` for any other file.
+pub(super) fn own(bytes: Arc<FileBytes>) -> Option<(String, bool)> {
+    let container = own_container(bytes)?;
+    let schema = own_schema(&container)?.to_owned();
+    // A part of a run, which arrays of other languages are easily cut to, is a field.
+    let is_whole = || {
+        let shape = &container.variables[container.find("velocity")?].shape();
+        let words: Vec<String> = shape.iter().map(u64::to_string).collect();
+        (container.attributes.text("shape")? == words.join(" x ")).then_some(())
+    };
+    let is_run = schema.starts_with("cascade.run/") && is_whole().is_some();
+    Some((schema, is_run))
+}
+
+fn own_container(bytes: Arc<FileBytes>) -> Option<Container> {
+    let is_netcdf = |format: &Format| matches!(format, Format::NetCdf3 | Format::Hdf5);
+    let format = Format::detect("a.nc", &bytes).filter(is_netcdf)?;
+    wavecascade_formats::open(format, bytes, &Options::default()).ok()
+}
+
+/// The texts and the arrays of a NetCDF file; `None` for any other file.
+pub(super) fn parts(bytes: Arc<FileBytes>) -> Option<wavecascade_formats::Result<Parts>> {
+    let container = own_container(bytes)?;
+    let texts = container.attributes.0.iter();
+    let texts = texts.filter_map(|(name, _)| {
+        let text = container.attributes.text(name)?;
+        Some((name.clone(), text.to_owned()))
+    });
+    let is_number = |i: &usize| container.variables[*i].sample_type.number().is_some();
+    let arrays = (0..container.variables.len()).filter(is_number).map(|i| {
+        let variable = &container.variables[i];
+        let name = variable.path.trim_start_matches('/').to_owned();
+        Ok((name, (variable.shape(), container.numbers(i)?)))
+    });
+    let arrays: wavecascade_formats::Result<_> = arrays.collect();
+    let texts = texts.collect();
+    Some(arrays.map(|arrays| (texts, arrays)))
 }
 
 /// The arrays of a file of `format`.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::directory::read_text;
 use super::new_file::{NewFile, place};
 use crate::error::{Error, Result};
-use crate::field::{Field, is_field_file, netcdf_schema};
+use crate::field::{Field, is_field_file, own_netcdf};
 use crate::observer::{Observer, Silent};
 use crate::system::publish::Working;
 
@@ -31,7 +31,7 @@ const NEW_ARCHIVE: NewFile = NewFile {
 const NEW_NETCDF: NewFile = NewFile {
     word: "field of this program",
     extensions: &["nc"],
-    is_one: |path| Ok(netcdf_schema(path)?.is_some_and(|schema| schema == FIELD_SCHEMA)),
+    is_one: |path| Ok(own_netcdf(path)?.is_some_and(|(schema, _)| schema == FIELD_SCHEMA)),
 };
 
 const NEW_ARRAY: NewFile = NewFile {

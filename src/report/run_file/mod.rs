@@ -1,4 +1,4 @@
-//! Run files: the arrays of a run and its scene in one `.npz` archive, or in a NetCDF file for others.
+//! Run files: the arrays of a run and its scene in one `.npz` archive, or in a NetCDF file.
 //!
 //! A file appears whole or not at all. Reading checks the arrays against the scene in the file:
 //! every array that the scene records is present and has the right shape.
@@ -15,8 +15,10 @@ use crate::chain::scene::Setup;
 #[cfg(doc)]
 use crate::error::Error;
 use crate::error::Result;
-use crate::field::{is_run_file, netcdf_schema};
+use crate::field::{is_run_file, own_netcdf};
 use crate::observer::Observer;
+
+pub use read::RunParts;
 
 /// Version of the layout of run files, which their member `schema` holds.
 pub const RUN_SCHEMA: &str = "cascade.run/1";
@@ -28,7 +30,7 @@ const NEW: NewFile = NewFile {
 };
 
 const NEW_NETCDF: NewFile = NewFile {
-    is_one: |path| Ok(netcdf_schema(path)?.is_some_and(|schema| schema == RUN_SCHEMA)),
+    is_one: |path| Ok(own_netcdf(path)?.is_some_and(|(schema, _)| schema == RUN_SCHEMA)),
     ..NEW
 };
 
@@ -63,7 +65,7 @@ impl RunFile {
     }
 
     /// Writes a run of `setup` to `path`: a run file, or with the extension `.nc` a NetCDF file with the
-    /// same arrays, which [`Field::open`](crate::Field::open) reads, and [`RunFile::read`] does not.
+    /// same arrays.
     ///
     /// # Errors
     /// As [`RunFile::check`]; [`Error::Cancelled`] when the observer asks to stop.
@@ -100,6 +102,15 @@ impl RunFile {
     /// scene; [`Error::Scene`] for an invalid scene.
     pub fn read(path: &Path) -> Result<RunFile> {
         read::run_file(path)
+    }
+
+    /// A run of arrays and texts in memory, as [`RunFile::hand_over`] gives them.
+    ///
+    /// # Errors
+    /// As [`RunFile::read`].
+    pub fn of(mut parts: RunParts) -> Result<RunFile> {
+        let path = parts.path.clone();
+        read::of_parts(&path, &mut parts)
     }
 
     /// Reads the scene of a run and the time between its samples, in the unit of the scene,

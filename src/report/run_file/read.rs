@@ -1,37 +1,109 @@
 //! A run file back to a run, checked against its scene.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, Array2};
 
 use super::{RUN_SCHEMA, RunFile};
 use crate::chain::scene::{SceneSource, Setup};
 use crate::chain::{Run, RunReport};
-use crate::error::{InputFault, Result};
-use crate::field::{Members, read_members};
+use crate::error::{Error, InputFault, Result};
+use crate::field::{Members, is_run_archive, read_container, read_members};
 
 /// By how much masses and coefficients may differ from those that the scene gives on another
 /// machine, relative to their size.
 const SAME: f64 = 1e-12;
 
+/// Where the arrays and texts of a run are.
+pub(super) trait Parts {
+    fn text(&mut self, name: &str) -> Result<Option<String>>;
+    /// Shape and values.
+    fn array(&mut self, name: &str) -> Result<Option<(Vec<u64>, Vec<f64>)>>;
+    /// A fault of the part of this name, or of the whole for none.
+    fn fault(&self, name: &str, fault: InputFault) -> Error;
+}
+
+impl Parts for Members<'_> {
+    fn text(&mut self, name: &str) -> Result<Option<String>> {
+        Members::text(self, name)
+    }
+
+    fn array(&mut self, name: &str) -> Result<Option<(Vec<u64>, Vec<f64>)>> {
+        Members::array(self, name)
+    }
+
+    fn fault(&self, name: &str, fault: InputFault) -> Error {
+        Members::fault(self, name, fault)
+    }
+}
+
+/// Arrays and texts of a run in memory, row-major: of a NetCDF file, or of another language.
+#[derive(Debug, Default)]
+pub struct RunParts {
+    /// In messages.
+    pub path: PathBuf,
+    pub texts: BTreeMap<String, String>,
+    /// Shape and values.
+    pub arrays: BTreeMap<String, (Vec<u64>, Vec<f64>)>,
+}
+
+impl Parts for RunParts {
+    fn text(&mut self, name: &str) -> Result<Option<String>> {
+        Ok(self.texts.get(name).cloned())
+    }
+
+    fn array(&mut self, name: &str) -> Result<Option<(Vec<u64>, Vec<f64>)>> {
+        Ok(self.arrays.remove(name))
+    }
+
+    fn fault(&self, _: &str, fault: InputFault) -> Error {
+        Error::Input {
+            path: self.path.clone(),
+            fault,
+        }
+    }
+}
+
+/// Reads from a run file, or from a NetCDF file of a run.
+fn read<T>(path: &Path, of: impl FnOnce(&mut dyn Parts) -> Result<T>) -> Result<T> {
+    if is_run_archive(path)? {
+        return read_members(path, |members| of(members));
+    }
+    match read_container(path)? {
+        Some((texts, arrays)) => {
+            let path = path.to_owned();
+            of(&mut RunParts {
+                path,
+                texts,
+                arrays,
+            })
+        }
+        // Whatever else it is, the archive's reader says what is wrong with it.
+        None => read_members(path, |members| of(members)),
+    }
+}
+
 pub(super) fn run_file(path: &Path) -> Result<RunFile> {
-    read_members(path, |members| {
-        let mut setup = read_setup(path, members)?;
-        let report = text(members, "report")?;
-        let report: RunReport = serde_json::from_str(&report).map_err(|error| {
-            let reason = error.to_string();
-            members.fault("report", InputFault::RunReport { reason })
-        })?;
-        let chain = &mut setup.simulation.chain;
-        chain.mass = stated(members, "mass", &chain.mass)?;
-        chain.coefficient = stated(members, "contact_coefficient", &chain.coefficient)?;
-        let run = read_run(members, &setup, report)?;
-        Ok(RunFile { setup, run })
-    })
+    read(path, |parts| of_parts(path, parts))
+}
+
+pub(super) fn of_parts(path: &Path, members: &mut dyn Parts) -> Result<RunFile> {
+    let mut setup = read_setup(path, members)?;
+    let report = text(members, "report")?;
+    let report: RunReport = serde_json::from_str(&report).map_err(|error| {
+        let reason = error.to_string();
+        members.fault("report", InputFault::RunReport { reason })
+    })?;
+    let chain = &mut setup.simulation.chain;
+    chain.mass = stated(members, "mass", &chain.mass)?;
+    chain.coefficient = stated(members, "contact_coefficient", &chain.coefficient)?;
+    let run = read_run(members, &setup, report)?;
+    Ok(RunFile { setup, run })
 }
 
 pub(super) fn scene_and_step(path: &Path) -> Result<(Setup, f64)> {
-    read_members(path, |members| {
+    read(path, |members| {
         let setup = read_setup(path, members)?;
         let time = vector(members, "time", setup.simulation.samples)?;
         let step = match time[..] {
@@ -42,12 +114,12 @@ pub(super) fn scene_and_step(path: &Path) -> Result<(Setup, f64)> {
     })
 }
 
-fn text(members: &mut Members, name: &'static str) -> Result<String> {
+fn text(members: &mut dyn Parts, name: &'static str) -> Result<String> {
     let found = members.text(name)?;
     found.ok_or_else(|| members.fault("", InputFault::NoRun { missing: name }))
 }
 
-fn read_setup(path: &Path, members: &mut Members) -> Result<Setup> {
+fn read_setup(path: &Path, members: &mut dyn Parts) -> Result<Setup> {
     let schema = text(members, "schema")?;
     if schema != RUN_SCHEMA {
         let reason = format!("the layout {schema:?} in place of {RUN_SCHEMA:?}");
@@ -57,7 +129,7 @@ fn read_setup(path: &Path, members: &mut Members) -> Result<Setup> {
     SceneSource::new(Some(path), scene).setup()
 }
 
-fn read_run(members: &mut Members, setup: &Setup, report: RunReport) -> Result<Run> {
+fn read_run(members: &mut dyn Parts, setup: &Setup, report: RunReport) -> Result<Run> {
     let simulation = &setup.simulation;
     let chain = simulation.chain.clone();
     let (samples, n, m) = (simulation.samples, chain.n_sites(), chain.n_contacts());
@@ -91,11 +163,11 @@ fn read_run(members: &mut Members, setup: &Setup, report: RunReport) -> Result<R
     })
 }
 
-fn vector(members: &mut Members, name: &'static str, length: usize) -> Result<Vec<f64>> {
+fn vector(members: &mut dyn Parts, name: &'static str, length: usize) -> Result<Vec<f64>> {
     shaped(members, name, &[length as u64])
 }
 
-fn matrix(members: &mut Members, name: &'static str, n: usize, m: usize) -> Result<Array2<f64>> {
+fn matrix(members: &mut dyn Parts, name: &'static str, n: usize, m: usize) -> Result<Array2<f64>> {
     let values = shaped(members, name, &[n as u64, m as u64])?;
     Array2::from_shape_vec((n, m), values).map_err(|error| {
         let reason = error.to_string();
@@ -104,7 +176,7 @@ fn matrix(members: &mut Members, name: &'static str, n: usize, m: usize) -> Resu
 }
 
 /// The samples of a member of exactly this shape.
-fn shaped(members: &mut Members, name: &'static str, expected: &[u64]) -> Result<Vec<f64>> {
+fn shaped(members: &mut dyn Parts, name: &'static str, expected: &[u64]) -> Result<Vec<f64>> {
     let Some((shape, values)) = members.array(name)? else {
         return Err(members.fault("", InputFault::NoRun { missing: name }));
     };
@@ -119,7 +191,7 @@ fn shaped(members: &mut Members, name: &'static str, expected: &[u64]) -> Result
 }
 
 /// Values of the file that the scene gives too.
-fn stated(members: &mut Members, name: &'static str, given: &[f64]) -> Result<Vec<f64>> {
+fn stated(members: &mut dyn Parts, name: &'static str, given: &[f64]) -> Result<Vec<f64>> {
     if given.is_empty() {
         return Ok(Vec::new());
     }

@@ -53,6 +53,8 @@ pub(super) fn labelled(
     );
     file.attribute("scene", text(&setup.text));
     file.attribute("report", text(&report(path, run)?));
+    let (times, sites) = run.velocity.dim();
+    file.attribute("shape", text(&format!("{times} x {sites}")));
     if let Ok(site) = struck(run).try_into() {
         file.attribute("struck_site", Attribute::Integer(site));
     }

@@ -149,6 +149,11 @@ pub struct AttenuationReport {
 }
 
 impl AttenuationReport {
+    /// `report.html`.
+    pub fn page(&self) -> String {
+        attenuation_html(&self.attenuation, self.measured.laid_over())
+    }
+
     /// # Errors
     /// None for results of this program.
     pub fn to_json(&self) -> serde_json::Result<String> {
@@ -191,7 +196,7 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     let mut main = None;
     if let Some(out) = &typed.out {
         let csv = attenuation_csv(attenuation).map_err(std::io::Error::other)?;
-        let page = attenuation_html(attenuation, measured.laid_over());
+        let page = found.page();
         let figure =
             wavecascade::plot::attenuation(attenuation, measured.laid_over(), &drawing.style);
         let saved = Saved {
