@@ -14,12 +14,23 @@ from wavecascade import distributed, fft
 from wavecascade._commands.analysis import (
     analyze,
     filter,
+    inspect,
     open,
+    plan,
     report,
     spatial_spectrum,
     temporal_spectrum,
 )
-from wavecascade._commands.chains import attenuate, budget, localize, simulate, sweep, transmit, triads
+from wavecascade._commands.chains import (
+    attenuate,
+    budget,
+    compare,
+    localize,
+    simulate,
+    sweep,
+    transmit,
+    triads,
+)
 from wavecascade._commands.estimates import (
     bicoherence,
     coherence,
@@ -44,14 +55,17 @@ __all__ = [
     "budget",
     "coherence",
     "combine",
+    "compare",
     "distributed",
     "fft",
     "filter",
     "increments",
+    "inspect",
     "localize",
     "modes",
     "open",
     "partial",
+    "plan",
     "report",
     "ridges",
     "simulate",
@@ -65,4 +79,5 @@ __all__ = [
 ]
 
 if _find_spec("xarray") is not None:
-    from wavecascade import _accessor as _accessor
+    from wavecascade._accessor import FieldAccessor as FieldAccessor
+    from wavecascade._accessor import ResultAccessor as ResultAccessor

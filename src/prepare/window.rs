@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::{Mutex, PoisonError};
 
 use super::slepian;
 use crate::numeric::{cos_turns, sin_turns};
@@ -29,6 +30,41 @@ pub enum Window {
         /// Time-bandwidth product NW.
         time_bandwidth: f64,
     },
+    /// The samples of one segment, as they are given.
+    Samples(Given),
+}
+
+/// Samples of a window, kept for the life of the process, so that windows are copied as names are.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(into = "Vec<f64>", try_from = "Vec<f64>")]
+pub struct Given(&'static [f64]);
+
+impl From<Given> for Vec<f64> {
+    fn from(given: Given) -> Vec<f64> {
+        given.0.to_vec()
+    }
+}
+
+impl TryFrom<Vec<f64>> for Given {
+    type Error = WindowError;
+
+    fn try_from(samples: Vec<f64>) -> Result<Given, WindowError> {
+        static KEPT: Mutex<Vec<&[f64]>> = Mutex::new(Vec::new());
+        let sum: f64 = samples.iter().sum();
+        if !(sum.is_finite() && sum > 0.0) {
+            return Err(WindowError {
+                expected: "samples with a positive sum".into(),
+                found: format!("{} with the sum {sum}", samples.len()),
+            });
+        }
+        let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept.iter().find(|known| **known == samples[..]) {
+            return Ok(Given(known));
+        }
+        let samples: &[f64] = samples.leak();
+        kept.push(samples);
+        Ok(Given(samples))
+    }
 }
 
 /// What a window does to a sine and to noise.
@@ -52,8 +88,8 @@ pub struct WindowError {
     pub found: String,
 }
 
-const NAMES: &str = "none, hann, hamming, blackman-harris, flat-top, tukey:SHARE, kaiser:BETA \
-                     or dpss:NW";
+const NAMES: &str = "none, hann, hamming, blackman-harris, flat-top, tukey:SHARE, kaiser:BETA, \
+                     dpss:NW or samples:W,W,..";
 const HANN: &[f64] = &[0.5, 0.5];
 const HAMMING: &[f64] = &[0.54, 0.46];
 const BLACKMAN_HARRIS: &[f64] = &[0.35875, 0.48829, 0.14128, 0.01168];
@@ -80,6 +116,11 @@ impl Window {
     /// Source: Harris, Proc. IEEE 66, 51 (1978); Slepian (1978), see [`slepian`]; equal to
     /// `scipy.signal.get_window(name, n)`.
     pub fn samples(&self, n: usize) -> Vec<f64> {
+        if let Window::Samples(Given(given)) = self
+            && given.len() == n
+        {
+            return given.to_vec();
+        }
         if n <= 1 {
             return vec![1.0; n];
         }
@@ -91,7 +132,8 @@ impl Window {
     fn first_half(&self, n: usize) -> Vec<f64> {
         let each = |sample: &dyn Fn(usize) -> f64| (0..=n / 2).map(sample).collect();
         match *self {
-            Window::None => vec![1.0; n / 2 + 1],
+            // Of another length it is no window, which `validate` says.
+            Window::None | Window::Samples(_) => vec![1.0; n / 2 + 1],
             Window::Hann => each(&|j| cosine_sum(HANN, j, n)),
             Window::Hamming => each(&|j| cosine_sum(HAMMING, j, n)),
             Window::BlackmanHarris => each(&|j| cosine_sum(BLACKMAN_HARRIS, j, n)),
@@ -157,7 +199,7 @@ impl Window {
     ///
     /// # Errors
     /// [`WindowError`] for a taper outside 0 to 1, a beta outside 0 to 1e6, a time-bandwidth
-    /// product that is not above 0 and below `(n + 1) / 2`.
+    /// product that is not above 0 and below `(n + 1) / 2`, and samples of another number.
     pub fn validate(&self, n: usize) -> Result<(), WindowError> {
         let within = |ok: bool, expected: &str, found: f64| {
             if ok {
@@ -186,6 +228,10 @@ impl Window {
                 };
                 let ok = n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit;
                 within(ok, &expected, time_bandwidth)
+            }
+            Window::Samples(Given(given)) => {
+                let ok = n == usize::MAX || n == given.len();
+                within(ok, &format!("{n} samples of a window"), given.len() as f64)
             }
             _ => Ok(()),
         }
@@ -236,11 +282,12 @@ impl fmt::Display for Window {
             Window::Tukey { taper } => write!(f, "tukey:{taper}"),
             Window::Kaiser { beta } => write!(f, "kaiser:{beta}"),
             Window::Dpss { time_bandwidth } => write!(f, "dpss:{time_bandwidth}"),
+            Window::Samples(Given(given)) => write!(f, "{} samples as given", given.len()),
         }
     }
 }
 
-/// Reads what [`Display`](fmt::Display) writes; the parameter may be left out: `tukey` is
+/// Reads what [`Display`](fmt::Display) writes, but given samples, which are `samples:0,0.5,1,0.5`; the parameter may be left out: `tukey` is
 /// `tukey:0.25`, `kaiser` is `kaiser:14`, `dpss` is `dpss:4`.
 impl FromStr for Window {
     type Err = WindowError;
@@ -279,6 +326,11 @@ impl FromStr for Window {
             "dpss" => Window::Dpss {
                 time_bandwidth: number(4.0)?,
             },
+            "samples" => {
+                let digits = parameter.unwrap_or_default().split(',');
+                let samples: Option<Vec<f64>> = digits.map(|one| one.trim().parse().ok()).collect();
+                Window::Samples(samples.ok_or_else(|| error("numbers after the colon"))?.try_into()?)
+            }
             _ => return Err(error(NAMES)),
         };
         window.validate(usize::MAX)?;

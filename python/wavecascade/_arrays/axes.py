@@ -84,7 +84,10 @@ def placed(field: Any, options: Mapping[str, object]) -> Placed:
         raise TypeError(f"got an unexpected keyword argument {unknown[0]!r}")
     said = {name: value for name, value in options.items() if name in AXES and value is not None}
     if is_dataarray(field):
-        time, space = dims_of(field, options)
+        dims = dims_of(field, options)
+        time, space = dims.time, dims.space
+        if dims.others:
+            raise ValueError(f"field: expected times and sites, found {', '.join(map(str, field.dims))}")
         if space is None:
             raise ValueError("field: expected times and sites, found one dimension")
         ordered = field.transpose(time, space)

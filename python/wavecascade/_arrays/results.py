@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 import warnings
+import weakref
 import zlib
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
@@ -51,10 +54,19 @@ def _xarray() -> Any:
     return xarray
 
 
-def warn(found: Mapping[str, Any], stacklevel: int = 4) -> None:
+def warn(found: Mapping[str, Any]) -> None:
     """Issue the warnings of a result."""
     for _, message, advice in found.get("warnings", ()):
-        warnings.warn(f"{message} ({advice})", CascadeWarning, stacklevel=stacklevel)
+        warned(f"{message} ({advice})" if advice else message)
+
+
+def warned(text: str) -> None:
+    """Issue a warning where the package was called."""
+    here = os.path.dirname(os.path.dirname(__file__)) + os.sep
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(here):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, CascadeWarning, stacklevel=level)
 
 
 def _axes(
@@ -101,8 +113,7 @@ def dataarray(found: Mapping[str, Any]) -> Any:
         attrs["read_as"] = "; ".join(notes)
     for message, is_doubtful, advice in found["notes"]:
         if is_doubtful:
-            help_ = f" ({advice})" if advice else ""
-            warnings.warn(f"{message}{help_}", CascadeWarning, stacklevel=4)
+            warned(f"{message} ({advice})" if advice else message)
     coords = {}
     for dim, axis in (("time", "time"), ("position", "space")):
         values, step, unit, is_counted = found[axis]
@@ -133,73 +144,72 @@ def summary_attrs(
     return attrs
 
 
-def frame(columns: Mapping[str, Any], attrs: Mapping[str, Any]) -> Any:
+def frame(columns: Mapping[str, Any], attrs: Mapping[str, Any], page: Any) -> Any:
     """Columns as ``pandas.DataFrame``, or as a dictionary of arrays where there is no pandas."""
     try:
         import pandas
     except ImportError:
-        return {**columns, "attrs": dict(attrs)}
-    table = pandas.DataFrame(columns)
-    table.attrs.update(attrs)
+        table: Any = {**columns, "attrs": dict(attrs)}
+    else:
+        table = pandas.DataFrame(columns)
+        table.attrs.update(attrs)
+    hold(table, page)
     return table
 
 
-def _sum(data: Any) -> int:
-    """A checksum of all numbers of a result, with their names and shapes."""
+def checksum(data: Any) -> int:
+    """A checksum of all numbers with their names and shapes, whatever their types and byte order."""
     variables = getattr(data, "variables", data)
     total = 0
     for name in sorted(variables, key=str):
         values = np.asarray(getattr(variables[name], "values", variables[name]))
-        if values.dtype.kind not in "fiucbmM":
+        if values.dtype.kind in "fiub":
+            values = np.ascontiguousarray(values, "<f8")
+        elif values.dtype.kind not in "cmM":
             continue
-        total = zlib.crc32(f"{name} {values.shape} {values.dtype.str}".encode(), total)
+        total = zlib.crc32(f"{name} {values.shape}".encode(), total)
         total = zlib.crc32(np.ascontiguousarray(values).view(np.uint8).data, total)
     return total
 
 
-class Held:
-    """What arrays of a result were made from, as long as they are those arrays."""
-
-    def __init__(self, native: Any, data: Any) -> None:
-        self.native = native
-        self._sum = _sum(data)
-
-    def of(self, data: Any, what: str) -> Any:
-        """The original of ``data``.
-
-        Raises
-        ------
-        ValueError
-            For arrays that were changed, cut or exchanged since.
-        """
-        if _sum(data) != self._sum:
-            raise ValueError(
-                f"{what}: expected the arrays as they were returned, found others: they were changed, "
-                "cut or exchanged; compute anew from the field, or take the file"
-            )
-        return self.native
+#: Pages of tables, by their identity: attributes of tables go to files.
+_PAGES: dict[int, tuple[Any, int]] = {}
 
 
-def hold(out: Any, key: str, native: Any) -> None:
-    """Keep with a result what it was made from."""
+def hold(out: Any, page: Any) -> None:
+    """Keep with a result what its page is made of."""
     if hasattr(out, "encoding"):
-        out.encoding[f"cascade_{key}"] = Held(native, out)
+        out.encoding["cascade_page"] = (page, checksum(out))
+    elif isinstance(out, dict):
+        out["page"] = (page, checksum({name: one for name, one in out.items() if name != "attrs"}))
     else:
-        out[key] = Held(native, {name: array for name, array in out.items() if name != "attrs"})
+        _PAGES[id(out)] = (page, checksum(out))
+        weakref.finalize(out, _PAGES.pop, id(out), None)
 
 
-def held(data: Any, key: str, what: str) -> Any:
-    """What a result was made from; ``None`` for others.
+def page_of(data: Any) -> Any:
+    """What the page of a result is made of.
 
     Raises
     ------
     ValueError
-        As :meth:`Held.of`.
+        For a result that was changed, cut or exchanged since, or that has none.
     """
-    encoding = getattr(data, "encoding", None)
-    if encoding is not None:
-        kept = encoding.get(f"cascade_{key}")
-        return kept.of(data, what) if isinstance(kept, Held) else None
-    kept = data.get(key) if isinstance(data, dict) else None
-    arrays = {name: array for name, array in data.items() if name not in ("attrs", key)} if kept else {}
-    return kept.of(arrays, what) if isinstance(kept, Held) else None
+    if hasattr(data, "encoding"):
+        kept, own = data.encoding.get("cascade_page"), data
+    elif isinstance(data, dict):
+        kept = data.get("page")
+        own = {name: one for name, one in data.items() if name not in ("attrs", "page")}
+    else:
+        kept, own = _PAGES.get(id(data)), data
+    if kept is None or kept[0] is None:
+        raise ValueError(
+            "result: expected what a function of wavecascade returned in this process, found another; "
+            "compute it anew"
+        )
+    if kept[1] != checksum(own):
+        raise ValueError(
+            "result: expected the arrays as they were returned, found others: they were changed, cut or "
+            "exchanged; compute anew from the field, or take the file"
+        )
+    return kept[0]

@@ -6,28 +6,41 @@ import csv
 import io
 import json
 import os
-from collections.abc import Mapping, Sequence
-from typing import Any, Unpack
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from wavecascade import _native
 from wavecascade._arrays.fields import is_path, source
-from wavecascade._arrays.results import dataset, frame, held, hold, summary_attrs, warn
+from wavecascade._arrays.results import dataset, frame, hold, summary_attrs, warn
+from wavecascade._arrays.runs import run_of, seal
 from wavecascade._keywords.options import (
-    ATTENUATE,
-    SWEEP,
-    TRANSMIT,
     BudgetOptions,
     FieldOptions,
     LocalizeOptions,
     TriadsOptions,
 )
+from wavecascade._keywords.scene import (
+    AttenuateOptions,
+    AttenuateOwn,
+    SceneKeys,
+    SweepOptions,
+    SweepOwn,
+    TransmitOptions,
+    TransmitOwn,
+)
 from wavecascade._keywords.words import Progress, observed, one_word, words
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Scene = Mapping[str, object] | str | os.PathLike[str] | None
 
 _KEYS = frozenset(_native.scene_keys())
+_SWEEP = frozenset(SweepOwn.__annotations__) | {"vary"}
+_ATTENUATE = frozenset(AttenuateOwn.__annotations__)
+_TRANSMIT = frozenset(TransmitOwn.__annotations__)
 
 
 def _toml(value: Any) -> str:
@@ -64,7 +77,7 @@ def _merged(scene: Scene, keys: dict[str, Any], own: frozenset[str]) -> tuple[Sc
     return {**base, **of_scene}, rest
 
 
-def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Any) -> Any:
+def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[SceneKeys]) -> xr.Dataset:
     """Integrate a chain of bodies in nearest-neighbour contact to a stated tolerance.
 
     m_j a_j = F(d_{j-1,j}) - F(d_{j,j+1}), with the contact law F = c d^p for overlaps d > 0.
@@ -82,40 +95,35 @@ def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Any) -> 
     Returns
     -------
     xarray.Dataset or dict
-        The arrays of a run file: ``velocity``, ``displacement``, ``force``, ``energy_passed`` and
-        others over ``time`` and ``position`` or ``contact_position``. The scene and the report of
-        the run are attributes; :func:`budget` takes it as it is.
+        The arrays of a run file: ``velocity``, ``displacement`` and, with losses, ``energy_lost``
+        ``(time, position)``; ``force`` and ``energy_passed`` ``(time, contact_position)``; with a
+        drive ``energy_input`` ``(time)``; ``mass`` ``(position)``, ``contact_coefficient``
+        ``(contact_position)``. The scene and the report of the run are attributes. :func:`budget`,
+        :func:`compare` and :func:`triads` take it as it is, also from a file of ``to_netcdf``.
 
     Raises
     ------
     ValueError
         For keys that are invalid or contradict each other.
     """
-    scene, rest = _merged(scene, keys, frozenset())
+    scene, rest = _merged(scene, dict(keys), frozenset())
     text, file = _scene(scene)
     said = words("simulate", rest, (), file, _KEYS)
     found = _native.simulate(text, said, observed(progress))
-    warn(found, stacklevel=3)
-    out = dataset(found, {})
-    hold(out, "run", found["run"])
-    return out
-
-
-def _handle(run: Any) -> Any:
-    """The run of :func:`simulate` behind its arrays, if they are one's."""
-    return held(run, "run", "run")
+    warn(found)
+    return seal(dataset(found, {}))
 
 
 def budget(
     run: Any, scene: Scene = None, *, progress: Progress = None, **options: Unpack[BudgetOptions]
-) -> Any:
+) -> xr.Dataset:
     """Energy budgets of a chain: in real space, over wavenumbers, by frequency, over scales.
 
     Parameters
     ----------
     run
-        What :func:`simulate` returned in this process, or the path of a run file; with ``scene``, a
-        measured field of velocities as for :func:`analyze`.
+        What :func:`simulate` returned, also from a file of NetCDF or another process, or the path of a
+        run file; with ``scene``, a measured field of velocities as for :func:`analyze`.
     scene
         The chain that a measured field is a record of.
     progress
@@ -127,7 +135,19 @@ def budget(
     Returns
     -------
     xarray.Dataset or dict
-        The arrays of ``budget.npz``; by how much each budget fails to close is an attribute.
+        Over ``time``: ``kinetic_energy``, ``contact_energy``, ``lost_energy``, ``input_energy``;
+        ``site_energy``, ``energy_lost`` ``(time, position)``; ``energy_flux``, ``energy_passed``
+        ``(time, contact_position)``; ``left_behind`` ``(contact_position)``. Over ``wavenumber``:
+        ``energy_spectrum``, ``transfer``, ``loss_spectrum``, ``input_spectrum``, ``spectral_flux``,
+        ``integrated_spectral_flux`` ``(time, wavenumber)``; ``low_wavenumber_energy``,
+        ``band_edge_flux``, ``wavenumber_centroid`` ``(time)``; of dimers ``acoustic_spectrum``,
+        ``optical_spectrum`` over ``cell_wavenumber``, ``optical_energy``, ``optical_transfer``. Over
+        ``frequency``: ``power_flow``, ``cumulative_power_flow`` ``(frequency, contact_position)``,
+        ``low_frequency_passed``, ``high_frequency_passed``. Over ``scale``: ``scale_flux``,
+        ``scale_flux_in_time``, ``integrated_scale_flux``, ``scale_sigma``,
+        ``scale_cutoff_wavenumber``. Of a measured field also ``velocity``, ``displacement``,
+        ``overlap``, ``force``, and errors of all as ``..._error``. By how much each budget fails to
+        close is the attribute ``closure``.
 
     Raises
     ------
@@ -136,13 +156,13 @@ def budget(
     """
     typed: dict[str, Any] = dict(options)
     text, file = _scene(scene)
-    handle = _handle(run)
+    handle = None if scene is not None or is_path(run) else run_of(run)
     moved: Any
-    if handle is not None and scene is None:
+    if handle is not None:
         moved, name = handle, "run"
     elif scene is None and not is_path(run):
         raise ValueError(
-            "run: expected what `simulate` returned in this process, the path of a run file, or a "
+            "run: expected what `simulate` returned, the path of a run file, or a "
             f"field beside `scene`, found {type(run).__name__}"
         )
     else:
@@ -152,11 +172,66 @@ def budget(
     allowed = frozenset(BudgetOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
     said = words("budget", typed, allowed | {"scene"}, [name])
     found = _native.budget(moved, text, said, observed(progress))
-    warn(found, stacklevel=3)
-    return dataset(found, summary_attrs(found["summary"], ("closure", "measurement", "units")))
+    warn(found)
+    out = dataset(found, summary_attrs(found["summary"], ("schema", "closure", "measurement", "units")))
+    hold(out, found["page"])
+    return out
 
 
-def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptions]) -> Any:
+def compare(
+    first: Any, second: Any, *, progress: Progress = None, **options: Unpack[BudgetOptions]
+) -> Any:
+    """The energy budgets of two runs, and by how much they differ.
+
+    Parameters
+    ----------
+    first, second
+        Runs as for :func:`budget`. Edges and windows that are chosen for the first hold for both.
+    progress
+        As for :func:`analyze`.
+    **options
+        The options of ``cascade compare``: ``only``, ``filter``, ``scales``, and so on.
+
+    Returns
+    -------
+    pandas.DataFrame or dict
+        A row for each number that both have, by its path in ``summary.json``: ``first``, ``second`` and
+        their ``difference``. The whole is the attribute ``summary``, in JSON.
+
+    Raises
+    ------
+    ValueError
+        For options that do not fit, runs that do not compare, or a dataset that is no run.
+    """
+    moved: list[Any] = []
+    names = []
+    for which, run in (("first", first), ("second", second)):
+        handle = None if is_path(run) else run_of(run)
+        if handle is None and not is_path(run):
+            raise ValueError(
+                f"{which}: expected a run, or the path of a run file, found {type(run).__name__}"
+            )
+        moved.append([os.fspath(run)] if handle is None else handle)
+        names.append(os.fspath(run) if handle is None else which)
+    said = words("compare", dict(options), frozenset(BudgetOptions.__annotations__), names)
+    text, page = _native.compare(moved[0], moved[1], said, observed(progress))
+    read = json.loads(text)
+    found = {side: dict(_leaves(read[side])) for side in ("first", "second", "difference")}
+    rows = list(found["difference"])
+    columns = {side: np.array([found[side][row] for row in rows]) for side in found}
+    return frame({"number": np.array(rows), **columns}, {"summary": text}, page)
+
+
+def _leaves(tree: Any, path: str = "") -> Iterator[tuple[str, float]]:
+    """Each number of nested objects with its path."""
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            yield from _leaves(value, f"{path}.{key}" if path else key)
+    elif isinstance(tree, (int, float)) and not isinstance(tree, bool):
+        yield path, tree
+
+
+def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptions]) -> xr.Dataset:
     """Which wavenumbers feed which: transfers by triads k = p + q, where the law is quadratic.
 
     T(k|p,q) = N b / 3 Re[r_k* d(r_p r_q)/dt - 2 dr_k*/dt r_p r_q] of a chain with the force a r + b r^2,
@@ -186,13 +261,15 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
         For a file that cannot be read.
     """
     typed: dict[str, Any] = dict(options)
-    handle = _handle(run)
+    handle = None if is_path(run) else run_of(run)
     moved: Any = source(run, typed) if handle is None else handle
     name = os.fspath(moved[0]) if isinstance(moved, list) else "run" if handle is not None else "field"
     allowed = frozenset(TriadsOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
     found = _native.triads(moved, words("triads", typed, allowed, [name]), observed(progress))
-    warn(found, stacklevel=3)
-    return dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
+    warn(found)
+    out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
+    hold(out, found["page"])
+    return out
 
 
 def _number(text: str) -> Any:
@@ -210,7 +287,7 @@ def sweep(
     *,
     vary: Mapping[str, object] | str | Sequence[str],
     progress: Progress = None,
-    **keys: Any,
+    **keys: Unpack[SweepOptions],
 ) -> Any:
     """Simulate all combinations of parameter values in parallel, to one table.
 
@@ -238,10 +315,11 @@ def sweep(
     ValueError
         For keys or values that are invalid.
     """
-    scene, rest = _merged(scene, keys, SWEEP)
+    scene, rest = _merged(scene, dict(keys), _SWEEP)
     text, file = _scene(scene)
-    said = words("sweep", {**rest, "vary": vary}, SWEEP, file, _KEYS)
-    read = json.loads(_native.sweep(text, said, observed(progress)))
+    said = words("sweep", {**rest, "vary": vary}, _SWEEP, file, _KEYS)
+    table, page = _native.sweep(text, said, observed(progress))
+    read = json.loads(table)
     columns: dict[str, Any] = {}
     for i, key in enumerate(read["keys"]):
         columns[key] = [_number(values[i]) for values, _, _ in read["rows"]]
@@ -249,7 +327,8 @@ def sweep(
         cells = [measures.get(name) for _, measures, _ in read["rows"]]
         columns[name] = [np.nan if cell is None else cell for cell in cells]
     columns["failure"] = [failure or "" for _, _, failure in read["rows"]]
-    return frame({name: np.asarray(cells) for name, cells in columns.items()}, {"scene": read["scene"]})
+    arrays = {name: np.asarray(cells) for name, cells in columns.items()}
+    return frame(arrays, {"scene": read["scene"]}, page)
 
 
 def _table(text: str) -> dict[str, Any]:
@@ -285,15 +364,17 @@ def localize(*, progress: Progress = None, **options: Unpack[LocalizeOptions]) -
     found = _native.localize(said, observed(progress))
     summary = found["summary"]
     if found["csv"] is not None:
-        return frame(_table(found["csv"]), {"summary": summary})
-    return dataset(found, {"summary": summary})
+        return frame(_table(found["csv"]), {"summary": summary}, found["page"])
+    out = dataset(found, {"summary": summary})
+    hold(out, found["page"])
+    return out
 
 
 def attenuate(
     scenes: Scene | Sequence[str | os.PathLike[str]] = None,
     *,
     progress: Progress = None,
-    **keys: Any,
+    **keys: Unpack[AttenuateOptions],
 ) -> Any:
     """Follow the pulse of a struck chain against its length, and fit a law of attenuation.
 
@@ -319,18 +400,19 @@ def attenuate(
         For options or keys that do not fit.
     """
     files: list[str] = []
+    given: dict[str, Any] = dict(keys)
     if isinstance(scenes, Mapping):
-        keys = {**scenes, **keys}
+        given = {**scenes, **given}
     elif isinstance(scenes, (str, os.PathLike)):
         files = [os.fspath(scenes)]
     elif scenes is not None:
         files = [os.fspath(one) for one in scenes]
-    said = words("attenuate", {**keys, "quiet": True}, ATTENUATE | {"quiet"}, files, _KEYS)
-    text, summary = _native.attenuate(said, observed(progress))
-    return frame(_table(text), {"summary": summary})
+    said = words("attenuate", {**given, "quiet": True}, _ATTENUATE | {"quiet"}, files, _KEYS)
+    text, summary, page = _native.attenuate(said, observed(progress))
+    return frame(_table(text), {"summary": summary}, page)
 
 
-def transmit(scene: Scene = None, *, progress: Progress = None, **keys: Any) -> Any:
+def transmit(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[TransmitOptions]) -> Any:
     """Follow the pulse to the wall behind a chain against a key of its scene.
 
     Parameters
@@ -354,8 +436,8 @@ def transmit(scene: Scene = None, *, progress: Progress = None, **keys: Any) -> 
     ValueError
         For options or keys that do not fit.
     """
-    scene, rest = _merged(scene, keys, TRANSMIT)
+    scene, rest = _merged(scene, dict(keys), _TRANSMIT)
     text, file = _scene(scene)
-    said = words("transmit", {**rest, "quiet": True}, TRANSMIT | {"quiet"}, file, _KEYS)
-    table, summary = _native.transmit(text, said, observed(progress))
-    return frame(_table(table), {"summary": summary})
+    said = words("transmit", {**rest, "quiet": True}, _TRANSMIT | {"quiet"}, file, _KEYS)
+    table, summary, page = _native.transmit(text, said, observed(progress))
+    return frame(_table(table), {"summary": summary}, page)

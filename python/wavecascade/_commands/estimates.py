@@ -7,12 +7,15 @@ All are commands of the program on one or several fields; each function names it
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Unpack
+from functools import partial
+from typing import TYPE_CHECKING, Any, Unpack
 
 from wavecascade import _native
 from wavecascade._arrays.fields import pair, shots, source
-from wavecascade._arrays.results import dataset, summary_attrs, warn
+from wavecascade._arrays.mapped import over
+from wavecascade._arrays.results import dataset, hold, summary_attrs, warn
 from wavecascade._commands.documented import documented
+from wavecascade._keywords.advice import advising
 from wavecascade._keywords.options import (
     BicoherenceOptions,
     CoherenceOptions,
@@ -24,6 +27,9 @@ from wavecascade._keywords.options import (
     SpectrumOptions,
 )
 from wavecascade._keywords.words import Progress, observed, words
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _OPTIONS: dict[str, Any] = {
     "bicoherence": BicoherenceOptions,
@@ -47,6 +53,15 @@ def _made(
     command: str, field: Any, options: Mapping[str, object], progress: Progress, other: Any = None
 ) -> Any:
     """The estimate of a field, of several, or of two records."""
+    if other is not None:
+        return _estimated(command, field, options, progress, other)
+    of = partial(_estimated, command, options=options, progress=progress)
+    return over(of, field, options, is_of_shots=True)
+
+
+def _estimated(
+    command: str, field: Any, options: Mapping[str, object], progress: Progress, other: Any = None
+) -> Any:
     given = dict(options)
     dim = given.pop("shot_dim", None)
     fields = shots(field, given, dim, other is not None)
@@ -68,8 +83,10 @@ def _made(
     sources, typed = opened(fields, given)
     allowed = frozenset(_OPTIONS[command].__annotations__) | frozenset(FieldOptions.__annotations__)
     names = ["field"] * len(sources)
-    found = _native.estimate(sources, words(command, typed, allowed, names), observed(progress))
-    warn(found, stacklevel=4)
+    said = words(command, typed, allowed, names)
+    with advising(allowed, sources[0] if sources else None):
+        found = _native.estimate(sources, said, observed(progress))
+    warn(found)
     return arranged(found)
 
 
@@ -87,13 +104,16 @@ def opened(fields: Iterable[Any], options: Mapping[str, object]) -> tuple[list[A
 def arranged(found: Mapping[str, Any]) -> Any:
     """What the native half found, as a dataset."""
     arrays = {name for name, *_ in found["arrays"]}
-    return dataset(found, summary_attrs(found["summary"], without=arrays | _IN_ARRAYS))
+    out = dataset(found, summary_attrs(found["summary"], without=arrays | _IN_ARRAYS))
+    if "page" in found:
+        hold(out, found["page"])
+    return out
 
 
 @documented
 def bicoherence(
     field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[BicoherenceOptions]
-) -> Any:
+) -> xr.Dataset:
     """Coupling of three frequencies, f3 = f1 + f2, of one site, between two, and along x.
 
     b^2(f1, f2) = |<X1 X2 conj(X3)>|^2 / (<|X1 X2|^2> <|X3|^2>), 0 to 1, over realisations: segments and
@@ -132,7 +152,7 @@ def bicoherence(
 @documented
 def coherence(
     field: Any, other: Any = None, *, progress: Progress = None, **options: Unpack[CoherenceOptions]
-) -> Any:
+) -> xr.Dataset:
     """Coherence, phase, delay and phase velocity of all sites against a reference.
 
     gamma_j^2 = |S_rj|^2 / (S_rr S_jj) and phase_j = arg S_rj, with S_ij = <conj(X_i) X_j> over
@@ -159,7 +179,9 @@ def coherence(
 
 
 @documented
-def increments(field: Any, *, progress: Progress = None, **options: Unpack[IncrementsOptions]) -> Any:
+def increments(
+    field: Any, *, progress: Progress = None, **options: Unpack[IncrementsOptions]
+) -> xr.Dataset:
     """Structure functions and intermittency, along x and in time.
 
     S_p(r) = <|d|^p> with d = v(x + r, t) - v(x, t), p = 1 .. 6, and the same over lags in time.
@@ -183,7 +205,7 @@ def increments(field: Any, *, progress: Progress = None, **options: Unpack[Incre
 
 
 @documented
-def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptions]) -> Any:
+def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptions]) -> xr.Dataset:
     """Motions that are coherent along x, by frequency (spectral proper orthogonal decomposition).
 
     At each frequency, int S(x, x', f) phi(x') dx' = lambda phi(x), with S the cross-spectral density
@@ -207,7 +229,7 @@ def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptio
 
 
 @documented
-def ridges(field: Any, *, progress: Progress = None, **options: Unpack[RidgesOptions]) -> Any:
+def ridges(field: Any, *, progress: Progress = None, **options: Unpack[RidgesOptions]) -> xr.Dataset:
     """Dispersion read off S(k, f): ridges above the noise, their velocities, laws fitted to them.
 
     Phase velocity 2 pi f / k and group velocity 2 pi df / dk, at peaks of S along k or along f.
@@ -232,7 +254,7 @@ def ridges(field: Any, *, progress: Progress = None, **options: Unpack[RidgesOpt
 
 
 @documented
-def slope(field: Any, *, progress: Progress = None, **options: Unpack[SlopeOptions]) -> Any:
+def slope(field: Any, *, progress: Progress = None, **options: Unpack[SlopeOptions]) -> xr.Dataset:
     """The power law of a spectrum over a band, its breaks, and along x its change in time.
 
     S = a k^n (or a f^n) by least squares in ln S over the band.
@@ -256,7 +278,7 @@ def slope(field: Any, *, progress: Progress = None, **options: Unpack[SlopeOptio
 
 
 @documented
-def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[SpectrumOptions]) -> Any:
+def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[SpectrumOptions]) -> xr.Dataset:
     """Power spectral densities of all sites, or of all snapshots, with intervals.
 
     S(f) = 2 dt / K sum |X(f)|^2 over K realisations: segments, tapers (adaptively weighted) and shots,

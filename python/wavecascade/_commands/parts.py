@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Literal, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from wavecascade import _native
 from wavecascade._arrays.fields import shots
@@ -16,6 +16,9 @@ from wavecascade._keywords.options import (
     SpectrumOptions,
 )
 from wavecascade._keywords.words import Progress, observed, words
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Divided = Literal["spectrum", "coherence"]
 
@@ -98,7 +101,7 @@ def partial(
     return _native.partial(sources, said, place, observed(progress))
 
 
-def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = None) -> Any:
+def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = None) -> xr.Dataset:
     """The result of all segments, of partials in any order.
 
     It has the bits of one call over everything: of :func:`spectrum` with ``no_jackknife=True`` or
@@ -125,5 +128,5 @@ def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = N
         For a result that needs more.
     """
     found = _native.combine(list(partials), None if memory is None else str(memory))
-    warn(found, stacklevel=3)
+    warn(found)
     return arranged(found)

@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+import datetime
 import os
 from collections.abc import Mapping, Sequence
-from typing import Literal, TypedDict
+from typing import Any, Literal, Protocol, TypedDict
 
-Step = float | str
-Range = str | slice | tuple[float | None, float | None] | Sequence[float | None]
+import numpy as np
+
+
+class Quantity(Protocol):
+    """A number with a unit, as of pint."""
+
+    @property
+    def magnitude(self) -> Any: ...
+    @property
+    def units(self) -> Any: ...
+
+
+#: A number, in the unit that its place implies, or with its own: ``"10 us"``, of pint, or a duration.
+Measure = float | str | Quantity | np.timedelta64 | datetime.timedelta
+Range = str | slice | tuple[Measure | None, Measure | None] | Sequence[Measure | None]
+#: A name, ``("kaiser", 8)``, or the samples of one segment.
+Window = str | tuple[str, float] | Sequence[float] | np.ndarray[Any, Any]
 Sites = str | slice | tuple[int, int] | Sequence[int]
 StrPath = str | os.PathLike[str]
 Gaps = Literal["refuse", "interpolate", "mask", "leave-out"]
@@ -17,12 +33,12 @@ class FieldOptions(TypedDict, total=False):
     """How a field is read; what is stated here overrides the array, the sidecar and the file."""
 
     layout: Literal["time-site", "site-time"]
-    dt: Step
-    rate: Step
-    fs: Step
-    dx: Step
-    t0: Step
-    x0: Step
+    dt: Measure
+    rate: Measure
+    fs: Measure
+    dx: Measure
+    t0: Measure
+    x0: Measure
     time_unit: str
     space_unit: str
     unit: str
@@ -63,18 +79,18 @@ class AnalyzeOptions(OpenOptions, total=False):
     detrend_field: Literal["none", "mean"]
     detrend_space: Literal["none", "mean", "linear"]
     detrend_time: Literal["none", "mean", "linear"]
-    window_time: str
-    window_space: str
+    window_time: Window
+    window_space: Window
     scaling: Literal["energy", "density", "spectrum"]
     segment: int
     overlap: int | float | str
     pad_time: int
     pad_space: int
     reference_site: int
-    reference_time: float
-    band_edge_frequency: float
-    band_edge_wavenumber: float
-    front_window: float
+    reference_time: Measure
+    band_edge_frequency: Measure
+    band_edge_wavenumber: Measure
+    front_window: Measure
     least_move: float
     noise: float
     subtract_noise: bool
@@ -85,7 +101,7 @@ class AnalyzeOptions(OpenOptions, total=False):
     short_time_hop: int
     short_space_segment: int
     short_space_hop: int
-    short_time_window: str
+    short_time_window: Window
     dispersion: str | Sequence[str]
     dispersion_constants: str
     only: str | Sequence[str]
@@ -133,7 +149,7 @@ class SegmentOptions(ShotOptions, total=False):
 class TripleOptions(SegmentOptions, total=False):
     """The same under one window."""
 
-    window: str
+    window: Window
 
 
 class AverageOptions(TripleOptions, total=False):
@@ -155,7 +171,7 @@ class SpectrumOptions(AverageOptions, total=False):
     periodogram: bool
     equal_weights: bool
     no_jackknife: bool
-    space_window: str
+    space_window: Window
     space_multitaper: str | tuple[float, int]
     subtract_noise: bool
 
@@ -197,7 +213,7 @@ class BicoherenceOptions(TripleOptions, total=False):
     every: int
     transfer: int
     lag: int
-    highest: Step
+    highest: Measure
     resamplings: int
 
 
@@ -205,8 +221,8 @@ class RidgesOptions(SegmentOptions, total=False):
     """The options of ``cascade ridges``."""
 
     fit: str | Sequence[str]
-    window_time: str
-    window_space: str
+    window_time: Window
+    window_space: Window
     cut: Literal["auto", "frequency", "wavenumber"]
     range: float
     points: int
@@ -230,8 +246,8 @@ class BudgetOptions(FieldOptions, total=False):
     filter: Literal["gaussian", "box", "sharp"]
     scales: float | Sequence[float]
     map_scale: float
-    band_edge_frequency: float
-    band_edge_wavenumber: float
+    band_edge_frequency: Measure
+    band_edge_wavenumber: Measure
     between: str | Sequence[str]
     window_samples: Sites
     window_sites: Sites
@@ -271,29 +287,3 @@ class LocalizeOptions(TypedDict, total=False):
     launch: int
     cells: int
     threads: int
-
-
-#: What a sweep takes beside the keys of scenes.
-SWEEP = frozenset({"vary", "out", "part", "threads"})
-#: What attenuation takes beside them.
-ATTENUATE = frozenset(
-    {
-        "angles",
-        "ratios",
-        "bodies",
-        "sense",
-        "lengths",
-        "contacts",
-        "fit",
-        "target",
-        "best_at",
-        "best_over",
-        "measured",
-        "measured_field",
-        "band_edge_frequency",
-        "out",
-        "threads",
-    }
-)
-#: What transmission takes beside them.
-TRANSMIT = frozenset({"over", "vary", "no_extremes", "measured", "out", "threads"})

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import datetime
 import os
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
+
+import numpy as np
 
 Progress = bool | Callable[[str, int, int], object] | None
 
@@ -38,7 +42,63 @@ class CascadeWarning(UserWarning):
     """A reason for doubt in a result, with what to do about it."""
 
 
+#: Windows under the names that they have in SciPy.
+_WINDOWS = {
+    "blackmanharris": "blackman-harris",
+    "blackman_harris": "blackman-harris",
+    "boxcar": "none",
+    "flattop": "flat-top",
+    "hanning": "hann",
+    "rectangular": "none",
+}
+
+
+def unit_text(unit: object) -> str | None:
+    """A unit as text: of pint without spaces and factors, of DASCore a quantity of size one."""
+    if unit is None:
+        return None
+    if hasattr(unit, "magnitude") and hasattr(unit, "units"):
+        if unit.magnitude != 1:
+            raise ValueError(f"units: expected a unit, found {unit}; scale the samples by it")
+        unit = unit.units
+    text = f"{unit:~}" if hasattr(unit, "dimensionality") else str(unit)
+    text = re.sub(r"^1(\.0*)?\s+(?=[^\d\s/])", "", text.strip())
+    text = re.sub(r"\s*\*\*\s*", "^", text)
+    return re.sub(r"\s*([/*])\s*", r"\1", text).replace("*", " ") or None
+
+
+def _measure(value: Any) -> tuple[Any, str] | None:
+    """A number and its unit, of quantities of pint and astropy and of durations."""
+    if isinstance(value, np.timedelta64):
+        return value / np.timedelta64(1, "s"), "s"
+    if isinstance(value, datetime.timedelta):
+        return value / datetime.timedelta(seconds=1), "s"
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        return value.magnitude, unit_text(value.units) or ""
+    if hasattr(value, "value") and hasattr(value, "unit"):
+        return value.value, unit_text(value.unit) or ""
+    return None
+
+
+def window_word(value: Any) -> str:
+    """A window by its name, or by name and parameter as in SciPy: ``("kaiser", 8)``."""
+    if isinstance(value, str):
+        return _WINDOWS.get(value.lower(), value)
+    if np.ndim(value) == 1 and all(isinstance(one, (int, float, np.number)) for one in value):
+        return "samples:" + ",".join(map(one_word, np.asarray(value, float).tolist()))
+    if not (isinstance(value, (tuple, list)) and len(value) == 2 and isinstance(value[0], str)):
+        raise ValueError(
+            f'window: expected a name, a name with its parameter, as ("kaiser", 8), or the samples of a '
+            f"segment, found {type(value).__name__}"
+        )
+    return f"{window_word(value[0])}:{one_word(value[1])}"
+
+
 def one_word(value: object) -> str:
+    measure = _measure(value)
+    if measure is not None:
+        number, unit = measure
+        return f"{one_word(float(number))} {unit}".rstrip()
     if isinstance(value, bool):
         return "true" if value else "false"
     if hasattr(value, "item") and getattr(value, "ndim", None) == 0:
@@ -78,6 +138,8 @@ def words(
         option = "--" + name.rstrip("_").replace("_", "-")
         if isinstance(value, bool) and name not in keys:
             said += [option] if value else []
+        elif "window" in name and name not in _RANGES and name != "front_window":
+            said.append(f"{option}={window_word(value)}")
         elif isinstance(value, Mapping):
             for axis, part in value.items():
                 is_range = isinstance(part, (slice, tuple, list))
@@ -85,7 +147,7 @@ def words(
                 said.append(f"{option}={axis}={text}")
         elif name in _RANGES and isinstance(value, (slice, tuple, list)):
             said.append(f"{option}={range_word(value)}")
-        elif isinstance(value, str) or not isinstance(value, Iterable):
+        elif isinstance(value, str) or not isinstance(value, Iterable) or _measure(value):
             said.append(f"{option}={one_word(value)}")
         elif name in _REPEATED:
             said += [f"{option}={_table(one)}" for one in value]
@@ -103,7 +165,7 @@ def _table(value: Any) -> str:
 def _listed(value: Any) -> str:
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value.start}..{value.stop - 1}"
-    if isinstance(value, str) or not isinstance(value, Iterable):
+    if isinstance(value, str) or not isinstance(value, Iterable) or _measure(value):
         return one_word(value)
     return ",".join(one_word(one) for one in value)
 

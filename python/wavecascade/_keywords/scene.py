@@ -1,0 +1,126 @@
+"""Keys of scenes, as keywords."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypedDict
+
+from wavecascade._keywords.options import Measure
+
+
+class SceneKeys(TypedDict, total=False):
+    """What a chain is, how it starts, and what is kept of it; ``cascade scene`` explains each."""
+
+    sites: int
+    ends: Literal["wall", "free", "fixed", "periodic"]
+    law: Literal["hertz", "power", "spring"]
+    exponent: float
+    alpha: float
+    beta: float
+    precompression: Measure
+    stiffness_ratio: float
+    first_contact: Literal["soft", "stiff"]
+    coefficient_cell: Sequence[float]
+    coefficients: Sequence[float]
+    coefficient_taper: float
+    coefficient_spread: float
+    striker_coefficient: float
+    wall_coefficient: float
+    left_wall_coefficient: float
+    mass_ratio: float
+    mass_cell: Sequence[float]
+    masses: Sequence[float]
+    mass_taper: float
+    mass_spread: float
+    striker_mass: Measure
+    seed: int
+    defect: Sequence[Mapping[str, object]]
+    units: Literal["none", "si"]
+    material: str
+    young: Measure
+    poisson: float
+    density: Measure
+    shape: Literal["sphere", "cylinder"]
+    radius: Measure
+    length: Measure
+    angle: Measure
+    second_angle: Measure
+    angle_cell: Sequence[float]
+    ellipse: Literal["exact", "approximate"]
+    striker_radius: Measure
+    striker_material: str
+    wall_radius: Measure
+    wall_material: str
+    striker_velocity: Measure
+    velocities: Sequence[float]
+    displacements: Sequence[float]
+    mode: int
+    mode_amplitude: Measure
+    drive: Literal["force", "wall"]
+    drive_waveform: Literal["sine", "half-sine"]
+    drive_amplitude: float
+    drive_frequency: Measure
+    drive_duration: Measure
+    dashpot: float
+    tangent: Measure
+    drag: float
+    tolerance: float
+    scheme: Literal["nystrom", "runge-kutta", "velocity-verlet", "symplectic-4", "symplectic-6"]
+    step: Measure
+    estimate_error: bool
+    end_time: Measure
+    samples: int
+    record: Sequence[Literal["displacement", "force", "energy_passed"]]
+    memory: Measure
+
+
+class SweepOwn(TypedDict, total=False):
+    """What a sweep takes beside the keys of scenes."""
+
+    out: str | os.PathLike[str]
+    part: str
+    threads: int
+
+
+class SweepOptions(SceneKeys, SweepOwn, total=False):
+    """The options of ``cascade sweep``."""
+
+
+class AttenuateOwn(TypedDict, total=False):
+    """What attenuation takes beside them."""
+
+    angles: str | Sequence[str]
+    ratios: float | str | Sequence[float]
+    bodies: int
+    sense: Literal["chain", "wall", "both"]
+    lengths: int | str | Sequence[int]
+    contacts: Literal["soft", "stiff"]
+    fit: Literal["aicc", "cross-validation"]
+    target: float
+    best_at: int
+    best_over: str
+    measured: str | os.PathLike[str]
+    measured_field: bool
+    band_edge_frequency: float
+    out: str | os.PathLike[str]
+    threads: int
+
+
+class AttenuateOptions(SceneKeys, AttenuateOwn, total=False):
+    """The options of ``cascade attenuate``."""
+
+
+class TransmitOwn(TypedDict, total=False):
+    """What transmission takes beside them."""
+
+    over: str
+    vary: Mapping[str, object] | str | Sequence[str]
+    no_extremes: bool
+    measured: str | os.PathLike[str]
+    out: str | os.PathLike[str]
+    threads: int
+
+
+class TransmitOptions(SceneKeys, TransmitOwn, total=False):
+    """The options of ``cascade transmit``."""
