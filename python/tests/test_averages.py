@@ -277,9 +277,7 @@ def test_tasks_keep_to_the_memory_of_their_worker(record, client, monkeypatch):
     expected = again.compute(**here)
     same_arrays(client.compute(again).result(), expected)
     with monkeypatch.context() as patched:
-        patched.setattr(
-            WorkerMemory, "here", lambda least=least: WorkerMemory(2 * least, least // 2, 1)
-        )
+        patched.setattr(WorkerMemory, "here", lambda least=least: WorkerMemory(2 * least, least // 2, 1))
         same_arrays(again.compute(**here), expected)
         small = WorkerMemory(2_000_000, 1_450_000 - samples, 1)
         patched.setattr(WorkerMemory, "here", lambda small=small: small)
@@ -425,9 +423,7 @@ def test_combining_takes_the_memory_it_may(record):
     same_bits(wc.combine(parts, memory="300 MB"), wc.combine(parts))
     same_bits(wc.combine(parts, memory=300_000_000), wc.combine(parts))
     for memory in ("100 kB", 100_000):
-        with pytest.raises(
-            MemoryError, match="the result of these parts needs .* allowed are 97.66 KiB"
-        ):
+        with pytest.raises(MemoryError, match="the result of these parts needs .* allowed are 97.66 KiB"):
             wc.combine(parts, memory=memory)
     with pytest.raises(ValueError, match='memory: expected a size such as 500MB or 2GiB, found "much"'):
         wc.combine(parts, memory="much")

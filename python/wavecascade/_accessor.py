@@ -10,7 +10,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 import xarray as xr
 
 from wavecascade import _plot
-from wavecascade._commands import analysis, chains, estimates
+from wavecascade._commands import analysis, estimates
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -52,7 +52,6 @@ class FieldAccessor:
     ridges = _method(estimates.ridges)
     slope = _method(estimates.slope)
     spectrum = _method(estimates.spectrum)
-    triads = _method(chains.triads)
 
 
 @_register.register_dataset_accessor("cascade")

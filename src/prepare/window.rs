@@ -58,7 +58,7 @@ impl TryFrom<Vec<f64>> for Given {
             });
         }
         let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = kept.iter().find(|known| **known == samples[..]) {
+        if let Some(known) = kept.iter().find(|known| ***known == samples[..]) {
             return Ok(Given(known));
         }
         let samples: &[f64] = samples.leak();
@@ -329,7 +329,11 @@ impl FromStr for Window {
             "samples" => {
                 let digits = parameter.unwrap_or_default().split(',');
                 let samples: Option<Vec<f64>> = digits.map(|one| one.trim().parse().ok()).collect();
-                Window::Samples(samples.ok_or_else(|| error("numbers after the colon"))?.try_into()?)
+                Window::Samples(
+                    samples
+                        .ok_or_else(|| error("numbers after the colon"))?
+                        .try_into()?,
+                )
             }
             _ => return Err(error(NAMES)),
         };

@@ -143,8 +143,8 @@ def bicoherence(
         significance are attributes. Of a transfer ``transfer_input``, ``transfer_output``,
         ``transfer_magnitude``, ``transfer_phase`` (rad), ``transfer_linear``, ``transfer_gain``,
         ``transfer_residual``, ``transfer_flux``, ``transfer_above`` with standard errors
-        ``(transfer_frequency)``; ``transfer_pair_first``, ``transfer_pair_re`` and their neighbours of each
-        ``transfer_pair``; shares of the output's power are in the attribute ``transfer``.
+        ``(transfer_frequency)``; ``transfer_pair_first``, ``transfer_pair_re`` and their neighbours of
+        each ``transfer_pair``; shares of the output's power are in the attribute ``transfer``.
     """
     return _made("bicoherence", field, options, progress, other)
 

@@ -118,7 +118,8 @@ def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = N
     Returns
     -------
     xarray.Dataset or dict
-        The arrays of :func:`spectrum` or :func:`coherence`. There are no noise floors, and intervals of a jackknife are NaN.
+        The arrays of :func:`spectrum` or :func:`coherence`. There are no noise floors, and intervals
+        of a jackknife are NaN.
 
     Raises
     ------

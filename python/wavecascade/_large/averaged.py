@@ -87,8 +87,9 @@ def averaged(
     Warns
     -----
     CascadeWarning
-        When it is computed, once, as of :func:`spectrum` and :func:`coherence`. Each process of the workers of a ``distributed.Client`` sends it there once, and the default filters of
-        Python show one. Of sites in several chunks it says that some have a transient.
+        When it is computed, once, as of :func:`spectrum` and :func:`coherence`. Each process of the
+        workers of a ``distributed.Client`` sends it there once, and the default filters of Python show
+        one. Of sites in several chunks it says that some have a transient.
     """
     if estimate not in get_args(Divided):
         raise ValueError(f"estimate: expected spectrum or coherence, found {estimate!r}")
@@ -107,7 +108,7 @@ def averaged(
             f"field: expected a Dask array, found {type(found.samples).__name__}; use partial and combine"
         )
     compared = _reference(found.samples, estimate, reference)
-    n_times, n_sites = map(int, found.samples.shape)
+    n_times, _ = map(int, found.samples.shape)
     if compared is not None:
         own["reference"] = 0
     words = words_of(estimate, own | stated(found.axes, of_field), ["field"])
