@@ -169,8 +169,8 @@ def test_errors_are_those_of_the_program(field, tmp_path):
         wc.analyze(field, dt=-1)
     with pytest.raises(ValueError, match="segment: expected"):
         wc.analyze(field, segment=1000)
-    with pytest.raises(ValueError, match="one or two dimensions"):
-        wc.analyze(np.zeros((2, 3, 4)))
+    with pytest.raises(ValueError, match="found 0 dimensions|one or two dimensions"):
+        wc.analyze(np.float64(3.0))
     with pytest.raises(ValueError, match="expected real numbers, found complex128"):
         wc.analyze(np.zeros((2, 3), complex))
     with pytest.raises(TypeError, match="segmnet"):
@@ -257,7 +257,7 @@ def test_the_page_of_an_analysis(field, tmp_path):
         assert page.startswith("<!DOCTYPE html>") and "S(k, f)" in page
     travelled = pickle.loads(pickle.dumps(found))
     equal(travelled, found)
-    with pytest.raises(ValueError, match="expected what `analyze` returned"):
+    with pytest.raises(ValueError, match="expected what a function of wavecascade returned"):
         wc.report(travelled, tmp_path / "out.html")
 
 

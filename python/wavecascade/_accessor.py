@@ -15,9 +15,6 @@ from wavecascade._commands import analysis, estimates
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# Untyped in xarray.
-_register: Any = xr
-
 
 def _method(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[FieldAccessor, P], R]:
     """A function on fields as a method of the accessor, with its keywords."""
@@ -29,7 +26,6 @@ def _method(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[
     return method
 
 
-@_register.register_dataarray_accessor("cascade")
 class FieldAccessor:
     """A field with its functions: ``da.cascade.analyze()`` is ``wavecascade.analyze(da)``.
 
@@ -54,7 +50,6 @@ class FieldAccessor:
     spectrum = _method(estimates.spectrum)
 
 
-@_register.register_dataset_accessor("cascade")
 class ResultAccessor:
     """A result: ``ds.cascade.report("out.html")``, ``ds.cascade.plot()``."""
 
@@ -86,3 +81,9 @@ class ResultAccessor:
             For a variable that is not there, or has more dimensions.
         """
         return _plot.drawn(self._result, names, axes)
+
+
+# Not as decorators, which are untyped in xarray and would hide the classes from checkers.
+_register: Any = xr
+_register.register_dataarray_accessor("cascade")(FieldAccessor)
+_register.register_dataset_accessor("cascade")(ResultAccessor)

@@ -341,3 +341,32 @@ impl FromStr for Window {
         Ok(window)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_definition_samples_that_are_given_are_the_window() {
+        let samples = Window::Hann.samples(8);
+        let words: Vec<String> = samples.iter().map(f64::to_string).collect();
+        let text = format!("samples:{}", words.join(","));
+        let window: Window = text.parse().unwrap();
+        assert_eq!(window.samples(8), samples);
+        let gains = |window: Window| WindowGains {
+            name: String::new(),
+            ..window.gains(8)
+        };
+        assert_eq!(gains(window), gains(Window::Hann));
+        // Kept once.
+        assert_eq!(window, text.parse().unwrap());
+        let found = window.validate(9).unwrap_err().found;
+        assert_eq!(found, "8");
+        for refused in ["samples:", "samples:1,x", "samples:0,0", "samples:1,nan"] {
+            assert!(refused.parse::<Window>().is_err(), "{refused}");
+        }
+        let copied: Window =
+            serde_json::from_str(&serde_json::to_string(&window).unwrap()).unwrap();
+        assert_eq!(copied, window);
+    }
+}

@@ -254,8 +254,24 @@ fn regress_filter_and_simulate_write_what_they_read() {
     }
     let found = container(&place, "run.nc");
     assert_eq!(found.attributes.text("scene"), Some(scene.trim()));
-    let said = place.bad(2, &["budget", "run.nc"]);
-    assert!(said.contains("run.nc is no run"), "{said}");
+    // Both are runs, and a filtered one is none.
+    let closures = ["run.npz", "run.nc"].map(|name| {
+        let out = format!("budget-{name}");
+        place.good(&[
+            "budget",
+            name,
+            "--quiet",
+            "--figures",
+            "none",
+            "--out",
+            &out,
+        ]);
+        place.json(&format!("{out}/summary.json"))["closure"].clone()
+    });
+    assert_eq!(closures[0], closures[1]);
+    assert!(closures[0].is_object(), "{}", closures[0]);
+    let said = place.bad(2, &["budget", "low-run.nc"]);
+    assert!(said.contains("low-run.nc is no run"), "{said}");
     let said = place.bad(2, &["simulate", "si.toml", "--out", "run.nc"]);
     assert!(said.contains("--force"), "{said}");
     place.good(&[

@@ -212,8 +212,10 @@ def _of_table(table: Any) -> Labelled:
             "choose columns with DataFrame[[...]], and set the times with DataFrame.set_index"
         )
     columns = _index(table.columns, "site") if _says(table.columns) else None
+    # What says nothing may be either way round.
+    dims = ("row", "column") if times is None and columns is None else ("time", "site")
     coords = {"time": times, "site": columns}
-    return Labelled(table.to_numpy(), ("time", "site"), _some(coords), dict(table.attrs))
+    return Labelled(table.to_numpy(), dims, _some(coords), dict(table.attrs))
 
 
 def _some(coords: Mapping[str, Coordinate | None]) -> dict[str, Coordinate]:

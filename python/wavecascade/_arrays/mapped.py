@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -72,12 +73,18 @@ def _stacked(results: list[Any], dim: str, places: Any) -> Any:
     if isinstance(joined, xarray.Dataset):
         for name, values in differ.items():
             if name not in joined.variables:
-                is_number = all(isinstance(one, (int, float)) or one is None for one in values)
-                lacking = np.nan if is_number else ""
-                joined[name] = (dim, [lacking if one is None else one for one in values])
+                joined[name] = (dim, _column(values))
     if places is not None:
         joined = joined.assign_coords({dim: (dim, np.asarray(places.data), dict(places.attrs))})
     return joined
+
+
+def _column(values: list[Any]) -> list[Any]:
+    """Numbers, or texts; what is neither is JSON."""
+    if all(isinstance(one, (int, float)) or one is None for one in values):
+        return [np.nan if one is None else one for one in values]
+    texts = ("" if one is None else one for one in values)
+    return [one if isinstance(one, str) else json.dumps(one) for one in texts]
 
 
 def _described(found: Any, field: Any, dims: Dims) -> Any:

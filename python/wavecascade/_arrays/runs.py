@@ -22,14 +22,14 @@ def is_run(data: Any) -> bool:
 def seal(data: Any) -> Any:
     """A new run with the checksum of its arrays, which goes to files with it."""
     attrs = data["attrs"] if isinstance(data, dict) else data.attrs
-    attrs[_SUM] = checksum(_arrays(data))
+    attrs[_SUM] = f"{checksum(_arrays(data)):08x}"
     return data
 
 
 def is_whole(data: Any) -> bool:
     """Whether a run has the arrays that it was returned with; the program's files do not say."""
     attrs = data["attrs"] if isinstance(data, dict) else data.attrs
-    return _SUM not in attrs or int(attrs[_SUM]) == checksum(_arrays(data))
+    return _SUM not in attrs or attrs[_SUM] == f"{checksum(_arrays(data)):08x}"
 
 
 def run_of(data: Any) -> _native.Run | None:

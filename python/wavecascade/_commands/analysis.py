@@ -74,7 +74,9 @@ def analyze(
         ``high_wavenumber_share``, and where a front passes ``front_arrival``,
         ``low_frequency_share_front``, ``high_frequency_share_front``; directions
         ``toward_plus_x_share`` and ``toward_minus_x_share`` ``(frequency)``; where asked for,
-        ``dispersion_frequency`` and short-time spectra.
+        ``dispersion_frequency`` ``(dispersion_branch, dispersion_wavenumber)``,
+        ``short_time_spectrum`` ``(short_time_position, short_time_frequency, short_time_time)`` and
+        ``short_space_spectrum`` ``(short_space_time, short_space_wavenumber, short_space_position)``.
 
         The answer is attributes: ``frequency_verdict``, ``frequency_up``, ``frequency_up_at``,
         ``frequency_bound``, ``frequency_launch_up``, ``wavenumber_verdict``,

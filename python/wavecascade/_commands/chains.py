@@ -30,7 +30,7 @@ from wavecascade._keywords.scene import (
     TransmitOptions,
     TransmitOwn,
 )
-from wavecascade._keywords.words import Progress, observed, one_word, words
+from wavecascade._keywords.words import Progress, measured, observed, one_word, words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,8 +47,8 @@ def _toml(value: Any) -> str:
     """A value of a scene as TOML."""
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{key} = {_toml(one)}" for key, one in value.items()) + " }"
-    if isinstance(value, str):
-        return json.dumps(value)
+    if isinstance(value, str) or measured(value):
+        return json.dumps(one_word(value))
     if (isinstance(value, (Sequence, np.ndarray)) and np.ndim(value) != 0) or isinstance(value, list):
         return "[" + ", ".join(_toml(one) for one in value) + "]"
     return one_word(value)

@@ -67,7 +67,7 @@ def unit_text(unit: object) -> str | None:
     return re.sub(r"\s*([/*])\s*", r"\1", text).replace("*", " ") or None
 
 
-def _measure(value: Any) -> tuple[Any, str] | None:
+def measured(value: Any) -> tuple[Any, str] | None:
     """A number and its unit, of quantities of pint and astropy and of durations."""
     if isinstance(value, np.timedelta64):
         return value / np.timedelta64(1, "s"), "s"
@@ -95,7 +95,7 @@ def window_word(value: Any) -> str:
 
 
 def one_word(value: object) -> str:
-    measure = _measure(value)
+    measure = measured(value)
     if measure is not None:
         number, unit = measure
         return f"{one_word(float(number))} {unit}".rstrip()
@@ -147,7 +147,7 @@ def words(
                 said.append(f"{option}={axis}={text}")
         elif name in _RANGES and isinstance(value, (slice, tuple, list)):
             said.append(f"{option}={range_word(value)}")
-        elif isinstance(value, str) or not isinstance(value, Iterable) or _measure(value):
+        elif isinstance(value, str) or not isinstance(value, Iterable) or measured(value):
             said.append(f"{option}={one_word(value)}")
         elif name in _REPEATED:
             said += [f"{option}={_table(one)}" for one in value]
@@ -165,7 +165,7 @@ def _table(value: Any) -> str:
 def _listed(value: Any) -> str:
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value.start}..{value.stop - 1}"
-    if isinstance(value, str) or not isinstance(value, Iterable) or _measure(value):
+    if isinstance(value, str) or not isinstance(value, Iterable) or measured(value):
         return one_word(value)
     return ",".join(one_word(one) for one in value)
 

@@ -118,8 +118,8 @@ pub enum Command {
     /// SCENE is a text file (TOML) that `cascade scene` explains. Every key is an option too, which
     /// overrides the file: `stiffness_ratio = 4.9` and `--stiffness-ratio 4.9`. The run file
     /// (`.npz`) holds time, velocity, displacement, force, energy passed, masses, coefficients and
-    /// the scene; `cascade analyze` reads it with all axes known. With `--out run.nc` xarray opens the same
-    /// arrays, but `cascade budget` does not.
+    /// the scene; `cascade analyze` reads it with all axes known. With `--out run.nc` it is a NetCDF file of the
+    /// same arrays, which xarray opens, too.
     Simulate(Box<Simulate>),
     /// Run chains that differ in a few keys of one scene, to one table.
     ///
