@@ -216,10 +216,8 @@ mod tests {
         let arrays = 4096 * 512 * 24;
         for threads in [1, 3] {
             let expected = arrays + threads * ((2 << 20) + scratch + back);
-            in_pool(Some(threads as usize), || {
-                assert_eq!(bytes_at_once((4096, 512)), expected);
-            })
-            .unwrap();
+            let counted = in_pool(Some(threads as usize), || Ok(bytes_at_once((4096, 512))));
+            assert_eq!(counted.unwrap(), expected);
         }
     }
 }
