@@ -5,8 +5,8 @@ use serde_json::json;
 use super::{Ridge, RidgeCut, RidgeFit, RidgeParameter, RidgePoint, Ridges};
 use crate::analyze::{DispersionCurve, labels};
 use crate::sheet::{
-    BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, PALETTE, PlotRow, Role, Series, Sheet,
-    Table, Units, VERMILLION, extent, number, percent, with_half,
+    BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, PALETTE, PlotRow, Role, Series,
+    Sheet, Table, Units, VERMILLION, extent, number, percent, with_half,
 };
 use crate::unit::{self, label};
 
@@ -41,10 +41,9 @@ const ALIKE: f64 = 0.15;
 /// Velocities known no better than this share of them are not drawn.
 const RESOLVED: f64 = 0.3;
 
-type Column = (&'static str, fn(&RidgePoint) -> f64);
-
 /// Numbers of a point, by their names in tables and archives.
-const COLUMNS: [Column; 11] = [
+#[allow(clippy::type_complexity)]
+const COLUMNS: [(&str, fn(&RidgePoint) -> f64); 11] = [
     ("frequency", |p| p.frequency),
     ("frequency_error", |p| p.frequency_error),
     ("wavenumber", |p| p.wavenumber),
@@ -345,17 +344,17 @@ impl Ridges {
     fn variables(&self, sheet: &mut Sheet) {
         let (axes, sample) = (&self.analysis.axes, self.analysis.unit.as_deref());
         let units = Units::of(&axes.time, &axes.space, sample);
-        let of_ridges: [(&str, fn(&Ridge) -> f64); 2] = [
-            ("branch", |ridge| ridge.branch as f64),
-            ("at_frequency", |ridge| {
+        let of_ridges: [Column<Ridge>; 2] = [
+            ("branch", "", |ridge| ridge.branch as f64),
+            ("at_frequency", "", |ridge| {
                 f64::from(u8::from(ridge.cut == RidgeCut::Frequency))
             }),
         ];
-        for (name, of) in of_ridges {
+        for (name, unit, of) in of_ridges {
             let ridges = self.ridges.iter();
             let values =
                 ridges.flat_map(|ridge| std::iter::repeat_n(of(ridge), ridge.points.len()));
-            sheet.line(name, "point", "", values.collect::<Vec<f64>>());
+            sheet.line(name, "point", unit, values.collect::<Vec<f64>>());
         }
         let density = labels::Power::of(&self.analysis).over_both(axes);
         let density = unit::split(&density).1;

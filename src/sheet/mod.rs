@@ -98,6 +98,9 @@ pub struct Variable<'a> {
     pub values: Cow<'a, [f64]>,
 }
 
+/// Name, unit and value of a column of items.
+pub(crate) type Column<'a, T> = (&'a str, &'a str, fn(&T) -> f64);
+
 /// Rows under named columns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
@@ -237,6 +240,19 @@ impl<'a> Sheet<'a> {
     ) {
         let values = values.into();
         self.variable(name, &[(dimension, values.len())], unit, values);
+    }
+
+    /// Adds an array for each column of items along one dimension.
+    pub(crate) fn columns<'i, T: 'i>(
+        &mut self,
+        dimension: &str,
+        items: impl IntoIterator<Item = &'i T> + Clone,
+        columns: &[Column<T>],
+    ) {
+        for (name, unit, of) in columns {
+            let values: Vec<f64> = items.clone().into_iter().map(of).collect();
+            self.line(name, dimension, unit, values);
+        }
     }
 
     /// Adds an array of two dimensions.

@@ -224,7 +224,7 @@ fn race(formats: &[&str], replace: bool, rounds: usize, check: impl Fn(&[Result<
     let place = Place::new();
     for format in formats {
         for round in 0..rounds {
-            let path = place.path(&format!("{round}.{format}"));
+            let path = place.path(format!("{round}.{format}"));
             if replace {
                 FieldFile::write(&path, false, &constant(9.0)).unwrap();
             }

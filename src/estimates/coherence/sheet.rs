@@ -7,8 +7,8 @@ use super::{Coherence, Delay, PhaseSpeed};
 use crate::estimates::realisations::REALISATIONS;
 use crate::measure::cycles_per;
 use crate::sheet::{
-    BLUE, Chart, Colors, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series, Sheet,
-    Units, confidence, edges_from_zero, number, percent, range, with_half,
+    BLUE, Chart, Colors, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
+    Sheet, Units, confidence, edges_from_zero, number, percent, range, with_half,
 };
 use crate::unit::label;
 
@@ -286,18 +286,19 @@ impl Coherence {
         ] {
             sheet.plane(name, ["frequency", "position"], unit, array);
         }
-        let delay: [(&str, fn(&Delay) -> f64); 4] = [
-            ("delay", |d| d.delay),
-            ("delay_error", |d| d.error),
-            ("delay_interval", |d| d.interval),
-            ("delay_ambiguity", |d| d.ambiguity.unwrap_or(f64::NAN)),
+        let time = &units.time[..];
+        let delays: [Column<Delay>; 4] = [
+            ("delay", time, |d| d.delay),
+            ("delay_error", time, |d| d.error),
+            ("delay_interval", time, |d| d.interval),
+            ("delay_ambiguity", time, |d| d.ambiguity.unwrap_or(f64::NAN)),
         ];
-        for (name, of) in delay {
+        for (name, unit, of) in delays {
             let delays = self.delays.iter();
             let delays = delays.map(|delay| delay.as_ref().map_or(f64::NAN, of));
-            sheet.line(name, "position", &units.time, delays.collect::<Vec<f64>>());
+            sheet.line(name, "position", unit, delays.collect::<Vec<f64>>());
         }
-        let speed: [(&str, &str, fn(&PhaseSpeed) -> f64); 5] = [
+        let speeds: [Column<PhaseSpeed>; 5] = [
             ("speed_frequency", &units.frequency, |s| s.frequency),
             ("wavenumber", &units.wavenumber, |s| s.wavenumber),
             ("wavenumber_error", &units.wavenumber, |s| {
@@ -308,10 +309,7 @@ impl Coherence {
                 s.velocity_error
             }),
         ];
-        for (name, unit, of) in speed {
-            let values: Vec<f64> = self.speeds.iter().map(of).collect();
-            sheet.line(name, "speed_frequency", unit, values);
-        }
+        sheet.columns("speed_frequency", &self.speeds, &speeds);
     }
 
     fn frequency_label(&self) -> String {

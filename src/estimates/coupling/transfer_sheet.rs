@@ -6,8 +6,8 @@ use serde_json::json;
 use super::{OutputTransfer, PairTransfer, Transfer};
 use crate::measure::cycles_per;
 use crate::sheet::{
-    BLUE, Chart, Colors, Describe, GREEN, HeatChart, Level, Look, PlotRow, Role, Series, Sheet,
-    Units, VERMILLION, number, percent,
+    BLUE, Chart, Colors, Column, Describe, GREEN, HeatChart, Level, Look, PlotRow, Role, Series,
+    Sheet, Units, VERMILLION, number, percent,
 };
 use crate::unit::label;
 
@@ -38,9 +38,8 @@ const DEFINITIONS: [[&str; 2]; 5] = [
     ],
 ];
 
-/// A column of the outputs, and one of the pairs.
+/// A column of the outputs.
 type OfOutput = fn(&OutputTransfer) -> f64;
-type OfPair = fn(&PairTransfer) -> f64;
 
 impl Describe for Transfer {
     /// Variables: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`, `magnitude_error`, `phase`,
@@ -155,7 +154,7 @@ impl Transfer {
         let cycles = &units.frequency[..];
         let density = &units.density(cycles, "")[..];
         let passed = &units.density("", "")[..];
-        let of_outputs: [(&str, &str, OfOutput); 17] = [
+        let of_outputs: [Column<OutputTransfer>; 17] = [
             ("frequency", cycles, |o| o.frequency),
             ("input", density, |o| o.input),
             ("output", density, |o| o.output),
@@ -174,12 +173,9 @@ impl Transfer {
             ("held_out_linear", "", |o| o.held_out_linear),
             ("held_out_quadratic", "", |o| o.held_out_quadratic),
         ];
-        for (name, unit, of) in of_outputs {
-            let values: Vec<f64> = self.outputs.iter().map(of).collect();
-            sheet.line(name, "frequency", unit, values);
-        }
+        sheet.columns("frequency", &self.outputs, &of_outputs);
         let kernel = units.over_sample();
-        let of_pairs: [(&str, &str, OfPair); 7] = [
+        let of_pairs: [Column<PairTransfer>; 7] = [
             ("pair_first", cycles, |p| p.first),
             ("pair_second", cycles, |p| p.second),
             ("pair_third", cycles, |p| p.third),
@@ -188,10 +184,7 @@ impl Transfer {
             ("pair_gain", density, |p| p.gain),
             ("pair_gain_error", density, |p| p.gain_error),
         ];
-        for (name, unit, of) in of_pairs {
-            let values: Vec<f64> = self.pairs.iter().map(of).collect();
-            sheet.line(name, "pair", unit, values);
-        }
+        sheet.columns("pair", &self.pairs, &of_pairs);
     }
 
     fn frequency_unit(&self) -> String {

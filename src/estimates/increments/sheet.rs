@@ -7,8 +7,8 @@ use super::{
     ScalingExponents,
 };
 use crate::sheet::{
-    BLACK, BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, Units,
-    extent, number, with_half,
+    BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table,
+    Units, extent, number, with_half,
 };
 use crate::unit::label;
 
@@ -292,7 +292,7 @@ impl AxisIncrements {
         let named = |name: &str| format!("{prefix}_{name}");
         let scale = named("scale");
         let cubed = units.cubed();
-        let lines: [(&str, &str, fn(&ScaleMoments) -> f64); 8] = [
+        let lines: [Column<ScaleMoments>; 8] = [
             ("scale", length, |m| m.scale),
             ("pairs", "", |m| m.pairs as f64),
             ("third", &cubed, |m| m.third),

@@ -7,7 +7,7 @@ use super::{ModeShapes, Modes};
 use crate::estimates::realisations::REALISATIONS;
 use crate::measure::cycles_per;
 use crate::sheet::{
-    BLACK, BLUE, Chart, Describe, GREEN, Look, PlotRow, SKY, Series, Sheet, Table, Units,
+    BLACK, BLUE, Chart, Column, Describe, GREEN, Look, PlotRow, SKY, Series, Sheet, Table, Units,
     VERMILLION, extent, number, percent, six_digits,
 };
 use crate::unit::{compose, label, square};
@@ -226,11 +226,13 @@ impl Modes {
             "" => String::new(),
             space => format!("1/√{space}"),
         };
-        let parts: [(&str, fn(&Complex<f64>) -> f64); 2] =
-            [("mode_real", |z| z.re), ("mode_imag", |z| z.im)];
-        for (name, of) in parts {
+        let parts: [Column<Complex<f64>>; 2] = [
+            ("mode_real", &unit, |z| z.re),
+            ("mode_imag", &unit, |z| z.im),
+        ];
+        for (name, unit, of) in parts {
             let shapes = self.chosen.iter().flat_map(|shapes| &shapes.modes);
-            sheet.variable(name, &axes, &unit, shapes.map(of).collect::<Vec<f64>>());
+            sheet.variable(name, &axes, unit, shapes.map(of).collect::<Vec<f64>>());
         }
     }
 

@@ -8,8 +8,8 @@ use super::{
 };
 use crate::estimates::realisations::{TRANSIENT, degrees_as_numbers, interval_in_words};
 use crate::sheet::{
-    BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series, Sheet,
-    Table, Units, confidence, edges_from_zero, listed, number, percent, range, six_digits,
+    BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
+    Sheet, Table, Units, confidence, edges_from_zero, listed, number, percent, range, six_digits,
     with_range,
 };
 use crate::unit::label;
@@ -392,15 +392,15 @@ impl SpectrumEstimate {
             sheet.line("effective_realisations", columns, "", &left.effective);
         }
         if let Some(noise) = &self.noise {
-            let parts: [(&str, fn(&SiteNoise) -> f64); 3] = [
-                ("noise", |noise| noise.density),
-                ("noise_low", |noise| noise.low),
-                ("noise_high", |noise| noise.high),
+            let parts: [Column<SiteNoise>; 3] = [
+                ("noise", &density, |noise| noise.density),
+                ("noise_low", &density, |noise| noise.low),
+                ("noise_high", &density, |noise| noise.high),
             ];
-            for (name, part) in parts {
+            for (name, unit, part) in parts {
                 let sites = noise.sites.iter();
                 let values = sites.map(|site| site.as_ref().map_or(f64::NAN, part));
-                sheet.line(name, columns, &density, values.collect::<Vec<f64>>());
+                sheet.line(name, columns, unit, values.collect::<Vec<f64>>());
             }
         }
         let axes = [bins, columns];
