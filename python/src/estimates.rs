@@ -20,10 +20,9 @@ use super::typed::{command, provenance};
 use super::watch;
 use crate::advice;
 use crate::args::Command;
-use crate::estimate::Typed;
+use crate::estimates::{OnEstimate, Typed};
 use crate::failure::Failure;
 use crate::fields::expanded;
-use crate::spacetime::SpaceTime;
 
 /// The estimate that the words name, of one or several fields: arrays with labels, `summary` in JSON,
 /// `warnings`.
@@ -45,14 +44,7 @@ pub fn estimate<'py>(
         progress,
     };
     match command(&words)? {
-        Command::Bicoherence(typed) => call.of(*typed),
-        Command::Coherence(typed) => call.of(*typed),
-        Command::Increments(typed) => call.of(*typed),
-        Command::Modes(typed) => call.of(*typed),
-        Command::Ridges(typed) => call.of(*typed),
-        Command::Slope(typed) => call.of(*typed),
-        Command::Spectrum(typed) if typed.is_both() => call.of(SpaceTime(*typed)),
-        Command::Spectrum(typed) => call.of(*typed),
+        Command::Estimate(typed) => typed.with(call),
         _ => Err(PyValueError::new_err(format!(
             "expected the words of an estimate, found {words:?}"
         ))),
@@ -67,7 +59,9 @@ struct Call<'py, 'a> {
     progress: Option<Bound<'py, PyAny>>,
 }
 
-impl<'py> Call<'py, '_> {
+impl<'py> OnEstimate for Call<'py, '_> {
+    type Done = PyResult<Bound<'py, PyDict>>;
+
     fn of<T: Typed + Sync>(self, typed: T) -> PyResult<Bound<'py, PyDict>>
     where
         T::Found: Send + Sync + 'static,

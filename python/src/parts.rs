@@ -21,9 +21,10 @@ use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
 use super::watch;
 use crate::args::Command;
+use crate::estimates::EstimateCommand;
+use crate::estimates::parts::InParts;
 use crate::failure::Failure;
 use crate::parse;
-use crate::parts::InParts;
 
 /// Sums over some segments of a record, of :func:`partial`.
 #[pyclass(frozen, module = "wavecascade._native")]
@@ -136,8 +137,8 @@ impl Opened {
     /// What these words say of these fields.
     fn new(words: &Command, openers: Vec<Opener>) -> Result<Opened, Failure> {
         match words {
-            Command::Spectrum(typed) => Self::of(&**typed, openers),
-            Command::Coherence(typed) => Self::of(&**typed, openers),
+            Command::Estimate(EstimateCommand::Spectrum(typed)) => Self::of(&**typed, openers),
+            Command::Estimate(EstimateCommand::Coherence(typed)) => Self::of(&**typed, openers),
             _ => Err(Failure::Library(Error::Request {
                 option: "estimate",
                 expected: "spectrum or coherence".into(),

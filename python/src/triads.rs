@@ -16,7 +16,7 @@ use super::faults::{self, From};
 use super::samples::Opener;
 use super::typed::{provenance, typed};
 use super::watch;
-use crate::estimate::Typed;
+use crate::estimates::Typed;
 use crate::failure::Failure;
 
 enum Of {

@@ -11,6 +11,7 @@ use wavecascade::measure::{Frequency, Length, Measure, Time, Wavenumber};
 use wavecascade::prepare::Window;
 
 use crate::chain_args::{SceneCommand, Simulate, SweepCommand};
+use crate::estimates::EstimateCommand;
 use crate::figure_args::{ColorArgs, FigureArgs};
 use crate::parse;
 use crate::scan_args::ScanArgs;
@@ -51,52 +52,13 @@ pub enum Command {
     /// The field is transformed in time and space, multiplied by 1 or 0, and transformed back. The
     /// result is a field with the same axes. Adjacent bands sum to the field, to rounding.
     Filter(Box<crate::filter::Filter>),
-    /// Compare all sites with a reference: coherence, phase, delay, phase velocity.
-    ///
-    /// Averaged over segments of the record, over orthogonal tapers, or over repeated records (several
-    /// files). Each number has its level of significance or its error; the segments of one transient are not
-    /// independent, and then none is stated.
-    Coherence(Box<crate::coherence::Coherence>),
-    /// Read dispersion off S(k, f): branches, phase and group velocity, fitted laws.
-    ///
-    /// Peaks along k at each frequency, or along f at each wavenumber, that stand above the noise are joined to
-    /// branches and located between bins. Each place and each velocity has its error.
-    Ridges(Box<crate::ridges::Ridges>),
-    /// Find the motions that are coherent along x at each frequency (SPOD): modes and their power.
-    ///
-    /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or
-    /// over repeated records (several files). Each eigenvalue has its interval, and each mode that is a wave its
-    /// wavenumber.
-    Modes(Box<crate::modes::Modes>),
-    /// Measure how differences grow with scale: structure functions, flatness, histograms.
-    ///
-    /// Increments over separations along x and lags in time, orders 1 to 6, the third with its sign, exponents
-    /// over a stated band, histograms. Intervals are over shots, or over parts of a stationary record; missing
-    /// samples are left out.
-    Increments(Box<crate::increments::Increments>),
-    /// Fit the slope of a spectrum over a band, with its breaks, its course in time and the shock time.
-    ///
-    /// Least squares in double logarithmic scales over wavenumbers or frequencies; the interval is that of the
-    /// regression, or over shots if there are several. Along x, the slope of each frame of the times, and the time
-    /// at which a steepening field forms a shock.
-    Slope(Box<crate::slope::Slope>),
-    /// Find frequencies that are coupled with their sum: bicoherence and biphase, at a site and along x.
-    ///
-    /// Averaged over segments of the record or over repeated records (several files), with levels of
-    /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
-    /// frequency feeds which; `--transfer` fits what each gains between two sites, linearly and from pairs of others.
-    Bicoherence(Box<crate::bicoherence::BicoherenceArgs>),
+    #[command(flatten)]
+    Estimate(EstimateCommand),
     /// Find which wavenumbers of a run feed which: transfer by triads, and how local it is.
     ///
     /// Where the force is quadratic (springs with alpha, precompressed contacts to second order), energy is exchanged in triads k = p + q, each of which keeps its energy. The result has what
     /// each k gained with each partner, the flux past k, and the share of it that triads of near wavenumbers carry.
     Triads(Box<crate::triads::Triads>),
-    /// Estimate the power spectral density of all sites with intervals, and find lines.
-    ///
-    /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over
-    /// repeated records (several files). Each value has its degrees of freedom and two intervals, by the chi-square
-    /// distribution and by a jackknife; tapers give a test for lines. A single transient has no interval.
-    Spectrum(Box<crate::spectrum::Spectrum>),
     /// Convert a field to another format, with its axes and units.
     ///
     /// IN is anything that `cascade analyze` reads, with the same options: one file, or with

@@ -21,7 +21,7 @@ use wavecascade::report::{
 use crate::analyze::{named_after, use_threads};
 use crate::args::{DetailArgs, FormatArg};
 use crate::arrays_file::ArraysFile;
-use crate::estimate::subject_of;
+use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::{ColorArgs, Drawing, FigureArgs};
 use crate::measured::{self, MeasuredArgs, MeasuredInput, refuse_options_of_fields};

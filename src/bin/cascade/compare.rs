@@ -18,7 +18,7 @@ use wavecascade::report::{
 use crate::analyze::use_threads;
 use crate::args::DetailArgs;
 use crate::budget::{command, compute, name_of};
-use crate::estimate::subject_of;
+use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::progress::Progress;

@@ -15,7 +15,7 @@ use wavecascade::{Error, Field};
 use crate::analyze::{named_after, open_options, own, print_notes};
 use crate::args::Input;
 use crate::chain_args::How;
-use crate::estimate::subject_of;
+use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::parse;
 use crate::progress::Progress;

@@ -8,49 +8,38 @@ mod analyze;
 mod args;
 mod arrays_file;
 mod attenuate;
-mod bicoherence;
 mod budget;
 mod chain_args;
-mod coherence;
 mod compare;
 mod convert;
 mod dispersion;
 mod effect;
-mod estimate;
+mod estimates;
 mod failure;
 mod fields;
 mod figure_args;
 mod filter;
 mod further;
 mod gone;
-mod increments;
 mod inspect;
 mod localize;
 mod manual;
 mod measured;
-mod modes;
 mod parse;
-mod parts;
 mod progress;
-mod ridges;
 mod saved;
 mod scan_args;
 mod scene;
 mod scene_keys;
 mod show_args;
 mod simulate;
-mod slope;
-mod spacetime;
-mod spectrum;
 mod summary;
 mod sweep;
 mod table;
 mod terminal;
 mod text;
-mod transfer;
 mod transmit;
 mod triads;
-mod triple_args;
 mod view_args;
 mod words;
 
@@ -92,14 +81,8 @@ fn run(cli: Cli) -> Result<(), Failure> {
                 false => analyze::run(&typed, &files),
             }
         }
-        Command::Bicoherence(typed) => estimate::run(&*typed),
-        Command::Triads(typed) => estimate::run(&*typed),
-        Command::Coherence(typed) => coherence::run(&typed),
-        Command::Ridges(typed) => estimate::run(&*typed),
-        Command::Modes(typed) => estimate::run(&*typed),
-        Command::Increments(typed) => estimate::run(&*typed),
-        Command::Slope(typed) => estimate::run(&*typed),
-        Command::Spectrum(typed) => spectrum::run(*typed),
+        Command::Triads(typed) => estimates::run(&*typed),
+        Command::Estimate(typed) => typed.run(),
         Command::Budget(typed) => budget::run(*typed),
         Command::Compare(typed) => compare::run(*typed),
         Command::Inspect(typed) => {

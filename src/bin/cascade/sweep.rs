@@ -13,7 +13,7 @@ use wavecascade::sweep::{
 
 use crate::analyze::use_threads;
 use crate::chain_args::SweepCommand;
-use crate::estimate::subject_of;
+use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::summary::Summary;

@@ -21,7 +21,7 @@ use wavecascade::report::{
 use crate::analyze::{print_notes, use_threads};
 use crate::attenuate::{compared_line, default_over, failure_lines, without_arrival_line};
 use crate::chain_args::How;
-use crate::estimate::subject_of;
+use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::progress::Progress;

@@ -10,7 +10,7 @@ use wavecascade::observer::Observer;
 use wavecascade::report::RunFile;
 use wavecascade::{Error, Field};
 
-use crate::estimate::{Computation, EstimateArgs, Typed};
+use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::further::input_options;
 use crate::parse;
 use crate::view_args::request_of;

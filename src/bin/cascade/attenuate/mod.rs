@@ -22,7 +22,7 @@ use wavecascade::report::{
 
 use crate::analyze::use_threads;
 use crate::chain_args::How;
-use crate::estimate::subject_of;
+use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::parse;

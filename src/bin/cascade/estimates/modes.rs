@@ -7,8 +7,8 @@ use wavecascade::estimates::{Modes as Found, ModesRequest, modes};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
-use crate::coherence::AverageArgs;
-use crate::estimate::{Computation, EstimateArgs, Typed};
+use crate::estimates::coherence::AverageArgs;
+use crate::estimates::{Computation, EstimateArgs, Typed};
 
 /// What `cascade modes` takes.
 #[derive(Debug, Args)]

@@ -1,9 +1,21 @@
 //! What all commands on estimates share: one or several fields, one library call, a directory of results.
 
+pub mod bicoherence;
+pub mod coherence;
+pub mod increments;
+pub mod modes;
+pub mod parts;
+pub mod ridges;
+pub mod slope;
+pub mod spacetime;
+pub mod spectrum;
+pub mod transfer;
+pub mod triple_args;
+
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use wavecascade::arrays::Precision;
 use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::observer::Observer;
@@ -22,6 +34,92 @@ use crate::figure_args::{Drawing, FigureArgs};
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::terminal::{self, Tone};
+
+/// The commands on estimates of fields.
+#[derive(Debug, Subcommand)]
+pub enum EstimateCommand {
+    /// Compare all sites with a reference: coherence, phase, delay, phase velocity.
+    ///
+    /// Averaged over segments of the record, over orthogonal tapers, or over repeated records (several
+    /// files). Each number has its level of significance or its error; the segments of one transient are not
+    /// independent, and then none is stated.
+    Coherence(Box<coherence::Coherence>),
+    /// Read dispersion off S(k, f): branches, phase and group velocity, fitted laws.
+    ///
+    /// Peaks along k at each frequency, or along f at each wavenumber, that stand above the noise are joined to
+    /// branches and located between bins. Each place and each velocity has its error.
+    Ridges(Box<ridges::Ridges>),
+    /// Find the motions that are coherent along x at each frequency (SPOD): modes and their power.
+    ///
+    /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or
+    /// over repeated records (several files). Each eigenvalue has its interval, and each mode that is a wave its
+    /// wavenumber.
+    Modes(Box<modes::Modes>),
+    /// Measure how differences grow with scale: structure functions, flatness, histograms.
+    ///
+    /// Increments over separations along x and lags in time, orders 1 to 6, the third with its sign, exponents
+    /// over a stated band, histograms. Intervals are over shots, or over parts of a stationary record; missing
+    /// samples are left out.
+    Increments(Box<increments::Increments>),
+    /// Fit the slope of a spectrum over a band, with its breaks, its course in time and the shock time.
+    ///
+    /// Least squares in double logarithmic scales over wavenumbers or frequencies; the interval is that of the
+    /// regression, or over shots if there are several. Along x, the slope of each frame of the times, and the time
+    /// at which a steepening field forms a shock.
+    Slope(Box<slope::Slope>),
+    /// Find frequencies that are coupled with their sum: bicoherence and biphase, at a site and along x.
+    ///
+    /// Averaged over segments of the record or over repeated records (several files), with levels of
+    /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
+    /// frequency feeds which; `--transfer` fits what each gains between two sites, linearly and from pairs of others.
+    Bicoherence(Box<bicoherence::BicoherenceArgs>),
+    /// Estimate the power spectral density of all sites with intervals, and find lines.
+    ///
+    /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over
+    /// repeated records (several files). Each value has its degrees of freedom and two intervals, by the chi-square
+    /// distribution and by a jackknife; tapers give a test for lines. A single transient has no interval.
+    Spectrum(Box<spectrum::Spectrum>),
+}
+
+/// What is done with the arguments of an estimate, whatever their type.
+pub trait OnEstimate {
+    type Done;
+
+    fn of<T: Typed + Sync>(self, typed: T) -> Self::Done
+    where
+        T::Found: Send + Sync + 'static;
+}
+
+impl EstimateCommand {
+    /// The one place that lists the types of arguments.
+    pub fn with<V: OnEstimate>(self, visitor: V) -> V::Done {
+        match self {
+            EstimateCommand::Bicoherence(typed) => visitor.of(*typed),
+            EstimateCommand::Coherence(typed) => visitor.of(*typed),
+            EstimateCommand::Increments(typed) => visitor.of(*typed),
+            EstimateCommand::Modes(typed) => visitor.of(*typed),
+            EstimateCommand::Ridges(typed) => visitor.of(*typed),
+            EstimateCommand::Slope(typed) => visitor.of(*typed),
+            EstimateCommand::Spectrum(typed) if typed.is_both() => {
+                visitor.of(spacetime::SpaceTime(*typed))
+            }
+            EstimateCommand::Spectrum(typed) => visitor.of(*typed),
+        }
+    }
+
+    /// Runs the command.
+    pub fn run(self) -> Result<(), Failure> {
+        struct Run;
+        impl OnEstimate for Run {
+            type Done = Result<(), Failure>;
+
+            fn of<T: Typed>(self, typed: T) -> Self::Done {
+                typed.run()
+            }
+        }
+        self.with(Run)
+    }
+}
 
 /// Where the result goes, and how it is made.
 #[derive(Debug, Args)]
@@ -74,6 +172,14 @@ pub trait Typed {
     /// Findings about the fields, beside those about the result.
     fn findings(&self, _found: &Self::Found) -> Vec<Warning> {
         Vec::new()
+    }
+
+    /// Runs the command.
+    fn run(&self) -> Result<(), Failure>
+    where
+        Self: Sized,
+    {
+        run(self)
     }
 
     /// Writes what stands beside the arrays to new files of `directory`.

@@ -13,7 +13,7 @@ use wavecascade::report::{
 
 use crate::analyze::{named_after, use_threads};
 use crate::budget::command;
-use crate::estimate::{self, Target, Typed};
+use crate::estimates::{self, Target, Typed};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::summary::Summary;
@@ -81,7 +81,7 @@ pub fn run<T: InParts>(
     match part {
         _ if !all.is_empty() => merge(typed, all, choose),
         Some(part) => write(typed, *part),
-        None => estimate::run(typed),
+        None => estimates::run(typed),
     }
 }
 
@@ -91,9 +91,9 @@ fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
     let (command_line, fields) = (typed, typed.fields());
     let typed = typed.shared();
     let ending = format!("-{name}-{}-of-{}", part.number, part.of);
-    let (paths, out) = estimate::begin(fields, typed, |first| named_after(first, "npy", &ending))?;
+    let (paths, out) = estimates::begin(fields, typed, |first| named_after(first, "npy", &ending))?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let fields = estimate::open(&paths, typed, memory, false)?;
+    let fields = estimates::open(&paths, typed, memory, false)?;
     let all: Vec<_> = fields.iter().collect();
     let request = command_line.divided()?;
     let sums =
@@ -123,7 +123,7 @@ fn write<T: InParts>(typed: &T, part: Part) -> Result<(), Failure> {
             "part {part} is summed, segments {from} to {} of all records, counted from 0",
             end - 1
         );
-        let mut summary = Summary::new(&estimate::subject_of(&paths), &answer);
+        let mut summary = Summary::new(&estimates::subject_of(&paths), &answer);
         summary.last(&format!("wrote {}", published.join(FILE).display()));
         summary.print(typed.how.detail.verbose)?;
     }
@@ -177,8 +177,8 @@ fn merge<T: InParts>(
     let target = Target {
         out,
         name,
-        subject: &estimate::subject_of(&files),
+        subject: &estimates::subject_of(&files),
         provenance: &provenance,
     };
-    estimate::publish(command_line, &found, &target, &drawing, &progress)
+    estimates::publish(command_line, &found, &target, &drawing, &progress)
 }

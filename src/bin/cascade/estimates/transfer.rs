@@ -5,7 +5,7 @@ use wavecascade::Error;
 use wavecascade::estimates::TransferRequest;
 use wavecascade::measure::{Frequency, Measure, cycles_per};
 
-use crate::bicoherence::BicoherenceArgs;
+use crate::estimates::bicoherence::BicoherenceArgs;
 use crate::parse;
 use crate::show_args::of_axis;
 

@@ -8,8 +8,8 @@ use wavecascade::measure::{Frequency, Measure, Wavenumber, cycles_per};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
-use crate::coherence::AverageArgs;
-use crate::estimate::{Computation, EstimateArgs, Typed};
+use crate::estimates::coherence::AverageArgs;
+use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::show_args::of_axis;
 
 /// What `cascade slope` takes.

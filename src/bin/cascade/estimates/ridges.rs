@@ -11,7 +11,7 @@ use wavecascade::{Error, Field};
 
 use crate::advice;
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{Computation, EstimateArgs, Typed};
+use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::parse;
 
 /// What `cascade ridges` takes.

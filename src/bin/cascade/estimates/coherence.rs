@@ -11,10 +11,10 @@ use wavecascade::prepare::Window;
 use wavecascade::{Error, Field};
 
 use crate::args::{DetrendArg, GapsArg};
-use crate::estimate::{Computation, EstimateArgs, Typed};
+use crate::estimates::parts::{self, InParts, PartArgs};
+use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
-use crate::parts::{self, InParts, PartArgs};
 
 /// What `cascade coherence` takes.
 #[derive(Debug, Args)]
@@ -118,6 +118,14 @@ impl Typed for Coherence {
         self.averages.memory
     }
 
+    /// Or a part of it.
+    fn run(&self) -> Result<(), Failure> {
+        parts::run(self, |found| match found {
+            Combined::Coherence(found) => Some(*found),
+            _ => None,
+        })
+    }
+
     fn computation(&self) -> Result<impl Computation<Found>, Error> {
         let request = self.request();
         Ok(move |fields: &[&Field], observer: &dyn Observer| coherence(fields, &request, observer))
@@ -145,12 +153,4 @@ impl Coherence {
             memory: self.averages.memory,
         }
     }
-}
-
-/// Runs the command, or a part of it.
-pub fn run(typed: &Coherence) -> Result<(), Failure> {
-    parts::run(typed, |found| match found {
-        Combined::Coherence(found) => Some(*found),
-        _ => None,
-    })
 }

@@ -9,10 +9,10 @@ use wavecascade::observer::Observer;
 use wavecascade::sheet::{Describe, PlotRow, Sheet};
 use wavecascade::{Error, Field};
 
-use crate::estimate::{Computation, EstimateArgs, Typed};
+use crate::estimates::transfer::TransferArgs;
+use crate::estimates::triple_args::TripleArgs;
+use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::parse;
-use crate::transfer::TransferArgs;
-use crate::triple_args::TripleArgs;
 
 /// What `cascade bicoherence` takes.
 #[derive(Debug, Args)]

@@ -6,8 +6,9 @@ use wavecascade::estimates::{SpaceTimeEstimate, spacetime};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
-use crate::estimate::{Computation, EstimateArgs, Typed};
-use crate::spectrum::Spectrum;
+use crate::estimates::spectrum::Spectrum;
+use crate::estimates::{Computation, EstimateArgs, Typed};
+use crate::failure::Failure;
 
 /// What is typed of `cascade spectrum`, for spectra along both axes.
 #[derive(Debug)]
@@ -27,6 +28,15 @@ impl Typed for SpaceTime {
 
     fn memory(&self) -> Option<u64> {
         self.0.averages.memory
+    }
+
+    /// Parts have one axis, which is said.
+    fn run(&self) -> Result<(), Failure> {
+        let parts = &self.0.parts;
+        match parts.part.is_some() || !parts.merge.is_empty() {
+            true => self.0.run(),
+            false => super::run(self),
+        }
     }
 
     fn computation(&self) -> Result<impl Computation<SpaceTimeEstimate>, Error> {

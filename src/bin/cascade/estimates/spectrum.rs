@@ -11,12 +11,11 @@ use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
 use wavecascade::{Error, Field};
 
-use crate::coherence::AverageArgs;
-use crate::estimate::{self, Computation, EstimateArgs, Typed};
+use crate::estimates::coherence::AverageArgs;
+use crate::estimates::parts::{self, InParts, PartArgs};
+use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::failure::Failure;
 use crate::parse;
-use crate::parts::{self, InParts, PartArgs};
-use crate::spacetime::SpaceTime;
 
 /// What `cascade spectrum` takes.
 #[derive(Debug, Args)]
@@ -205,6 +204,14 @@ impl Typed for Spectrum {
         self.averages.memory
     }
 
+    /// Or a part of it.
+    fn run(&self) -> Result<(), Failure> {
+        parts::run(self, |found| match found {
+            Combined::Spectrum(found) => Some(*found),
+            Combined::Coherence(_) => None,
+        })
+    }
+
     fn computation(&self) -> Result<impl Computation<SpectrumEstimate>, Error> {
         let request = self.request()?;
         Ok(move |fields: &[&Field], observer: &dyn Observer| spectrum(fields, &request, observer))
@@ -224,16 +231,4 @@ impl InParts for Spectrum {
         };
         Ok(request.into())
     }
-}
-
-/// Runs the command, or a part of it.
-pub fn run(typed: Spectrum) -> Result<(), Failure> {
-    let is_in_parts = typed.parts.part.is_some() || !typed.parts.merge.is_empty();
-    if typed.is_both() && !is_in_parts {
-        return estimate::run(&SpaceTime(typed));
-    }
-    parts::run(&typed, |found| match found {
-        Combined::Spectrum(found) => Some(*found),
-        Combined::Coherence(_) => None,
-    })
 }

@@ -7,7 +7,7 @@ use wavecascade::estimates::{Increments as Found, IncrementsRequest, increments}
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
-use crate::estimate::{Computation, EstimateArgs, Typed};
+use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::parse;
 
 /// What `cascade increments` takes.
