@@ -45,6 +45,17 @@ def test_windows_as_scipy_names_them(field):
     np.testing.assert_allclose(found.spectrum, expected, rtol=1e-10, atol=1e-14)
     with pytest.raises(ValueError, match="window: expected a name"):
         wc.spectrum(field, window=(8, "kaiser"))
+    # Its samples, of any window.
+    parzen = signal.get_window("parzen", 64)
+    found = wc.spectrum(field, segment=64, overlap=32, window=parzen, detrend="none")
+    _, expected = signal.welch(field, 1.0, parzen, 64, 32, axis=0, detrend=False)
+    np.testing.assert_allclose(found.spectrum, expected, rtol=1e-10, atol=1e-14)
+    hann = signal.get_window("hann", 207).tolist()
+    given, named = (wc.analyze(field, window_time=one).temporal_spectrum for one in (hann, "hann"))
+    np.testing.assert_allclose(given, named, rtol=1e-12, atol=1e-14 * float(named.max()))
+    with pytest.raises(ValueError, match="window") as raised:
+        wc.spectrum(field, segment=32, window=parzen)
+    assert len(str(raised.value)) < 200
 
 
 def test_filtering_keeps_the_field(field):

@@ -57,6 +57,13 @@ def test_val_program_budget_of_a_netcdf_file(chain, run, tmp_path):
     assert wc.analyze(part).sizes["position"] == 16
     with pytest.raises(OSError, match=r"part.nc"):
         wc.budget(part)
+    # So it is of a file of the program, which has no checksum.
+    opened = xr.load_dataset(own, engine="scipy")
+    assert wc.budget(opened)
+    cut = opened.isel(position=slice(4, 20), contact_position=slice(4, 20))
+    assert wc.analyze(cut).sizes["position"] == 16
+    with pytest.raises(ValueError, match="cut or exchanged"):
+        wc.budget(cut)
 
 
 def test_val_program_answer_of_a_run_in_memory(run):
