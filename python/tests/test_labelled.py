@@ -213,6 +213,9 @@ def test_further_dimensions_are_mapped_over(field):
                 told = json.dumps(value) if isinstance(value, list) else value
                 assert found[name].values[i] == told, name
     assert found.attrs["dt"] == 0.5 and "answer" in found.variables
+    several = xr.Dataset({"v": da, "w": 2 * da})
+    chosen = wc.analyze(several, variable="w").temporal_spectrum
+    np.testing.assert_allclose(chosen, 4 * found.temporal_spectrum, rtol=1e-12, atol=1e-12)
     # Shots are realisations, not places.
     shots = da.expand_dims(shot=2).cascade.spectrum()
     one = wc.spectrum([field, field], dt=0.5)

@@ -273,6 +273,9 @@ def samples(field: Any, options: MutableMapping[str, object]) -> _native.Samples
         data = field
         field = of_dataset(data, options)
         run = _run(data)
+    if options.get("variable") == str(getattr(field, "name", None)):
+        # One place of a variable of a dataset, which is mapped over.
+        options.pop("variable")
     for option in OF_FILES:
         if options.get(option) is not None:
             raise ValueError(f"{option}: expected a file, whose option it is, found an array")

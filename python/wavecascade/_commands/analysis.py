@@ -326,8 +326,9 @@ def open(path: Any, **options: Unpack[OpenOptions]) -> xr.DataArray:
         For an option that does not apply.
     """
     paths = [os.fspath(path)] if is_path(path) else [os.fspath(one) for one in path]
-    said = words("analyze", dict(options), frozenset(OpenOptions.__annotations__) | _FIELD, paths)
-    return dataarray(_native.open(paths, said))
+    allowed = frozenset(OpenOptions.__annotations__) | _FIELD
+    with advising(allowed, paths):
+        return dataarray(_native.open(paths, words("analyze", dict(options), allowed, paths)))
 
 
 def filter(field: Any, *, progress: Progress = None, **options: Unpack[FilterOptions]) -> xr.DataArray:

@@ -15,6 +15,7 @@ from wavecascade import _native
 from wavecascade._arrays.fields import is_path, source
 from wavecascade._arrays.results import dataset, frame, hold, summary_attrs, warn
 from wavecascade._arrays.runs import run_of, seal
+from wavecascade._keywords.advice import advising
 from wavecascade._keywords.options import (
     BudgetOptions,
     FieldOptions,
@@ -171,7 +172,8 @@ def budget(
     typed |= {"scene": file[0] if file else "scene" if text is not None else None}
     allowed = frozenset(BudgetOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
     said = words("budget", typed, allowed | {"scene"}, [name])
-    found = _native.budget(moved, text, said, observed(progress))
+    with advising(allowed, moved):
+        found = _native.budget(moved, text, said, observed(progress))
     warn(found)
     out = dataset(found, summary_attrs(found["summary"], ("schema", "closure", "measurement", "units")))
     hold(out, found["page"])
