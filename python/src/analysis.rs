@@ -72,7 +72,9 @@ pub fn analyze<'py>(
         let mut analysis = analysis.map_err(|error| error.of_file(&name))?;
         match (&run, &path) {
             (Some(run), _) => in_time_of(run, &mut analysis)?,
-            (None, Some(path)) => drop(in_time_of_run(path, &mut analysis)?),
+            (None, Some(path)) => {
+                in_time_of_run(path, &mut analysis)?;
+            }
             (None, None) => {}
         }
         field.check_unchanged()?;

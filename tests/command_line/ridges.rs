@@ -72,7 +72,6 @@ fn regress_a_speed_is_found_fitted_and_written() {
     for name in [
         "report.html",
         "figures/ridges.png",
-        "figures/spacetime-spectrum.png",
     ] {
         assert!(
             place.path(format!("field-ridges/{name}")).exists(),

@@ -44,7 +44,7 @@ fn regress_a_transfer_is_found_and_written() {
         frequency.len(),
         summary["outputs"].as_array().unwrap().len()
     );
-    for name in ["report.html", "figures/transfer.png"] {
+    for name in ["report.html", "figures/bicoherence.png"] {
         assert!(place.path(format!("field-bicoherence/{name}")).exists());
     }
 }

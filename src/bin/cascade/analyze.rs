@@ -57,6 +57,8 @@ pub struct Finished {
     pub json: String,
     /// Directory of the results.
     pub published: PathBuf,
+    /// Whether the field is that of a run.
+    is_run: bool,
 }
 
 impl Finished {
@@ -140,7 +142,7 @@ impl Task<'_> {
             },
         );
         let mut analysis = analysis.map_err(|error| error.of_file(path))?;
-        in_time_of_run(path, &mut analysis)?;
+        let is_run = in_time_of_run(path, &mut analysis)?;
         analysis.content_hash = analysis.content_hash.or(hash?);
         let opened = field.file_state();
         let read_as = conclusions(&field);
@@ -171,6 +173,7 @@ impl Task<'_> {
             read_as,
             json,
             published,
+            is_run,
         })
     }
 
@@ -190,13 +193,14 @@ impl Task<'_> {
     }
 }
 
-/// The run that a file holds, if it does: what moved in wavenumber is then that of the total energy.
-pub fn in_time_of_run(path: &Path, analysis: &mut Analysis) -> Result<(), Failure> {
+/// Whether a file holds a run: what moved in wavenumber is then that of the total energy.
+pub fn in_time_of_run(path: &Path, analysis: &mut Analysis) -> Result<bool, Failure> {
     if !is_run_file(path)? {
-        return Ok(());
+        return Ok(false);
     }
     let file = RunFile::read(path)?;
-    in_time_of(&file, analysis)
+    in_time_of(&file, analysis)?;
+    Ok(true)
 }
 
 /// The same of a run at hand.
@@ -257,7 +261,7 @@ fn tell(
     }
     drop(out);
     let mut summary = terminal::summary(&finished.analysis, &finished.read_as);
-    let is_run = is_run_file(field)?;
+    let is_run = finished.is_run;
     if typed.scan.position_from.is_none() {
         let open = further::sentence(&finished.analysis, is_run, field);
         if let Some(open) = open {
