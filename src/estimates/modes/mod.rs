@@ -16,6 +16,7 @@ use crate::estimates::realisations::{
     first_of, interval_factors, steadiness, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
+use crate::numeric::chi_square_level;
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
@@ -58,8 +59,8 @@ impl Default for ModesRequest {
     }
 }
 
-/// By how much eigenvalues of noise exceed the edge of their distribution.
-const NOISE: f64 = 1.3;
+/// Probability by which noise has a mode at any of the frequencies.
+const CHANCE: f64 = 0.05;
 
 /// What [`modes`] finds.
 #[derive(Debug, Clone)]
@@ -103,24 +104,47 @@ impl Modes {
         self.eigenvalues[[bin, 0]] / self.total[bin]
     }
 
-    /// Modes at a frequency whose eigenvalues are above the largest of noise that is not correlated along x, as loud
-    /// as what they leave: `s (1 + sqrt(n / K))^2` of n sites and K realisations. `None` where no interval can be stated.
+    /// Modes at a frequency whose eigenvalues are above the largest of noise that is not correlated along x, as loud as what
+    /// modes before them leave, at 95 % for all frequencies together. `None` where no interval can be stated.
     ///
-    /// Source: V. A. Marchenko, L. A. Pastur, Math. USSR Sb. 1, 457 (1967).
+    /// # Equation
+    /// Of n sites and K realisations the largest eigenvalue over the mean of all is
+    ///
+    /// ```text
+    /// (sqrt K + sqrt n)^2 / K + s (sqrt K + sqrt n) (1 / sqrt K + 1 / sqrt n)^(1/3) / K
+    /// ```
+    ///
+    /// with s of the distribution of Tracy and Widom for complex entries.
+    ///
+    /// # Source
+    /// C. A. Tracy, H. Widom, Commun. Math. Phys. 159, 151 (1994); I. M. Johnstone, Ann. Stat. 29, 295 (2001).
     pub fn above_noise(&self, bin: usize) -> Option<usize> {
         let independent = self.independence.independent?;
-        let sites = self.n_sites as f64;
-        let edge = NOISE * (1.0 + (sites / independent).sqrt()).powi(2);
+        let chance = CHANCE / self.frequency.len() as f64;
+        let Independence {
+            records,
+            segments,
+            tapers,
+            ..
+        } = self.independence;
+        // Neighbours that share power by a correlation r count 1 / (1 + 2 r^2) each in a mean, and 1 / (1 + 2 r) in the largest
+        // eigenvalue, since noise of both is alike in phase.
+        let excess = (records * segments * tapers) as f64 / independent - 1.0;
+        let realisations = match excess > 0.0 && excess < 0.5 {
+            true => independent * (1.0 + excess) / (1.0 + (2.0 * excess).sqrt()),
+            false => independent,
+        };
         let mut left = self.total[bin];
         let mut count = 0;
         for eigenvalue in self.eigenvalues.row(bin) {
-            let rest = left - eigenvalue;
-            let others = sites - count as f64 - 1.0;
+            let others = (self.n_sites - count) as f64;
             // Of the last mode nothing tells it from noise.
-            if others < 1.0 || *eigenvalue <= edge * rest.max(0.0) / others {
+            if others < 2.0
+                || *eigenvalue <= largest_of_noise(others, realisations, chance) * left / others
+            {
                 break;
             }
-            left = rest;
+            left -= eigenvalue;
             count += 1;
         }
         Some(count)
@@ -141,6 +165,18 @@ impl Modes {
     pub fn units(&self) -> (String, String) {
         (self.time.time_unit(), self.space.space_unit())
     }
+}
+
+/// What the largest eigenvalue of noise, over the mean of all, exceeds with probability `chance`. The distribution of Tracy
+/// and Widom is that of Gamma, shifted (M. Chiani, J. Multivar. Anal. 129, 69 (2014)).
+fn largest_of_noise(sites: f64, realisations: f64, chance: f64) -> f64 {
+    const SHAPE: f64 = 79.6595;
+    const SCALE: f64 = 0.101037;
+    const SHIFT: f64 = 9.81961;
+    let s = 0.5 * SCALE * chi_square_level(chance, 2.0 * SHAPE) - SHIFT;
+    let (n, k) = (sites.sqrt(), realisations.sqrt());
+    let width = (n + k) * (1.0 / n + 1.0 / k).cbrt();
+    ((n + k).powi(2) + s * width) / realisations
 }
 
 /// Spectral proper orthogonal decomposition (SPOD) of the records of all sites.
