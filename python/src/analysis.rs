@@ -64,7 +64,13 @@ pub fn analyze<'py>(
     let path = opener.path();
     let run = run.map(|run| run.get().file());
     let work = |observer: &dyn Observer| -> Result<_, Failure> {
-        let (field, request) = asked(&typed, opener, maps)?;
+        let (mut field, request) = asked(&typed, opener, maps)?;
+        if let Some(run) = run
+            .as_ref()
+            .filter(|run| run.run.velocity.ncols() == field.n_sites())
+        {
+            run.run.label(&mut field);
+        }
         let name = path.clone().unwrap_or_else(|| PathBuf::from(&field.name));
         let plan = plan(&field, &request).map_err(|error| error.of_file(&name))?;
         let kept = Kept::new(request.precision);

@@ -6,22 +6,28 @@ use super::contacts::{ContactState, Contacts};
 use super::modes::{Basis, Modes};
 use super::motion::Motion;
 use crate::analyze::Analysis;
+use crate::chain::Run;
 use crate::error::Result;
 use crate::moved::{Place, Profiles, Source, TOLERANCE, Verdict, in_time};
 
-/// Puts what moved in wavenumber into the answer of an analysis of all sites and times of a run: of the energy
-/// `E(k) = |q^|^2 / 2 + |phi^|^2`, in sines between fixed ends, in place of that of `v^2`, which oscillates.
+/// Puts what a run knows into the answer of an analysis of all its sites and times: whether the chain loses energy, and, where
+/// displacements were recorded, what moved in wavenumber, of the energy `E(k) = |q^|^2 / 2 + |phi^|^2`, in sines between fixed
+/// ends, in place of that of `v^2`, which oscillates. The analysis of a run, of its file or of its field in memory, is then the same.
 ///
 /// # Errors
-/// As [`Motion::of`] for what does not fit the chain.
-pub fn answer_in_time(motion: &Motion, analysis: &mut Analysis) -> Result<()> {
-    motion.check()?;
+/// [`Error::Request`](crate::Error::Request) for a motion that does not fit its chain.
+pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
     let axes = &analysis.axes;
-    let is_whole = axes.n_times == motion.samples() && axes.n_sites == motion.chain.n_sites();
+    let is_whole = axes.n_times == run.time.len() && axes.n_sites == run.chain.n_sites();
     let Some(answer) = analysis.answer.as_mut().filter(|_| is_whole) else {
         return Ok(());
     };
-    answer.is_lossy = motion.chain.losses.any();
+    answer.is_lossy = run.chain.losses.any();
+    if run.displacement.is_none() {
+        return Ok(());
+    }
+    let motion = &Motion::of(run)?;
+    motion.check()?;
     let contacts = Contacts::of(motion);
     let basis = Basis::of(motion.chain.ends);
     let modes = Modes::new(basis, motion.chain.n_sites());

@@ -47,7 +47,7 @@ pub use curves::Curves;
 pub use filter::{Filter, ScaleOf};
 pub(crate) use frequency::usual_pairs;
 pub use frequency::{Between, FrequencyFlow, RefinedFlow};
-pub use in_time::answer_in_time;
+pub use in_time::answer_of_run;
 pub use modes::Basis;
 pub use motion::Motion;
 pub use request::{BudgetRequest, Views};

@@ -5,7 +5,7 @@ use ndarray::{Array1, Array2};
 use super::drive::Drive;
 use super::lattice::Chain;
 use super::stepping::Cost;
-use crate::field::{Axis, Field, Quantity};
+use crate::field::{Axis, Field, Quantity, graded_masses};
 
 /// The results of a run; arrays are `(time, site)` or `(time, contact)`.
 #[derive(Debug, Clone)]
@@ -79,6 +79,18 @@ impl Run {
         let mut field = Field::from_array(self.velocity.clone());
         field.quantity = Quantity::Velocity;
         field.name = "run".into();
+        self.label(&mut field);
+        let last = self.time.len() - 1;
+        field.time = Axis {
+            origin: 0.0,
+            step: self.time[last] / last as f64,
+            unit: None,
+        };
+        field
+    }
+
+    /// Says of a field of these velocities what its file would: which body is struck, and the masses of a graded chain.
+    pub fn label(&self, field: &mut Field) {
         let moves = |state: Option<ndarray::ArrayView1<f64>>| {
             state.and_then(|state| (0..state.len()).rev().find(|&j| state[j] != 0.0))
         };
@@ -87,12 +99,6 @@ impl Run {
         let displacement = moves(displacement.and_then(|all| all.outer_iter().next()));
         // Where nothing moves at first, the first end is driven.
         field.struck = Some(velocity.max(displacement).unwrap_or(0));
-        let last = self.time.len() - 1;
-        field.time = Axis {
-            origin: 0.0,
-            step: self.time[last] / last as f64,
-            unit: None,
-        };
-        field
+        field.masses = graded_masses(&self.chain.mass, &self.chain.coefficient);
     }
 }

@@ -395,6 +395,7 @@ impl<'a> Table<'a> {
         let unit = rows_are_times.then(|| self.unit(&channels)).flatten();
         Ok(Contents {
             struck: None,
+            masses: None,
             dispersion: None,
             storage: Storage::from_values(self.values, n_columns, rows_are_times),
             n_times,

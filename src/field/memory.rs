@@ -201,6 +201,7 @@ impl Field {
             axis_names: labels.axis_names,
             channels: Vec::new(),
             struck: labels.struck.filter(|site| *site < n_sites),
+            masses: None,
             dispersion: None,
         };
         contents.note_doubts(labels.is_layout_known || stated.layout.is_some());

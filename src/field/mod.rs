@@ -12,6 +12,7 @@ mod coordinates;
 mod csv;
 mod directory;
 mod file_bytes;
+mod graded;
 mod header;
 mod inspect;
 mod interpolate;
@@ -53,6 +54,7 @@ pub use wavecascade_formats::{ByteOrder, Sample};
 
 pub(crate) use assembly::ScratchFile;
 pub(crate) use file_bytes::regular_file;
+pub(crate) use graded::graded_masses;
 pub(crate) use npz::{Archive as Members, read_members};
 pub use open::{file_hash, is_run_file};
 pub(crate) use open::{is_field_file, is_run_archive, own_netcdf, read_container};
@@ -162,6 +164,8 @@ pub struct Field {
     pub(crate) channels: Vec<String>,
     /// In a simulated run, the last site that is struck, displaced or driven at the start.
     pub struck: Option<usize>,
+    /// In a simulated run whose bodies or contacts are not those of a repeated cell, the masses.
+    pub masses: Option<Vec<f64>>,
     /// Dispersion relation that the sidecar states, as [`Dispersion::parse`] takes it.
     ///
     /// [`Dispersion::parse`]: crate::analyze::Dispersion::parse
@@ -197,6 +201,7 @@ impl Field {
             axis_names: [None, None],
             channels: Vec::new(),
             struck: None,
+            masses: None,
             dispersion: None,
             content_hash: None,
             notes: Vec::new(),
@@ -223,6 +228,7 @@ impl Field {
             axis_names: [sites, times],
             channels: Vec::new(),
             struck: None,
+            masses: None,
             ..self.clone()
         }
     }

@@ -19,7 +19,7 @@ use super::options::OpenOptions;
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::storage::Bytes;
-use super::{Layout, Note, Quantity, VariableInfo, names, npy};
+use super::{Layout, Note, Quantity, VariableInfo, graded_masses, names, npy};
 use crate::error::{Error, InputFault, MemberShape, Result};
 use crate::system::memory::try_with_capacity;
 
@@ -68,6 +68,11 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
     }
     if is_run(&source.bytes) {
         contents.struck = archive.struck(contents.n_sites)?;
+        let bodies = archive
+            .array("mass")?
+            .zip(archive.array("contact_coefficient")?);
+        let bodies = bodies.filter(|((_, masses), _)| masses.len() == contents.n_sites);
+        contents.masses = bodies.and_then(|((_, m), (_, c))| graded_masses(&m, &c));
     }
     // Coordinates that are stated in full are left unread.
     let time = time.filter(|_| stated.t0.is_none() || stated.dt.is_none());

@@ -110,6 +110,8 @@ pub(super) struct Contents {
     pub(super) channels: Vec<String>,
     /// As [`Field::struck`].
     pub(super) struck: Option<usize>,
+    /// As [`Field::masses`].
+    pub(super) masses: Option<Vec<f64>>,
     /// As [`Field::dispersion`].
     pub(super) dispersion: Option<String>,
 }
@@ -244,6 +246,7 @@ impl Contents {
             axis_names: [None, None],
             channels: Vec::new(),
             struck: None,
+            masses: None,
             dispersion: None,
         }
     }
@@ -409,6 +412,7 @@ pub(super) fn completed(
         axis_names: contents.axis_names,
         channels: contents.channels,
         struck: contents.struck,
+        masses: contents.masses,
         dispersion: stated.dispersion.or(contents.dispersion),
         content_hash: None,
         notes,

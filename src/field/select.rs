@@ -30,6 +30,7 @@ impl Field {
                     self.channels = self.channels[range.clone()].to_vec();
                 }
                 self.struck = self.struck.and_then(|site| site.checked_sub(range.start));
+                self.masses = self.masses.take().map(|all| all[range.clone()].to_vec());
             } else {
                 let names: Vec<&str> = [time_name, space_name]
                     .into_iter()

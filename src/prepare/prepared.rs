@@ -149,6 +149,12 @@ impl<'a> Prepared<'a> {
         self.field.struck
     }
 
+    /// Masses of the sites, where the field is a simulated run.
+    pub fn masses(&self) -> Option<&[f64]> {
+        let masses = self.field.masses.as_deref()?;
+        masses.get(self.sites.clone())
+    }
+
     /// Sites of the whole field.
     pub fn sites_in_file(&self) -> usize {
         self.field.n_sites()

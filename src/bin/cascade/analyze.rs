@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use wavecascade::analyze::{
     Analysis, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
-use wavecascade::budget::{Motion, answer_in_time};
+use wavecascade::budget::answer_of_run;
 use wavecascade::field::{FileState, Note, OpenOptions, Quantity, TimeColumn, is_run_file};
 use wavecascade::measure::{Dimension, Frequency, Length, Measure, Time, symbol};
 use wavecascade::plot::draw_all;
@@ -206,10 +206,7 @@ pub fn in_time_of_run(path: &Path, analysis: &mut Analysis) -> Result<bool, Fail
 /// The same of a run at hand.
 pub fn in_time_of(file: &RunFile, analysis: &mut Analysis) -> Result<(), Failure> {
     analysis.sample_error = file.run.report.error;
-    if file.run.displacement.is_some() {
-        answer_in_time(&Motion::of(&file.run)?, analysis)?;
-    }
-    Ok(())
+    Ok(answer_of_run(&file.run, analysis)?)
 }
 
 /// Stated memory below which figures are drawn one by one.

@@ -98,6 +98,7 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
             .map(|place| Some(choose::last_name(place?.name.as_deref()?).to_owned())),
         channels: Vec::new(),
         struck: None,
+        masses: None,
         dispersion: None,
     };
     if own.is_none() {

@@ -222,6 +222,7 @@ impl Scan {
             axis_names: [None, None],
             channels: Vec::new(),
             struck: None,
+            masses: None,
             dispersion: first.dispersion.clone(),
             content_hash: Some(hash),
             notes,
