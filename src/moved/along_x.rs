@@ -2,12 +2,14 @@
 
 use super::front::{Fronts, Seen};
 use super::gain::{self, GainChange, GainStep};
+use super::graded::weights;
 use super::groups::{FEWEST, Found};
 use super::onset::{Envelopes, NoiseShape, Onset, Reading};
 use super::share::{Group, Spectrum};
+use super::speed::{self, Passage};
 use super::steady;
 use super::windows::{Weights, Windows};
-use super::{Evidence, LeftOut, Movement, Part, Place, Reason, Speed};
+use super::{Evidence, LeftOut, Movement, Part, Place, Reason, Speed, Verdict};
 use crate::error::Result;
 use crate::observer::Observer;
 use crate::prepare::Prepared;
@@ -15,6 +17,9 @@ use crate::transform::RecordScratch;
 
 /// Widths of the pulse that a front window is long.
 const WIDTHS: f64 = 10.0;
+/// Widths that hold a pulse and its lead, and those of a window that is shortened so that more sites have it.
+const PULSE: f64 = 4.0;
+const ENOUGH: f64 = 5.0;
 /// Records whose width is looked for, and groups that are compared, at most.
 const LOOKED_AT: usize = 64;
 const GROUPS: usize = 80;
@@ -89,6 +94,8 @@ pub(crate) struct AlongX {
     pub arrivals: Vec<Option<usize>>,
     /// Frequency below which half of the energy lies.
     pub median: f64,
+    /// Variance of the noise, summed over the sites: of steady records, that of their white floor.
+    pub noise: f64,
     pub gain_changes: Vec<GainChange>,
     pub gain_steps: Vec<GainStep>,
 }
@@ -108,6 +115,7 @@ impl AlongX {
             levels: Vec::new(),
             arrivals: Vec::new(),
             median: f64::NAN,
+            noise: 0.0,
             gain_changes: Vec::new(),
             gain_steps: Vec::new(),
         }
@@ -137,7 +145,7 @@ pub(crate) fn along_x(
         let mut onset = Onset::of(record, how);
         let mut shape = (Vec::new(), 0);
         if site.is_multiple_of(every) && onset.peak > 0.0 {
-            onset.width = Some(envelopes.width(record, onset.baseline));
+            onset.width = Some(envelopes.width(record, onset.baseline, !how.simulated));
             if measured && onset.noise.is_some_and(|noise| noise > 0.0) {
                 shape = NoiseShape::sums(record, &pieces);
             }
@@ -173,6 +181,7 @@ pub(crate) fn along_x(
     let eligible = fronts.eligible();
     let along = match is_known && fronts.arrive(&eligible) {
         true => fronts.compare(prepared, &eligible, &shape, observer)?,
+        false if !options.is_simulated() && fronts.are_transient() => fronts.untold(Reason::Begins),
         false => {
             let along = steady::along_x(prepared, options, &fronts.onsets, &fronts.live, observer)?;
             AlongX {
@@ -282,6 +291,10 @@ impl Fronts<'_> {
     ) -> Result<AlongX> {
         let options = self.options;
         let sense = self.sense(eligible);
+        let origins = match sense == 0.0 {
+            true => self.origins(eligible),
+            false => None,
+        };
         let ends = self.ends(eligible, sense);
         let room: Vec<usize> = eligible
             .iter()
@@ -295,12 +308,15 @@ impl Fronts<'_> {
         let wanted = options
             .window
             .unwrap_or((WIDTHS * self.width).round() as usize);
-        let goes_on =
-            options.window.is_none() && wanted > longest && self.width > 0.25 * longest as f64;
-        let window = match goes_on {
+        let is_free = options.window.is_none();
+        let goes_on = is_free && wanted > longest && self.width > 0.25 * longest as f64;
+        // What nearly all sites have, if it holds a pulse.
+        let fitting = sorted[sorted.len() / 20].max((ENOUGH * self.width).round() as usize);
+        let window = match (goes_on, is_free && !options.is_simulated()) {
             // Motion that goes on has no pulse: what two thirds of the sites have of it.
-            true => longest,
-            false => wanted.max(SHORTEST),
+            (true, _) => longest,
+            (false, true) => wanted.min(fitting.min(longest)).max(SHORTEST),
+            (false, false) => wanted.max(SHORTEST),
         };
         if window < SHORTEST {
             let left_out = self.left_out;
@@ -309,8 +325,16 @@ impl Fronts<'_> {
         let is_struck = options.is_simulated() && !goes_on;
         let plan = |weights, span| Windows::new(weights, span, options.dt, shape);
         let mut kinds = vec![plan(Weights::Flat, (0, window))];
-        // Checks with windows of half and twice the length, as far as these fit.
-        kinds.push(plan(Weights::Flat, (0, (window / 2).max(SHORTEST))));
+        kinds[0].has_delays = !options.is_simulated();
+        // Checks with windows of half and twice the length, as far as these fit, and as far as half a window holds a pulse.
+        let pulse = match goes_on || options.is_simulated() {
+            true => 0,
+            false => ((PULSE * self.width) as usize).min(window),
+        };
+        kinds.push(plan(
+            Weights::Flat,
+            (0, (window / 2).max(SHORTEST).max(pulse)),
+        ));
         kinds.push(plan(Weights::Flat, (0, 2 * window)));
         if is_struck {
             kinds.push(plan(Weights::Fading, (0, window)));
@@ -338,6 +362,8 @@ impl Fronts<'_> {
             let at = eligible.binary_search(&site).ok();
             at.map_or(0, |i| ends[i])
         };
+        let masses = prepared.masses().filter(|_| is_struck);
+        let weights = masses.map(|masses| weights(masses, eligible, &|site| self.arrival(site)));
         let read = prepared.each_record_of(
             |j| wanted[j],
             observer,
@@ -350,29 +376,16 @@ impl Fronts<'_> {
                     false => onset.second(record, arrival, noise, self.width),
                 };
                 let start = self.start(site);
+                let weight = weights.as_ref().map_or(1.0, |weights| weights[site]);
                 let spectra = kinds.iter().map(|kind| {
                     let levels = (onset.baseline, noise);
                     let steps = options.is_simulated() && kind.after == 0;
                     (start + kind.end() <= end_of(site))
                         .then(|| kind.spectrum(record, start, levels, steps, &mut scratch))
-                });
-                // Twice the window, where it fits: what its end cuts off would move the centroid.
-                let span = match start + 2 * window <= end_of(site) {
-                    true => 2 * window,
-                    false => window,
-                };
-                let behind = record[start..].iter().take(span).enumerate();
-                let (energy, moment) = behind.fold((0.0, 0.0), |(energy, moment), (n, v)| {
-                    let e = (v - onset.baseline).powi(2) - noise * noise;
-                    (energy + e, moment + n as f64 * e)
+                        .map(|spectrum| spectrum.times(weight))
                 });
                 Seen {
                     site,
-                    centre: match options.is_simulated() {
-                        // A run has no noise, and its front no end.
-                        true => arrival as f64,
-                        false => start as f64 + moment / energy,
-                    },
                     second,
                     spectra: spectra.collect(),
                 }
@@ -421,6 +434,7 @@ impl Fronts<'_> {
                 groups.len() >= FEWEST && self.left_out.cut_off + self.left_out.reflected == 0;
             let left_out = self.left_out;
             return Ok(self.untold(match noisy {
+                _ if origins.is_some() => Reason::Origins,
                 true => Reason::Noise,
                 false => Reason::FewWindows { whole, left_out },
             }));
@@ -429,11 +443,34 @@ impl Fronts<'_> {
             true => found.of_struck_chain(tail),
             false => found.of_field(tail),
         };
-        let centres = order.iter().filter_map(|&j| {
-            let one = lone(j).filter(|one| one.spectra[0].is_some())?;
-            Some((j as f64, one.centre))
+        if let Some(at) = origins {
+            // What is the same on both sides has not moved, whatever its origin.
+            let spans = |from: Place, to: Place| {
+                let sides = [from, to].map(|place| place.rows[0] < at + options.first_site);
+                sides[0] != sides[1]
+            };
+            let ends = along.movement.from.zip(along.movement.to);
+            let is_same = along.movement.verdict == Verdict::Unchanged
+                && ends.is_some_and(|(from, to)| spans(from, to));
+            if !is_same {
+                along.movement = along.movement.but_untold(Reason::Origins);
+            }
+        }
+        let fronts = order.iter().filter_map(|&site| {
+            Some(Passage {
+                site,
+                start: self.start(site),
+                spectrum: lone(site)?.spectra[0].as_ref()?,
+            })
         });
-        along.speed = self.speed(&centres.collect::<Vec<_>>(), sense);
+        let fronts: Vec<Passage> = fronts.filter(|_| sense != 0.0).collect();
+        let scale = options.dx / options.dt;
+        let arrival = |front: &Passage| (front.site as f64, self.arrival(front.site) as f64);
+        along.speed = match options.is_simulated() {
+            // A run has no noise, and its front no end.
+            true => speed::speed(&fronts.iter().map(arrival).collect::<Vec<_>>(), scale),
+            false => speed::of_windows(&fronts, scale),
+        };
         along.has_fronts = true;
         along.is_struck = is_struck;
         along.first_site = options.first_site;
@@ -457,6 +494,11 @@ impl Fronts<'_> {
                 .zip(&self.live)
                 .map(|(o, live)| o.arrival.filter(|_| *live))
                 .collect(),
+            noise: self
+                .onsets
+                .iter()
+                .map(|o| o.noise.unwrap_or(0.0).powi(2))
+                .sum(),
             levels: self
                 .onsets
                 .iter()

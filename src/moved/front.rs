@@ -1,15 +1,24 @@
 //! Sites at which a wave arrives, which way it goes, and what comes back.
 
+use super::LeftOut;
 use super::along_x::{Options, median};
 use super::onset::Onset;
 use super::share::Spectrum;
 use super::windows::Windows;
-use super::{LeftOut, Speed};
 
 /// Correlation of arrivals with x from which on they are those of one wave.
 const ONE_WAY: f64 = 0.9;
-/// Steadiness of records above which they have no front.
+/// Steadiness of records above which they have no front, and below which they are no steady motion either.
 const STEADY: f64 = 0.5;
+const TRANSIENT: f64 = 0.35;
+/// Widths of the pulse within which arrivals are at once.
+const AT_ONCE: f64 = 2.0;
+/// Root mean square of records, over their quiet parts, below which these are none where the motion lasts.
+const LASTS: f64 = 0.25;
+const ABOVE: f64 = 5.0;
+/// Part of the sites, and sites at least, on each side of the place where waves from two ends meet.
+const SIDE: usize = 5;
+const SIDE_SITES: usize = 4;
 
 pub(super) struct Fronts<'a> {
     pub options: &'a Options,
@@ -25,8 +34,6 @@ pub(super) struct Fronts<'a> {
 /// Spectra of a site in each kind of window; `None` where one does not fit.
 pub(super) struct Seen {
     pub site: usize,
-    /// When the front is there, in samples: the centroid of the energy in its window, of a run the arrival.
-    pub centre: f64,
     pub second: Option<usize>,
     pub spectra: Vec<Option<Spectrum>>,
 }
@@ -99,13 +106,29 @@ impl Fronts<'_> {
         }
         let mut steadiness: Vec<f64> = sites.iter().map(|&j| self.onsets[j].steadiness).collect();
         let mut leads: Vec<f64> = sites.iter().map(|&j| self.arrival(j) as f64).collect();
+        let steady = median(&mut steadiness);
+        // What is louder by a few times from some time on has not arrived then.
+        let above = |&j: &usize| {
+            let onset = &self.onsets[j];
+            onset.sizes[0].exp() / onset.noise.unwrap_or(0.0)
+        };
+        let mut above: Vec<f64> = sites.iter().map(above).collect();
+        let goes_on = steady > LASTS && median(&mut above) < ABOVE;
         4 * sites.len() >= alive
-            && median(&mut steadiness) < STEADY
+            && steady < STEADY
+            && !goes_on
+            && !self.is_irregular(sites)
             && median(&mut leads) >= self.width.min(0.1 * self.n_times as f64)
     }
 
-    /// +1 where arrivals rise with x, -1 where they fall, 0 for both: waves of several origins.
-    pub fn sense(&self, sites: &[usize]) -> f64 {
+    /// Whether motion comes and goes, though no arrival says when it came: its records are no realisations of steady motion.
+    pub fn are_transient(&self) -> bool {
+        let live = self.onsets.iter().zip(&self.live).filter(|(_, l)| **l);
+        let mut steadiness: Vec<f64> = live.map(|(onset, _)| onset.steadiness).collect();
+        median(&mut steadiness) < TRANSIENT
+    }
+
+    fn correlation(&self, sites: &[usize]) -> f64 {
         let n = sites.len() as f64;
         let points = sites.iter().map(|&j| (j as f64, self.arrival(j) as f64));
         let (sx, st) = points
@@ -115,10 +138,39 @@ impl Fronts<'_> {
         let [xx, tt, xt] = moments.fold([0.0; 3], |[xx, tt, xt], (x, t)| {
             [xx + x * x, tt + t * t, xt + x * t]
         });
-        match xt / (xx * tt).sqrt() {
+        xt / (xx * tt).sqrt()
+    }
+
+    /// +1 where arrivals rise with x, -1 where they fall, 0 for both.
+    pub fn sense(&self, sites: &[usize]) -> f64 {
+        match self.correlation(sites) {
             correlation if correlation.abs() >= ONE_WAY => correlation.signum(),
             _ => 0.0,
         }
+    }
+
+    /// Whether arrivals are those of no wave: neither along the array, nor from two origins, nor at once.
+    fn is_irregular(&self, sites: &[usize]) -> bool {
+        let mut arrivals: Vec<f64> = sites.iter().map(|&j| self.arrival(j) as f64).collect();
+        let middle = median(&mut arrivals);
+        let mut off: Vec<f64> = arrivals.iter().map(|a| (a - middle).abs()).collect();
+        self.sense(sites) == 0.0
+            && self.origins(sites).is_none()
+            && median(&mut off) > AT_ONCE * self.width
+    }
+
+    /// Where waves of two origins meet: arrivals rise along the array up to this site, and fall from it on, or the other way round.
+    pub fn origins(&self, sites: &[usize]) -> Option<usize> {
+        let side = (sites.len() / SIDE).max(SIDE_SITES);
+        let places = side..(sites.len() + 1).saturating_sub(side);
+        let apart = |at: &usize| {
+            let [a, b] = [&sites[..*at], &sites[*at..]].map(|part| self.correlation(part));
+            (a * b < 0.0).then_some(a.abs().min(b.abs()))
+        };
+        let apart = places.filter_map(|at| Some((at, apart(&at)?)));
+        let best = apart.max_by(|(_, a), (_, b)| a.total_cmp(b));
+        best.filter(|(_, least)| *least >= ONE_WAY)
+            .map(|(at, _)| sites[at])
     }
 
     /// The last sample before a reflection from the far end of a run is back at each site.
@@ -187,44 +239,5 @@ impl Fronts<'_> {
                 }
             }
         }
-    }
-
-    /// The slope of the energy's centroid in front windows over x by least squares, with its 95 % interval. What is left follows
-    /// its neighbours: it counts by its correlation from site to site.
-    pub fn speed(&self, points: &[(f64, f64)], sense: f64) -> Option<Speed> {
-        if sense == 0.0 || points.len() < 4 {
-            return None;
-        }
-        let n = points.len() as f64;
-        let (sx, st) = points
-            .iter()
-            .fold((0.0, 0.0), |(a, b), (x, t)| (a + x, b + t));
-        let (mx, mt) = (sx / n, st / n);
-        let (xx, xt) = points.iter().fold((0.0, 0.0), |(a, b), (x, t)| {
-            (a + (x - mx).powi(2), b + (x - mx) * (t - mt))
-        });
-        let slowness = xt / xx;
-        let left: Vec<f64> = points
-            .iter()
-            .map(|(x, t)| t - mt - slowness * (x - mx))
-            .collect();
-        let squares: f64 = left.iter().map(|r| r * r).sum();
-        let products: f64 = left.windows(2).map(|pair| pair[0] * pair[1]).sum();
-        let follows = match squares > 0.0 {
-            true => (products / squares).clamp(0.0, 0.95),
-            false => 0.0,
-        };
-        let error = (squares / (n - 2.0) / xx * (1.0 + follows) / (1.0 - follows)).sqrt();
-        let bound = crate::numeric::student_two_sided(0.05, n - 2.0) * error;
-        // A tenth of a sample over the array is not told.
-        let bound = bound.max(0.1 / xx.sqrt() / n.sqrt());
-        if slowness.abs() <= 2.0 * bound || !slowness.is_finite() {
-            return None;
-        }
-        let scale = self.options.dx / self.options.dt;
-        Some(Speed {
-            value: scale / slowness,
-            error: scale * bound / (slowness * slowness),
-        })
     }
 }

@@ -9,6 +9,8 @@ use super::{Evidence, Movement, Part, Reason, Verdict, seen};
 pub(super) const FEWEST: usize = 2;
 /// Ratio of the parts of the energy that windows hold, at the last and the first group, below which a wave spreads out of them.
 const SPREADS_OUT: f64 = 0.85;
+/// Part of the energy of a window of twice the length that a window may miss and hold all of the wave.
+const HOLDS: f64 = 0.03;
 /// Part of its first energy that a front holds as long as it is followed.
 const FOLLOWED: f64 = 0.3;
 /// The kind of window that fades, of those of a struck chain.
@@ -27,13 +29,16 @@ impl Found<'_> {
         let groups = &self.groups[kind];
         let upper = &self.kinds[kind].grid.upper;
         let place = |group: &Group| self.options.place(group);
-        Movement::between(
-            &groups[a],
-            &groups[b],
-            upper,
-            self.options.tolerance,
-            &place,
-        )
+        let [a, b] = [&groups[a], &groups[b]];
+        let movement = Movement::between(a, b, upper, self.options.tolerance, &place);
+        match self.options.is_simulated() {
+            // A pulse that becomes longer loses none of its energy below the resolution of the windows.
+            true => Movement {
+                energy_ratio: b.with_drift() / a.with_drift(),
+                ..movement
+            },
+            false => movement,
+        }
     }
 
     fn moved(&self, kind: usize, a: usize, b: usize) -> Moved {
@@ -54,10 +59,23 @@ impl Found<'_> {
             let bound = movement.bound;
             return movement.but_untold(Reason::Errors { bound });
         }
-        for &other in others {
+        let holds = |row: [usize; 2]| {
+            let twice = self.groups[2].iter().find(|group| group.rows == row);
+            let main = groups.iter().find(|group| group.rows == row);
+            let held = twice
+                .zip(main)
+                .map(|(twice, main)| main.energy / twice.energy);
+            held.is_some_and(|held| (held - 1.0).abs() < HOLDS)
+        };
+        // Half a window cuts off what a whole one holds.
+        let is_whole = kind == 0 && [a, b].iter().all(|&group| holds(groups[group].rows));
+        for &other in others.iter().filter(|other| **other != 1 || !is_whole) {
             let at = |rows: [usize; 2]| self.groups[other].iter().position(|g| g.rows == rows);
             let same = at(groups[a].rows).zip(at(groups[b].rows));
             let moved = same.map(|(a, b)| self.moved(other, a, b));
+            let is_resolved =
+                |row: [usize; 2]| at(row).is_none_or(|i| self.groups[other][i].is_resolved());
+            let moved = moved.filter(|_| [a, b].iter().all(|&i| is_resolved(groups[i].rows)));
             if let Some(moved) = moved.filter(|moved| !moved.agrees(verdict, tolerance)) {
                 let (up, down) = (moved.up.share, moved.down.share);
                 return movement.but_untold(Reason::Windows { up, down });
@@ -192,14 +210,16 @@ impl Found<'_> {
     /// The front never forms: it is followed while it holds three tenths of its energy.
     fn of_unsettled(&self, tail: Option<usize>) -> AlongX {
         let groups = &self.groups[0];
-        let held = |group: &Group| group.energy >= FOLLOWED * groups[0].energy;
+        let held = |group: &Group| group.with_drift() >= FOLLOWED * groups[0].with_drift();
         let end = (1..groups.len())
             .take_while(|&b| held(&groups[b]))
             .last()
             .unwrap_or(1);
         let mut movement = self.between(0, 0, end);
         // What the front loses is in its tail: it keeps its low frequencies, and none are gained.
-        movement.lags = movement.verdict == Verdict::Down && movement.transfer != Some(true);
+        let follows = || tail.is_some_and(|tail| self.follows((0, end), tail, movement.down));
+        movement.lags =
+            movement.verdict == Verdict::Down && (movement.transfer != Some(true) || follows());
         if movement.energy_ratio < 0.9 || movement.lags {
             movement.transfer = None;
         }
@@ -213,6 +233,23 @@ impl Found<'_> {
             self.add_tail(&mut along, (0, end..end + 1), tail);
         }
         along
+    }
+
+    /// Whether most of the share that moved `down` in the front is in what follows it: front and tail together have kept their
+    /// spectrum, as linear waves do.
+    fn follows(&self, (a, b): (usize, usize), tail: usize, down: f64) -> bool {
+        let [fine, coarse] = [&self.kinds[tail].grid, &self.kinds[0].grid];
+        let together = |front: &Group| {
+            let rows = front.rows;
+            let behind = self.groups[tail].iter().find(|tail| tail.rows == rows)?;
+            Some(front.on(coarse, fine).and(behind))
+        };
+        let whole = |mut groups: std::ops::RangeInclusive<usize>, is_first: bool| match is_first {
+            true => groups.find_map(|g| together(&self.groups[0][g])),
+            false => groups.rev().find_map(|g| together(&self.groups[0][g])),
+        };
+        let ends = whole(a..=b, true).zip(whole(a..=b, false));
+        ends.is_some_and(|(first, last)| Moved::between(&first, &last).down.share < 0.5 * down)
     }
 
     /// The front and what it leaves behind, at the groups of `kind` in a range that both have.

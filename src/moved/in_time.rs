@@ -21,6 +21,8 @@ const INSIDE: f64 = 0.9;
 const AT_ENDS: f64 = 0.3;
 /// Ratio of the energies inside from which on energy enters or leaves meanwhile.
 const ENTERS: f64 = 1.25;
+/// The same of what moves in a steady record, which may be louder at times.
+const COMES: f64 = 25.0;
 /// Most that an unchanged verdict may leave open.
 const OPEN: f64 = 0.5;
 
@@ -143,6 +145,10 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     }
     if waves.are_long() {
         return Err(Reason::LongWaves);
+    }
+    let moving = groups[count - 1].energy / groups[0].energy;
+    if source.is_steady && !source.is_run && !(1.0 / COMES..COMES).contains(&moving) {
+        return Err(Reason::Enters);
     }
     let place = |group: &Group| (source.place)(group.rows[0]..group.rows[1] + 1);
     let between = |a: usize, b: usize| {

@@ -24,11 +24,13 @@
 mod along_x;
 mod front;
 mod gain;
+mod graded;
 mod groups;
 mod in_time;
 mod onset;
 mod reason;
 mod share;
+mod speed;
 mod steady;
 mod windows;
 
@@ -137,13 +139,17 @@ impl Movement {
         let moved = Moved::between(a, b);
         let verdict = moved.verdict(tolerance);
         let grows = |[before, v]: [f64; 2], [after, w]: [f64; 2]| {
-            after - before > (3.0 * (v + w).sqrt()).max(0.5 * tolerance * a.energy)
+            // Of what is left: a wave that is damped may gain at its harmonics all the same.
+            let least = 0.5 * tolerance * a.energy.min(b.energy);
+            after - before > (3.0 * (v + w).sqrt()).max(least)
         };
+        // Upwards beyond any edge farther out: next to the one at which shares differ most lies what a loud line leaks.
+        let (up, down) = (moved.up.at, moved.down.at);
         let transfer = match verdict {
             Verdict::Up | Verdict::Spreads => {
-                Some(grows(a.above(moved.up.at), b.above(moved.up.at)))
+                Some((up..upper.len()).any(|m| grows(a.above(m), b.above(m))))
             }
-            Verdict::Down => Some(grows(a.below(moved.down.at), b.below(moved.down.at))),
+            Verdict::Down => Some(grows(a.below(down), b.below(down))),
             Verdict::Unchanged | Verdict::Untold => None,
         };
         let at = |share: &share::Share| {

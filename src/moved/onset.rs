@@ -21,6 +21,8 @@ const ARRIVES: f64 = 5.0;
 const REACHED: f64 = 8.0;
 /// Part of the largest amplitude that an arrival exceeds for the first time.
 const ONSET: f64 = 0.03;
+/// Gaps between beats of one pulse, over the width of its largest.
+const BEATS: f64 = 3.0;
 
 /// What a record says about a site.
 #[derive(Debug, Clone, Default)]
@@ -31,6 +33,8 @@ pub(super) struct Onset {
     pub baseline: f64,
     /// Standard deviation of the quiet parts; `None` where there are none.
     pub noise: Option<f64>,
+    /// Standard deviation of the means of the quiet parts: drift, and hum that is slower than they are long.
+    pub drift: f64,
     /// Whether some of the quiet parts lie before the peak. Else what is quiet may be the end of the wave.
     pub has_lead: bool,
     /// Logarithms of the mean squares of the pieces, each from its mean.
@@ -113,6 +117,14 @@ impl Onset {
                 (squares.map(|(s, _)| s).sum::<f64>() / many as f64).sqrt()
             }),
         };
+        let drift = match how.simulated || !is_known {
+            true => 0.0,
+            false => {
+                let quiet = record.chunks_exact(length).zip(&quiet).filter(|(_, q)| **q);
+                let off = quiet.map(|(p, _)| (mean(&mut p.iter()) - baseline).powi(2));
+                (off.sum::<f64>() / many as f64).sqrt()
+            }
+        };
         let (at, peak) = record
             .iter()
             .enumerate()
@@ -130,6 +142,7 @@ impl Onset {
             peak,
             baseline,
             noise,
+            drift,
             has_lead: quiet[..(at / length).min(quiet.len())].contains(&true),
             steadiness: match squares > 0.0 {
                 true => sum * sum / squares / quiet.len() as f64,
@@ -144,10 +157,11 @@ impl Onset {
     /// The first sample above five times the noise and a part of the largest magnitude; `None` where nothing rises far above
     /// the noise.
     pub fn arrives(&self, record: &[f64], noise: f64) -> Option<usize> {
-        if self.peak <= REACHED * noise || self.peak == 0.0 {
+        let rest = noise.hypot(self.drift);
+        if self.peak <= REACHED * rest || self.peak == 0.0 {
             return None;
         }
-        let threshold = (ARRIVES * noise).max(ONSET * self.peak);
+        let threshold = (ARRIVES * rest).max(ONSET * self.peak);
         record
             .iter()
             .position(|v| (v - self.baseline).abs() > threshold)
@@ -194,8 +208,9 @@ impl Envelopes {
         }
     }
 
-    /// Full width at half maximum of the squared envelope around its peak, in samples.
-    pub fn width(&self, record: &[f64], baseline: f64) -> f64 {
+    /// Full width at half maximum of the squared envelope around its peak, in samples; if it beats, to where it is that
+    /// high for the last time.
+    pub fn width(&self, record: &[f64], baseline: f64, beats: bool) -> f64 {
         let n = self.forward.len();
         let mut values: Vec<f64> = record.iter().map(|v| v - baseline).collect();
         values.resize(n, 0.0);
@@ -215,12 +230,31 @@ impl Envelopes {
         let peak = (0..squared.len()).max_by(|&a, &b| squared[a].total_cmp(&squared[b]));
         let Some(peak) = peak else { return 0.0 };
         let half = 0.5 * squared[peak];
-        let after = squared[peak..].iter().take_while(|e| **e > half).count();
-        let before = squared[..peak]
-            .iter()
-            .rev()
-            .take_while(|e| **e > half)
-            .count();
+        let near = |side: &mut dyn Iterator<Item = &f64>| side.take_while(|e| **e > half).count();
+        let (after, before) = (
+            near(&mut squared[peak..].iter()),
+            near(&mut squared[..peak].iter().rev()),
+        );
+        let width = before + after;
+        if !beats {
+            return width as f64;
+        }
+        let gap = (BEATS * width as f64) as usize;
+        let far = |side: &mut dyn Iterator<Item = &f64>| {
+            let mut last = 0;
+            for (n, e) in side.enumerate() {
+                if *e > half {
+                    last = n + 1;
+                } else if n > last + gap {
+                    break;
+                }
+            }
+            last
+        };
+        let (after, before) = (
+            far(&mut squared[peak..].iter()),
+            far(&mut squared[..peak].iter().rev()),
+        );
         (before + after) as f64
     }
 }
@@ -331,7 +365,7 @@ mod tests {
         let early = at - s * (2.0 * (1.0f64 / 0.05).ln()).sqrt();
         let arrival = onset.arrival.unwrap() as f64;
         assert!((arrival - early).abs() < 12.0, "{arrival} {early}");
-        let width = Envelopes::new(samples).width(&record, onset.baseline);
+        let width = Envelopes::new(samples).width(&record, onset.baseline, true);
         let exact = 2.0 * s * 2f64.ln().sqrt();
         assert!((width / exact - 1.0).abs() < 0.05, "{width} {exact}");
         assert!(onset.steadiness < 0.15);

@@ -65,6 +65,12 @@ pub enum Reason {
     Errors {
         bound: f64,
     },
+    /// The motion has begun before the record, or hum and drift hide when it begins.
+    Begins,
+    /// Waves of several origins, whose content differs.
+    Origins,
+    /// Most of the energy lies at frequencies of which a segment holds a few periods.
+    Resolution,
     /// The wave is never all inside, and its content differs along x.
     NeverInside,
     /// The wave is inside for less than two periods.
@@ -93,6 +99,9 @@ impl Reason {
             Reason::Windows { .. } => "windows",
             Reason::Neighbours { .. } => "neighbours",
             Reason::Errors { .. } => "errors",
+            Reason::Begins => "begins",
+            Reason::Origins => "origins",
+            Reason::Resolution => "resolution",
             Reason::NeverInside => "never-inside",
             Reason::LeavesEarly => "leaves-early",
             Reason::Enters => "enters",
@@ -130,6 +139,9 @@ impl Reason {
                 percent(down)
             ),
             Reason::Errors { bound } => format!("errors hide moves of up to {}", percent(bound)),
+            Reason::Begins => "no quiet part of the records goes before the wave".into(),
+            Reason::Origins => "waves of several origins differ".into(),
+            Reason::Resolution => "the record holds a few periods of most of the motion".into(),
             Reason::NeverInside => "the wave is longer than the array".into(),
             Reason::LeavesEarly => "the wave is inside for less than two periods".into(),
             Reason::Enters => "energy enters or leaves all the while".into(),
@@ -159,6 +171,9 @@ impl Reason {
             Reason::Noise => "average several records, or state `--noise`",
             Reason::Neighbours { .. } => "record more sites behind it",
             Reason::Errors { .. } => "average several records, or record longer",
+            Reason::Begins => "begin the record before the wave enters, without hum and drift",
+            Reason::Origins => "record one source at a time, or analyse the sites beside each",
+            Reason::Resolution => "record longer",
             Reason::Enters => "record longer, or a longer stretch of the structure",
             Reason::NeverInside | Reason::LeavesEarly | Reason::LongWaves => {
                 "record a longer stretch of the structure"

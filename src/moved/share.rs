@@ -7,6 +7,8 @@ const FINE: usize = 512;
 
 /// By what errors from few parts are too small where the largest of many differences is taken.
 const FEW_PARTS: f64 = 1.5;
+/// Errors of a share from which on it is told beside another one.
+const ONE_SIDED: f64 = 1.645;
 
 /// Intervals of the bins of a spectrum: single bins first, then intervals that grow with the axis.
 #[derive(Debug, Clone)]
@@ -63,6 +65,8 @@ pub(crate) struct Spectrum {
     pub variance: Vec<f64>,
     /// Energy below the resolution of the window, which is none of `energy`.
     pub drift: f64,
+    /// Energy times group delay, in samples from the start of the window; empty where it is not asked for.
+    pub delay: Vec<f64>,
 }
 
 impl Spectrum {
@@ -85,7 +89,20 @@ impl Spectrum {
             drift: rest.clone().take(first).sum(),
             energy: grid.sums(rest.enumerate().map(|(m, value)| moving(m, value))),
             variance: grid.sums(variance),
+            delay: Vec::new(),
         }
+    }
+}
+
+impl Spectrum {
+    /// The same of a record whose squares count so much more.
+    pub fn times(mut self, weight: f64) -> Spectrum {
+        let scale = |values: &mut [f64], by: f64| values.iter_mut().for_each(|v| *v *= by);
+        scale(&mut self.energy, weight);
+        scale(&mut self.delay, weight);
+        scale(&mut self.variance, weight * weight);
+        self.drift *= weight;
+        self
     }
 }
 
@@ -112,6 +129,8 @@ pub(crate) struct Group {
     without: Vec<Vec<f64>>,
     /// Whether parts of two groups are of the same times.
     is_paired: bool,
+    /// By what errors grow since few of the parts hold most of the energy.
+    uneven: f64,
 }
 
 fn cumulated(values: &[f64]) -> Vec<f64> {
@@ -198,6 +217,8 @@ impl Group {
         let squares: f64 = energies.iter().map(|e| (e - mean).powi(2)).sum();
         let none = vec![0.0; sum.len()];
         let mut group = Group::of_sums(sum, none, members * parts.len(), rows);
+        let even = energies.iter().map(|e| e * e).sum::<f64>() * n / (mean * n).powi(2);
+        group.uneven = if even > 1.0 { even.sqrt() } else { 1.0 };
         group.energy_error = (squares / (n - 1.0).max(1.0) / n).sqrt() / members as f64;
         group.spread = vec![0.0; group.cumulative.len()];
         group.without = without;
@@ -221,12 +242,32 @@ impl Group {
             spread: Vec::new(),
             without: Vec::new(),
             is_paired: false,
+            uneven: 1.0,
         }
     }
 
     /// Whether there is more than noise: energy above three of its errors.
     pub fn has_energy(&self) -> bool {
         self.energy > 0.0 && self.energy > 3.0 * self.energy_error && self.energy.is_finite()
+    }
+
+    /// The energy of this and another one on the same grid, both without errors.
+    pub fn and(&self, other: &Group) -> Group {
+        let both = [&self.spectrum[..], &other.spectrum];
+        let none = vec![0.0; self.spectrum.len()];
+        let mut sum = Group::of_sums(added(&both), none.clone(), 1, self.rows);
+        sum.spread = none;
+        sum
+    }
+
+    /// Energy with that below the resolution.
+    pub fn with_drift(&self) -> f64 {
+        self.energy + self.drift
+    }
+
+    /// Whether most of the energy lies at frequencies that the window resolves.
+    pub fn is_resolved(&self) -> bool {
+        self.energy > self.drift
     }
 
     /// Variance of the cumulative share at interval `m` by noise and by differences of members.
@@ -371,8 +412,11 @@ impl Moved {
     /// What is to be said of shares that count from `tolerance` on.
     pub fn verdict(&self, tolerance: f64) -> super::Verdict {
         use super::Verdict;
+        let beside = |share: &Share| share.share > tolerance.max(ONE_SIDED * share.error);
         match (self.up.is_told(tolerance), self.down.is_told(tolerance)) {
             (true, true) => Verdict::Spreads,
+            (true, false) if beside(&self.down) => Verdict::Spreads,
+            (false, true) if beside(&self.up) => Verdict::Spreads,
             (true, false) => Verdict::Up,
             (false, true) => Verdict::Down,
             (false, false) => Verdict::Unchanged,
@@ -414,18 +458,20 @@ fn error_of(a: &Group, b: &Group, m: usize) -> f64 {
     let of = |group: &Group| jackknife(&mut group.without.iter().map(|part| part[m]));
     if !(a.is_paired && b.is_paired) {
         // The largest of many differences, of few parts, exceeds three errors of a single one too often.
-        return FEW_PARTS * (of(a) + of(b)).sqrt();
+        return FEW_PARTS * a.uneven.max(b.uneven) * (of(a) + of(b)).sqrt();
     }
     // A wave takes its time from one place to the other: parts are compared at the lag at which they are most alike.
     let at_lag = |lag: usize| {
         let pairs = a.without.iter().zip(b.without.iter().cycle().skip(lag));
         jackknife(&mut pairs.map(|(a, b)| a[m] - b[m]))
     };
-    let least = [0, 1, n - 1]
-        .into_iter()
-        .map(at_lag)
-        .fold(f64::INFINITY, f64::min);
-    least.sqrt()
+    let mut lags = [0, 1, n - 1].map(at_lag);
+    lags.sort_by(f64::total_cmp);
+    let [least, next, _] = lags;
+    // The least of three that are alike, where no wave is common to both, is too small.
+    let alike = if next > 0.0 { least / next } else { 0.0 };
+    let few = 1.0 + (FEW_PARTS - 1.0) * alike;
+    few * a.uneven.max(b.uneven) * least.sqrt()
 }
 
 #[cfg(test)]
@@ -438,6 +484,7 @@ mod tests {
             energy: spectrum.to_vec(),
             variance: vec![0.0; spectrum.len()],
             drift: 0.0,
+            delay: Vec::new(),
         };
         Group::of_neighbours(&[&one], [0, 0], true)
     }

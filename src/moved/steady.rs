@@ -19,8 +19,17 @@ const DEGREES: f64 = 2.0 * 0.91 * SEGMENTS as f64;
 const ABOVE_FLOOR: f64 = 0.3;
 /// Most that an unchanged verdict may leave open.
 const OPEN: f64 = 0.35;
+/// Groups from which on shares must follow x, and by what correlation.
+const ORDERED: usize = 6;
+const IN_ORDER: f64 = 0.7;
+/// The bound of a share of two errors, over the share.
+const NEARLY: f64 = 2.0;
 /// Lines that move by less than so many bins have not moved.
 const BINS: usize = 2;
+/// Share of the energy in the first bin that is resolved from which on frequencies are not: Hann's window spreads into it what is
+/// slower. Bins of an axis that has frequencies at all.
+const MOST_LOW: f64 = 0.5;
+const AXIS: usize = 16;
 
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -40,7 +49,9 @@ pub(super) fn along_x(
     if length < SHORTEST {
         return Ok(untold(Reason::ShortRecord { times: n_times }));
     }
-    let transform = RecordTransform::<f64>::new(&Window::Hann.samples(length), length);
+    let taper = Window::Hann.samples(length);
+    let taper_energy: f64 = taper.iter().map(|w| w * w).sum();
+    let transform = RecordTransform::<f64>::new(&taper, length);
     let step = 1.0 / (length as f64 * options.dt);
     let grid = Grid::new(transform.bins(), step);
     // Hann's window spreads a mean over two bins.
@@ -61,6 +72,7 @@ pub(super) fn along_x(
         |site, record, _| {
             let mut scratch = RecordScratch::default();
             let mut bins = vec![0.0; transform.bins()];
+            let mut low = 0.0;
             let hop = (n_times - length) / (SEGMENTS - 1);
             let parts: Vec<Vec<f64>> = (0..SEGMENTS)
                 .map(|i| {
@@ -69,11 +81,11 @@ pub(super) fn along_x(
                     let segment: Vec<f64> = segment.iter().map(|v| v - mean).collect();
                     let (spectrum, _) =
                         transform.transform(std::iter::once(&segment[..]), &mut scratch);
-                    let powers = spectrum.iter().enumerate().map(|(m, x)| match m < first {
-                        true => 0.0,
-                        false => x.norm_sqr() * fold(m, length),
-                    });
-                    let powers: Vec<f64> = powers.collect();
+                    let powers = spectrum.iter().enumerate();
+                    let powers = powers.map(|(m, x)| x.norm_sqr() * fold(m, length));
+                    let mut powers: Vec<f64> = powers.collect();
+                    low += powers.get(first).copied().unwrap_or(0.0);
+                    powers[..first].fill(0.0);
                     bins.iter_mut().zip(&powers).for_each(|(sum, p)| *sum += p);
                     grid.sums(powers.into_iter())
                 })
@@ -89,7 +101,15 @@ pub(super) fn along_x(
                 }
             };
             let mean = record.iter().sum::<f64>() / record.len() as f64;
-            (site, Seen { parts, floor, mean })
+            let all = bins.iter().sum::<f64>();
+            let seen = Seen {
+                parts,
+                floor,
+                mean,
+                low,
+                all,
+            };
+            (site, seen)
         },
     )?;
     let mut seen: Vec<Option<Seen>> = (0..n_sites).map(|_| None).collect();
@@ -165,8 +185,16 @@ pub(super) fn along_x(
         _ => Reason::FewSites { sites: sites.len() },
     });
     along.levels = levels;
+    let of_sites = || seen.iter().flatten();
+    let floor: f64 = of_sites().map(|seen| seen.floor).sum();
+    along.noise = 0.5 * floor / taper_energy / of_sites().count() as f64 * sites.len() as f64;
     if let Some(group) = told.first() {
         along.median = group.quantile(&grid, 0.5);
+    }
+    let (low, all) = of_sites().fold((0.0, 0.0), |(low, all), s| (low + s.low, all + s.all));
+    if transform.bins() >= AXIS && low > MOST_LOW * all {
+        along.movement = Movement::untold(Reason::Resolution);
+        return Ok(along);
     }
     if told.len() < 2 {
         return Ok(along);
@@ -185,6 +213,9 @@ struct Seen {
     /// White floor, in a bin that counts once.
     floor: f64,
     mean: f64,
+    /// Energy in the first bin that is resolved, and in all of them.
+    low: f64,
+    all: f64,
 }
 
 /// From the first group to the last, the same for the groups beside.
@@ -196,7 +227,9 @@ fn between(groups: &[Group], grid: &Grid, options: &Options) -> Movement {
     let mut movement = Movement::between(a, b, &grid.upper, tolerance, &place);
     if movement.verdict == Verdict::Unchanged {
         let bound = movement.bound;
-        return match bound > OPEN {
+        // A share that is nearly told is not told to be none.
+        let nearly = movement.most() > tolerance && bound < NEARLY * movement.most();
+        return match bound > OPEN || nearly {
             true => movement.but_untold(Reason::Errors { bound }),
             false => movement,
         };
@@ -214,6 +247,16 @@ fn between(groups: &[Group], grid: &Grid, options: &Options) -> Movement {
         (movement.verdict, movement.transfer) = (Verdict::Unchanged, None);
         return movement;
     }
+    // What moves along x is seen on the way; records that do not follow each other differ without an order.
+    let bound = movement.bound;
+    let at = match movement.up >= movement.down {
+        true => Moved::between(a, b).up.at,
+        false => Moved::between(a, b).down.at,
+    };
+    let on_the_way: Vec<f64> = groups.iter().map(|group| group.cumulative[at]).collect();
+    if groups.len() >= ORDERED && order(&on_the_way).abs() < IN_ORDER {
+        return movement.but_untold(Reason::Errors { bound });
+    }
     let beside = [(1, last), (0, last - 1)];
     for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {
         let moved = Moved::between(&groups[a], &groups[b]);
@@ -223,4 +266,18 @@ fn between(groups: &[Group], grid: &Grid, options: &Options) -> Movement {
         }
     }
     movement
+}
+
+/// Correlation of values with their index.
+fn order(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let (middle, mean) = (0.5 * (n - 1.0), values.iter().sum::<f64>() / n);
+    let [ii, vv, iv] = values
+        .iter()
+        .enumerate()
+        .fold([0.0; 3], |[ii, vv, iv], (i, v)| {
+            let (i, v) = (i as f64 - middle, v - mean);
+            [ii + i * i, vv + v * v, iv + i * v]
+        });
+    iv / (ii * vv).sqrt()
 }

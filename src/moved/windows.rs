@@ -1,5 +1,7 @@
 //! Spectra of windows that begin at arrivals.
 
+use num_complex::Complex;
+
 use super::onset::NoiseShape;
 use super::quick;
 use super::share::{Grid, Spectrum};
@@ -31,6 +33,8 @@ pub(super) struct Windows {
     padding: f64,
     /// Noise of unit variance in each bin, as energy.
     noise: Vec<f64>,
+    /// Whether group delays are asked for.
+    pub has_delays: bool,
 }
 
 impl Windows {
@@ -61,6 +65,7 @@ impl Windows {
             grid: Grid::new(bins, step),
             transform: RecordTransform::new(&of_sample, padded),
             noise: noise.collect(),
+            has_delays: false,
             scale,
             first: padded.div_ceil(samples),
             padding: padded as f64 / samples as f64,
@@ -97,7 +102,37 @@ impl Windows {
         let power = power.map(|(m, x)| x.norm_sqr() * fold(m, padded) * self.scale);
         let variance = noise * noise;
         let noise = self.noise.iter().map(|of_unit| of_unit * variance);
-        Spectrum::new(&self.grid, power, noise, self.first, self.padding)
+        let mut spectrum =
+            Spectrum::new(&self.grid, power, noise.clone(), self.first, self.padding);
+        if self.has_delays {
+            let bins = bins.to_vec();
+            spectrum.delay = self.delay(&bins, &mut samples, noise, scratch);
+        }
+        spectrum
+    }
+
+    /// `|X|^2` times the group delay, `Re(Y X*)` with the transform Y of `n v_n`; that of noise is half the window.
+    fn delay(
+        &self,
+        bins: &[Complex<f64>],
+        samples: &mut [f64],
+        noise: impl Iterator<Item = f64>,
+        scratch: &mut RecordScratch<f64>,
+    ) -> Vec<f64> {
+        for (n, v) in samples.iter_mut().enumerate() {
+            *v *= n as f64;
+        }
+        let (moments, _) = self
+            .transform
+            .transform(std::iter::once(&*samples), scratch);
+        let middle = 0.5 * (self.samples - 1) as f64;
+        let padded = self.transform.padded();
+        let products = moments.iter().zip(bins).zip(noise).enumerate();
+        let products = products.map(|(m, ((y, x), noise))| match m < self.first {
+            true => 0.0,
+            false => (y * x.conj()).re * fold(m, padded) * self.scale - noise * middle,
+        });
+        self.grid.sums(products)
     }
 }
 

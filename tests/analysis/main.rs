@@ -16,6 +16,7 @@ mod headline;
 mod increments;
 mod modes;
 mod moved;
+mod moved_kinds;
 mod noise;
 mod parts;
 mod reference_problems;

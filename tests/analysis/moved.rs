@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use ndarray::Array2;
 use wavecascade::Field;
 use wavecascade::analyze::{Analysis, Request, Results, Warning};
-use wavecascade::budget::{Motion, answer_in_time};
+use wavecascade::budget;
 use wavecascade::chain::Run;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::moved::{Answer, Reason, Verdict};
@@ -392,7 +392,7 @@ fn run(scene: &str) -> Run {
 fn answer_of_run(scene: &str) -> Answer {
     let run = run(scene);
     let mut analysis = analyzed(&run.to_field(), &request());
-    answer_in_time(&Motion::of(&run).unwrap(), &mut analysis).unwrap();
+    budget::answer_of_run(&run, &mut analysis).unwrap();
     analysis.answer.unwrap()
 }
 
@@ -550,9 +550,9 @@ fn val_theory_a_dispersive_lattice_lags() {
     assert_eq!(moved.verdict, Verdict::Down, "{moved:?}");
     assert!(moved.lags && moved.transfer.is_none(), "{moved:?}");
     assert!(moved.up < 0.01, "{moved:?}");
-    // The group velocity is at most 1.
+    // The group velocity is at most 1, and less on the average over frequencies.
     let speed = found.speed.unwrap();
-    assert!((0.9..1.0).contains(&speed.value), "{speed:?}");
+    assert!((0.85..1.0).contains(&speed.value), "{speed:?}");
 }
 
 /// Of a chain between walls, energy in sines: all of the FPUT chain's starts in the first, rises, and comes back; that of a linear

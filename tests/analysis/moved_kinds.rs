@@ -1,0 +1,258 @@
+//! What moved: kinds of fields of which something else was said than is so, each known by construction.
+
+use std::f64::consts::TAU;
+
+use ndarray::Array2;
+use wavecascade::Field;
+use wavecascade::analyze::{Analysis, Request, Results, Undirected};
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::moved::{Answer, Reason, Verdict};
+use wavecascade::observer::Silent;
+
+use test_support::fields::{analyzed, noise};
+
+fn analysis_of(values: Array2<f64>) -> Analysis {
+    let request = Request {
+        results: Results {
+            flux_surrogate: false,
+            short_time: false,
+            ..Results::ALL
+        },
+        maps: false,
+        ..Request::default()
+    };
+    analyzed(&Field::from_array(values), &request)
+}
+
+/// Of `times` by `sites` samples, `of(n, j)` in noise of `level`.
+fn answer_of((times, sites): (usize, usize), level: f64, of: impl Fn(f64, f64) -> f64) -> Answer {
+    let noise = noise(times, sites);
+    let value = |(n, j): (usize, usize)| of(n as f64, j as f64) + level * noise[[n, j]];
+    analysis_of(Array2::from_shape_fn((times, sites), value))
+        .answer
+        .unwrap()
+}
+
+fn hann(s: f64, length: f64) -> f64 {
+    match (0.0..length).contains(&s) {
+        true => 0.5 - 0.5 * (TAU * s / length).cos(),
+        false => 0.0,
+    }
+}
+
+/// A burst of `length` samples at the frequency f.
+fn burst(s: f64, f: f64, length: f64) -> f64 {
+    hann(s, length) * (TAU * f * s).sin()
+}
+
+fn ricker(s: f64, w: f64) -> f64 {
+    (1.0 - (s / w).powi(2)) * (-0.5 * (s / w).powi(2)).exp()
+}
+
+/// Bursts of 0.02 and 0.05 cycles a sample from the two ends: neither has moved to the other. Pulses of one shape have not either,
+/// whatever they come from.
+#[test]
+fn val_construction_two_origins_are_no_move() {
+    for level in [0.0, 3e-3] {
+        let found = answer_of((2048, 48), level, |n, j| {
+            let (a, b) = (n - 300.0 - 14.0 * j, n - 350.0 - 14.0 * (47.0 - j));
+            burst(a, 0.02, 250.0) + burst(b, 0.05, 250.0)
+        });
+        let moved = &found.frequency;
+        assert_eq!(moved.reason, Some(Reason::Origins), "{level}: {moved:?}");
+        assert_eq!(moved.verdict, Verdict::Untold, "{level}: {moved:?}");
+        assert_eq!(found.speed, None, "{level}");
+    }
+    let found = answer_of((2048, 48), 1e-3, |n, j| {
+        let (a, b) = (n - 300.0 - 14.0 * j, n - 350.0 - 14.0 * (47.0 - j));
+        ricker(a, 12.0) + 0.6 * ricker(b, 12.0)
+    });
+    assert_eq!(found.frequency.verdict, Verdict::Unchanged);
+}
+
+/// An array that rings down from the first sample on, each site at its own phase: no quiet part goes before. A drift by itself
+/// changes nothing of a pulse.
+#[test]
+fn val_construction_transients_without_a_lead_are_not_told() {
+    let found = answer_of((2048, 32), 3e-3, |n, j| {
+        let decays = (-n / 250.0).exp();
+        decays * ((TAU * 0.03 * n + 2.0 * j).sin() + 0.1 * j * (TAU * 0.08 * n + j).sin())
+    });
+    let moved = &found.frequency;
+    assert_eq!(moved.reason, Some(Reason::Begins), "{moved:?}");
+    let found = answer_of((2048, 32), 1e-3, |n, j| {
+        let drift = 0.1 * (1.7 * j).sin() * n / 2048.0 + 3.0 * (0.7 * j).cos();
+        burst(n - 500.0 - 10.0 * j, 0.03, 200.0) + drift
+    });
+    let moved = &found.frequency;
+    assert_ne!(moved.verdict, Verdict::Up, "{moved:?}");
+    assert_ne!(moved.verdict, Verdict::Down, "{moved:?}");
+    assert_ne!(moved.verdict, Verdict::Spreads, "{moved:?}");
+}
+
+/// A burst of two lines that beat, and its second harmonic that grows to a third of the energy: windows hold all beats, and the share
+/// that moves is that of the means over the first and the last four sites, 0.30. The speed is that of all of it.
+#[test]
+fn val_construction_bursts_that_beat_are_held() {
+    for level in [0.0, 1e-2] {
+        let found = answer_of((2048, 48), level, |n, j| {
+            let s = n - 300.0 - 12.0 * j;
+            let second = (1.0f64 / 3.0).sqrt() * j / 47.0;
+            let beats = burst(s, 0.03, 330.0) + 0.8 * burst(s, 0.0345, 330.0);
+            let beats = beats / 1.64f64.sqrt();
+            (1.0 - second * second).sqrt() * beats + second * burst(s, 0.06, 330.0)
+        });
+        let moved = &found.frequency;
+        assert_eq!(moved.verdict, Verdict::Up, "{level}: {moved:?}");
+        assert!((moved.up - 0.30).abs() < 0.03, "{level}: {moved:?}");
+        assert_eq!(moved.transfer, Some(true), "{level}: {moved:?}");
+        let speed = found.speed.unwrap();
+        let off = (speed.value - 1.0 / 12.0).abs();
+        assert!(
+            off < speed.error && speed.error < 3e-3,
+            "{level}: {speed:?}"
+        );
+    }
+}
+
+/// A short burst whose harmonic interferes with it: its centroid shifts by a part of a period, which the interval of the speed says.
+#[test]
+fn val_construction_speeds_of_short_bursts_hold() {
+    for cycles in [1.3, 1.7, 2.2] {
+        let found = answer_of((1024, 40), 3e-3, |n, j| {
+            let s = n - 200.0 - 6.0 * j;
+            let second = 0.3f64.sqrt() * j / 39.0;
+            let length = cycles / 0.02;
+            (1.0 - second * second).sqrt() * burst(s, 0.02, length)
+                + second * burst(s, 0.04, length)
+        });
+        let speed = found.speed.unwrap();
+        let off = (speed.value * 6.0 - 1.0).abs();
+        assert!(
+            off < 6.0 * speed.error && 6.0 * speed.error < 0.2,
+            "{cycles}: {speed:?}"
+        );
+    }
+}
+
+/// What comes back falls into windows of twice the length near the far end; the speed is that of the way there.
+#[test]
+fn val_construction_reflections_do_not_slow_the_front() {
+    let found = answer_of((2048, 60), 1e-3, |n, j| {
+        let (a, b) = (n - 200.0 - 14.0 * j, n - 200.0 - 14.0 * (118.0 - j));
+        ricker(a, 12.0) - 0.8 * ricker(b, 12.0)
+    });
+    let speed = found.speed.unwrap();
+    assert!((speed.value * 14.0 - 1.0).abs() < 1e-3, "{speed:?}");
+    assert_eq!(found.frequency.verdict, Verdict::Unchanged);
+}
+
+/// A second harmonic that grows while all is damped, to 5 % of the energy at first: energy is gained there all the same. Of two lines, the
+/// lower of which is damped, none is gained.
+#[test]
+fn val_construction_growth_under_damping_is_a_transfer() {
+    let of = |grows: bool| {
+        answer_of((2048, 40), 0.0, |n, j| {
+            let (s, x) = (n - 300.0 - 12.0 * j, j / 39.0);
+            let damped = (-1.5 * x).exp();
+            match grows {
+                true => damped * (burst(s, 0.03, 300.0) + 0.6 * x * burst(s, 0.06, 300.0)),
+                false => damped * burst(s, 0.03, 300.0) + 0.5 * burst(s, 0.06, 300.0),
+            }
+        })
+    };
+    let moved = of(true).frequency;
+    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
+    assert_eq!(moved.transfer, Some(true), "{moved:?}");
+    let moved = of(false).frequency;
+    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
+    assert_eq!(moved.transfer, Some(false), "{moved:?}");
+}
+
+/// Three periods in a record are none that frequencies are told from.
+#[test]
+fn val_construction_few_periods_are_not_resolved() {
+    let found = answer_of((1024, 24), 1e-3, |n, j| {
+        (TAU * (3.3 * n / 1024.0 - 0.08 * j)).cos()
+    });
+    assert_eq!(found.frequency.reason, Some(Reason::Resolution));
+}
+
+/// A pulse whose record ends soon behind it, so that ten of its widths fit nowhere: shorter windows hold it.
+#[test]
+fn val_construction_short_records_have_short_windows() {
+    let found = answer_of((1024, 40), 1e-3, |n, j| {
+        let s = n - 300.0 - 10.0 * j;
+        let second = 0.25f64.sqrt() * j / 39.0;
+        (1.0 - second * second).sqrt() * burst(s, 0.03, 260.0) + second * burst(s, 0.06, 260.0)
+    });
+    let moved = &found.frequency;
+    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
+    assert!((moved.up - 0.23).abs() < 0.02, "{moved:?}");
+    assert!(moved.to.unwrap().rows[1] >= 36, "{moved:?}");
+}
+
+/// Noise at twelve sites that follow each other in nothing, white and of slow frequencies: at most one of 40 fields moves. White
+/// noise and offsets do not fold.
+#[test]
+fn val_noise_moves_nothing() {
+    let white = noise(1500, 40 * 12);
+    let mut moves = [0, 0];
+    for k in 0..40 {
+        let mut values = Array2::from_shape_fn((1500, 12), |(n, j)| white[[n, 12 * k + j]]);
+        for slow in moves.iter_mut() {
+            let analysis = analysis_of(values.clone());
+            let moved = &analysis.answer.as_ref().unwrap().frequency;
+            *slow += usize::from(!matches!(
+                moved.verdict,
+                Verdict::Unchanged | Verdict::Untold
+            ));
+            if k < 5 {
+                let is_noise = matches!(analysis.undirected, Some(Undirected::Noise));
+                assert!(is_noise, "{k}: {:?}", analysis.undirected);
+            }
+            for n in 1..1500 {
+                for j in 0..12 {
+                    values[[n, j]] += 0.8 * values[[n - 1, j]];
+                }
+            }
+        }
+    }
+    assert!(moves[0] <= 1 && moves[1] <= 3, "{moves:?}");
+    let noise = noise(1024, 32);
+    let tone = |(n, j): (usize, usize)| {
+        let wave = (TAU * (0.07 * n as f64 - 0.11 * j as f64)).cos();
+        wave + 0.01 * noise[[n, j]] + 20.0 * noise[[3, j]]
+    };
+    let found = analysis_of(Array2::from_shape_fn((1024, 32), tone));
+    assert_eq!(found.undirected, None);
+}
+
+/// Masses and coefficients that change threefold along a chain reflect next to nothing (1e-3 of the energy that has passed, by the
+/// work at the contacts): the front keeps its energy, which lies at frequencies that fall as masses grow.
+#[test]
+fn val_identity_graded_chains_keep_their_energy() {
+    for (key, value, expected) in [
+        ("mass_taper", 3.0, Verdict::Down),
+        ("mass_taper", 0.33, Verdict::Up),
+        ("coefficient_taper", 0.2, Verdict::Down),
+    ] {
+        let scene = format!(
+            "sites = 160\n{key} = {value}\nend_time = 300\nsamples = 4096\ntolerance = 1e-6"
+        );
+        let setup = SceneSource::new(None, &scene).setup().unwrap();
+        let run = setup.simulation.run(&Silent).unwrap();
+        let request = Request {
+            maps: false,
+            ..Request::default()
+        };
+        let answer = analyzed(&run.to_field(), &request).answer.unwrap();
+        let moved = &answer.frequency;
+        assert_eq!(moved.verdict, expected, "{key} {value}: {moved:?}");
+        assert!(
+            (moved.energy_ratio - 0.95).abs() < 0.08,
+            "{key} {value}: {moved:?}"
+        );
+        assert!(!moved.lags, "{key} {value}: {moved:?}");
+    }
+}
