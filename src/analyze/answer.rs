@@ -17,6 +17,9 @@ use crate::transform::{RecordScratch, RecordTransform, fold};
 
 /// Share of energy in the top tenth of the wavenumber axis from which on waves fold.
 const FOLDED: f64 = 0.01;
+/// Bands of the wavenumber axis, and ratio of their energies from which on it is flat.
+const BANDS: usize = 10;
+const FLAT: f64 = 0.6;
 /// Bins of the aperture below which motion is that of the whole array.
 const MEAN_MOTION: f64 = 1.5;
 /// Sites that a struck chain's front has passed before wavenumbers are compared, or a quarter of the chain.
@@ -86,14 +89,7 @@ pub(super) fn find(
         period: 1.0 / along.median,
         gain_changes: along.gain_changes,
         gain_steps: along.gain_steps,
-        noise: match along.has_fronts {
-            true => sum(&along
-                .levels
-                .iter()
-                .map(|[_, noise]| noise * noise)
-                .collect::<Vec<_>>()),
-            false => 0.0,
-        },
+        noise: along.noise,
     })
 }
 
@@ -265,15 +261,23 @@ pub(super) fn withheld(
         return None;
     }
     let energies = spacetime.wavenumber_energies.as_deref()?;
+    // Offsets of sensors do not travel.
+    let moving = energies.iter().zip(&spacetime.static_energies);
+    let energies: Vec<f64> = moving.map(|(all, still)| (all - still).max(0.0)).collect();
+    let still = sum(&spacetime.static_energies);
     let nk = energies.len();
     let top = nk / 20;
     // Noise is as much at all wavenumbers.
     let noise = answer.map_or(0.0, |answer| answer.noise) * plan.axes.n_times as f64 / samples;
-    let all = sum(energies);
-    let (noise, tenth) = (noise * all, (2 * top) as f64 / nk as f64);
+    let all = sum(&energies);
+    let (noise, tenth) = (noise * (all + still), (2 * top) as f64 / nk as f64);
     let high = sum(&energies[..top]) + sum(&energies[nk - top..]) - noise * tenth;
     let rest = all - noise;
     if rest <= 0.1 * all {
+        return Some(Undirected::Noise);
+    }
+    let is_steady = answer.is_none_or(|answer| !answer.has_fronts);
+    if is_steady && is_flat(&energies) {
         return Some(Undirected::Noise);
     }
     let share = high / rest;
@@ -283,4 +287,16 @@ pub(super) fn withheld(
     let answer = answer?;
     let wavelength = answer.speed?.value.abs() * answer.period;
     (wavelength < 2.0 * plan.axes.space.step.abs()).then_some(Undirected::Short { wavelength })
+}
+
+/// Whether there is about as much energy at all wavenumbers, of both signs: records that do not follow each other.
+fn is_flat(energies: &[f64]) -> bool {
+    let size = energies.len().div_ceil(BANDS);
+    let bands = energies.chunks(size).filter(|band| band.len() == size);
+    let (least, most) = bands
+        .map(sum)
+        .fold((f64::INFINITY, 0.0f64), |(least, most), band| {
+            (least.min(band), most.max(band))
+        });
+    least > FLAT * most
 }

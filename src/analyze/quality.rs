@@ -57,7 +57,7 @@ pub(crate) struct Findings<'a> {
 
 /// The effective bandwidth of a periodogram of white noise is 0.66 of the axis, and less for few bins.
 pub(super) const FLAT_PART: f64 = 0.5;
-const COMMON_SHARE: f64 = 0.5;
+pub(super) const COMMON_SHARE: f64 = 0.5;
 /// The same of a single line; bins on each side that it fills, and its part of what is common.
 const COMMON_LINE: f64 = 0.2;
 const LINE_BINS: usize = 2;
@@ -239,7 +239,7 @@ impl Findings<'_> {
     }
 
     /// The frequency of the line in which the energy common to all sites lies, if it is one.
-    fn common_line(&self) -> Option<f64> {
+    fn common_line(&self) -> Option<[f64; 2]> {
         let undirected = self.undirected.as_deref()?;
         let moving = undirected.get(1..)?;
         let at = (0..moving.len()).max_by(|&a, &b| moving[a].total_cmp(&moving[b]))?;
@@ -249,10 +249,11 @@ impl Findings<'_> {
         let (line, bin) = (self.frequency.centres[at + 1], self.frequency.centres[1]);
         // No finer than it is known.
         let digit = 10f64.powf(bin.log10().ceil());
-        is_line.then(|| match line >= 10.0 * digit {
+        let line = match line >= 10.0 * digit {
             true => (line / digit).round() * digit,
             false => line,
-        })
+        };
+        is_line.then_some([line, 0.5 * bin])
     }
 
     /// Defects that affect spectra along space.

@@ -181,6 +181,9 @@ fn passes<T: Real>(
     };
     if let Some(answer) = &mut answer {
         warnings.extend(answer::gains(answer, plan));
+        if answer.has_fronts {
+            warnings.retain_mut(Warning::is_of_pulses);
+        }
     }
     let undirected = spacetime.as_ref().zip(columns.as_ref());
     let undirected = undirected.and_then(|(found, columns)| {

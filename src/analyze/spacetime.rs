@@ -64,6 +64,8 @@ pub(super) struct Frequencies {
     pub temporal_map: Option<MapBuilder>,
     /// Sum over frequencies at each wavenumber of both signs, with the map.
     pub wavenumber_energies: Option<Vec<f64>>,
+    /// Of these, what stands still: energy at f = 0.
+    pub static_energies: Vec<f64>,
 }
 
 /// Transforms all frequencies; the spectrum goes to `sink`.
@@ -96,6 +98,7 @@ pub(super) fn transform_frequencies<T: Real>(
         map: map(true, nk),
         temporal_map: map(plan.request.results.temporal, nx),
         wavenumber_energies: Some(vec![0.0; nk]),
+        static_energies: vec![0.0; nk],
     };
     let width = if plan.request.results.temporal { nx } else { 0 };
     let room = || FrequencyBlock {
@@ -143,6 +146,9 @@ impl Frequencies {
         }
         if let Some(sums) = &mut self.wavenumber_energies {
             add_rows(sums, powers);
+            if from == 0 {
+                add_rows(&mut self.static_energies, powers.slice(s![..1, ..]));
+            }
         }
         sink.put(LargeArray::SPACETIME_SPECTRUM, from, 0, powers)?;
         let records = block.records.slice(s![..count, ..]);

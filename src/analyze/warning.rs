@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::Axes;
+use super::quality::COMMON_SHARE;
 use crate::field::Note;
 use crate::measure::digits;
 
@@ -97,7 +98,8 @@ pub enum Warning {
     /// Share of energy common to all sites (k = 0), and the line that holds most of it, in `frequency_unit`.
     CommonMode {
         share: f64,
-        line: Option<f64>,
+        /// The frequency of its line, if it is one, and half the distance of bins.
+        line: Option<[f64; 2]>,
         frequency_unit: String,
     },
     /// Share of energy at f = 0.
@@ -124,6 +126,9 @@ pub enum Warning {
     /// A doubtful conclusion about the file of the field.
     Reading { note: Note },
 }
+
+/// Error of a frequency, as a part of it, up to which it is not said.
+const KNOWN: f64 = 0.01;
 
 impl Warning {
     /// Stable name, for programs.
@@ -152,6 +157,17 @@ impl Warning {
             Warning::NoKineticEnergy => "no-kinetic-energy",
             Warning::NoEnergy => "no-energy",
             Warning::Reading { note } => note.code(),
+        }
+    }
+
+    /// Takes the line from what is common to all sites: pulses hum at no frequency. Whether the warning holds of them.
+    pub(super) fn is_of_pulses(&mut self) -> bool {
+        match self {
+            Warning::CommonMode { share, line, .. } => {
+                *line = None;
+                *share > COMMON_SHARE
+            }
+            _ => true,
         }
     }
 
@@ -268,13 +284,22 @@ impl Warning {
             ),
             Warning::CommonMode {
                 share,
-                line: Some(line),
+                line: Some([line, half]),
                 frequency_unit,
-            } => format!(
-                "{} {frequency_unit} common to all sites (k = 0) holds {:.0} % of the energy",
-                short(*line),
-                100.0 * share
-            ),
+            } => {
+                let error = match half > &(KNOWN * line) {
+                    true => format!(
+                        " ± {}",
+                        short(format!("{half:.0e}").parse().unwrap_or(*half))
+                    ),
+                    false => String::new(),
+                };
+                format!(
+                    "{}{error} {frequency_unit} common to all sites (k = 0) holds {:.0} % of the energy",
+                    short(*line),
+                    100.0 * share
+                )
+            }
             Warning::CommonMode { share, .. } => format!(
                 "{} of the energy is common to all sites (k = 0)",
                 percent(*share)
@@ -356,7 +381,10 @@ impl Warning {
                 share,
                 ratio,
             } => json!({"times": times, "share": share, "ratio": ratio}),
-            Warning::CommonMode { share, line, .. } => json!({"share": share, "line": line}),
+            Warning::CommonMode { share, line, .. } => {
+                let [line, error] = [0, 1].map(|i| line.map(|line| line[i]));
+                json!({"share": share, "line": line, "line_error": error})
+            }
             Warning::GainSteps { sites, ratios } => {
                 json!({"sites": sites.indices, "positions": sites.positions, "ratios": ratios})
             }

@@ -45,6 +45,14 @@ impl AnswerWords {
     }
 }
 
+/// Difference of the shares by direction, as a part of both, up to which they are alike.
+const EVEN: f64 = 0.1;
+
+/// Part of the sites from which on a verdict is one of all.
+const SPAN: f64 = 0.75;
+/// Part of its energy from which on a front keeps it: windows hold a longer pulse to a tenth less.
+const KEEPS: f64 = 0.88;
+
 struct Words<'a> {
     axes: &'a Axes,
     answer: &'a Answer,
@@ -119,9 +127,15 @@ impl Words<'_> {
             return self.of_front(of);
         }
         let to = of.to.map_or(0, |place| place.rows[1]);
+        let is_back = of
+            .from
+            .zip(of.to)
+            .is_some_and(|(from, to)| to.rows[0] < from.rows[0]);
+        let way = if is_back { "towards -x" } else { "along x" };
         match of.verdict {
             Verdict::Unchanged => format!(
-                "no energy moves in frequency along x (less than {}, at 95 %)",
+                "no energy moves in frequency along x{} (less than {}, at 95 %)",
+                self.span(of),
                 below(of.bound)
             ),
             Verdict::Down if of.lags => format!(
@@ -145,17 +159,17 @@ impl Words<'_> {
                 share(of.down)
             ),
             Verdict::Up => format!(
-                "energy moves up in frequency along x: {} of it past {} by site {to}",
+                "energy moves up in frequency {way}: {} of it past {} by site {to}",
                 share(of.up),
                 self.frequency(of.up_at)
             ),
             Verdict::Down => format!(
-                "energy moves down in frequency along x: {} of it below {} by site {to}",
+                "energy moves down in frequency {way}: {} of it below {} by site {to}",
                 share(of.down),
                 self.frequency(of.down_at)
             ),
             _ => format!(
-                "energy spreads in frequency along x: {} past {}, {} below {} by site {to}",
+                "energy spreads in frequency {way}: {} past {}, {} below {} by site {to}",
                 share(of.up),
                 self.frequency(of.up_at),
                 share(of.down),
@@ -164,10 +178,24 @@ impl Words<'_> {
         }
     }
 
+    /// Between which sites, where the wave is seen at a part of them.
+    fn span(&self, of: &Movement) -> String {
+        let ends = of.from.zip(of.to);
+        let ends = ends.map(|(from, to)| (from.rows[0], to.rows[1]));
+        match ends {
+            Some((from, to))
+                if ((from.abs_diff(to) + 1) as f64) < SPAN * self.axes.n_sites as f64 =>
+            {
+                format!(" from site {from} to {to}")
+            }
+            _ => String::new(),
+        }
+    }
+
     /// Of a struck chain.
     fn of_front(&self, of: &Movement) -> String {
         let keeps = match of.energy_ratio {
-            ratio if ratio > 0.9 => "keeps its energy".into(),
+            ratio if ratio > KEEPS => "keeps its energy".into(),
             ratio => format!("keeps {} of its energy", share(ratio)),
         };
         if let Some(site) = of.settled_at {
@@ -177,7 +205,7 @@ impl Words<'_> {
         }
         let by = of.to.map_or(0, |place| place.rows[0]);
         let lost = share(1.0 - of.energy_ratio);
-        if self.answer.is_lossy && of.energy_ratio < 0.9 {
+        if self.answer.is_lossy && of.energy_ratio < KEEPS {
             let first = match of.verdict {
                 Verdict::Down => ", high frequencies first",
                 Verdict::Up => ", low frequencies first",
@@ -195,7 +223,7 @@ impl Words<'_> {
             ),
             None => String::new(),
         };
-        let sheds = match of.energy_ratio < 0.9 {
+        let sheds = match of.energy_ratio < KEEPS {
             true => format!("{sheds}{into}; it never settles"),
             false => "the front never settles".into(),
         };
@@ -412,11 +440,23 @@ impl Words<'_> {
                 };
                 format!("the front travels towards {way}{speed}")
             }
-            None => format!(
-                "{} towards +x, {} towards -x{speed}",
-                share(direction.toward_plus_x),
-                share(direction.toward_minus_x)
-            ),
+            None => {
+                let [plus, minus] = [direction.toward_plus_x, direction.toward_minus_x];
+                let even = (plus - minus).abs() < EVEN * (plus + minus);
+                let neither = match direction.undirected > 0.01 {
+                    true => format!(", {} neither (k = 0 or f = 0)", share(direction.undirected)),
+                    false => String::new(),
+                };
+                let standing = match even && !self.answer.has_fronts {
+                    true => ": waves stand, or come from both sides",
+                    false => "",
+                };
+                format!(
+                    "{} towards +x, {} towards -x{neither}{standing}{speed}",
+                    share(plus),
+                    share(minus)
+                )
+            }
         };
         Some(AnswerLine {
             name: "direction",
