@@ -13,7 +13,7 @@ const LEAST_ERROR: f64 = 0.01;
 /// By what all points may be off alike, in bins: a peak of a spectrum that falls is drawn to its higher side. Parameters
 /// are known no better, however many points there are. Of waves with spectra that fall by 20 dB over the ridge, in
 /// noise, the median of fits was off by 0.004 to 0.014 bins.
-const COMMON_ERROR: f64 = 0.015;
+const COMMON_ERROR: f64 = 0.03;
 const ITERATIONS: usize = 100;
 /// Relative step of numerical derivatives.
 const STEP: f64 = 1e-5;
@@ -63,7 +63,7 @@ pub struct RidgeFit {
     /// Root mean square of the points' distances from the law along their cuts, in bins.
     pub deviation: f64,
     /// Sum of the squares of distances over errors, by the degrees of freedom. Above 1, the errors of the
-    /// parameters are scaled by its root; they are no smaller than what 0.015 bins do that all points are off alike.
+    /// parameters are scaled by its root; they are no smaller than what 0.03 bins do that all points are off alike.
     pub reduced: f64,
     pub curve: DispersionCurve,
 }

@@ -298,3 +298,26 @@ fn cells_of_a_signed_map_keep_both_signs() {
         assert_eq!([*value, *least, *largest], [size, -0.5 * size, size], "{n}");
     }
 }
+
+/// Of a run whose samples stand to a tenth: short-time spectra show no value below a hundredth of the largest.
+#[test]
+fn values_below_the_error_of_a_run_are_left_out() {
+    let mut analysis = test_support::figures::full();
+    let shown = |analysis: &Analysis| {
+        let data = payload(analysis);
+        let maps = data["pictures"].as_array().unwrap().iter();
+        let maps = maps.filter(|map| map["id"].as_str().unwrap().starts_with("short-time-"));
+        maps.flat_map(|map| singles(&map["values"]))
+            .collect::<Vec<f32>>()
+    };
+    let all = shown(&analysis);
+    let largest = all.iter().copied().fold(0.0, f32::max);
+    assert!(all.iter().all(|value| value.is_finite()));
+    analysis.sample_error = Some(0.1);
+    for (value, before) in shown(&analysis).iter().zip(&all) {
+        match *before >= 0.01 * largest {
+            true => assert_eq!(value, before),
+            false => assert!(value.is_nan(), "{value} of {largest}"),
+        }
+    }
+}
