@@ -250,7 +250,7 @@ fn what_is_not_this_sweep_is_left_alone() {
     // What a kill before the first member leaves is no hindrance.
     let young = place.path().join("young");
     std::fs::create_dir(&young).unwrap();
-    std::fs::write(young.join(".sweep.json.partial-1"), "{").unwrap();
+    std::fs::write(young.join(".cascade-partial-0123456789abcdef"), "{").unwrap();
     assert!(sweep(&VARY).run(&young, Part::WHOLE, &Silent).is_ok());
     // A member that the sweep does not have.
     let members = out.join("members.jsonl");
