@@ -3,7 +3,7 @@
 use super::front::{Fronts, Seen};
 use super::gain::{self, GainChange, GainStep};
 use super::graded::weights;
-use super::groups::{FEWEST, Found};
+use super::groups::{FEWEST, Found, NEIGHBOURS, group_size, grouped};
 use super::onset::{Envelopes, NoiseShape, Onset, Reading};
 use super::share::{Group, Spectrum};
 use super::speed::{self, Passage};
@@ -23,8 +23,6 @@ const ENOUGH: f64 = 5.0;
 /// Records whose width is looked for, and groups that are compared, at most.
 const LOOKED_AT: usize = 64;
 const GROUPS: usize = 80;
-/// Sites of a group.
-const NEIGHBOURS: usize = 4;
 /// Samples of the shortest window.
 const SHORTEST: usize = 8;
 /// Magnitude, as a part of the largest of the field, below which a site has no energy to speak of.
@@ -257,28 +255,6 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
     }
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-/// Sites in groups of `size`, at most `most` of them, spread evenly.
-pub(super) fn grouped(sites: &[usize], size: usize, most: usize) -> Vec<Vec<usize>> {
-    let groups: Vec<&[usize]> = sites.chunks_exact(size).collect();
-    let count = groups.len().min(most);
-    (0..count)
-        .map(|i| match count {
-            1 => groups[0].to_vec(),
-            _ => groups[i * (groups.len() - 1) / (count - 1)].to_vec(),
-        })
-        .collect()
-}
-
-/// Sites of a group, of `sites` that can be compared: a tenth of few.
-pub(super) fn group_size(sites: usize, pairs: bool) -> usize {
-    match sites / 10 {
-        0 | 1 if pairs => 2,
-        0 | 1 => 1,
-        2 | 3 => 2,
-        _ => NEIGHBOURS,
-    }
 }
 
 impl Fronts<'_> {

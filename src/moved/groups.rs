@@ -5,6 +5,8 @@ use super::share::{Grid, Group, Moved, Share};
 use super::windows::Windows;
 use super::{Evidence, Movement, Part, Reason, Verdict, seen};
 
+/// Sites of a group.
+pub(super) const NEIGHBOURS: usize = 4;
 /// Groups without which nothing is compared.
 pub(super) const FEWEST: usize = 2;
 /// Ratio of the parts of the energy that windows hold, at the last and the first group, below which a wave spreads out of them.
@@ -15,6 +17,28 @@ const HOLDS: f64 = 0.03;
 const FOLLOWED: f64 = 0.3;
 /// The kind of window that fades, of those of a struck chain.
 const FADING: usize = 3;
+
+/// Sites in groups of `size`, at most `most` of them, spread evenly.
+pub(super) fn grouped(sites: &[usize], size: usize, most: usize) -> Vec<Vec<usize>> {
+    let groups: Vec<&[usize]> = sites.chunks_exact(size).collect();
+    let count = groups.len().min(most);
+    (0..count)
+        .map(|i| match count {
+            1 => groups[0].to_vec(),
+            _ => groups[i * (groups.len() - 1) / (count - 1)].to_vec(),
+        })
+        .collect()
+}
+
+/// Sites of a group, of `sites` that can be compared: a tenth of few.
+pub(super) fn group_size(sites: usize, pairs: bool) -> usize {
+    match sites / 10 {
+        0 | 1 if pairs => 2,
+        0 | 1 => 1,
+        2 | 3 => 2,
+        _ => NEIGHBOURS,
+    }
+}
 
 /// Groups by kind of window: flat ones of the length, its half and its double; of a struck chain the same fading; the tail.
 pub(super) struct Found<'a> {

@@ -1,6 +1,7 @@
 //! Records without arrivals: one window, the record, in segments.
 
-use super::along_x::{AlongX, LIVE, Options, group_size, grouped, median};
+use super::along_x::{AlongX, LIVE, Options, median};
+use super::groups::{group_size, grouped};
 use super::onset::Onset;
 use super::share::{Grid, Group, Moved};
 use super::{Evidence, Movement, Reason, Verdict};
