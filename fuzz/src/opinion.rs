@@ -52,7 +52,8 @@ fn counts(container: &Container, bytes: &[u8]) -> Option<String> {
                 Format::Lammps => variables().map(of).max().unwrap_or(0),
                 _ => variables().map(of).sum(),
             };
-            if found != expected {
+            // Of a file whose samples are cut off nothing can be read.
+            if found != expected && found > 0 {
                 return Some(format!("{found} records were read of {expected}"));
             }
             // A variable without the records of another one says so.
@@ -96,11 +97,15 @@ fn records(format: Format, variable: &Variable) -> u64 {
         found.map(|dimension| dimension.len)
     };
     let is_list = variable.dimensions.len() == 1;
+    let is_none = ["text", "no samples"]
+        .map(|what| SampleType::Other(what.into()))
+        .contains(&variable.sample_type);
     match format {
         Format::Uff => match variable.path.starts_with("/records") {
             true => len("record").unwrap_or(0),
             false => 0,
         },
+        Format::Tdms if is_none => 0,
         Format::Tdms => match (len("channel"), is_list) {
             (Some(_), true) => 0,
             (Some(channels), false) => channels,
@@ -138,6 +143,11 @@ fn uff(bytes: &[u8]) -> Option<u64> {
                 next(&mut at)?;
             }
             at = at.checked_add(text.parse::<usize>().ok()?)?;
+            // Some programs state half of the bytes of uneven records.
+            let rest = bytes.get(at..)?.trim_ascii_start();
+            if !rest.starts_with(b"-1") {
+                return None;
+            }
         }
         loop {
             // A file may end within its last data set.
@@ -180,7 +190,7 @@ impl Reader<'_> {
     }
 }
 
-/// Channels of numbers of a TDMS file that have samples.
+/// Channels of a TDMS file that have an index of samples, texts apart.
 fn tdms(bytes: &[u8]) -> Option<u64> {
     const NONE: u64 = 0xffff_ffff;
     const TEXT: u64 = 0x20;
@@ -220,12 +230,12 @@ fn tdms(bytes: &[u8]) -> Option<u64> {
                     _ => {
                         let kind = reader.unsigned(4)?;
                         reader.unsigned(4)?;
-                        let count = reader.unsigned(8)?;
+                        reader.unsigned(8)?;
                         if kind == TEXT {
                             reader.unsigned(8)?;
                         }
                         let is_channel = path.windows(3).any(|part| part == b"'/'");
-                        if is_channel && count > 0 && kind != TEXT {
+                        if is_channel && kind != TEXT {
                             channels.insert(path);
                         }
                     }

@@ -129,6 +129,10 @@ impl Headers {
                 self.style.get_or_insert(first);
             }
             "TIME" => header.time = Some(number(&first, "a time", place)?),
+            // The frame before has lost the title of its rows.
+            "TIMESTEP" if header.step.is_some() => {
+                return Err(Error::damaged(place(), "ITEM: ATOMS", "the next frame"));
+            }
             "TIMESTEP" => header.step = Some(number(&first, "a time step", place)?),
             "NUMBER OF ATOMS" => header.atoms = Some(number(&first, "a number of atoms", place)?),
             title => {
