@@ -327,7 +327,8 @@ def sweep(
         columns[key] = [_number(values[i]) for values, _, _ in read["rows"]]
     for name in read["columns"]:
         cells = [measures.get(name) for _, measures, _ in read["rows"]]
-        columns[name] = [np.nan if cell is None else cell for cell in cells]
+        lacking: Any = "" if any(isinstance(cell, str) for cell in cells) else np.nan
+        columns[name] = [lacking if cell is None else cell for cell in cells]
     columns["failure"] = [failure or "" for _, _, failure in read["rows"]]
     arrays = {name: np.asarray(cells) for name, cells in columns.items()}
     return frame(arrays, {"scene": read["scene"]}, page)
