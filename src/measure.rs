@@ -75,8 +75,10 @@ pub(crate) fn quotient(unit: &str) -> String {
         let (Some(exponent), false) = (exponent, name.is_empty()) else {
             return unit.to_owned();
         };
+        // A micro sign stays as it is.
         let symbol = symbol::<Length>(name).or(symbol::<Time>(name));
-        is_changed |= exponent < 0 || symbol.is_some_and(|symbol| symbol != name);
+        let symbol = symbol.filter(|symbol| *symbol != name.replace(['\u{b5}', '\u{3bc}'], "u"));
+        is_changed |= exponent < 0 || symbol.is_some();
         let symbol = symbol.unwrap_or(name);
         let raised = match exponent.abs() {
             1 => symbol.to_owned(),
@@ -331,6 +333,7 @@ mod tests {
             ("kg m-1 s-2", "kg/(m s^2)"),
             ("s-1", "1/s"),
             ("metres", "m"),
+            ("\u{b5}m/s", "\u{b5}m/s"),
             ("m/s", "m/s"),
             ("mm/s^2", "mm/s^2"),
             ("(m/s)^2", "(m/s)^2"),

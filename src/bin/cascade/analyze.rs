@@ -59,6 +59,8 @@ pub struct Finished {
     pub published: PathBuf,
     /// Whether the field is that of a run.
     is_run: bool,
+    /// What else may be computed of it.
+    further: Option<String>,
 }
 
 impl Finished {
@@ -165,10 +167,15 @@ impl Task<'_> {
         if drawing.is_wanted() {
             draw(&analysis, &drawing, &directory, typed.work.memory, progress)?;
         }
+        let further = match typed.scan.position_from {
+            Some(_) => None,
+            None => further::sentence(&analysis, is_run, path),
+        };
         progress.check()?;
         let published = directory.publish()?;
         progress.clear();
         Ok(Finished {
+            further,
             analysis,
             read_as,
             json,
@@ -258,16 +265,12 @@ fn tell(
     }
     drop(out);
     let mut summary = terminal::summary(&finished.analysis, &finished.read_as);
-    let is_run = finished.is_run;
-    if typed.scan.position_from.is_none() {
-        let open = further::sentence(&finished.analysis, is_run, field);
-        if let Some(open) = open {
-            summary.detail("further", &open);
-        }
+    if let Some(further) = &finished.further {
+        summary.detail("further", further);
     }
     let seconds = started.elapsed().as_secs_f64();
     let main = finished.main();
-    let budget = match is_run {
+    let budget = match finished.is_run {
         true => format!(
             "; its energy: cascade budget {}",
             quoted(&field.to_string_lossy())

@@ -22,7 +22,7 @@ pub fn sentence(analysis: &Analysis, is_run: bool, field: &Path) -> Option<Strin
         if analysis.axes.n_sites > 1 {
             open.push("delays (coherence)");
         }
-        open.push("coupled frequencies (bicoherence, transfer)");
+        open.push("coupled frequencies (bicoherence)");
     }
     if waves {
         open.push(match is_steady {
