@@ -69,10 +69,7 @@ fn regress_a_speed_is_found_fitted_and_written() {
     let k: Array1<f64> = archive.by_name("wavenumber").unwrap();
     assert_eq!(table.lines().count(), k.len() + 1);
     assert!(k.iter().any(|k| *k > 0.5) && k.iter().any(|k| *k < -0.5));
-    for name in [
-        "report.html",
-        "figures/ridges.png",
-    ] {
+    for name in ["report.html", "figures/ridges.png"] {
         assert!(
             place.path(format!("field-ridges/{name}")).exists(),
             "{name}"
