@@ -149,9 +149,8 @@ fn uff(bytes: &[u8]) -> Option<u64> {
                 return None;
             }
         }
-        loop {
-            // A file may end within its last data set.
-            let Some(line) = next(&mut at) else { break };
+        // A file may end within its last data set.
+        while let Some(line) = next(&mut at) {
             if is_delimiter(&bytes[line]) {
                 break;
             }
@@ -347,7 +346,8 @@ fn seismic_unix(bytes: &[u8]) -> Option<u64> {
     let fitting = read
         .iter()
         .map(|read| u64::from(read([header[114], header[115]])));
-    let mut fitting = fitting.filter(|samples| *samples > 0 && length % (240 + 4 * samples) == 0);
+    let mut fitting =
+        fitting.filter(|samples| *samples > 0 && length.is_multiple_of(240 + 4 * samples));
     let samples = fitting.next()?;
     // Of a file that fits in both byte orders there is no opinion.
     fitting

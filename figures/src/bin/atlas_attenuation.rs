@@ -21,7 +21,7 @@ use wavecascade::attenuation::{AttenuationRequest, ContactKind, Named, Sense};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::localized::{Family, LeakScan};
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Chart, FigureLayout, HeatChart, Mark, PlotRow, Series};
+use wavecascade::plot::{Chart, Colors, FigureLayout, HeatChart, Mark, PlotRow, Series};
 
 use figures::{Outcome, save_figure, style, write};
 
@@ -96,9 +96,10 @@ fn main() -> Outcome<()> {
         x: 1.0..LAST,
         y: 1.0..LENGTH as f64 + 1.0,
         log_x: true,
-        scale: 0.3..1.05,
+        colors: Colors::Between(0.3..1.05),
         values,
         marks: marks.clone(),
+        ..HeatChart::default()
     };
     // Where waves behind overtake the pulse at once, its loss cannot be told.
     let told = leaks.iter().filter(|leak| leak.per_cell > 0.0);

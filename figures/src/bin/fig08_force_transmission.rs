@@ -25,7 +25,7 @@ use wavecascade::attenuation::{
 };
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::Silent;
-use wavecascade::plot::{Chart, FigureLayout, HeatChart, Look, Mark, PlotRow, Series};
+use wavecascade::plot::{Chart, Colors, FigureLayout, HeatChart, Look, Mark, PlotRow, Series};
 
 use figures::{Outcome, experiment, experiment_scene, save_figure, style, write};
 
@@ -236,9 +236,8 @@ fn map(angle: i32) -> Outcome<HeatChart> {
         label: "velocity / that of the impact".into(),
         x: -0.5..40.5,
         y: 0.0..1.2,
-        log_x: false,
         values: velocity,
-        scale: -largest..largest,
-        marks: Vec::new(),
+        colors: Colors::Between(-largest..largest),
+        ..HeatChart::default()
     })
 }

@@ -4,29 +4,6 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Result};
 use std::path::Path;
 
-/// What was written to the disk in a thread, in its order: each file, and each directory with the names in it.
-#[cfg(test)]
-pub(super) mod synced {
-    use std::cell::RefCell;
-    use std::collections::BTreeSet;
-    use std::path::{Path, PathBuf};
-
-    thread_local! {
-        static SYNCED: RefCell<Vec<(PathBuf, BTreeSet<String>)>> = const { RefCell::new(Vec::new()) };
-    }
-
-    pub(in crate::publish) fn note(path: &Path) {
-        let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
-        let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-        let names = names.collect();
-        SYNCED.with_borrow_mut(|all| all.push((path.to_owned(), names)));
-    }
-
-    pub(in crate::publish) fn take() -> Vec<(PathBuf, BTreeSet<String>)> {
-        SYNCED.take()
-    }
-}
-
 /// Writes a file, or a directory with all that is in it, to the disk.
 pub(super) fn sync_tree(path: &Path) -> Result<()> {
     if !fs::symlink_metadata(path)?.is_dir() {
@@ -145,5 +122,28 @@ pub(super) fn remove(path: &Path) -> Result<()> {
     match removed {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         done => done,
+    }
+}
+
+/// What was written to the disk in a thread, in its order: each file, and each directory with the names in it.
+#[cfg(test)]
+pub(super) mod synced {
+    use std::cell::RefCell;
+    use std::collections::BTreeSet;
+    use std::path::{Path, PathBuf};
+
+    thread_local! {
+        static SYNCED: RefCell<Vec<(PathBuf, BTreeSet<String>)>> = const { RefCell::new(Vec::new()) };
+    }
+
+    pub(in crate::publish) fn note(path: &Path) {
+        let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+        let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        let names = names.collect();
+        SYNCED.with_borrow_mut(|all| all.push((path.to_owned(), names)));
+    }
+
+    pub(in crate::publish) fn take() -> Vec<(PathBuf, BTreeSet<String>)> {
+        SYNCED.take()
     }
 }
