@@ -16,6 +16,7 @@ use std::sync::{Mutex, PoisonError};
 use crate::system::memory::available_memory;
 
 pub use axis::SweptKey;
+#[cfg(feature = "figures")]
 pub(crate) use axis::quantity;
 pub use measures::{Measures, Needs};
 pub use request::{Outcome, Outcomes, Request, read};
