@@ -223,7 +223,10 @@ def test_ctrl_c_cancels():
         "threading.Thread(target=press, daemon=True).start()\n"
         "try:\n"
         "    while True: wc.analyze(field, maps=False)\n"
-        "except KeyboardInterrupt: print('cancelled', flush=True); os._exit(0)\n"
+        "except KeyboardInterrupt:\n"
+        "    signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+        "    print('cancelled', flush=True)\n"
+        "    os._exit(0)\n"
     )
     said = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, timeout=120
