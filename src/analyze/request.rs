@@ -182,7 +182,7 @@ impl Default for Request {
                 hop: None,
                 segment_space: None,
                 hop_space: None,
-                window: Window::Hann,
+                window: Window::USUAL,
             },
             maps: true,
             show: Show::default(),

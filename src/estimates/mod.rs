@@ -37,7 +37,8 @@ pub use parts::{
 };
 pub(crate) use realisations::first_of;
 pub use realisations::{
-    Averaging, Grid, Independence, Part, SegmentsLeft, SpectrumInterval, Tapers, interval_factors,
+    Averaging, Grid, Independence, Part, SIGNIFICANCE, SegmentsLeft, SpectrumInterval, Tapers,
+    interval_factors,
 };
 pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening, slope};
 pub use spacetime::{SpaceTimeEstimate, SpaceTimeRequest, spacetime};

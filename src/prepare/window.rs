@@ -102,6 +102,9 @@ const FLAT_TOP: &[f64] = &[
 ];
 
 impl Window {
+    /// Of segments, short-time spectra and ridges, unless another is stated.
+    pub const USUAL: Window = Window::Hann;
+
     /// The samples `w[j]`, `j = 0..n`, with `w[j] == w[n - j]` bit for bit and `w[n / 2] = 1` for
     /// even n (flat-top: 1.000000003, the sum of its coefficients).
     ///

@@ -86,8 +86,8 @@ impl Default for RidgesRequest {
         RidgesRequest {
             segment: None,
             overlap: None,
-            window_time: Window::Hann,
-            window_space: Window::Hann,
+            window_time: Window::USUAL,
+            window_space: Window::USUAL,
             detrend: Detrend::Mean,
             gaps: Gaps::Refuse,
             cut: None,

@@ -401,7 +401,7 @@ pub struct ShortTimeArgs {
     #[arg(long, value_name = "SITES", requires = "short_time_times")]
     pub short_space_hop: Option<usize>,
     /// Taper of the segments.
-    #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann)]
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::USUAL)]
     pub short_time_window: Window,
 }
 

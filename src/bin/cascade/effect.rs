@@ -91,7 +91,7 @@ pub fn refuse_without_effect(typed: &Analyze) -> Result<(), Error> {
         ("short-time-hop", short_time.short_time_hop.is_some(), short),
         (
             "short-time-window",
-            short_time.short_time_window != Window::Hann,
+            short_time.short_time_window != Window::USUAL,
             short,
         ),
     ];

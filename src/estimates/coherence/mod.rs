@@ -15,6 +15,7 @@ pub use velocity::WaveVelocity;
 use ndarray::Array2;
 
 use crate::error::Result;
+use crate::estimates::SIGNIFICANCE;
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, first_of,
@@ -55,7 +56,7 @@ impl Default for CoherenceRequest {
             reference: 0,
             averaging: Averaging::default(),
             gaps: Gaps::Refuse,
-            alpha: 0.05,
+            alpha: SIGNIFICANCE,
             threads: None,
             memory: None,
         }

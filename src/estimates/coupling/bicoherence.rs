@@ -4,6 +4,7 @@ use super::along::BicoherenceAlong;
 use super::pass::Pass;
 use super::spectra::last_bin;
 use crate::error::{Error, Result};
+use crate::estimates::SIGNIFICANCE;
 use crate::estimates::coherence::phase_spread;
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, Shots, Tapers, first_of,
@@ -41,7 +42,7 @@ impl Default for BicoherenceRequest {
             along: Vec::new(),
             averaging: Averaging::default(),
             gaps: Gaps::Refuse,
-            alpha: 0.05,
+            alpha: SIGNIFICANCE,
             threads: None,
             memory: None,
         }

@@ -8,6 +8,7 @@ use super::found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
 use super::products::LEAST_POWER;
 use super::spectra::{Spectra, last_bin};
 use crate::error::{Error, Result};
+use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, Independence, Realisations, Records, SegmentScratch, Shots, first_of, steadiness,
 };
@@ -50,7 +51,7 @@ impl Default for TransferRequest {
             highest: None,
             averaging: Averaging::default(),
             gaps: Gaps::Refuse,
-            alpha: 0.05,
+            alpha: SIGNIFICANCE,
             resamplings: 200,
             threads: None,
             memory: None,

@@ -2,6 +2,7 @@
 
 use super::moments::ORDERS;
 use super::sums::FieldAxis;
+use crate::estimates::SIGNIFICANCE;
 use crate::field::Axis;
 use crate::numeric::student_two_sided;
 
@@ -34,7 +35,7 @@ impl Default for IncrementsRequest {
             band: None,
             lag_band: None,
             histograms: 4,
-            alpha: 0.05,
+            alpha: SIGNIFICANCE,
             threads: None,
             memory: None,
         }

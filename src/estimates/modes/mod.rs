@@ -11,6 +11,7 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, Independence, Realisations, SegmentScratch, Shots, TOGETHER, check_squares,
     first_of, interval_factors, steadiness, steadiness_of_sites,
@@ -52,7 +53,7 @@ impl Default for ModesRequest {
             modes: 3,
             averaging: Averaging::default(),
             gaps: Gaps::Refuse,
-            alpha: 0.05,
+            alpha: SIGNIFICANCE,
             threads: None,
             memory: None,
         }

@@ -47,7 +47,7 @@ impl Default for Averaging {
         Averaging {
             segment: None,
             overlap: None,
-            tapers: Tapers::Window(Window::Hann),
+            tapers: Tapers::Window(Window::USUAL),
             detrend: Detrend::Mean,
         }
     }

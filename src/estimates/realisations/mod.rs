@@ -13,6 +13,10 @@ mod sheet;
 mod shots;
 mod tree;
 
+/// Probability by which a level of significance is exceeded by chance, or an interval does not hold, unless another is
+/// stated.
+pub const SIGNIFICANCE: f64 = 0.05;
+
 pub(crate) use adaptive::{Average, LeftOut, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};

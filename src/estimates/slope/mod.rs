@@ -12,6 +12,7 @@ pub use steepening::Steepening;
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
+use crate::estimates::SIGNIFICANCE;
 use crate::estimates::increments::{ExponentBasis, FieldAxis};
 use crate::estimates::realisations::{
     Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, check_squares, first_of,
@@ -59,7 +60,7 @@ impl Default for SlopeRequest {
             frames: 64,
             averaging: Averaging::default(),
             gaps: Gaps::Refuse,
-            alpha: 0.05,
+            alpha: SIGNIFICANCE,
             threads: None,
             memory: None,
         }

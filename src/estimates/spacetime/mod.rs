@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
+use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Realisations, Shots, Tapers,
     check_squares, first_of, refuse_left_out, steadiness,
@@ -46,10 +47,10 @@ impl Default for SpaceTimeRequest {
         SpaceTimeRequest {
             averaging: Averaging::default(),
             is_whole: false,
-            space: Tapers::Window(Window::Hann),
+            space: Tapers::Window(Window::USUAL),
             is_adaptive: true,
             gaps: Gaps::Refuse,
-            alpha: 0.05,
+            alpha: SIGNIFICANCE,
             threads: None,
             memory: None,
         }

@@ -19,6 +19,7 @@ pub(crate) use sheet::{shown, without_mean};
 use ndarray::Array2;
 
 use crate::error::{Error, Result};
+use crate::estimates::SIGNIFICANCE;
 use crate::estimates::parts::{Divided, Finishing};
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Portion, Realisations, RecordTree, SegmentsLeft, Shots,
@@ -77,7 +78,7 @@ impl Default for SpectrumRequest {
             has_jackknife: true,
             gaps: Gaps::Refuse,
             subtract_noise: false,
-            alpha: 0.05,
+            alpha: SIGNIFICANCE,
             threads: None,
             memory: None,
         }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
+use wavecascade::estimates::SIGNIFICANCE;
 use wavecascade::estimates::{
     Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, Tapers, coherence,
 };
@@ -66,7 +67,7 @@ pub struct AverageArgs {
     pub overlap: Option<parse::Overlap>,
     /// Taper of the segments: none, hann, hamming, blackman-harris, flat-top, tukey[:TAPER],
     /// kaiser[:BETA], dpss[:NW].
-    #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann, conflicts_with = "multitaper")]
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::USUAL, conflicts_with = "multitaper")]
     pub window: Window,
     /// Thomson's method: K Slepian tapers of time-bandwidth product NW, at most 2 NW - 1, such as 4,7.
     #[arg(long, value_name = "NW,K", value_parser = parse::multitaper)]
@@ -78,7 +79,7 @@ pub struct AverageArgs {
     #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
     pub gaps: GapsArg,
     /// Probability by which the level of significance is exceeded by chance.
-    #[arg(long, value_name = "SHARE", default_value = "0.05", value_parser = parse::share)]
+    #[arg(long, value_name = "SHARE", default_value_t = SIGNIFICANCE, value_parser = parse::share)]
     pub significance: f64,
     /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
     #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]

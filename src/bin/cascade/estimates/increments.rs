@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use wavecascade::estimates::SIGNIFICANCE;
 use wavecascade::estimates::{Increments as Found, IncrementsRequest, increments};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
@@ -34,7 +35,7 @@ pub struct Increments {
     #[arg(long, value_name = "N", default_value_t = 4)]
     pub histograms: usize,
     /// Probability by which intervals do not hold.
-    #[arg(long, value_name = "SHARE", default_value = "0.05", value_parser = parse::share)]
+    #[arg(long, value_name = "SHARE", default_value_t = SIGNIFICANCE, value_parser = parse::share)]
     pub significance: f64,
     /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
     #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]

@@ -46,10 +46,10 @@ pub struct SearchArgs {
     pub overlap: Option<parse::Overlap>,
     /// Taper of the segments along time: none, hann, hamming, blackman-harris, flat-top, tukey[:TAPER],
     /// kaiser[:BETA], dpss[:NW].
-    #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann)]
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::USUAL)]
     pub window_time: Window,
     /// Taper along space; none for sites around a ring, whose waves fit.
-    #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann)]
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::USUAL)]
     pub window_space: Window,
     /// Look for peaks along k at each frequency, or along f at each wavenumber.
     #[arg(long, value_enum, default_value_t = CutArg::Auto)]

@@ -103,7 +103,7 @@ impl Spectrum {
                 (Some((nw, count)), _) => Tapers::Slepian { nw, count },
                 (None, Some(window)) => Tapers::Window(window),
                 (None, None) if self.periodogram => Tapers::Window(Window::None),
-                (None, None) => Tapers::Window(Window::Hann),
+                (None, None) => Tapers::Window(Window::USUAL),
             },
             is_adaptive: !self.equal_weights,
             gaps: self.averages.gaps.into(),

@@ -1,6 +1,7 @@
 //! Averages of products of several transforms, which allow a single window.
 
 use clap::Args;
+use wavecascade::estimates::SIGNIFICANCE;
 use wavecascade::estimates::{Averaging, Tapers};
 use wavecascade::prepare::Window;
 
@@ -19,7 +20,7 @@ pub struct TripleArgs {
     pub overlap: Option<parse::Overlap>,
     /// Taper of the segments: none, hann, hamming, blackman-harris, flat-top, tukey[:TAPER],
     /// kaiser[:BETA], dpss[:NW].
-    #[arg(long, value_name = "WINDOW", default_value_t = Window::Hann)]
+    #[arg(long, value_name = "WINDOW", default_value_t = Window::USUAL)]
     pub window: Window,
     /// Remove from each segment.
     #[arg(long, value_enum, default_value_t = DetrendArg::Mean, value_name = "WHAT")]
@@ -28,7 +29,7 @@ pub struct TripleArgs {
     #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
     pub gaps: GapsArg,
     /// Probability by which a level is exceeded by chance, and by which an interval errs.
-    #[arg(long, value_name = "SHARE", default_value = "0.05", value_parser = parse::share)]
+    #[arg(long, value_name = "SHARE", default_value_t = SIGNIFICANCE, value_parser = parse::share)]
     pub significance: f64,
     /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
     #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
