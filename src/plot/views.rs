@@ -73,10 +73,7 @@ fn chart(x_label: String, y_label: &str, series: Vec<Series>) -> Chart {
     Chart {
         x: 0.0..highest,
         y,
-        levels: vec![Level {
-            at: 0.0,
-            label: String::new(),
-        }],
+        levels: vec![Level::zero()],
         ..Chart::of("", x_label, y_label, series)
     }
 }

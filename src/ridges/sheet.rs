@@ -453,10 +453,7 @@ impl Ridges {
             let (points, errors): (Vec<_>, Vec<f64>) =
                 known.map(|(f, [value, error])| ((f, value), error)).unzip();
             (points.len() > 1).then(|| Chart {
-                levels: vec![Level {
-                    at: 0.0,
-                    label: String::new(),
-                }],
+                levels: vec![Level::zero()],
                 ..Chart::of(
                     title,
                     labels::frequency(&self.analysis.axes),

@@ -126,6 +126,16 @@ pub struct Level {
     pub label: String,
 }
 
+impl Level {
+    /// The line at 0, without a name.
+    pub fn zero() -> Level {
+        Level {
+            at: 0.0,
+            label: String::new(),
+        }
+    }
+}
+
 /// Series on one pair of axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {

@@ -298,7 +298,7 @@ impl Triads {
             series.push(self.shares("beyond the quadratic force", SKY, beyond));
         }
         Chart {
-            levels: vec![zero()],
+            levels: vec![Level::zero()],
             y: around(&series),
             ..Chart::of(
                 "energy that each wavenumber gained",
@@ -337,7 +337,7 @@ impl Triads {
             label: "largest".into(),
         });
         Chart {
-            levels: vec![zero()],
+            levels: vec![Level::zero()],
             y: around(&series),
             marks: largest.into_iter().collect(),
             ..Chart::of(
@@ -347,13 +347,6 @@ impl Triads {
                 series,
             )
         }
-    }
-}
-
-fn zero() -> Level {
-    Level {
-        at: 0.0,
-        label: String::new(),
     }
 }
 

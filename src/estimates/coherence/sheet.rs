@@ -368,10 +368,7 @@ impl Coherence {
         let (points, errors): (Vec<_>, Vec<f64>) = delays
             .map(|(x, delay)| ((x, delay.delay), delay.error))
             .unzip();
-        let zero = Level {
-            at: 0.0,
-            label: String::new(),
-        };
+        let zero = Level::zero();
         (points.len() > 1).then(|| Chart {
             levels: vec![zero],
             ..Chart::of(

@@ -232,7 +232,7 @@ impl Transfer {
         let (low, high) = ends.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
         let space = 0.05 * (high - low);
         Chart {
-            levels: vec![zero()],
+            levels: vec![Level::zero()],
             y: low - space..high + space,
             ..Chart::of(
                 title,
@@ -252,7 +252,7 @@ impl Transfer {
         };
         let residual = points(|o| o.residual / o.output);
         Chart {
-            levels: vec![zero()],
+            levels: vec![Level::zero()],
             y: -0.25..1.0,
             ..Chart::of(
                 "explained of realisations that were not fitted",
@@ -298,12 +298,5 @@ impl Transfer {
             roles: Some([Role::Frequency; 2]),
             ..HeatChart::default()
         }
-    }
-}
-
-fn zero() -> Level {
-    Level {
-        at: 0.0,
-        label: String::new(),
     }
 }

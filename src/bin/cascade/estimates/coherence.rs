@@ -2,20 +2,17 @@
 
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Args};
-use wavecascade::estimates::SIGNIFICANCE;
+use clap::Args;
 use wavecascade::estimates::{
-    Averaging, Coherence as Found, CoherenceRequest, Combined, DividedRequest, Tapers, coherence,
+    Coherence as Found, CoherenceRequest, Combined, DividedRequest, coherence,
 };
 use wavecascade::observer::Observer;
-use wavecascade::prepare::Window;
 use wavecascade::{Error, Field};
 
-use crate::args::{DetrendArg, GapsArg};
+use crate::estimates::averages::AverageArgs;
 use crate::estimates::parts::{self, InParts, PartArgs};
 use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::failure::Failure;
-use crate::parse;
 
 /// What `cascade coherence` takes.
 #[derive(Debug, Args)]
@@ -41,66 +38,6 @@ pub struct Coherence {
     pub parts: PartArgs,
     #[command(flatten)]
     pub estimate: EstimateArgs,
-}
-
-/// Options of averages that belong to the parts of a result, and not to what makes it of them.
-const OF_PARTS: [&str; 7] = [
-    "segment",
-    "overlap",
-    "window",
-    "multitaper",
-    "detrend",
-    "gaps",
-    "significance",
-];
-
-/// How a record gives several realisations.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Averages")]
-#[command(group = ArgGroup::new("averaging").multiple(true).args(OF_PARTS))]
-pub struct AverageArgs {
-    /// Samples a segment [default: a power of two near an eighth of the record; with `--multitaper` all].
-    #[arg(long, value_name = "SAMPLES")]
-    pub segment: Option<usize>,
-    /// Samples, or share, that neighbouring segments have in common [default: half].
-    #[arg(long, value_name = "SAMPLES|SHARE", value_parser = parse::overlap, requires = "segment")]
-    pub overlap: Option<parse::Overlap>,
-    /// Taper of the segments: none, hann, hamming, blackman-harris, flat-top, tukey[:TAPER],
-    /// kaiser[:BETA], dpss[:NW].
-    #[arg(long, value_name = "WINDOW", default_value_t = Window::USUAL, conflicts_with = "multitaper")]
-    pub window: Window,
-    /// Thomson's method: K Slepian tapers of time-bandwidth product NW, at most 2 NW - 1, such as 4,7.
-    #[arg(long, value_name = "NW,K", value_parser = parse::multitaper)]
-    pub multitaper: Option<(f64, usize)>,
-    /// Remove from each segment.
-    #[arg(long, value_enum, default_value_t = DetrendArg::Mean, value_name = "WHAT")]
-    pub detrend: DetrendArg,
-    /// What to do with samples that are not finite.
-    #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
-    pub gaps: GapsArg,
-    /// Probability by which the level of significance is exceeded by chance.
-    #[arg(long, value_name = "SHARE", default_value_t = SIGNIFICANCE, value_parser = parse::share)]
-    pub significance: f64,
-    /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
-    #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]
-    pub memory: Option<u64>,
-}
-
-impl AverageArgs {
-    pub fn averaging(&self) -> Averaging {
-        Averaging {
-            segment: self.segment,
-            overlap: self
-                .overlap
-                .zip(self.segment)
-                .map(|(overlap, segment)| overlap.of(segment)),
-            tapers: match self.multitaper {
-                Some((nw, count)) => Tapers::Slepian { nw, count },
-                None => Tapers::Window(self.window),
-            },
-            detrend: self.detrend.into(),
-        }
-    }
 }
 
 impl Typed for Coherence {

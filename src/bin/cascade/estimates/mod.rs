@@ -1,5 +1,6 @@
 //! What all commands on estimates share: one or several fields, one library call, a directory of results.
 
+pub mod averages;
 pub mod bicoherence;
 pub mod coherence;
 pub mod increments;

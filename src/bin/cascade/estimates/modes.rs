@@ -7,7 +7,7 @@ use wavecascade::estimates::{Modes as Found, ModesRequest, modes};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
-use crate::estimates::coherence::AverageArgs;
+use crate::estimates::averages::AverageArgs;
 use crate::estimates::{Computation, EstimateArgs, Typed};
 
 /// What `cascade modes` takes.

@@ -8,7 +8,7 @@ use wavecascade::measure::{Frequency, Measure, Wavenumber, cycles_per};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
-use crate::estimates::coherence::AverageArgs;
+use crate::estimates::averages::AverageArgs;
 use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::show_args::of_axis;
 

@@ -11,7 +11,7 @@ use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
 use wavecascade::{Error, Field};
 
-use crate::estimates::coherence::AverageArgs;
+use crate::estimates::averages::AverageArgs;
 use crate::estimates::parts::{self, InParts, PartArgs};
 use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::failure::Failure;
