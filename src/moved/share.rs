@@ -65,7 +65,7 @@ pub(crate) struct Spectrum {
     pub variance: Vec<f64>,
     /// Energy below the resolution of the window, which is none of `energy`.
     pub drift: f64,
-    /// Energy times group delay, in samples from the start of the window; empty where it is not asked for.
+    /// Energy times group delay, in samples from the start of the window; empty where it is not requested.
     pub delay: Vec<f64>,
 }
 

@@ -33,7 +33,7 @@ pub(super) struct Windows {
     padding: f64,
     /// Noise of unit variance in each bin, as energy.
     noise: Vec<f64>,
-    /// Whether group delays are asked for.
+    /// Whether group delays are requested.
     pub has_delays: bool,
 }
 

@@ -64,7 +64,7 @@ pub struct Sheet<'a> {
 pub struct Fact {
     pub name: String,
     pub text: String,
-    /// Whether it is left out where there is room for a dozen lines.
+    /// Whether `--verbose` alone prints it.
     pub is_detail: bool,
 }
 

@@ -37,7 +37,7 @@ pub struct TransferArgs {
 }
 
 impl TransferArgs {
-    /// What is asked for beside a bicoherence, of a field with times in this unit.
+    /// What is requested beside a bicoherence, of a field with times in this unit.
     ///
     /// # Errors
     /// For a frequency in a unit that the field does not have.
