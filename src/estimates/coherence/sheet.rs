@@ -55,7 +55,8 @@ impl Describe for Coherence {
             answer: self.answer(),
             note: match self.level() {
                 Some(level) => format!(
-                    "A cell exceeds {level:.3} by chance with probability {}.",
+                    "A cell exceeds {} by chance with probability {}.",
+                    number(level),
                     self.alpha
                 ),
                 None => format!(

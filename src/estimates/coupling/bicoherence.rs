@@ -12,6 +12,7 @@ use crate::estimates::realisations::{
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps};
+use crate::sheet::number;
 use crate::system::threads::in_pool;
 
 /// All choices of [`bicoherence`].
@@ -152,9 +153,10 @@ impl Bicoherence {
             return "no triple of frequencies has power at all three".into();
         }
         let (one, any) = (self.above(cell), self.above(map));
+        let [cell, map] = [cell, map].map(number);
         format!(
-            "{any} of {cells} triples of frequencies are above {map:.3}, which any of them exceeds by chance with \
-             probability {alpha}; {one} are above {cell:.3}, the level of one, where {chance:.0} would be by chance",
+            "{any} of {cells} triples of frequencies are above {map}, which any of them exceeds by chance with \
+             probability {alpha}; {one} are above {cell}, the level of one, where {chance:.0} would be by chance",
             alpha = self.alpha,
             chance = self.alpha * cells as f64,
         )

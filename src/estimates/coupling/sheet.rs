@@ -62,9 +62,11 @@ impl Describe for Bicoherence {
             answer: self.answer(),
             note: match (self.cell_level(), self.map_level()) {
                 (Some(cell), Some(map)) => format!(
-                    "With probability {}, by chance: one cell exceeds {cell:.3}, any of the {} cells {map:.3}.",
+                    "With probability {}, by chance: one cell exceeds {}, any of the {} cells {}.",
                     self.alpha,
-                    self.cells()
+                    number(cell),
+                    self.cells(),
+                    number(map)
                 ),
                 _ => "No significance can be stated: too few independent realisations.".into(),
             },
