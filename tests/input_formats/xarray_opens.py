@@ -49,7 +49,7 @@ for engine in [None, "netcdf4", "scipy"]:
     assert {"time", "position", "frequency", "wavenumber"} <= set(spectra.coords)
     assert spectra.time.dtype.kind == "f" and spectra.time.units == "s"
     assert spectra.program == "cascade"
-    assert {option["option"] for option in json.loads(spectra.settings)} >= {"dt", "dx"}
+    assert {"--dt", "--dx"} <= set(json.loads(spectra.command))
     # Selection by coordinates works.
     part = spectra.spacetime_spectrum.sel(frequency=slice(0, 2e4))
     assert 1 < part.sizes["frequency"] < spectra.sizes["frequency"]
