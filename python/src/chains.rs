@@ -1,4 +1,4 @@
-//! Chains: runs, budgets, sweeps, localized waves, attenuation and transmission.
+//! Chains: runs, budgets, sweeps, localized waves, attenuation.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -15,10 +15,11 @@ use wavecascade::localized::Exact;
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
 use wavecascade::report::{
-    BudgetSummary, LocalizedSummary, Provenance, RunFile, RunParts, attenuation_csv, budget_html,
-    journey_arrays, journey_html, localized_html, profile_arrays, sweep_html, table_csv,
-    transmission_csv, wave_html, write_budget_arrays,
+    BudgetSummary, LocalizedSummary, Provenance, RunFile, RunParts, budget_html, journey_arrays,
+    journey_html, localized_html, profile_arrays, sheet_html, sweep_html, table_csv, wave_html,
+    write_budget_arrays,
 };
+use wavecascade::sheet::Describe;
 use wavecascade::sweep::{Outcome, Part, Sweep, read};
 use wavecascade::{Error, Result};
 
@@ -298,48 +299,37 @@ pub fn localize<'py>(
     Ok(out)
 }
 
-/// A table in CSV, what was found in JSON, and the page.
-type Curves = (String, String, Page);
-
-/// `cascade attenuate`.
-#[pyfunction]
-#[pyo3(signature = (words, progress=None))]
-pub fn attenuate(
-    py: Python<'_>,
-    words: Vec<String>,
-    progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<Curves> {
-    let typed = typed!(&words, Attenuate);
-    let threads = typed.how.threads.map(usize::from);
-    let work = |observer: &dyn Observer| on_threads(threads, || typed.find(observer));
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let found = done.map_err(|error| faults::of(py, error, From::Files))?;
-    let csv = attenuation_csv(&found.attenuation).map_err(value_error)?;
-    let json = found.to_json().map_err(value_error)?;
-    Ok((csv, json, Page::new(move || Ok(found.page()))))
-}
-
-/// `cascade transmit`.
+/// `cascade attenuate`: a table in CSV, what was found in JSON, and the page.
 #[pyfunction]
 #[pyo3(signature = (text, words, progress=None))]
-pub fn transmit(
+pub fn attenuate(
     py: Python<'_>,
     text: Option<String>,
     words: Vec<String>,
     progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<Curves> {
-    let typed = typed!(&words, Transmit);
+) -> PyResult<(String, String, Page)> {
+    let typed = typed!(&words, Attenuate);
     let threads = typed.how.threads.map(usize::from);
-    let work = |observer: &dyn Observer| -> Result<_> {
-        // The typed keys are added where they are looked at.
-        let scene = scene(text, typed.scene.as_deref(), &[])?;
-        on_threads(threads, || typed.find(scene, observer))
-    };
+    let work = |observer: &dyn Observer| on_threads(threads, || typed.find(text, observer));
     let done = watch::run(py, progress.as_ref(), work)?;
     let found = done.map_err(|error| faults::of(py, error, From::Files))?;
-    let csv = transmission_csv(&found.transmission).map_err(value_error)?;
-    let json = found.to_json().map_err(value_error)?;
-    Ok((csv, json, Page::new(move || Ok(found.page()))))
+    let provenance = Provenance::new(provenance(&words), None, None);
+    let (csv, json) = {
+        let sheet = found.describe();
+        let csv = sheet.records.to_csv().map_err(value_error)?;
+        (csv, sheet.summary(&provenance).map_err(value_error)?)
+    };
+    let page = Page::new(move || {
+        let sheet = found.describe();
+        sheet_html(
+            &found,
+            &sheet,
+            "struck chains",
+            &provenance,
+            &Style::screen(),
+        )
+    });
+    Ok((csv, json, page))
 }
 
 /// `cascade compare`: the budgets of two runs, and how they differ, in JSON; with its page.

@@ -24,7 +24,7 @@ mod _native {
     #[pymodule_export]
     use super::analysis::{analyze, filter, inspected, open, planned};
     #[pymodule_export]
-    use super::chains::{Run, attenuate, budget, compare, localize, simulate, sweep, transmit};
+    use super::chains::{Run, attenuate, budget, compare, localize, simulate, sweep};
     #[pymodule_export]
     use super::estimates::estimate;
     #[pymodule_export]

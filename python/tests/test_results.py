@@ -141,7 +141,7 @@ def test_tables_have_pages(tmp_path):
     tables = {
         "sweep": wc.sweep(SCENE, vary="stiffness_ratio=1,2"),
         "attenuate": wc.attenuate(ratios=[3], bodies=6, sense="chain"),
-        "transmit": wc.transmit(sites=8, over="stiffness_ratio=1,2,3", no_extremes=True),
+        "transmission": wc.attenuate(sites=8, against="stiffness_ratio=1,2,3", no_extremes=True),
         "localize": wc.localize(order=range(1, 3)),
     }
     for name, table in tables.items():

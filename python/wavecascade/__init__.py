@@ -28,7 +28,6 @@ from wavecascade._commands.chains import (
     localize,
     simulate,
     sweep,
-    transmit,
     triads,
 )
 from wavecascade._commands.estimates import (
@@ -74,7 +73,6 @@ __all__ = [
     "spectrum",
     "sweep",
     "temporal_spectrum",
-    "transmit",
     "triads",
 ]
 

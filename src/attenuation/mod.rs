@@ -1,11 +1,13 @@
 //! Attenuation and transmission: the pulse that passes a chain, against its length and its
 //! parameters.
 
+mod beside;
 mod chains;
 mod curve;
 mod extremum;
 mod fit;
 mod follow;
+mod followed;
 mod high_band;
 mod least_squares;
 mod length;
@@ -16,9 +18,11 @@ mod plan;
 mod pulse;
 mod transmission;
 
+pub use beside::{Beside, Computed, Measured};
 pub use chains::{ContactKind, Pattern, homogeneous};
 pub use curve::{Attenuation, AttenuationCurve, CurveRow, Reach, Stop, StopCause};
 pub use fit::{AttenuationLaw, Criterion, Fit, Fits, Length, Parameter, fit};
+pub use followed::{Curves, Followed};
 pub use length::{AttenuationRequest, Named};
 pub use marks::LocalizedMark;
 pub use measured::{

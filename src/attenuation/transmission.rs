@@ -135,7 +135,7 @@ impl TransmissionRequest {
     /// [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Transmission> {
         let over = crate::sweep::axis_of_scenes(&self.over);
-        let over = over.map_err(|error| error.of_option("vary", "over"))?;
+        let over = over.map_err(|error| error.of_option("vary", "against"))?;
         let values = self.values(&over)?;
         let axes: Result<Vec<SweptKey>> = self
             .vary
@@ -205,7 +205,7 @@ impl TransmissionRequest {
             .collect();
         let Some(mut values) = numbers else {
             let expected = "numbers, without units, for the abscissa".into();
-            return Err(refuse("over", expected, over.values.join(", ")));
+            return Err(refuse("against", expected, over.values.join(", ")));
         };
         values.extend(self.also.iter().copied().filter(|v| v.is_finite()));
         values.sort_by(f64::total_cmp);
@@ -305,7 +305,7 @@ impl<'a> ChainSeries<'a> {
     fn setup(&self, value: f64) -> Result<(Setup, Pattern)> {
         let option = match self.measured.contains(&value) {
             true => "measured",
-            false => "over",
+            false => "against",
         };
         let make = self.make.with(self.key, &format!("{value:?}"), option);
         Ok((make.setup()?, make.pattern()?))

@@ -4,7 +4,6 @@
 //! [`draw_all`] draws and writes all of them. They are drawn by [`plotters`] on a [`Canvas`], which
 //! also serves your own charts.
 
-mod attenuation;
 mod axis;
 mod bitmap;
 mod budget;
@@ -42,7 +41,6 @@ pub use crate::sheet::{
     Band, Chart, Colors, Curve, HeatChart, Level, Look, Mark, Marker, PALETTE, Plot, PlotRow, Role,
     Series, extent,
 };
-pub use attenuation::{Overlay, attenuation, transmission};
 pub use axis::around;
 pub use budget::{SharedScales, budget_figures, encode_all};
 pub use canvas::{Area, Canvas, CanvasSurface, px, sans};
@@ -58,7 +56,6 @@ pub use short::{short_space, short_time};
 pub use style::{Colormap, Depth, Style};
 pub use views::views;
 
-pub(crate) use attenuation::{attenuation_charts, transmission_charts};
 pub(crate) use budget::ordinary;
 pub(crate) use heat::block_extremes;
 pub(crate) use localized::{journey_charts, wave_charts};

@@ -242,6 +242,14 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destinat
     })
 }
 
+/// Writes a file of a directory that keeps results, whole or not at all.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write_beside(directory: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
+    crate::system::journal::write_whole(directory, name, bytes)
+}
+
 /// The text of a file; none of a file that is not there or holds something else.
 pub(super) fn read_text(path: &Path) -> Result<String> {
     match fs::read_to_string(path) {

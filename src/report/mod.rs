@@ -5,8 +5,6 @@ mod answer;
 mod archive;
 mod array_file;
 mod arrays;
-mod attenuation;
-mod attenuation_words;
 mod budget;
 mod budget_arrays;
 mod directory;
@@ -34,14 +32,9 @@ pub use answer::{AnswerLine, AnswerWords, blocks};
 pub use archive::{Archive, NamedArrays};
 pub use array_file::{ArrayFile, ArrayFormat};
 pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};
-pub use attenuation::{
-    ATTENUATION_SCHEMA, TRANSMISSION_SCHEMA, attenuation_csv, transmission_csv, versioned_json,
-    write_beside,
-};
-pub use attenuation_words::{law_sentence, reach_sentence, stop_sentence};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
-pub use directory::{Contents, ResultDirectory};
+pub use directory::{Contents, ResultDirectory, write_beside};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{
     FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names, verdicts_in_words,
@@ -54,9 +47,8 @@ pub use localized::{
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
-    analysis_html as html, attenuation_html, budget_html, comparison_html, comparison_rows,
-    fields_html, journey_html, localized_html, sheet_html, sweep_html, transmission_html,
-    wave_html,
+    analysis_html as html, budget_html, comparison_html, comparison_rows, fields_html,
+    journey_html, localized_html, sheet_html, sweep_html, wave_html,
 };
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};

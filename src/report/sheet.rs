@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::{ArrayLabels, LabelledArrays, Provenance};
 use crate::error::Result;
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, Table};
 
 impl Sheet<'_> {
     /// `cascade.coherence/1`.
@@ -42,5 +42,21 @@ impl Sheet<'_> {
             };
             file.append(&labels, &variable.values)
         })
+    }
+}
+
+impl Table {
+    /// As CSV: the head, then the rows.
+    ///
+    /// # Errors
+    /// None for results of this library.
+    pub fn to_csv(&self) -> std::result::Result<String, csv::Error> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(&self.head)?;
+        self.rows
+            .iter()
+            .try_for_each(|row| writer.write_record(row))?;
+        let bytes = writer.into_inner().map_err(|error| error.into_error())?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 }

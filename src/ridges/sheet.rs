@@ -314,6 +314,7 @@ impl Ridges {
             title: "Fitted laws".into(),
             head: head.map(str::to_owned).to_vec(),
             rows: rows.collect(),
+            ..Table::default()
         })
     }
 

@@ -53,6 +53,8 @@ pub struct Sheet<'a> {
     pub numbers: Map<String, Value>,
     pub variables: Vec<Variable<'a>>,
     pub tables: Vec<Table>,
+    /// One row for each point, with all digits: a file of its own. Empty for none.
+    pub records: Table,
     /// Below the plots of a figure.
     pub note: String,
     /// Terms with their meaning.
@@ -108,6 +110,8 @@ pub struct Table {
     /// Empty for names and values.
     pub head: Vec<String>,
     pub rows: Vec<Vec<String>>,
+    /// Whether it is printed without `--verbose` too.
+    pub is_fact: bool,
 }
 
 impl Table {
@@ -120,6 +124,7 @@ impl Table {
                 .into_iter()
                 .map(|(name, value)| vec![name.to_owned(), value])
                 .collect(),
+            is_fact: false,
         }
     }
 }

@@ -1,16 +1,17 @@
 //! Figures at the sizes they are printed at: letters that can be read, nothing outside, nothing over
 //! another, files as large as they say.
 
-use wavecascade::attenuation::{AttenuationRequest, Named, TransmissionRequest};
+use wavecascade::attenuation::{
+    AttenuationRequest, Curves, Followed, Measured, Named, TransmissionRequest,
+};
 use wavecascade::budget::{Budget, BudgetRequest, Motion, budget};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{Chain, Simulation};
 use wavecascade::localized::Family;
 use wavecascade::observer::Silent;
 use wavecascade::plot::plotters::style::TextStyle;
-use wavecascade::plot::{
-    self, Canvas, Colormap, Depth, Figure, Format, Overlay, SharedScales, Style, sans,
-};
+use wavecascade::plot::{self, Canvas, Colormap, Depth, Figure, Format, SharedScales, Style, sans};
+use wavecascade::sheet::Describe;
 
 const POINT: f64 = 25.4 / 72.0;
 
@@ -28,11 +29,16 @@ fn named(ratio: f64) -> Named {
     }
 }
 
+fn figure_of_sheet(found: &dyn Describe, style: &Style) -> Figure {
+    let sheet = found.describe();
+    plot::figure_of(found, &sheet, "chains", sheet.name, style)
+}
+
 /// What the figures of all commands are drawn from.
 struct Results {
     budgets: [Budget; 2],
-    attenuation: wavecascade::attenuation::Attenuation,
-    transmission: wavecascade::attenuation::Transmission,
+    attenuation: Followed,
+    transmission: Followed,
     wave: wavecascade::localized::Wave,
     journey: wavecascade::localized::Journey,
 }
@@ -49,10 +55,18 @@ impl Results {
         let wave = Family::default().search(3).unwrap().wave(3).unwrap();
         Results {
             budgets: [small_budget(4.9272), small_budget(2.398)],
-            attenuation: request.run(None, &Silent).unwrap(),
-            transmission: TransmissionRequest::new(scene, over)
-                .run(None, &Silent)
-                .unwrap(),
+            attenuation: Followed::new(
+                Curves::Length(request.run(None, &Silent).unwrap()),
+                Measured::Nothing,
+            ),
+            transmission: Followed::new(
+                Curves::Key(
+                    TransmissionRequest::new(scene, over)
+                        .run(None, &Silent)
+                        .unwrap(),
+                ),
+                Measured::Nothing,
+            ),
             journey: wave.journey(20, &Silent).unwrap(),
             wave,
         }
@@ -82,8 +96,8 @@ impl Results {
         let both = [("localized", first), ("dispersive", second)];
         figures.extend(plot::views(&both, style));
         figures.extend([
-            plot::attenuation(&self.attenuation, Overlay::Nothing, style),
-            plot::transmission(&self.transmission, Overlay::Nothing, style),
+            figure_of_sheet(&self.attenuation, style),
+            figure_of_sheet(&self.transmission, style),
             plot::wave(&self.wave, &self.wave.profile(200), style),
             plot::journey(&self.journey, style),
         ]);

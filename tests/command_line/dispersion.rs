@@ -237,7 +237,7 @@ fn scripts_draw_every_kind_of_result() {
         "budget run.npz --figures none --quiet --out budget",
         "sweep --sites 8 --end-time 8 --vary stiffness_ratio=1,2,3 --quiet --out sweep",
         "attenuate --ratios 4 --bodies 8 --sense chain --quiet --out attenuate",
-        "transmit --over stiffness_ratio=1:3:4 --no-extremes --sites 8 --quiet --out transmit",
+        "attenuate --against stiffness_ratio=1:3:4 --no-extremes --sites 8 --quiet --out transmit",
         "localize --order 2..3 --quiet --out localize",
     ] {
         place.good(&line.split_whitespace().collect::<Vec<_>>());

@@ -261,7 +261,7 @@ fn regress_work_in_parts_goes_on_after_any_call_failed() {
             "result/curves.csv",
         ),
         (
-            "transmit --over stiffness_ratio=2,3 --sites 5 --out result --figures none --threads 1",
+            "attenuate --against stiffness_ratio=2,3 --sites 5 --out result --figures none --threads 1",
             "result/curves.csv",
         ),
     ];

@@ -145,7 +145,7 @@ fn regress_peaks_of_commands_without_a_memory_option() {
             48 << 20,
         ),
         (
-            "transmit --over stiffness_ratio=1:8:4 --no-extremes --sites 21 --out lengths --quiet",
+            "attenuate --against stiffness_ratio=1:8:4 --no-extremes --sites 21 --out lengths --quiet",
             48 << 20,
         ),
         // Pages of the file that the system maps ahead.

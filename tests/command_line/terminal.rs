@@ -10,7 +10,7 @@ const COMMANDS: [&str; 7] = [
     "simulate --sites 5 --end-time 4 --samples 65 --force",
     "localize --order 1..3",
     "attenuate --ratios 2,4.9 --bodies 6",
-    "transmit --sites 7 --over stiffness_ratio=1:4:3 --no-extremes",
+    "attenuate --sites 7 --against stiffness_ratio=1:4:3 --no-extremes",
 ];
 
 fn place() -> Place {
@@ -87,7 +87,7 @@ const ANSWERS: [(&str, &str); 16] = [
         "struck chains",
     ),
     (
-        "transmit --sites 7 --over stiffness_ratio=1:4:30",
+        "attenuate --sites 7 --against stiffness_ratio=1:4:30",
         "struck chains",
     ),
     (

@@ -13,11 +13,12 @@
 //! the leading pulse to a later one: from there on it swings between 0.22 and 0.37.
 
 use wavecascade::attenuation::{
-    AttenuationCurve, AttenuationRequest, ContactKind, Named, Reach, Sense,
+    AttenuationCurve, AttenuationRequest, ContactKind, Curves, Followed, Measured, Named, Reach,
+    Sense,
 };
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Chart, Look, Series};
-use wavecascade::report::attenuation_csv;
+use wavecascade::sheet::Describe;
 
 use figures::{Outcome, experiment_scene, save_charts, write};
 
@@ -43,7 +44,8 @@ fn main() -> Outcome<()> {
         ..AttenuationRequest::default()
     };
     let found = request.run(None, &Silent)?;
-    let csv = attenuation_csv(&found)?;
+    let followed = Followed::new(Curves::Length(found.clone()), Measured::Nothing);
+    let csv = followed.describe().records.to_csv()?;
     write("fig11_force_against_length.csv", csv.as_bytes())?;
     let of = |sense: Sense| found.curves.iter().filter(move |c| c.sense == sense);
     let along: Vec<&AttenuationCurve> = of(Sense::Chain).collect();

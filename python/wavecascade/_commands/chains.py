@@ -28,8 +28,6 @@ from wavecascade._keywords.scene import (
     SceneKeys,
     SweepOptions,
     SweepOwn,
-    TransmitOptions,
-    TransmitOwn,
 )
 from wavecascade._keywords.words import Progress, measured, observed, one_word, words
 
@@ -41,7 +39,6 @@ Scene = Mapping[str, object] | str | os.PathLike[str] | None
 _KEYS = frozenset(_native.scene_keys())
 _SWEEP = frozenset(SweepOwn.__annotations__) | {"vary"}
 _ATTENUATE = frozenset(AttenuateOwn.__annotations__)
-_TRANSMIT = frozenset(TransmitOwn.__annotations__)
 
 
 def _toml(value: Any) -> str:
@@ -379,7 +376,7 @@ def attenuate(
     progress: Progress = None,
     **keys: Unpack[AttenuateOptions],
 ) -> Any:
-    """Follow the pulse of a struck chain against its length, and fit a law of attenuation.
+    """Follow the pulse of a struck chain against its length, or to the wall against a key of its scene.
 
     Parameters
     ----------
@@ -389,58 +386,26 @@ def attenuate(
         As for :func:`analyze`.
     **keys
         The options of ``cascade attenuate``: ``angles``, ``ratios=[4.9]``, ``bodies``, ``sense``,
-        ``target``, ``best_at``, ``measured`` (the path of a measured curve, or with
-        ``measured_field=True`` of a field of velocities), and keys of scenes.
+        ``target``; ``against="stiffness_ratio=1:100:45log"`` with ``vary`` and ``no_extremes=True``;
+        ``measured`` (the path of a measured curve, of a field of velocities with
+        ``measured_field=True``, or ``"VALUE=FIELD"`` against a key), and keys of scenes.
 
     Returns
     -------
     pandas.DataFrame or dict
-        The columns of ``curves.csv``; ``attenuation.json`` is the attribute ``summary``.
+        The columns of ``curves.csv``; ``summary.json`` is the attribute ``summary``.
 
     Raises
     ------
     ValueError
         For options or keys that do not fit.
     """
-    files: list[str] = []
-    given: dict[str, Any] = dict(keys)
-    if isinstance(scenes, Mapping):
-        given = {**scenes, **given}
-    elif isinstance(scenes, (str, os.PathLike)):
-        files = [os.fspath(scenes)]
-    elif scenes is not None:
-        files = [os.fspath(one) for one in scenes]
-    said = words("attenuate", {**given, "quiet": True}, _ATTENUATE | {"quiet"}, files, _KEYS)
-    text, summary, page = _native.attenuate(said, observed(progress))
-    return frame(_table(text), {"summary": summary}, page)
-
-
-def transmit(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[TransmitOptions]) -> Any:
-    """Follow the pulse to the wall behind a chain against a key of its scene.
-
-    Parameters
-    ----------
-    scene
-        As for :func:`simulate`.
-    progress
-        As for :func:`analyze`.
-    **keys
-        The options of ``cascade transmit``: ``over="stiffness_ratio=1:100:45log"``, ``vary``,
-        ``no_extremes=True``, ``measured`` (the path of a measured curve, or ``"VALUE=FIELD"``), and
-        keys of scenes.
-
-    Returns
-    -------
-    pandas.DataFrame or dict
-        The columns of ``curves.csv``; ``transmission.json`` is the attribute ``summary``.
-
-    Raises
-    ------
-    ValueError
-        For options or keys that do not fit.
-    """
-    scene, rest = _merged(scene, dict(keys), _TRANSMIT)
-    text, file = _scene(scene)
-    said = words("transmit", {**rest, "quiet": True}, _TRANSMIT | {"quiet"}, file, _KEYS)
-    table, summary, page = _native.transmit(text, said, observed(progress))
+    text = None
+    if scenes is None or isinstance(scenes, Mapping) or is_path(scenes):
+        scene, rest = _merged(scenes, dict(keys), _ATTENUATE)
+        text, files = _scene(scene)
+    else:
+        rest, files = dict(keys), [os.fspath(one) for one in scenes]
+    said = words("attenuate", {**rest, "quiet": True}, _ATTENUATE | {"quiet"}, files, _KEYS)
+    table, summary, page = _native.attenuate(text or None, said, observed(progress))
     return frame(_table(table), {"summary": summary}, page)

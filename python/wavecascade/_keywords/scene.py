@@ -90,6 +90,7 @@ class SweepOptions(SceneKeys, SweepOwn, total=False):
 class AttenuateOwn(TypedDict, total=False):
     """What attenuation takes beside them."""
 
+    against: str
     angles: str | Sequence[str]
     ratios: float | str | Sequence[float]
     bodies: int
@@ -98,8 +99,8 @@ class AttenuateOwn(TypedDict, total=False):
     contacts: Literal["soft", "stiff"]
     fit: Literal["aicc", "cross-validation"]
     target: float
-    best_at: int
-    best_over: str
+    vary: Mapping[str, object] | str | Sequence[str]
+    no_extremes: bool
     measured: str | os.PathLike[str]
     measured_field: bool
     band_edge_frequency: float
@@ -109,18 +110,3 @@ class AttenuateOwn(TypedDict, total=False):
 
 class AttenuateOptions(SceneKeys, AttenuateOwn, total=False):
     """The options of ``cascade attenuate``."""
-
-
-class TransmitOwn(TypedDict, total=False):
-    """What transmission takes beside them."""
-
-    over: str
-    vary: Mapping[str, object] | str | Sequence[str]
-    no_extremes: bool
-    measured: str | os.PathLike[str]
-    out: str | os.PathLike[str]
-    threads: int
-
-
-class TransmitOptions(SceneKeys, TransmitOwn, total=False):
-    """The options of ``cascade transmit``."""

@@ -99,19 +99,15 @@ pub enum Command {
     /// pulses of struck chains lose least and most. The row of an order that cannot be resolved
     /// gives the reason, and the exit code is 1. `--profile` and `--launch` work on one wave.
     Localize(Box<crate::localize::Localize>),
-    /// Follow the pulse of a struck chain against length: how long must it be to attenuate?
+    /// Follow the pulse of a struck chain against its length, or a key: how long must it be to attenuate?
     ///
-    /// SCENES, `--angles` or `--ratios` name the chains that are compared, each with the
-    /// homogeneous chain beside it: largest force and velocity, energy passed and left behind,
-    /// share of the high band, width, arrival. Values are located inside the steps of the
-    /// simulation, so they depend on no sampling, and have error estimates. With `--out`, results
-    /// are saved at once, and the same command resumes after an interrupt.
+    /// SCENES, `--angles` or `--ratios` name the chains that are compared, each with the homogeneous chain beside it:
+    /// largest force and velocity, energy passed and left behind, share of the high band, width, arrival. With
+    /// `--against KEY` the pulse is followed to the wall against any key of one scene: force, time of flight, mean speed;
+    /// the extremes of the force are located by further runs, and values that carry localized waves are marked. Values
+    /// are located inside the steps of the simulation, so they depend on no sampling, and have error estimates. With
+    /// `--out`, results are saved at once, and the same command resumes after an interrupt.
     Attenuate(Box<crate::attenuate::Attenuate>),
-    /// Follow the pulse to the wall against a key of the scene: force, time of flight, mean speed.
-    ///
-    /// The extremes of the force are located by further runs, and the values that carry localized
-    /// waves are marked. `--vary` adds curves for other lengths, amplitudes or losses.
-    Transmit(Box<crate::transmit::Transmit>),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
     /// Print the manual page of the program, or of one of its commands.

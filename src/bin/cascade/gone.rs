@@ -8,7 +8,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::args::Cli;
 
-const GONE: [(&str, &str); 6] = [
+const GONE: [(&str, &str); 7] = [
     (
         "clean",
         "the next run that writes to a folder removes what killed ones left there",
@@ -29,6 +29,7 @@ const GONE: [(&str, &str); 6] = [
         "transfer",
         "`cascade bicoherence --site FROM --transfer TO`",
     ),
+    ("transmit", "`cascade attenuate --against KEY=VALUES`"),
     (
         "bench",
         "`cargo run --release --locked -p throughput` in a checkout",

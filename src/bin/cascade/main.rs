@@ -38,7 +38,6 @@ mod sweep;
 mod table;
 mod terminal;
 mod text;
-mod transmit;
 mod triads;
 mod view_args;
 mod words;
@@ -98,7 +97,6 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
         Command::Attenuate(typed) => attenuate::run(*typed),
-        Command::Transmit(typed) => transmit::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),

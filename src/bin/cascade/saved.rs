@@ -1,36 +1,36 @@
-//! Results in the directory of a journal.
+//! Described results in the directory of a journal, which keeps the runs that they are made of.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use wavecascade::Error;
-use wavecascade::plot::Figure;
-use wavecascade::report::write_beside;
+use wavecascade::plot::figure_of;
+use wavecascade::report::{Provenance, sheet_html, write_beside};
+use wavecascade::sheet::{Describe, Sheet};
 
+use crate::failure::Failure;
 use crate::figure_args::Drawing;
 
-/// What is saved of a run, besides its picture.
-pub struct Saved<'a> {
-    pub name: &'a str,
-    pub json: &'a str,
-    pub csv: &'a str,
-    pub page: &'a str,
-}
-
-impl Saved<'_> {
-    /// Writes `<name>.json` and `curves.csv` and, if wanted, the picture and the page into a directory,
-    /// each whole; returns the name of the file to open.
-    pub fn keep(&self, out: &Path, drawing: &Drawing, figure: &Figure) -> Result<String, Error> {
-        let json = format!("{}.json", self.name);
-        write_beside(out, &json, self.json.as_bytes())?;
-        write_beside(out, "curves.csv", self.csv.as_bytes())?;
-        if !drawing.is_wanted() {
-            return Ok(json);
-        }
-        for format in &drawing.formats {
-            let file = format!("{}.{}", self.name, format.extension());
-            write_beside(out, &file, &figure.encode(*format)?)?;
-        }
-        write_beside(out, "report.html", self.page.as_bytes())?;
-        Ok("report.html".into())
+/// Writes `summary.json` and `curves.csv` and, if wanted, the picture and the page into a directory, each whole; returns
+/// the file to open.
+pub fn keep(
+    (found, sheet): (&dyn Describe, &Sheet),
+    subject: &str,
+    out: &Path,
+    drawing: &Drawing,
+    provenance: &Provenance,
+) -> Result<PathBuf, Failure> {
+    let json = sheet.summary(provenance).map_err(std::io::Error::from)?;
+    let summary = write_beside(out, "summary.json", json.as_bytes())?;
+    let csv = sheet.records.to_csv().map_err(std::io::Error::other)?;
+    write_beside(out, "curves.csv", csv.as_bytes())?;
+    if !drawing.is_wanted() {
+        return Ok(summary);
     }
+    let figure = figure_of(found, sheet, subject, sheet.name, &drawing.style);
+    for format in &drawing.formats {
+        let file = format!("{}.{}", sheet.name, format.extension());
+        write_beside(out, &file, &figure.encode(*format)?)?;
+    }
+    let page = sheet_html(found, sheet, subject, provenance, &drawing.style);
+    let page = page.map_err(std::io::Error::from)?;
+    Ok(write_beside(out, "report.html", page.as_bytes())?)
 }

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use wavecascade::sheet::Sheet;
+use wavecascade::sheet::{self, Sheet};
 
 use crate::table::Table;
 use crate::text::{HEADING, Lines, Tone, labelled, paragraphs, stdout, styled, width, wrapped};
@@ -61,6 +61,9 @@ impl Summary {
             };
             summary.line(rank, &fact.name, &fact.text);
         }
+        for table in &sheet.tables {
+            summary.table(table);
+        }
         for warning in &sheet.warnings {
             summary.warning(&warning.message, &warning.advice);
         }
@@ -73,6 +76,28 @@ impl Summary {
 
     pub fn detail(&mut self, name: &str, value: &str) {
         self.line(Rank::Detail, name, value);
+    }
+
+    /// A table of a result: its rows, or names with their values.
+    fn table(&mut self, table: &sheet::Table) {
+        let rank = if table.is_fact {
+            Rank::Fact
+        } else {
+            Rank::Detail
+        };
+        if table.head.is_empty() {
+            for row in &table.rows {
+                if let [name, value] = row.as_slice() {
+                    self.line(rank, name, value);
+                }
+            }
+            return;
+        }
+        if !table.is_fact && !table.title.is_empty() {
+            let title = Part::Paragraph(table.title.clone());
+            self.parts.push((rank, title));
+        }
+        self.parts.push((rank, Part::Rows(Table::of(table))));
     }
 
     fn line(&mut self, rank: Rank, name: &str, value: &str) {

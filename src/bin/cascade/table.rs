@@ -1,5 +1,7 @@
 //! Tables on a terminal.
 
+use wavecascade::sheet;
+
 use crate::terminal::{HEADING, styled, wrapped};
 
 /// Between columns.
@@ -32,6 +34,30 @@ impl Table {
             rows: Vec::new(),
         };
         table.words(name)
+    }
+
+    /// Of a described result; columns of numbers are aligned to the right.
+    pub fn of(described: &sheet::Table) -> Table {
+        let begins_number = |cell: &String| {
+            let first = cell.chars().find(|c| !matches!(c, '-' | '\u{2212}'));
+            first.is_none_or(|c| c.is_ascii_digit())
+        };
+        let columns = described.head.iter().enumerate().map(|(n, name)| Column {
+            group: String::new(),
+            name: name.clone(),
+            is_words: n == 0 || !described.rows.iter().all(|row| begins_number(&row[n])),
+        });
+        Table {
+            columns: columns.collect(),
+            rows: described
+                .rows
+                .iter()
+                .map(|cells| Row {
+                    cells: cells.clone(),
+                    note: String::new(),
+                })
+                .collect(),
+        }
     }
 
     /// The same with a column of numbers.

@@ -181,7 +181,7 @@ impl Lines {
     fn styled_line(&mut self, style: Style, name: &str, value: &str) {
         let indent = Self::INDENT;
         let lines = wrapped(value, self.width - indent);
-        let gap = indent.saturating_sub(name.chars().count());
+        let gap = indent.saturating_sub(name.chars().count()).max(1);
         self.text += &styled(style, name);
         self.text += &" ".repeat(gap);
         self.text += &lines.join(&format!("\n{:indent$}", ""));

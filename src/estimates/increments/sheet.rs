@@ -266,6 +266,7 @@ impl AxisIncrements {
             title: format!("Exponents {}", self.along()),
             head: head.map(str::to_owned).to_vec(),
             rows: (0..fit.exponents.len()).map(row).collect(),
+            ..Table::default()
         })
     }
 

@@ -193,6 +193,7 @@ impl Modes {
                 "share in step with the wave".into(),
             ],
             rows: rows.collect(),
+            ..Table::default()
         }
     }
 

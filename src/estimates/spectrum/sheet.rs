@@ -270,6 +270,7 @@ impl SpectrumEstimate {
             title: "Lines, the surest first".into(),
             head: ["place", "amplitude", "F"].map(str::to_owned).to_vec(),
             rows: test.lines.iter().take(LISTED).map(row).collect(),
+            ..Table::default()
         });
     }
 

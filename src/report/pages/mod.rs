@@ -1,7 +1,6 @@
 //! The pages of results, one for each command.
 
 mod analysis;
-mod attenuation;
 mod budget;
 mod budget_pictures;
 mod fields;
@@ -10,7 +9,6 @@ mod sheet;
 mod sweep;
 
 pub use analysis::analysis_html;
-pub use attenuation::{attenuation_html, transmission_html};
 pub use budget::{budget_html, comparison_html, comparison_rows};
 pub use fields::fields_html;
 pub use localized::{journey_html, localized_html, wave_html};

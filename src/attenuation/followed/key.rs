@@ -1,0 +1,259 @@
+//! The pulse at the wall against a key of the scene.
+
+use serde_json::json;
+
+use super::super::{Computed, Measured, Transmission, TransmissionCurve, TransmissionPoint};
+use super::{FORCE, cell, field_charts, forces_over, head, named, pulse_cells};
+use crate::chain::scene::Units;
+use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number};
+use crate::unit::label;
+
+/// Ends of an axis of a ratio above which it is logarithmic.
+const WIDE: f64 = 30.0;
+
+impl Transmission {
+    pub(super) fn describe(&self) -> Sheet<'_> {
+        let key = self.key.replace('_', " ");
+        let mut sheet = Sheet {
+            name: "transmission",
+            version: 2,
+            title: format!("Transmission against {key}"),
+            about: "The pulse at the wall behind a struck chain".into(),
+            answer: self.answer(&key),
+            records: self.records(),
+            tables: self
+                .curves
+                .iter()
+                .map(|curve| self.points(&key, curve))
+                .collect(),
+            definitions: vec![[
+                "force",
+                "The largest force on the wall, over that of the homogeneous chain.",
+            ]],
+            ..Sheet::default()
+        };
+        for curve in &self.curves {
+            curve.facts(&key, &mut sheet);
+        }
+        sheet.numbers(json!(self));
+        sheet
+    }
+
+    /// The least and the largest of all curves, in words.
+    fn answer(&self, key: &str) -> String {
+        let all = self.curves.iter().flat_map(TransmissionCurve::all);
+        let mut all: Vec<&TransmissionPoint> = all.map(|(point, _)| point).collect();
+        all.sort_by(|a, b| a.relative_force.total_cmp(&b.relative_force));
+        match (all.first(), all.last()) {
+            (Some(least), Some(most)) => format!(
+                "force at the wall least at {key} {} ({} of the homogeneous chain's), largest at {} ({})",
+                number(least.value),
+                number(least.relative_force),
+                number(most.value),
+                number(most.relative_force)
+            ),
+            _ => "nothing comes through at any value".into(),
+        }
+    }
+
+    fn points(&self, key: &str, curve: &TransmissionCurve) -> Table {
+        let units = match self.units {
+            Units::Si => ["time of flight (s)", "mean speed (m/s)"],
+            Units::None => ["time of flight", "mean speed"],
+        };
+        let head = [key, "ratio", "force", units[0], units[1], ""];
+        let mut all: Vec<_> = curve.all().collect();
+        all.sort_by(|a, b| a.0.value.total_cmp(&b.0.value));
+        let rows = all.into_iter().map(|(point, extreme)| {
+            vec![
+                number(point.value),
+                number(point.stiffness_ratio),
+                format!("{:.6}", point.relative_force),
+                number(point.time_of_flight.value),
+                number(point.mean_speed),
+                extreme.map_or(String::new(), |(kind, _)| kind.to_owned()),
+            ]
+        });
+        Table {
+            title: named(&curve.settings),
+            head: head.map(str::to_owned).into(),
+            rows: rows.collect(),
+            is_fact: false,
+        }
+    }
+
+    /// One row for each value of the key and for each extremum: the other keys, the kind of row, the key, and the force
+    /// at the wall.
+    fn records(&self) -> Table {
+        let others = self.curves.first().map_or(&[][..], |curve| &curve.settings);
+        let others = others.iter().map(|(key, _)| &**key);
+        let own = [
+            "row",
+            &self.key,
+            "value_error",
+            "largest_over_smallest_coefficient",
+            "relative_force",
+            "relative_force_error",
+            "time_of_flight",
+            "mean_speed",
+        ];
+        let own: Vec<&str> = others.chain(own).collect();
+        let rows = self.curves.iter().flat_map(|curve| {
+            curve.all().map(|(point, extreme)| {
+                let (kind, error) = extreme.unwrap_or(("value", 0.0));
+                let settings = curve.settings.iter().map(|(_, text)| text.clone());
+                let mut cells: Vec<String> = settings.chain([kind.to_owned()]).collect();
+                let numbers = [
+                    point.value,
+                    error,
+                    point.stiffness_ratio,
+                    point.relative_force,
+                    point.relative_force_error,
+                    point.time_of_flight.value,
+                    point.mean_speed,
+                ];
+                cells.extend(numbers.map(cell));
+                cells.extend(pulse_cells(&point.pulse));
+                cells
+            })
+        });
+        Table {
+            head: head(&own),
+            rows: rows.collect(),
+            ..Table::default()
+        }
+    }
+
+    /// Of the first curve.
+    pub(super) fn computed_points(&self) -> Option<Computed> {
+        let points = &self.curves.first()?.points;
+        let of = |value: fn(&TransmissionPoint) -> Option<f64>| {
+            let points = points.iter();
+            let known = points.filter_map(|point| Some((point.value, value(point)?)));
+            known.collect()
+        };
+        Some(Computed {
+            forces: of(|p| Some(p.relative_force)),
+            velocities: of(|p| Some(p.pulse.peak_velocity.value)),
+            arrivals: of(|p| p.pulse.velocity_rise_time.map(|t| t.value)),
+        })
+    }
+
+    /// Force on the wall, time of flight and mean speed against the key, with the extremes as dots and the localized
+    /// ratios as marks.
+    pub(super) fn charts(&self, measured: &Measured) -> Vec<Chart> {
+        let key = match (self.key.ends_with("angle"), self.key.replace('_', " ")) {
+            (true, key) => label(&key, "degrees"),
+            (false, key) => key,
+        };
+        let points = |value: fn(&TransmissionPoint) -> f64| -> Vec<Series> {
+            let curves = self.curves.iter().enumerate();
+            let series = curves.map(|(i, curve)| {
+                let points = curve.points.iter().map(|p| (p.value, value(p)));
+                Series::line(named(&curve.settings), i, points.collect())
+            });
+            series.collect()
+        };
+        let mut forces = points(|p| p.relative_force);
+        for (i, curve) in self.curves.iter().enumerate() {
+            let extremes = curve.extremes.iter().map(|e| &e.point);
+            let dots: Vec<(f64, f64)> = extremes.map(|p| (p.value, p.relative_force)).collect();
+            // The curve passes through the extrema located between its values.
+            forces[i].points.extend(&dots);
+            forces[i].points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            forces.push(Series::line("", i, dots).with(Look::Dots));
+        }
+        forces.extend(forces_over(measured));
+        let [time, speed] = match self.units {
+            Units::Si => ["s", "m/s"],
+            Units::None => ["", "bodies per unit of time"],
+        };
+        let flights = points(|p| p.time_of_flight.value);
+        let mut charts = vec![
+            Chart::of("peak force on the wall", &key, FORCE, forces),
+            Chart::of(
+                "time of flight to the wall",
+                &key,
+                label("time", time),
+                flights,
+            ),
+            Chart::of(
+                "mean speed",
+                &key,
+                label("speed", speed),
+                points(|p| p.mean_speed),
+            ),
+        ];
+        if let Some(computed) = self.computed_points() {
+            charts.extend(field_charts(&key, self.units, &computed, measured));
+        }
+        let marks = self
+            .curves
+            .first()
+            .map_or(&[][..], |curve| &curve.localized);
+        let is_angle = self.key.ends_with("angle");
+        for chart in &mut charts {
+            chart.log_x = !is_angle && chart.x.start > 0.0 && chart.x.end > WIDE * chart.x.start;
+            let marks = marks.iter().map(|mark| Mark {
+                at: mark.value,
+                label: format!("n = {}", mark.order),
+            });
+            chart.marks = marks.collect();
+        }
+        charts
+    }
+}
+
+impl TransmissionCurve {
+    /// Points, and extremes with their kind and the error of their value.
+    fn all(&self) -> impl Iterator<Item = (&TransmissionPoint, Option<(&'static str, f64)>)> {
+        let extremes = self.extremes.iter().map(|extreme| {
+            let kind = match extreme.is_maximum {
+                true => "maximum",
+                false => "minimum",
+            };
+            (&extreme.point, Some((kind, extreme.value_error)))
+        });
+        self.points
+            .iter()
+            .map(|point| (point, None))
+            .chain(extremes)
+    }
+
+    /// Its extremes and marks.
+    fn facts(&self, key: &str, sheet: &mut Sheet) {
+        let settings = named(&self.settings);
+        if let Some(least) = self.least().filter(|_| !settings.is_empty()) {
+            let (force, at) = (number(least.relative_force), number(least.value));
+            sheet.fact(
+                settings,
+                format!("least {force} of the force, at {key} {at}"),
+            );
+        }
+        for (point, extreme) in self.all() {
+            if let Some((kind, error)) = extreme {
+                let (force, at) = (number(point.relative_force), number(point.value));
+                let text = format!(
+                    "{force} of the force at {key} {at}, located to {}",
+                    number(error)
+                );
+                sheet.fact(kind, text);
+            }
+        }
+        for mark in &self.localized {
+            let (at, order) = (number(mark.value), mark.order);
+            let text = format!("order {order} at {key} {at}, ratio {}", number(mark.ratio));
+            sheet.fact("localized wave", text);
+        }
+        if !self.nothing_at.is_empty() {
+            let at: Vec<String> = self.nothing_at.iter().map(|at| number(*at)).collect();
+            sheet.fact("nothing arrives", format!("at {key} {}", at.join(", ")));
+        }
+        for order in &self.unresolved_orders {
+            sheet.fact(
+                "localized wave",
+                format!("order {order} could not be resolved"),
+            );
+        }
+    }
+}

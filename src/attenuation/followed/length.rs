@@ -1,0 +1,311 @@
+//! The pulse against the number of bodies before it.
+
+use serde_json::json;
+
+use super::super::{
+    Attenuation, AttenuationCurve, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured,
+    Reach, Sense, Stop, StopCause,
+};
+use super::{FORCE, field_charts, forces_over, head, optional, pulse_cells};
+use crate::chain::scene::Units;
+use crate::sheet::{Chart, Look, Series, Sheet, Table, number, percent};
+use crate::unit::label;
+
+const DEFINITIONS: [[&str; 2]; 6] = [
+    [
+        "force",
+        "The largest force of the pulse, over that in the same place of the homogeneous chain.",
+    ],
+    [
+        "one long chain, wall",
+        "At the contacts of one chain that the pulse runs along; or on the wall behind chains of every length.",
+    ],
+    [
+        "energy",
+        "Passed through the contact by the pulse, over that of the homogeneous chain.",
+    ],
+    [
+        "high",
+        "Share of the energy passed that lies above the band edge.",
+    ],
+    ["width", "Of the force at half of its largest value."],
+    [
+        "law",
+        "Fitted to the forces in the compared contacts, with 95 % intervals: a level, an exponential, a power law, or \
+         an exponential that settles.",
+    ],
+];
+
+impl Attenuation {
+    pub(super) fn describe(&self) -> Sheet<'_> {
+        let mut sheet = Sheet {
+            name: "attenuation",
+            version: 2,
+            title: "Attenuation against length".into(),
+            about: format!(
+                "The pulse of a struck chain followed over {} bodies, {} contacts compared",
+                self.length,
+                self.kind.name()
+            ),
+            answer: self.answer(),
+            note: "Dashed: the law that fits best.".into(),
+            records: self.records(),
+            tables: vec![self.last_points()],
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
+        };
+        for curve in &self.curves {
+            let name = format!("{}, {}", curve.name, curve.sense.name());
+            if let Some(stop) = &curve.stop {
+                sheet.fact(&name, stop_words(stop));
+            }
+            if let (Some(reach), Some(target)) = (&curve.reach, self.target) {
+                sheet.fact(&name, reach_words(reach, target));
+            }
+            if let Some(fits) = &curve.fits {
+                sheet.detail(&name, law_words(fits));
+            }
+        }
+        sheet.numbers(json!(self));
+        sheet
+    }
+
+    /// What the first chain that attenuates lets through, or the length that reaches the target.
+    fn answer(&self) -> String {
+        let curves = &self.curves;
+        if let Some(target) = self.target {
+            let reached = |curve: &&AttenuationCurve| match curve.reach {
+                Some(Reach::Within { bodies }) => bodies,
+                _ => usize::MAX,
+            };
+            let first = curves.iter().filter(|curve| curve.reach.is_some());
+            if let Some(curve) = first.min_by_key(reached)
+                && let Some(reach) = &curve.reach
+            {
+                let what = reach_words(reach, target);
+                return format!("{} ({}): {what}", curve.name, curve.sense.name());
+            }
+        }
+        let forces = curves.iter().filter_map(|curve| {
+            let known = curve.rows.iter().rev();
+            let (bodies, force) = known
+                .filter_map(|row| Some((row.bodies, row.relative_force?)))
+                .next()?;
+            Some((curve, bodies, force))
+        });
+        match forces.min_by(|a, b| a.2.total_cmp(&b.2)) {
+            Some((curve, bodies, force)) => format!(
+                "{} has {} of the force of the homogeneous chain after {bodies} bodies ({})",
+                curve.name,
+                percent(force),
+                curve.sense.name()
+            ),
+            None => "no chain has a pulse".into(),
+        }
+    }
+
+    /// Each curve at its last point.
+    fn last_points(&self) -> Table {
+        let head = [
+            "chain", "sense", "ratio", "bodies", "force", "energy", "width", "high",
+        ];
+        let optional = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
+        let rows = self.curves.iter().map(|curve| {
+            let last: Option<&CurveRow> = curve.rows.last();
+            let unit = if curve.units == Units::Si { " s" } else { "" };
+            vec![
+                curve.name.clone(),
+                curve.sense.name().to_owned(),
+                format!("{:.4}", curve.stiffness_ratio),
+                last.map_or(0, |row| row.bodies).to_string(),
+                optional(last.and_then(|row| row.relative_force)),
+                optional(last.and_then(|row| row.relative_energy)),
+                last.map_or("-".into(), |row| {
+                    format!("{}{unit}", number(row.pulse.width.value))
+                }),
+                optional(last.and_then(|row| row.high_share)),
+            ]
+        });
+        Table {
+            title: "Curves at their last point".into(),
+            head: head.map(str::to_owned).into(),
+            rows: rows.collect(),
+            is_fact: true,
+        }
+    }
+
+    /// One row for each point of a curve.
+    fn records(&self) -> Table {
+        let own = [
+            "chain",
+            "sense",
+            "bodies",
+            "contact_kind",
+            "relative_force",
+            "relative_velocity",
+            "relative_energy",
+            "high_band_share",
+        ];
+        let rows = self.curves.iter().flat_map(|curve| {
+            curve.rows.iter().map(|row| {
+                let mut cells = vec![
+                    curve.name.clone(),
+                    curve.sense.name().to_owned(),
+                    row.bodies.to_string(),
+                    row.kind.name().to_owned(),
+                ];
+                let relative = [
+                    row.relative_force,
+                    row.relative_velocity,
+                    row.relative_energy,
+                    row.high_share,
+                ];
+                cells.extend(relative.map(optional));
+                cells.extend(pulse_cells(&row.pulse));
+                cells
+            })
+        });
+        Table {
+            head: head(&own),
+            rows: rows.collect(),
+            ..Table::default()
+        }
+    }
+
+    /// Of the first curve; forces in the contacts that are fitted.
+    pub(super) fn computed_points(&self) -> Option<Computed> {
+        let first = self.curves.first()?;
+        Some(Computed {
+            forces: self.compared(&first.rows),
+            velocities: first.velocities(),
+            arrivals: first.arrivals(),
+        })
+    }
+
+    /// Force, energy, share of the high band and width against length, for every chain: forces in the contacts that are
+    /// compared, with the chosen laws dashed.
+    pub(super) fn charts(&self, measured: &Measured) -> Vec<Chart> {
+        let bodies = "bodies before the contact";
+        let mut charts = Vec::new();
+        for sense in [Sense::Chain, Sense::Wall] {
+            let mut series = self.series(sense, |row| row.relative_force);
+            if series.is_empty() {
+                continue;
+            }
+            let curves = self.curves.iter().filter(|c| c.sense == sense);
+            for (i, curve) in curves.enumerate() {
+                let Some(fits) = &curve.fits else { continue };
+                let points = series[i].points.iter().filter(|p| p.0 > 0.0);
+                let law = points.map(|p| (p.0, fits.chosen().at(p.0))).collect();
+                series.push(Series::line("", i, law).with(Look::Dashed));
+            }
+            series.extend(forces_over(measured));
+            let title = match sense {
+                Sense::Chain => {
+                    format!(
+                        "peak force in one long chain, {} contacts",
+                        self.kind.name()
+                    )
+                }
+                Sense::Wall => "peak force on the wall".into(),
+            };
+            charts.push(Chart::of(title, bodies, FORCE, series));
+        }
+        let is_si = self.curves.first().map(|c| c.units) == Some(Units::Si);
+        let others: [(&str, String, Value); 3] = [
+            (
+                "energy passed in one long chain",
+                "energy / that of the homogeneous chain".into(),
+                |row| row.relative_energy,
+            ),
+            (
+                "share of the energy passed above the band edge",
+                "share".into(),
+                |row| row.high_share,
+            ),
+            (
+                "width of the pulse at half its peak",
+                label("width", if is_si { "s" } else { "" }),
+                |row| Some(row.pulse.width.value),
+            ),
+        ];
+        for (title, label, value) in others {
+            let series = self.series(Sense::Chain, value);
+            if series.iter().any(|s| !s.points.is_empty()) {
+                charts.push(Chart::of(title, bodies, label, series));
+            }
+        }
+        if let (Some(first), Some(computed)) = (self.curves.first(), self.computed_points()) {
+            charts.extend(field_charts("site", first.units, &computed, measured));
+        }
+        charts
+    }
+
+    /// A quantity against length, of every chain in this sense.
+    fn series(&self, sense: Sense, value: Value) -> Vec<Series> {
+        let like = |row: &&CurveRow| row.kind == self.kind || row.kind == ContactKind::Other;
+        let curves = self.curves.iter().filter(|c| c.sense == sense);
+        let series = curves.enumerate().map(|(i, curve)| {
+            let rows = curve.rows.iter().filter(like);
+            let points = rows.filter_map(|row| Some((row.bodies as f64, value(row)?)));
+            Series::line(&curve.name, i, points.collect())
+        });
+        series.collect()
+    }
+}
+
+/// The drawn quantity of a row.
+type Value = fn(&CurveRow) -> Option<f64>;
+
+/// Where and why a curve ends.
+fn stop_words(stop: &Stop) -> String {
+    let why = match stop.cause {
+        StopCause::Reflection => "a reflection would enter there before the pulse is whole",
+        StopCause::Faded => "the pulse has faded before the end of the chain",
+        StopCause::Failed => "its run failed",
+    };
+    format!("stops at {} bodies: {why}", stop.bodies)
+}
+
+/// The chosen law with its parameters and their intervals.
+fn law_words(fits: &Fits) -> String {
+    let chosen = fits.chosen();
+    let parameters = chosen.parameters.iter().map(|p| {
+        let (value, low, high) = (number(p.value), number(p.low), number(p.high));
+        format!("{} = {value} ({low} to {high})", p.name)
+    });
+    let parameters: Vec<String> = parameters.collect();
+    format!("{}: {}", law_name(chosen.law), parameters.join(", "))
+}
+
+fn law_name(law: AttenuationLaw) -> &'static str {
+    match law {
+        AttenuationLaw::Level => "c",
+        AttenuationLaw::Exponential => "a exp(-r n)",
+        AttenuationLaw::PowerLaw => "a n^-p",
+        AttenuationLaw::Plateau => "c + a exp(-r n)",
+    }
+}
+
+/// The length that reaches a target, or why there is none.
+fn reach_words(reach: &Reach, target: f64) -> String {
+    match reach {
+        Reach::Within { bodies } => format!("at {target} or below from {bodies} bodies on"),
+        Reach::Beyond { law, length } => format!(
+            "beyond the curve: {} is at {target} after {} bodies ({} to {})",
+            law_name(*law),
+            number(length.value),
+            number(length.low),
+            number(length.high)
+        ),
+        Reach::Never { law, settles_at } => format!(
+            "not at {target} by the law so far: {} settles at {}",
+            law_name(*law),
+            number(*settles_at)
+        ),
+        Reach::Unknown => format!(
+            "{target} is not reached within the lengths computed, and no law that holds for their last third says where \
+             it would be"
+        ),
+    }
+}

@@ -1,0 +1,273 @@
+//! Followed pulses as a result that describes itself, with measured ones beside them.
+
+mod key;
+mod length;
+
+use serde_json::json;
+
+use super::{
+    Attenuation, Beside, Compared, Computed, Located, Measured, MeasuredPoint, Pulse, Transmission,
+};
+use crate::chain::scene::Units;
+use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, listed, number};
+
+/// Reasons of failures that are told; all are among the numbers.
+const TOLD: usize = 3;
+
+const FORCE: &str = "force / that of the homogeneous chain";
+
+/// Pulses of struck chains, and measured ones beside those of the first curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Followed {
+    pub curves: Curves,
+    pub measured: Measured,
+    pub beside: Beside,
+}
+
+/// Against what pulses are followed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Curves {
+    Length(Attenuation),
+    Key(Transmission),
+}
+
+impl Followed {
+    pub fn new(curves: Curves, measured: Measured) -> Followed {
+        let computed = match &curves {
+            Curves::Length(found) => found.computed_points(),
+            Curves::Key(found) => found.computed_points(),
+        };
+        Followed {
+            beside: measured.beside(&computed.unwrap_or_default()),
+            curves,
+            measured,
+        }
+    }
+
+    /// Chains whose run failed, and why.
+    pub fn failed(&self) -> &[(String, String)] {
+        match &self.curves {
+            Curves::Length(found) => &found.failed,
+            Curves::Key(found) => &found.failed,
+        }
+    }
+
+    /// Measured points beside the computed ones, and what could not be compared.
+    fn compared(&self, sheet: &mut Sheet) {
+        let beside = &self.beside;
+        let all = [
+            ("measured", &beside.measured),
+            ("measured arrival", &beside.measured_arrivals),
+        ];
+        for (what, points) in all {
+            for compared in points {
+                let name = format!("{what} at {}", number(compared.measured.at));
+                sheet.fact(name, compared_words(compared));
+            }
+        }
+        if !beside.not_compared.is_empty() {
+            let text = format!("outside the curve at {}", places(&beside.not_compared));
+            sheet.fact("not compared", text);
+        }
+        let without = [
+            (
+                "no measured largest velocity",
+                &beside.measured_without_peak,
+                "where the record begins or ends there, or nothing moves forward, there is none",
+            ),
+            (
+                "no measured arrival",
+                &beside.measured_without_arrival,
+                "what moves from the first sample on, measured or computed, has none",
+            ),
+        ];
+        for (what, at, why) in without.into_iter().filter(|(_, at, _)| !at.is_empty()) {
+            let message = format!("{what} to compare at {} ({} in all)", places(at), at.len());
+            sheet.warn(message, why);
+        }
+    }
+}
+
+impl Describe for Followed {
+    fn describe(&self) -> Sheet<'_> {
+        let mut sheet = match &self.curves {
+            Curves::Length(found) => found.describe(),
+            Curves::Key(found) => found.describe(),
+        };
+        self.compared(&mut sheet);
+        let failed = self.failed();
+        for (name, why) in failed.iter().take(TOLD) {
+            sheet.warn(format!("{name} failed: {why}"), "");
+        }
+        if failed.len() > TOLD {
+            sheet.warn(format!("{} more failed", failed.len() - TOLD), "");
+        }
+        sheet.numbers(json!(self.beside));
+        sheet
+    }
+
+    fn pictures(&self) -> Vec<PlotRow> {
+        let charts = match &self.curves {
+            Curves::Length(found) => found.charts(&self.measured),
+            Curves::Key(found) => found.charts(&self.measured),
+        };
+        let columns = if charts.len() > 1 { 2 } else { 1 };
+        PlotRow::grid(columns, charts)
+    }
+}
+
+fn places(at: &[f64]) -> String {
+    let at: Vec<String> = at.iter().map(|at| number(*at)).collect();
+    at.join(", ")
+}
+
+fn compared_words(compared: &Compared) -> String {
+    let error = match compared.measured.error {
+        Some(error) => format!(" +- {}", number(error)),
+        None => String::new(),
+    };
+    let within = match compared.in_errors {
+        Some(errors) => format!(" ({} standard errors)", number(errors)),
+        None => String::new(),
+    };
+    format!(
+        "{}{error}, computed {}, difference {}{within}",
+        number(compared.measured.value),
+        number(compared.computed),
+        number(compared.difference)
+    )
+}
+
+/// Largest velocities and arrivals of the first curve, computed and measured.
+fn field_charts(
+    x_label: &str,
+    units: Units,
+    computed: &Computed,
+    measured: &Measured,
+) -> Vec<Chart> {
+    let Measured::Field {
+        velocities,
+        arrivals,
+        ..
+    } = measured
+    else {
+        return Vec::new();
+    };
+    let [velocity, time] = match units {
+        Units::Si => ["velocity (m/s)", "time (s)"],
+        Units::None => ["velocity", "time"],
+    };
+    let all = [
+        (
+            "largest velocity",
+            velocity,
+            &computed.velocities,
+            velocities,
+        ),
+        (
+            "arrival: half of the largest velocity",
+            time,
+            &computed.arrivals,
+            arrivals,
+        ),
+    ];
+    let charts = all.map(|(title, label, computed, measured)| {
+        let mut series = vec![Series::line("computed", 0, computed.clone())];
+        series.extend(laid_over(measured));
+        Chart::of(title, x_label, label, series)
+    });
+    charts.into()
+}
+
+fn laid_over(measured: &[MeasuredPoint]) -> Option<Series> {
+    let points: Vec<(f64, f64)> = measured.iter().map(|p| (p.at, p.value)).collect();
+    let errors = measured.iter().map(|p| p.error.unwrap_or(0.0)).collect();
+    (!points.is_empty()).then(|| Series {
+        errors,
+        ..Series::line("measured", 6, points).with(Look::Dots)
+    })
+}
+
+/// Measured forces, to lay over computed ones.
+fn forces_over(measured: &Measured) -> Option<Series> {
+    match measured {
+        Measured::Forces(points) => laid_over(points),
+        _ => None,
+    }
+}
+
+/// Names of keys with their values.
+fn named(settings: &[(String, String)]) -> String {
+    let named = settings.iter();
+    let named: Vec<String> = named
+        .map(|(key, text)| format!("{} {text}", key.replace('_', " ")))
+        .collect();
+    listed(&named)
+}
+
+/// With all digits; empty where it is not known.
+fn cell(value: f64) -> String {
+    match value.is_finite() {
+        true => format!("{value:?}"),
+        false => String::new(),
+    }
+}
+
+fn optional(value: Option<f64>) -> String {
+    value.map_or(String::new(), cell)
+}
+
+/// Columns of a pulse in tables, each located value with its error.
+const PULSE: [&str; 20] = [
+    "peak_force",
+    "peak_force_error",
+    "peak_time",
+    "peak_time_error",
+    "peak_velocity",
+    "peak_velocity_error",
+    "velocity_time",
+    "velocity_time_error",
+    "arrival_time",
+    "arrival_time_error",
+    "width",
+    "width_error",
+    "velocity_rise_time",
+    "velocity_rise_time_error",
+    "energy_pulse",
+    "energy_passed",
+    "energy_passed_error",
+    "energy_behind",
+    "energy_lost",
+    "energy_closure",
+];
+
+fn pulse_cells(pulse: &Pulse) -> Vec<String> {
+    let located = [
+        Some(pulse.peak_force),
+        Some(pulse.peak_time),
+        Some(pulse.peak_velocity),
+        Some(pulse.velocity_time),
+        Some(pulse.arrival_time),
+        Some(pulse.width),
+        pulse.velocity_rise_time,
+    ];
+    let value_and_error = |of: Option<Located>| {
+        let of = of.map(|located| [located.value, located.error]);
+        of.unwrap_or([f64::NAN; 2])
+    };
+    let numbers = located.into_iter().flat_map(value_and_error);
+    let energies = [
+        pulse.energy_pulse.map_or(f64::NAN, |e| e.value),
+        pulse.energy_passed.value,
+        pulse.energy_passed.error,
+        pulse.energy_behind,
+        pulse.energy_lost,
+        pulse.closure,
+    ];
+    numbers.chain(energies).map(cell).collect()
+}
+
+fn head(own: &[&str]) -> Vec<String> {
+    let names = own.iter().chain(&PULSE);
+    names.map(|name| (*name).to_owned()).collect()
+}

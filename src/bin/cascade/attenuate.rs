@@ -1,0 +1,510 @@
+//! `cascade attenuate`: the pulse of a struck chain against its length, or against a key of its scene.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use wavecascade::attenuation::{
+    AttenuationRequest, ContactKind, Criterion, Curves, Followed, Measured, Named, Sense,
+    TransmissionRequest, measured_peaks, read_curve,
+};
+use wavecascade::chain::scene::{Scene, SceneSource, Setting};
+use wavecascade::observer::Observer;
+use wavecascade::report::{Provenance, attenuation_snippet, transmission_snippet, write_beside};
+use wavecascade::sheet::Describe;
+use wavecascade::{Error, Field};
+
+use crate::analyze::{print_notes, use_threads};
+use crate::budget::command;
+use crate::chain_args::How;
+use crate::estimates::subject_of;
+use crate::failure::Failure;
+use crate::figure_args::FigureArgs;
+use crate::parse;
+use crate::progress::Progress;
+use crate::saved;
+use crate::scene_keys::SceneKeys;
+use crate::summary::Summary;
+use crate::terminal;
+
+/// What `cascade attenuate` takes.
+#[derive(Debug, Args)]
+pub struct Attenuate {
+    /// Files with the chains to compare, one against a key; keys given as options hold for all of them.
+    pub scenes: Vec<PathBuf>,
+
+    /// Against what the pulse is followed: the number of bodies, or at the wall against a key of the scene with its
+    /// values, as for `cascade sweep`: angle=2:90:45 (equal steps), stiffness_ratio=1:100:45log (equal ratios). These two
+    /// and mass_ratio have usual values; angles are crossed with 90 degrees where the scene states none.
+    #[arg(long, value_name = "bodies|KEY[=VALUES]", default_value = BODIES)]
+    pub against: String,
+
+    /// A measured curve (.csv: abscissa, relative force, standard error if known) to lay over the first one. Or a field
+    /// of velocities whose times count from the impact on: of site n of the first chain, with `--measured-field`;
+    /// against a key VALUE=FIELD, whose last site is that of the chain with this value.
+    #[arg(long, value_name = "FILE")]
+    pub measured: Option<String>,
+
+    #[command(flatten)]
+    pub length: LengthArgs,
+
+    #[command(flatten)]
+    pub key: KeyArgs,
+
+    /// Directory for the results: summary.json, curves.csv, the figure, report.html, and the finished chains, so that an
+    /// interrupted run resumes. Without it nothing is saved.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub figures: FigureArgs,
+
+    #[command(flatten)]
+    pub how: How,
+
+    #[command(flatten)]
+    pub keys: SceneKeys,
+}
+
+/// The usual abscissa.
+const BODIES: &str = "bodies";
+
+/// Bodies up to which attenuation is followed where none are stated.
+const LENGTH: u32 = 40;
+
+/// Options of curves against length.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Against the number of bodies")]
+pub struct LengthArgs {
+    /// Dimers of cylinders crossed at these angles, in degrees, and at 90; or at both angles of a
+    /// pair, 8/45. The other keys describe the cylinders.
+    #[arg(long, value_name = "A[/B],..", value_delimiter = ',', value_parser = angle_pair)]
+    pub angles: Vec<[f64; 2]>,
+
+    /// Dimers of these stiffness ratios.
+    #[arg(long, value_name = "K,..", value_delimiter = ',', value_parser = parse::finite)]
+    pub ratios: Vec<f64>,
+
+    /// Bodies behind the striker up to which attenuation is followed [default: 40].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub bodies: Option<u32>,
+
+    /// Where the pulse is followed: at the contacts of one long chain, or on the wall behind
+    /// chains of every length [default: both].
+    #[arg(long, value_enum)]
+    pub sense: Option<Where>,
+
+    /// Lengths in the sense of the wall [default: all up to 40, then in equal ratios].
+    #[arg(long, value_name = "N,..", value_delimiter = ',')]
+    pub lengths: Option<Vec<usize>>,
+
+    /// Contacts that are fitted and compared with the target; soft and stiff ones carry different
+    /// peaks [default: soft].
+    #[arg(long, value_enum)]
+    pub contacts: Option<Kind>,
+
+    /// By what the law of attenuation is chosen: exponential, power law, or plateau [default: aicc].
+    #[arg(long, value_enum)]
+    pub fit: Option<Choice>,
+
+    /// Find the length at which the force is down to this part of that in the homogeneous chain.
+    #[arg(long, value_name = "PART", value_parser = parse::finite, allow_negative_numbers = true)]
+    pub target: Option<f64>,
+
+    /// The measured file is a field of velocities.
+    #[arg(long, requires = "measured")]
+    pub measured_field: bool,
+
+    /// Upper edge of the low band, in cycles per unit of time [default: 90 % of the energy of the
+    /// first contact's force in the homogeneous chain are below it].
+    #[arg(long, value_name = "F", value_parser = parse::finite, allow_negative_numbers = true)]
+    pub band_edge_frequency: Option<f64>,
+}
+
+impl LengthArgs {
+    /// The first option that was typed.
+    fn typed(&self) -> Option<&'static str> {
+        let options = [
+            ("angles", !self.angles.is_empty()),
+            ("ratios", !self.ratios.is_empty()),
+            ("bodies", self.bodies.is_some()),
+            ("sense", self.sense.is_some()),
+            ("lengths", self.lengths.is_some()),
+            ("contacts", self.contacts.is_some()),
+            ("fit", self.fit.is_some()),
+            ("target", self.target.is_some()),
+            ("measured-field", self.measured_field),
+            ("band-edge-frequency", self.band_edge_frequency.is_some()),
+        ];
+        let mut typed = options.into_iter().filter(|(_, is_typed)| *is_typed);
+        typed.next().map(|(option, _)| option)
+    }
+}
+
+/// Options of curves against a key.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Against a key of the scene")]
+pub struct KeyArgs {
+    /// Another key and its values, a curve for each: striker_velocity=0.5,1,2 or sites=21,41,81 or
+    /// tangent=0,1e-6. Repeat it for all combinations.
+    #[arg(long, value_name = "KEY=VALUES")]
+    pub vary: Vec<String>,
+
+    /// Leave out the search for the extremes between the values.
+    #[arg(long)]
+    pub no_extremes: bool,
+}
+
+impl KeyArgs {
+    /// The first option that was typed.
+    fn typed(&self) -> Option<&'static str> {
+        match (self.vary.is_empty(), self.no_extremes) {
+            (false, _) => Some("vary"),
+            (true, true) => Some("no-extremes"),
+            (true, false) => None,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Where {
+    Chain,
+    Wall,
+    Both,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Kind {
+    Soft,
+    Stiff,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Choice {
+    /// Akaike's criterion, corrected for few points.
+    Aicc,
+    /// The error of predicting a fifth of the points from the others.
+    CrossValidation,
+}
+
+fn angle_pair(text: &str) -> Result<[f64; 2], String> {
+    let (first, second) = text.split_once('/').unwrap_or((text, "90"));
+    let angle = |text: &str| {
+        let angle = text.trim().parse::<f64>().ok().filter(|a| a.is_finite());
+        angle.ok_or("expected an angle in degrees, or two, A/B".to_owned())
+    };
+    Ok([angle(first)?, angle(second)?])
+}
+
+/// Runs the command.
+pub fn run(typed: Attenuate) -> Result<(), Failure> {
+    typed
+        .figures
+        .refuse_without(typed.out.is_some(), "`--out`")?;
+    let drawing = typed.figures.drawing()?;
+    use_threads(typed.how.threads.map(usize::from))?;
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    progress.begin_writing();
+    let result = typed.find(None, &progress);
+    progress.clear();
+    let found = result?;
+    let sheet = found.describe();
+    let subject = match typed.scenes.is_empty() {
+        true => "struck chains".to_owned(),
+        false => subject_of(&typed.scenes),
+    };
+    let input = typed.scenes.first().map(|path| path.display().to_string());
+    let provenance = Provenance::new(command(), input, None);
+    let mut main = None;
+    if let Some(out) = &typed.out {
+        let pair = (&found as &dyn Describe, &sheet);
+        main = Some(saved::keep(pair, &subject, out, &drawing, &provenance)?);
+        write_beside(out, "plot.py", script(&found.curves).as_bytes())?;
+    }
+    if typed.how.json {
+        let json = sheet.summary(&provenance).map_err(std::io::Error::from)?;
+        writeln!(terminal::stdout(), "{json}")?;
+    } else if !typed.how.quiet {
+        let mut told = Summary::of(&subject, &sheet);
+        if let Some(main) = main {
+            told.last(&format!("open {}", main.display()));
+        }
+        told.print(typed.how.detail.verbose)?;
+    }
+    match found.failed().len() {
+        0 => Ok(()),
+        failed => Err(Failure::Chains(failed)),
+    }
+}
+
+/// Draws `curves.csv`.
+fn script(curves: &Curves) -> String {
+    match curves {
+        Curves::Length(_) => attenuation_snippet(),
+        Curves::Key(found) => {
+            let first = found.curves.first();
+            let others = first.map_or(&[][..], |curve| &curve.settings);
+            let others: Vec<&str> = others.iter().map(|(key, _)| &**key).collect();
+            transmission_snippet(&found.key, &others)
+        }
+    }
+}
+
+impl Attenuate {
+    /// Follows the pulses, and lays measured ones beside them. `text` is that of a scene without a file.
+    pub fn find(&self, text: Option<String>, observer: &dyn Observer) -> Result<Followed, Error> {
+        let directory = self.out.as_deref();
+        let is_length = self.against == BODIES;
+        let useless = match is_length {
+            true => (self.key.typed(), "`--against KEY`"),
+            false => (self.length.typed(), "`--against bodies`"),
+        };
+        if let (Some(option), only) = useless {
+            return Err(Error::Request {
+                option,
+                expected: format!("{only}: it has no effect on other curves"),
+                found: format!("`--against {}`", self.against),
+            });
+        }
+        let (curves, measured) = if is_length {
+            let request = self.request(text)?;
+            let measured = self.measured_along()?;
+            (Curves::Length(request.run(directory, observer)?), measured)
+        } else {
+            let base = self.base(text, "against")?;
+            let (scene, over) = against(base, &self.against)?;
+            let (measured, also) = self.measured_at()?;
+            let request = TransmissionRequest {
+                also,
+                vary: self.key.vary.clone(),
+                locate: !self.key.no_extremes,
+                ..TransmissionRequest::new(scene, over)
+            };
+            (Curves::Key(request.run(directory, observer)?), measured)
+        };
+        Ok(Followed::new(curves, measured))
+    }
+
+    /// What was measured along the first chain.
+    fn measured_along(&self) -> Result<Measured, Error> {
+        let Some(path) = &self.measured else {
+            return Ok(Measured::Nothing);
+        };
+        if !self.length.measured_field {
+            return Ok(Measured::Forces(read_curve(Path::new(path))?));
+        }
+        if self.length.sense == Some(Where::Wall) {
+            return Err(Error::Request {
+                option: "measured-field",
+                expected: "`--sense chain` or both: sites of a field are those of one chain".into(),
+                found: "wall".into(),
+            });
+        }
+        let field = self.open(Path::new(path))?;
+        let peaks = measured_peaks(&field);
+        field.check_unchanged()?;
+        let points = peaks.iter().map(|peak| peak.points(peak.site as f64));
+        let (velocities, arrivals): (_, Vec<_>) = points.unzip();
+        // The struck body moves fastest when it is struck, which is no peak.
+        let has_none = |site: &usize| peaks.binary_search_by_key(site, |peak| peak.site).is_err();
+        let without_peak = (1..field.n_sites()).filter(has_none);
+        Ok(Measured::Field {
+            velocities,
+            arrivals: arrivals.into_iter().flatten().collect(),
+            without_peak: without_peak.map(|site| site as f64).collect(),
+        })
+    }
+
+    /// What was measured at values of the key, and these values.
+    fn measured_at(&self) -> Result<(Measured, Vec<f64>), Error> {
+        let Some(typed) = &self.measured else {
+            return Ok((Measured::Nothing, Vec::new()));
+        };
+        let with_value = typed.split_once('=');
+        let with_value = with_value.and_then(|(v, path)| Some((v.parse::<f64>().ok()?, path)));
+        let Some((at, path)) = with_value else {
+            let points = read_curve(Path::new(typed))?;
+            let values = points.iter().map(|point| point.at).collect();
+            return Ok((Measured::Forces(points), values));
+        };
+        let field = self.open(Path::new(path))?;
+        let last = measured_peaks(&field).last().copied();
+        field.check_unchanged()?;
+        let Some(peak) = last.filter(|peak| peak.site + 1 == field.n_sites()) else {
+            return Err(Error::Unfit {
+                path: path.into(),
+                expected: "a field with a pulse at its last site".into(),
+                found: "none there".into(),
+            });
+        };
+        let (velocity, arrival) = peak.points(at);
+        let measured = Measured::Field {
+            velocities: vec![velocity],
+            arrivals: arrival.into_iter().collect(),
+            without_peak: Vec::new(),
+        };
+        Ok((measured, vec![at]))
+    }
+
+    fn open(&self, path: &Path) -> Result<Field, Error> {
+        let field = Field::open(path, &wavecascade::field::OpenOptions::default())?;
+        print_notes(&field, self.how.quiet);
+        Ok(field)
+    }
+
+    /// The one scene whose keys an option varies.
+    fn base(&self, text: Option<String>, option: &'static str) -> Result<SceneSource, Error> {
+        let base = match (text, self.scenes.as_slice()) {
+            (Some(text), _) => SceneSource::new(None, text),
+            (None, []) => SceneSource::default(),
+            (None, [one]) => SceneSource::read(one)?,
+            (None, many) => {
+                return Err(Error::Request {
+                    option,
+                    expected: "one scene, whose keys are varied".into(),
+                    found: format!("{} scenes", many.len()),
+                });
+            }
+        };
+        Ok(base.with(self.keys.settings.clone()))
+    }
+
+    fn chains(&self, text: Option<String>) -> Result<Vec<Named>, Error> {
+        let LengthArgs { angles, ratios, .. } = &self.length;
+        let mut chains = Vec::new();
+        if angles.is_empty() && ratios.is_empty() {
+            for path in &self.scenes {
+                let scene = SceneSource::read(path)?.with(self.keys.settings.clone());
+                chains.push(Named {
+                    name: stem(path),
+                    scene,
+                });
+            }
+            if chains.is_empty() && (text.is_some() || !self.keys.settings.is_empty()) {
+                chains.push(Named {
+                    name: "chain".into(),
+                    scene: self.base(text, "against")?,
+                });
+            }
+            return Ok(chains);
+        }
+        let option = if angles.is_empty() {
+            "ratios"
+        } else {
+            "angles"
+        };
+        let base = self.base(text, option)?;
+        for [first, second] in angles {
+            let angles = [
+                setting("angle", &format!("{first:?}"), "angles"),
+                setting("second_angle", &format!("{second:?}"), "angles"),
+            ];
+            chains.push(Named {
+                name: format!("angles {first}/{second}"),
+                scene: base.with(angles),
+            });
+        }
+        for ratio in ratios {
+            let ratios = [setting("stiffness_ratio", &format!("{ratio:?}"), "ratios")];
+            chains.push(Named {
+                name: format!("ratio {ratio}"),
+                scene: base.with(ratios),
+            });
+        }
+        Ok(chains)
+    }
+
+    fn request(&self, text: Option<String>) -> Result<AttenuationRequest, Error> {
+        let typed = &self.length;
+        let bodies = typed.bodies.unwrap_or(LENGTH);
+        if let Some(sites) = self.keys.settings.iter().find(|s| s.key == "sites") {
+            return Err(Error::Request {
+                option: "sites",
+                expected: "none beside `--bodies`, which says how long the chains are".into(),
+                found: sites.text.clone(),
+            });
+        }
+        if let (Some(lengths), Some(Where::Chain)) = (&typed.lengths, typed.sense) {
+            return Err(Error::Request {
+                option: "lengths",
+                expected: "`--sense wall` or both: one long chain has all lengths".into(),
+                found: format!("{} lengths and `--sense chain`", lengths.len()),
+            });
+        }
+        let mut chains = self.chains(text)?;
+        // The length is varied; a scene need not state one.
+        for chain in &mut chains {
+            let sites = setting("sites", &(bodies + 1).to_string(), "bodies");
+            if chain.scene.scene()?.sites.is_none() {
+                chain.scene = chain.scene.with([sites]);
+            }
+        }
+        if chains.is_empty() {
+            return Err(Error::Request {
+                option: "angles",
+                expected: "chains to compare: scene files, --angles, or --ratios".into(),
+                found: "none".into(),
+            });
+        }
+        Ok(AttenuationRequest {
+            chains,
+            length: bodies as usize,
+            senses: match typed.sense {
+                Some(Where::Chain) => vec![Sense::Chain],
+                Some(Where::Wall) => vec![Sense::Wall],
+                Some(Where::Both) | None => vec![Sense::Chain, Sense::Wall],
+            },
+            lengths: typed.lengths.clone(),
+            kind: match typed.contacts {
+                Some(Kind::Soft) | None => ContactKind::Soft,
+                Some(Kind::Stiff) => ContactKind::Stiff,
+            },
+            criterion: match typed.fit {
+                Some(Choice::Aicc) | None => Criterion::Aicc,
+                Some(Choice::CrossValidation) => Criterion::CrossValidation,
+            },
+            target: typed.target,
+            high_band: true,
+            band_edge_frequency: typed.band_edge_frequency,
+        })
+    }
+}
+
+/// The scene, and the key with its values.
+fn against(scene: SceneSource, typed: &str) -> Result<(SceneSource, String), Error> {
+    let key = typed.split('=').next().unwrap_or(typed);
+    let usual = match key {
+        "angle" => "2:90:45",
+        "mass_ratio" => "0.1:1:45",
+        "stiffness_ratio" => "1:100:45log",
+        _ => "",
+    };
+    let over = match (typed.contains('='), usual) {
+        (true, _) => typed.to_owned(),
+        (false, "") => {
+            return Err(Error::Request {
+                option: "against",
+                expected:
+                    "`bodies`, or a key of the scene with its values, KEY=A:B:N or KEY=A,B,.."
+                        .into(),
+                found: typed.to_owned(),
+            });
+        }
+        (false, usual) => format!("{key}={usual}"),
+    };
+    let is_alone = |scene: &Scene| scene.second_angle.is_none();
+    let scene = match key == "angle" && is_alone(&scene.scene()?) {
+        true => scene.with([setting("second_angle", "90", "against")]),
+        false => scene,
+    };
+    Ok((scene, over))
+}
+
+fn setting(key: &str, text: &str, option: &str) -> Setting {
+    Setting::new(key, text, format!("--{option}"))
+}
+
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or(path.as_os_str());
+    stem.to_string_lossy().into_owned()
+}
