@@ -16,11 +16,11 @@ use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
 use wavecascade::report::{
     BudgetSummary, LocalizedSummary, Provenance, RunFile, RunParts, budget_html, journey_arrays,
-    journey_html, localized_html, profile_arrays, sheet_html, sweep_html, table_csv, wave_html,
+    journey_html, localized_html, profile_arrays, sheet_html, table_csv, wave_html,
     write_budget_arrays,
 };
 use wavecascade::sheet::Describe;
-use wavecascade::sweep::{Outcome, Part, Sweep, read};
+use wavecascade::sweep::{Outcome, Part, Sweep, Swept, read};
 use wavecascade::{Error, Result};
 
 use super::analysis::on_threads;
@@ -247,8 +247,9 @@ pub fn sweep(
         .collect();
     let table = json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene });
     let table = table.to_string();
-    let page = Page::new(move || Ok(sweep_html(&request, &outcomes)));
-    Ok((table, page))
+    let swept = Swept { request, outcomes };
+    let provenance = Provenance::new(provenance(&words), None, None);
+    Ok((table, page_of(swept, "sweep", provenance)))
 }
 
 /// `cascade localize`: a table in CSV, or arrays of one wave; and the summary in JSON.
@@ -319,17 +320,19 @@ pub fn attenuate(
         let csv = sheet.records.to_csv().map_err(value_error)?;
         (csv, sheet.summary(&provenance).map_err(value_error)?)
     };
-    let page = Page::new(move || {
+    Ok((csv, json, page_of(found, "struck chains", provenance)))
+}
+
+/// The page of a described result.
+fn page_of(
+    found: impl Describe + Send + Sync + 'static,
+    name: &'static str,
+    provenance: Provenance,
+) -> Page {
+    Page::new(move || {
         let sheet = found.describe();
-        sheet_html(
-            &found,
-            &sheet,
-            "struck chains",
-            &provenance,
-            &Style::screen(),
-        )
-    });
-    Ok((csv, json, page))
+        sheet_html(&found, &sheet, name, &provenance, &Style::screen())
+    })
 }
 
 /// `cascade compare`: the budgets of two runs, and how they differ, in JSON; with its page.

@@ -48,7 +48,7 @@ pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
     analysis_html as html, budget_html, comparison_html, comparison_rows, fields_html,
-    journey_html, localized_html, sheet_html, sweep_html, wave_html,
+    journey_html, localized_html, sheet_html, wave_html,
 };
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};

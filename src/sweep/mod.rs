@@ -8,6 +8,7 @@
 mod axis;
 mod measures;
 mod request;
+mod sheet;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -16,10 +17,9 @@ use std::sync::{Mutex, PoisonError};
 use crate::system::memory::available_memory;
 
 pub use axis::SweptKey;
-#[cfg(feature = "figures")]
-pub(crate) use axis::quantity;
 pub use measures::{Measures, Needs};
 pub use request::{Outcome, Outcomes, Request, read};
+pub use sheet::Swept;
 
 use rayon::prelude::*;
 

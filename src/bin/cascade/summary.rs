@@ -53,6 +53,9 @@ impl Summary {
     /// What a described result says.
     pub fn of(subject: &str, sheet: &Sheet) -> Self {
         let mut summary = Summary::new(subject, &sheet.answer);
+        for table in sheet.tables.iter().filter(|table| table.is_fact) {
+            summary.table(table);
+        }
         for fact in &sheet.facts {
             let rank = if fact.is_detail {
                 Rank::Detail
@@ -61,7 +64,7 @@ impl Summary {
             };
             summary.line(rank, &fact.name, &fact.text);
         }
-        for table in &sheet.tables {
+        for table in sheet.tables.iter().filter(|table| !table.is_fact) {
             summary.table(table);
         }
         for warning in &sheet.warnings {

@@ -6,11 +6,9 @@ mod budget_pictures;
 mod fields;
 mod localized;
 mod sheet;
-mod sweep;
 
 pub use analysis::analysis_html;
 pub use budget::{budget_html, comparison_html, comparison_rows};
 pub use fields::fields_html;
 pub use localized::{journey_html, localized_html, wave_html};
 pub use sheet::sheet_html;
-pub use sweep::sweep_html;

@@ -1,0 +1,344 @@
+//! What a sweep found: the least and the largest force that comes through, and all measures against one of the keys.
+
+use serde_json::json;
+
+use super::axis::quantity;
+use super::{Measures, Needs, Outcome, Outcomes, Request, SweptKey};
+use crate::sheet::{Chart, Describe, PlotRow, Series, Sheet, Table, number};
+use crate::unit::label;
+
+/// Curves in a chart at most.
+const CURVES: usize = 12;
+/// Rows of the table at most.
+const ROWS: usize = 200;
+/// Ends of an axis of this ratio make it logarithmic.
+const WIDE: f64 = 30.0;
+
+/// The members of a sweep that are known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Swept {
+    pub request: Request,
+    pub outcomes: Outcomes,
+}
+
+/// A measure of a member's run.
+struct Measure {
+    /// Of its chart.
+    title: &'static str,
+    /// Of its column.
+    name: &'static str,
+    quantity: &'static str,
+    /// Its unit in a scene of SI units.
+    unit: &'static str,
+    log: bool,
+    of: fn(&Measures) -> Option<f64>,
+}
+
+const MEASURES: [Measure; 6] = [
+    Measure {
+        title: "Largest force at the last contact",
+        name: "force, last contact",
+        quantity: "force",
+        unit: "N",
+        log: false,
+        of: |m| m.peak_force_last,
+    },
+    Measure {
+        title: "When the force at the last contact is largest",
+        name: "its time",
+        quantity: "time",
+        unit: "s",
+        log: false,
+        of: |m| m.peak_force_last_time,
+    },
+    Measure {
+        title: "Largest force at the first contact",
+        name: "force, first contact",
+        quantity: "force",
+        unit: "N",
+        log: false,
+        of: |m| m.peak_force_first,
+    },
+    Measure {
+        title: "Energy passed through the last contact between sites",
+        name: "energy passed",
+        quantity: "energy",
+        unit: "J",
+        log: false,
+        of: |m| m.energy_passed_last,
+    },
+    Measure {
+        title: "Energy lost",
+        name: "energy lost",
+        quantity: "energy",
+        unit: "J",
+        log: false,
+        of: |m| m.energy_lost.filter(|lost| *lost != 0.0),
+    },
+    Measure {
+        title: "Estimated error of the velocities",
+        name: "error",
+        quantity: "error",
+        unit: "m/s",
+        log: true,
+        of: |m| m.error,
+    },
+];
+
+/// A member's values of all keys as text, and its measures.
+struct Member<'a> {
+    values: Vec<&'a str>,
+    measures: &'a Measures,
+}
+
+impl Describe for Swept {
+    fn describe(&self) -> Sheet<'_> {
+        let keys = self.request.vary.iter();
+        let keys: Vec<&str> = keys.map(|axis| &*axis.key).collect();
+        let mut sheet = Sheet {
+            name: "sweep",
+            version: 1,
+            title: format!("Sweep over {}", keys.join(", ").replace('_', " ")),
+            about: format!(
+                "{} chains of one scene; all numbers are in table.csv",
+                self.count()
+            ),
+            answer: self.answer(),
+            tables: vec![self.table()],
+            ..Sheet::default()
+        };
+        for (&index, outcome) in &self.outcomes {
+            if let Outcome::Failed(why) = outcome {
+                let values = self.request.values(index);
+                sheet.warn(format!("{} failed: {why}", self.named(&values, None)), "");
+            }
+        }
+        sheet.numbers(json!({
+            "members": self.count(),
+            "known": self.outcomes.len(),
+            "failed": sheet.warnings.len(),
+        }));
+        sheet
+    }
+
+    /// A chart for each measure that some member has.
+    fn pictures(&self) -> Vec<PlotRow> {
+        let Some(along) = Abscissa::of(&self.request) else {
+            return Vec::new();
+        };
+        let members = self.members();
+        // Members that differ in nothing but the abscissa make a curve.
+        let mut curves: Vec<(String, Vec<&Member>)> = Vec::new();
+        for member in &members {
+            let name = self.named(&member.values, Some(along.index));
+            match curves.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, of)) => of.push(member),
+                None => curves.push((name, vec![member])),
+            }
+        }
+        let every = curves.len().div_ceil(CURVES).max(1);
+        let is_si = self.request.is_si();
+        let charts = MEASURES.iter().filter_map(|measure| {
+            let shown = curves.iter().step_by(every).enumerate();
+            let series = shown.filter_map(|(n, (name, members))| {
+                let points = members.iter();
+                let points = points
+                    .filter_map(|member| Some((along.at(member)?, (measure.of)(member.measures)?)));
+                let mut points: Vec<(f64, f64)> = points.collect();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                (!points.is_empty()).then(|| Series::line(name, n, points))
+            });
+            let series: Vec<Series> = series.collect();
+            let title = match every {
+                1 => measure.title.to_owned(),
+                _ => format!("{}, one of every {every} combinations", measure.title),
+            };
+            let ordinate = label(measure.quantity, measure.unit(is_si));
+            (!series.is_empty()).then(|| Chart {
+                log_x: along.is_wide(),
+                log_y: measure.log,
+                ..Chart::of(title, &along.label, ordinate, series)
+            })
+        });
+        PlotRow::grid(1, charts)
+    }
+}
+
+impl Measure {
+    fn unit(&self, is_si: bool) -> &'static str {
+        if is_si { self.unit } else { "" }
+    }
+}
+
+impl Swept {
+    /// Members in all.
+    fn count(&self) -> usize {
+        let keys = self.request.vary.iter();
+        keys.map(|axis| axis.values.len()).product()
+    }
+
+    fn members(&self) -> Vec<Member<'_>> {
+        let done = self.outcomes.iter().filter_map(|(&index, outcome)| {
+            let Outcome::Done(measures) = outcome else {
+                return None;
+            };
+            Some(Member {
+                values: self.request.values(index),
+                measures,
+            })
+        });
+        done.collect()
+    }
+
+    /// The members' values, but for those of one key.
+    fn named(&self, values: &[&str], but: Option<usize>) -> String {
+        let named = self.request.vary.iter().zip(values).enumerate();
+        let named = named.filter(|(n, _)| Some(*n) != but);
+        let words = named
+            .map(|(_, (axis, value))| format!("{} {}", axis.key.replace('_', " "), short(value)));
+        words.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Least and largest force that comes through, of how many members, and what the others need.
+    fn answer(&self) -> String {
+        let (count, known) = (self.count(), self.outcomes.len());
+        let members = self.members();
+        let unit = if self.request.is_si() { " N" } else { "" };
+        let forces = members.iter();
+        let mut forces: Vec<(&Member, f64)> = forces
+            .filter_map(|member| Some((member, member.measures.peak_force_last?)))
+            .collect();
+        forces.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let of = match count - forces.len() {
+            0 => String::new(),
+            _ if known < count => format!(" of {} of {count} members", forces.len()),
+            _ => format!(
+                " of the {} of {count} members where it is known",
+                forces.len()
+            ),
+        };
+        let missing = self.missing(&members);
+        let at = |(member, force): &(&Member, f64)| {
+            format!(
+                "{}{unit} at {}",
+                number(*force),
+                self.named(&member.values, None)
+            )
+        };
+        match forces.as_slice() {
+            [] if known == 0 => format!("none of {count} members has a value yet"),
+            [] => format!(
+                "the largest force at the last contact is known in none of {count} members{missing}"
+            ),
+            [one] => format!("force at the last contact{of} {}{missing}", at(one)),
+            [least, .., most] => format!(
+                "force at the last contact{of} from {} to {}{missing}",
+                at(least),
+                at(most)
+            ),
+        }
+    }
+
+    /// Why members have no force, and what to state.
+    fn missing(&self, members: &[Member]) -> String {
+        let needing = |needs: Needs| {
+            let needing = |member: &&Member| member.measures.peak_force_last_needs == Some(needs);
+            members.iter().filter(needing).count()
+        };
+        let reasons = [
+            (
+                needing(Needs::EndTime),
+                "when the run ends it still rises, which a later `--end-time` mends,",
+            ),
+            (
+                needing(Needs::Samples),
+                "samples are too far apart, which more `--samples` mend,",
+            ),
+        ];
+        let reasons = reasons.iter().filter(|(count, _)| *count > 0);
+        let mut text: String = reasons
+            .map(|(count, why)| format!("; {why} in {count}"))
+            .collect();
+        let left = self.count() - self.outcomes.len();
+        if left > 0 {
+            text += &format!("; {left} are not computed yet");
+        }
+        text
+    }
+
+    /// The measures of the members, in rows.
+    fn table(&self) -> Table {
+        let members = self.members();
+        let is_si = self.request.is_si();
+        let measured = MEASURES.iter();
+        let measured = measured.map(|measure| label(measure.name, measure.unit(is_si)));
+        let keys = self.request.vary.iter().map(|axis| axis.key.clone());
+        let optional = |value: Option<f64>| value.map_or("-".into(), number);
+        let rows = members.iter().take(ROWS).map(|member| {
+            let values = member.values.iter().map(|value| short(value));
+            let measures = MEASURES.iter();
+            let measures = measures.map(|measure| optional((measure.of)(member.measures)));
+            values.chain(measures).collect()
+        });
+        Table {
+            title: match members.len() > ROWS {
+                true => format!(
+                    "The first {ROWS} members; table.csv has all {}",
+                    members.len()
+                ),
+                false => "Members".into(),
+            },
+            head: keys.chain(measured).collect(),
+            rows: rows.collect(),
+            is_fact: false,
+        }
+    }
+}
+
+/// A value with the digits that a reader needs.
+fn short(text: &str) -> String {
+    match quantity(text) {
+        Some((value, "")) => number(value),
+        Some((value, unit)) => format!("{} {unit}", number(value)),
+        None => text.to_owned(),
+    }
+}
+
+/// The key along the abscissa: its index, its values as numbers, and its name with their unit.
+struct Abscissa<'a> {
+    index: usize,
+    values: &'a [String],
+    label: String,
+}
+
+impl<'a> Abscissa<'a> {
+    /// The numeric key with most values; `None` if none has two.
+    fn of(request: &'a Request) -> Option<Abscissa<'a>> {
+        let axes = request.vary.iter().enumerate();
+        let numeric = axes.filter_map(|(index, axis)| {
+            let (_, unit) = quantity(axis.values.first()?)?;
+            let alike = |text: &String| quantity(text).is_some_and(|(_, other)| other == unit);
+            (axis.values.len() > 1 && axis.values.iter().all(alike)).then_some((index, axis, unit))
+        });
+        let most = |(index, axis, _): &(usize, &SweptKey, &str)| {
+            (axis.values.len(), std::cmp::Reverse(*index))
+        };
+        let (index, axis, unit) = numeric.max_by_key(most)?;
+        Some(Abscissa {
+            index,
+            values: &axis.values,
+            label: label(&axis.key.replace('_', " "), unit),
+        })
+    }
+
+    fn at(&self, member: &Member) -> Option<f64> {
+        Some(quantity(member.values[self.index])?.0)
+    }
+
+    fn is_wide(&self) -> bool {
+        let values = self.values.iter();
+        let values = values.filter_map(|text| Some(quantity(text)?.0));
+        let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
+        low > 0.0 && high > WIDE * low
+    }
+}
