@@ -11,13 +11,10 @@ use serde_json::{Value, json};
 use wavecascade::arrays::Precision;
 use wavecascade::budget::Motion;
 use wavecascade::chain::scene::{SceneSource, Setting};
-use wavecascade::localized::Exact;
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
 use wavecascade::report::{
-    BudgetSummary, LocalizedSummary, Provenance, RunFile, RunParts, budget_html, journey_arrays,
-    journey_html, localized_html, profile_arrays, sheet_html, table_csv, wave_html,
-    write_budget_arrays,
+    BudgetSummary, Provenance, RunFile, RunParts, budget_html, sheet_html, write_budget_arrays,
 };
 use wavecascade::sheet::Describe;
 use wavecascade::sweep::{Outcome, Part, Sweep, Swept, read};
@@ -32,7 +29,6 @@ use super::typed::{provenance, typed};
 use super::watch;
 use crate::compare::Compared;
 use crate::failure::Failure;
-use crate::localize::{launch, profile, table};
 use crate::{advice, measured};
 
 /// A run with its scene.
@@ -261,42 +257,35 @@ pub fn localize<'py>(
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = typed!(&words, Localize);
-    let family = typed.family();
-    let threads = typed.threads.map(usize::from);
-    let work = |observer: &dyn Observer| -> Result<(Kept, Option<String>, Value, Page)> {
-        let kept = Kept::new(Precision::F64);
-        if let Some(order) = typed.profile {
-            let wave = typed.wave(order)?;
-            let profile = wave.profile(profile::HALF);
-            profile_arrays(&wave, &profile, &kept)?;
-            let found = json!({ "order": order, "exact": Exact::of(&wave) });
-            let page = Page::new(move || Ok(wave_html(&wave, &profile)));
-            return Ok((kept, None, found, page));
-        }
-        if let Some(order) = typed.launch {
-            let wave = typed.wave(order)?;
-            let journey = wave.journey(typed.cells.unwrap_or(launch::CELLS), observer)?;
-            journey_arrays(&journey, &kept)?;
-            let found = json!({ "launch": journey });
-            let page = Page::new(move || Ok(journey_html(&journey)));
-            return Ok((kept, None, found, page));
-        }
-        let comparison = table::comparison(&typed)?;
-        let rows = comparison.run(observer)?;
-        let found = json!({ "cells": comparison.cells, "orders": rows });
-        let csv = table_csv(&rows);
-        let page = Page::new(move || Ok(localized_html(comparison.family, &rows)));
-        Ok((kept, Some(csv), found, page))
+    let threads = typed.how.threads.map(usize::from);
+    let work = |observer: &dyn Observer| on_threads(threads, || typed.find(observer));
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let found = done.map_err(|error| faults::of(py, error, From::Memory))?;
+    let provenance = Provenance::new(provenance(&words), None, None);
+    let kept = Kept::new(Precision::F64);
+    let (csv, summary) = {
+        let sheet = found.as_described().describe();
+        let written = sheet.write_to(&kept);
+        written.map_err(|error| faults::of(py, error, From::Memory))?;
+        let is_table = !sheet.records.head.is_empty();
+        let csv = is_table.then(|| sheet.records.to_csv()).transpose();
+        let summary = sheet.summary(&provenance);
+        (csv.map_err(value_error)?, summary.map_err(value_error)?)
     };
-    let done = watch::run(py, progress.as_ref(), |observer| {
-        on_threads(threads, || work(observer))
-    })?;
-    let (kept, csv, found, page) = done.map_err(|error| faults::of(py, error, From::Memory))?;
+    let page = Page::new(move || {
+        let sheet = found.as_described().describe();
+        sheet_html(
+            found.as_described(),
+            &sheet,
+            "dimer",
+            &provenance,
+            &Style::screen(),
+        )
+    });
     let out = kept.into_python(py)?;
     out.set_item("csv", csv)?;
     out.set_item("page", Bound::new(py, page)?)?;
-    let summary = LocalizedSummary::new(family, &found).to_json();
-    out.set_item("summary", summary.map_err(value_error)?)?;
+    out.set_item("summary", summary)?;
     Ok(out)
 }
 

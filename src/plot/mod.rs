@@ -19,7 +19,6 @@ mod heat_chart;
 pub(crate) mod labels;
 mod layout;
 mod legend;
-mod localized;
 mod painter;
 mod panel;
 mod redistribution;
@@ -49,7 +48,6 @@ pub use figures::{
 };
 pub use grid::{Colours, Tile, map_grid};
 pub use layout::{FigureLayout, figure_of};
-pub use localized::{journey, wave};
 pub use plotters;
 pub use redistribution::{along_t, along_x};
 pub use short::{short_space, short_time};
@@ -58,7 +56,6 @@ pub use views::views;
 
 pub(crate) use budget::ordinary;
 pub(crate) use heat::block_extremes;
-pub(crate) use localized::{journey_charts, wave_charts};
 pub(crate) use scale::{ColorScale, DECADES};
 pub(crate) use short::within;
 

@@ -13,42 +13,22 @@ use crate::system::publish::Working;
 pub struct ResultDirectory {
     wanted: PathBuf,
     working: Working,
-    contents: Contents,
     replace: bool,
 }
 
-/// What a directory of results may hold; anything else in it is not ours to remove.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Contents {
-    /// What `analyze`, `budget` and `compare` find.
-    Analysis,
-    /// Localized waves.
-    Localized,
+/// Whether a directory of results may hold a file of this name; anything else in it is not ours to remove.
+fn may_hold(name: &str) -> bool {
+    let is_wave = || {
+        let digits = name.strip_prefix("wave-")?.strip_suffix(".npz")?;
+        (!digits.is_empty()).then(|| digits.bytes().all(|b| b.is_ascii_digit()))
+    };
+    // What its script draws.
+    let is_plot = name == "plot.py" || name.starts_with("plot-") && name.ends_with(".png");
+    is_plot || NAMES.contains(&name) || is_wave() == Some(true)
 }
 
-impl Contents {
-    /// The file that describes the others.
-    fn summary(self) -> &'static str {
-        match self {
-            Contents::Analysis => "summary.json",
-            Contents::Localized => "localized.json",
-        }
-    }
-
-    fn may_hold(self, name: &str) -> bool {
-        let is_wave = || {
-            let digits = name.strip_prefix("wave-")?.strip_suffix(".npz")?;
-            (!digits.is_empty()).then(|| digits.bytes().all(|b| b.is_ascii_digit()))
-        };
-        // What its script draws.
-        let is_plot = name == "plot.py" || name.starts_with("plot-") && name.ends_with(".png");
-        match self {
-            _ if is_plot => true,
-            Contents::Analysis => NAMES.contains(&name),
-            Contents::Localized => LOCALIZED.contains(&name) || is_wave() == Some(true),
-        }
-    }
-}
+/// The file that describes the others.
+const SUMMARY: &str = "summary.json";
 
 const NAMES: &[&str] = &[
     "summary.json",
@@ -67,21 +47,12 @@ const NAMES: &[&str] = &[
     "spectrum.npz",
     "budget.npz",
     "budget.nc",
+    "table.csv",
+    "wave.npz",
+    "launch.npz",
     "report.html",
     "figures",
 ];
-const LOCALIZED: [&str; 9] = [
-    "localized.json",
-    "report.html",
-    "table.csv",
-    "wave.npz",
-    "wave.png",
-    "wave.svg",
-    "launch.npz",
-    "launch.png",
-    "launch.svg",
-];
-
 /// What `figures` may hold, as PNG and SVG.
 const FIGURES: &[&str] = &[
     "space-time",
@@ -110,6 +81,9 @@ const FIGURES: &[&str] = &[
     "transfer",
     "triads",
     "spectrum",
+    "localize",
+    "wave",
+    "launch",
 ];
 
 impl ResultDirectory {
@@ -121,14 +95,6 @@ impl ResultDirectory {
     /// [`Error::Request`] if `wanted` has no name (`.`, `/`); [`Error::Write`] if nothing can be
     /// written beside it.
     pub fn create(wanted: &Path, replace: bool) -> Result<Self> {
-        ResultDirectory::create_for(Contents::Analysis, wanted, replace)
-    }
-
-    /// The same for results of another kind, which replace their own kind alone.
-    ///
-    /// # Errors
-    /// As [`ResultDirectory::create`].
-    pub fn create_for(contents: Contents, wanted: &Path, replace: bool) -> Result<Self> {
         // A separator at the end would lead through a symbolic link.
         let wanted: PathBuf = wanted.components().collect();
         if wanted.file_name().is_none() {
@@ -138,14 +104,13 @@ impl ResultDirectory {
                 found: wanted.display().to_string(),
             });
         }
-        check_free(contents, &wanted, replace)?;
+        check_free(&wanted, replace)?;
         let working = Working::reserve(&wanted)
             .and_then(|working| working.create_directory().map(|()| working))
             .map_err(Error::write("create", &wanted))?;
         Ok(ResultDirectory {
             wanted,
             working,
-            contents,
             replace,
         })
     }
@@ -170,7 +135,7 @@ impl ResultDirectory {
     /// # Errors
     /// [`Error::Exists`] or [`Error::OutputInUse`] if someone else was there first; [`Error::Write`].
     pub fn publish(mut self) -> Result<PathBuf> {
-        let published = match check_free(self.contents, &self.wanted, self.replace)? {
+        let published = match check_free(&self.wanted, self.replace)? {
             Destination::Result => self.working.swap(),
             Destination::Free => self.working.publish(),
         };
@@ -189,7 +154,7 @@ enum Destination {
 }
 
 /// Refuses a place that is taken.
-fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destination> {
+fn check_free(path: &Path, replace: bool) -> Result<Destination> {
     let occupied = |found: String| {
         Err(Error::OutputInUse {
             path: path.to_owned(),
@@ -210,14 +175,13 @@ fn check_free(contents: Contents, path: &Path, replace: bool) -> Result<Destinat
     if names.is_empty() {
         return Ok(Destination::Free);
     }
-    let stranger = names.iter().find(|name| !contents.may_hold(name));
+    let stranger = names.iter().find(|name| !may_hold(name));
     if let Some(name) = stranger {
         return occupied(format!("holds {name:?}, which no run has written"));
     }
-    let name = contents.summary();
-    let summary = read_text(&path.join(name))?;
+    let summary = read_text(&path.join(SUMMARY))?;
     if !summary.contains("\"schema\": \"cascade.") {
-        return occupied(format!("holds no {name} of a run"));
+        return occupied(format!("holds no {SUMMARY} of a run"));
     }
     let figures = path.join("figures");
     let drawn = if figures.is_dir() {
@@ -263,7 +227,7 @@ pub(super) fn read_text(path: &Path) -> Result<String> {
 
 /// Whether a directory holds the results of one field, and nothing else.
 pub(super) fn holds_result(path: &Path) -> bool {
-    check_free(Contents::Analysis, path, true).is_ok_and(|found| found == Destination::Result)
+    check_free(path, true).is_ok_and(|found| found == Destination::Result)
 }
 
 /// Names in the directory `path`, those that are no text changed so that they match nothing.

@@ -11,7 +11,6 @@ mod directory;
 mod field_file;
 mod field_set;
 mod headlines;
-mod localized;
 mod netcdf;
 mod new_file;
 #[cfg(feature = "figures")]
@@ -34,21 +33,16 @@ pub use array_file::{ArrayFile, ArrayFormat};
 pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};
 pub use budget::{BUDGET_SCHEMA, BudgetSummary};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
-pub use directory::{Contents, ResultDirectory, write_beside};
+pub use directory::{ResultDirectory, write_beside};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
 pub use field_set::{
     FIELDS_SCHEMA, FieldOutcome, FieldRow, FieldSet, field_names, verdicts_in_words,
 };
 pub use headlines::{Headlines, MovedShares};
-pub use localized::{
-    LOCALIZED_SCHEMA, LocalizedSummary, journey_arrays, profile_arrays, table_csv, write_journey,
-    write_profile,
-};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
 pub use pages::{
-    analysis_html as html, budget_html, comparison_html, comparison_rows, fields_html,
-    journey_html, localized_html, sheet_html, wave_html,
+    analysis_html as html, budget_html, comparison_html, comparison_rows, fields_html, sheet_html,
 };
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};

@@ -7,7 +7,7 @@ use wavecascade::attenuation::{
 use wavecascade::budget::{Budget, BudgetRequest, Motion, budget};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{Chain, Simulation};
-use wavecascade::localized::Family;
+use wavecascade::localized::{Family, Profile};
 use wavecascade::observer::Silent;
 use wavecascade::plot::plotters::style::TextStyle;
 use wavecascade::plot::{self, Canvas, Colormap, Depth, Figure, Format, SharedScales, Style, sans};
@@ -39,7 +39,7 @@ struct Results {
     budgets: [Budget; 2],
     attenuation: Followed,
     transmission: Followed,
-    wave: wavecascade::localized::Wave,
+    wave: Profile,
     journey: wavecascade::localized::Journey,
 }
 
@@ -68,7 +68,7 @@ impl Results {
                 Measured::Nothing,
             ),
             journey: wave.journey(20, &Silent).unwrap(),
-            wave,
+            wave: Profile::of(wave, 200),
         }
     }
 
@@ -98,8 +98,8 @@ impl Results {
         figures.extend([
             figure_of_sheet(&self.attenuation, style),
             figure_of_sheet(&self.transmission, style),
-            plot::wave(&self.wave, &self.wave.profile(200), style),
-            plot::journey(&self.journey, style),
+            figure_of_sheet(&self.wave, style),
+            figure_of_sheet(&self.journey, style),
         ]);
         figures
     }

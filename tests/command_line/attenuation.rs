@@ -250,7 +250,7 @@ fn sites_without_a_largest_velocity_or_an_arrival_are_named() {
         let said = place.good(&words);
         let warning = format!("warning: {warning}");
         assert!(said.contains(&warning), "{said}");
-        let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+        let found = json(&place.good(&[&words[..], &["--json", "--quiet"]].concat()));
         let compared = |key: &str| found[key].as_array().unwrap().len();
         assert_eq!(compared("measured_arrivals"), count);
         let without = compared("measured_without_arrival");

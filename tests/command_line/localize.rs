@@ -41,8 +41,8 @@ fn val_paper_a_table_and_its_json() {
         "{said}"
     );
 
-    let rows: Value = serde_json::from_str(&place.good(&["--order", "1..3", "--json"])).unwrap();
-    let rows = rows.as_array().unwrap();
+    let table: Value = serde_json::from_str(&place.good(&["--order", "1..3", "--json"])).unwrap();
+    let rows = table["orders"].as_array().unwrap();
     assert_eq!(rows.len(), 3);
     for (row, paper) in rows.iter().zip([1.0, 4.9272, 14.622]) {
         let exact = &row["exact"];
@@ -77,13 +77,13 @@ fn val_paper_a_table_and_its_json() {
         );
     }
     let last: Value = serde_json::from_str(&place.good(&["--order", "19", "--json"])).unwrap();
-    assert_eq!(last[0]["published"]["printed_order"], 18);
+    assert_eq!(last["orders"][0]["published"]["printed_order"], 18);
     assert_eq!(place.names(), BTreeSet::new());
 
     let words = ["--alternation", "mass", "--order", "2", "--json"];
     let mass: Value = serde_json::from_str(&place.good(&words)).unwrap();
-    let ratio = mass[0]["exact"]["mass_ratio"].as_f64().unwrap();
-    assert!((ratio - 0.3428).abs() < 1e-4 && mass[0]["published"].is_null());
+    let ratio = mass["orders"][0]["exact"]["mass_ratio"].as_f64().unwrap();
+    assert!((ratio - 0.3428).abs() < 1e-4 && mass["orders"][0]["published"].is_null());
 }
 
 #[test]
@@ -91,9 +91,10 @@ fn a_directory_with_the_table_and_the_waves_appears_whole() {
     let place = Place::of(&["localize"]);
     place.good(&["--order", "2..3", "--out", "waves", "--quiet"]);
     let expected = [
-        "localized.json",
+        "figures",
         "plot.py",
         "report.html",
+        "summary.json",
         "table.csv",
         "wave-02.npz",
         "wave-03.npz",
@@ -102,8 +103,8 @@ fn a_directory_with_the_table_and_the_waves_appears_whole() {
         names(&place.path("waves")),
         expected.map(String::from).into()
     );
-    let summary = json(&place.path("waves/localized.json"));
-    assert_eq!(summary["schema"], "cascade.localize/1");
+    let summary = json(&place.path("waves/summary.json"));
+    assert_eq!(summary["schema"], "cascade.localize/2");
     assert_eq!(summary["family"]["alternation"], "stiffness");
     assert_eq!(summary["orders"][1]["order"], 3);
     let table = fs::read_to_string(place.path("waves/table.csv")).unwrap();
@@ -138,13 +139,7 @@ fn val_definitions_a_profile_is_written_and_drawn() {
         said.contains("14.6221") && said.contains("wave/report.html"),
         "{said}"
     );
-    let expected = [
-        "localized.json",
-        "report.html",
-        "wave.npz",
-        "wave.png",
-        "wave.svg",
-    ];
+    let expected = ["figures", "report.html", "summary.json", "wave.npz"];
     assert_eq!(
         names(&place.path("wave")),
         expected.map(String::from).into()
@@ -168,7 +163,7 @@ fn val_definitions_a_profile_is_written_and_drawn() {
         assert!((slow[j] + fast[j] - psi[[1, j]]).abs() < 1e-7, "{j}");
     }
     assert!(
-        fs::read(place.path("wave/wave.png"))
+        fs::read(place.path("wave/figures/wave.png"))
             .unwrap()
             .starts_with(b"\x89PNG")
     );
@@ -193,14 +188,8 @@ fn val_chain_a_launched_wave_keeps_its_shape() {
         number("stepping_error") < 1e-10 && number("leak") < 1e-20,
         "{launch}"
     );
-    assert_eq!(found, json(&place.path("way/localized.json")));
-    let expected = [
-        "launch.npz",
-        "launch.png",
-        "launch.svg",
-        "localized.json",
-        "report.html",
-    ];
+    assert_eq!(found, json(&place.path("way/summary.json")));
+    let expected = ["figures", "launch.npz", "report.html", "summary.json"];
     assert_eq!(names(&place.path("way")), expected.map(String::from).into());
     let file = fs::File::open(place.path("way/launch.npz")).unwrap();
     let change: Array1<f64> = NpzReader::new(file)
@@ -221,7 +210,8 @@ fn val_paper_angles_of_localized_and_most_dispersive_waves() {
     let place = Place::of(&["localize"]);
     let words = "--order 2..3 --angles --material quartz --radius 9mm --cells 80 --json";
     let words: Vec<&str> = words.split(' ').collect();
-    let rows: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let table: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let rows = &table["orders"];
     let degrees = rows[0]["angle"]["degrees"].as_f64().unwrap();
     assert!((7.0..8.0).contains(&degrees), "{degrees}");
     let [soft, stiff] = [0, 1].map(|i| rows[0]["angle"]["coefficients"][i].as_f64().unwrap());
@@ -244,8 +234,9 @@ fn an_unresolved_order_is_told_in_its_row() {
     let output = place.run(&words);
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.starts_with("error: 1 of the orders"), "{said}");
-    let rows: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(said.contains("\nerror: 1 of the orders"), "{said}");
+    let table: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = &table["orders"];
     assert!(rows[0]["exact"].is_null() && rows[0]["asymptotic"].is_null());
     let reason = rows[0]["reason"].as_str().unwrap();
     assert!(reason.contains("rounding beyond order"), "{reason}");

@@ -68,7 +68,7 @@ fn a_sweep_takes_units_and_states_them() {
     let said = place.good(&[&["sweep"], BEADS, &vary[..]].concat());
     let said = in_one_line(&said);
     assert!(
-        said.contains(" N at radius 5.0mm to ") && said.contains(" N at radius 20.0mm"),
+        said.contains(" N at radius 5.000 mm to ") && said.contains(" N at radius 20.00 mm"),
         "{said}"
     );
     let table = fs::read_to_string(place.path("s/table.csv")).unwrap();

@@ -1,6 +1,6 @@
 //! `cascade attenuate`: the pulse of a struck chain against its length, or against a key of its scene.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -17,15 +17,13 @@ use wavecascade::{Error, Field};
 use crate::analyze::{print_notes, use_threads};
 use crate::budget::command;
 use crate::chain_args::How;
+use crate::described::Described;
 use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::parse;
 use crate::progress::Progress;
-use crate::saved;
 use crate::scene_keys::SceneKeys;
-use crate::summary::Summary;
-use crate::terminal;
 
 /// What `cascade attenuate` takes.
 #[derive(Debug, Args)]
@@ -215,22 +213,18 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
     };
     let input = typed.scenes.first().map(|path| path.display().to_string());
     let provenance = Provenance::new(command(), input, None);
+    let described = Described {
+        found: &found,
+        sheet: &sheet,
+        name: &subject,
+        provenance: &provenance,
+    };
     let mut main = None;
     if let Some(out) = &typed.out {
-        let pair = (&found as &dyn Describe, &sheet);
-        main = Some(saved::keep(pair, &subject, out, &drawing, &provenance)?);
+        main = Some(described.keep(out, &drawing)?);
         write_beside(out, "plot.py", script(&found.curves).as_bytes())?;
     }
-    if typed.how.json {
-        let json = sheet.summary(&provenance).map_err(std::io::Error::from)?;
-        writeln!(terminal::stdout(), "{json}")?;
-    } else if !typed.how.quiet {
-        let mut told = Summary::of(&subject, &sheet);
-        if let Some(main) = main {
-            told.last(&format!("open {}", main.display()));
-        }
-        told.print(typed.how.detail.verbose)?;
-    }
+    described.tell(&subject, &typed.how, main.as_deref())?;
     match found.failed().len() {
         0 => Ok(()),
         failed => Err(Failure::Chains(failed)),

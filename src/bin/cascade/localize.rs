@@ -1,22 +1,25 @@
 //! `cascade localize`: ratios that carry localized waves, one wave, and its travel along a chain.
 
-pub mod launch;
-pub mod profile;
-pub mod table;
-
 use std::io::IsTerminal;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use wavecascade::Error;
+use wavecascade::arrays::Precision;
 use wavecascade::chain::contact::{Ellipse, Material};
-use wavecascade::localized::{Alternation, Family, LARGEST_ORDER, Wave};
+use wavecascade::localized::{
+    Alternation, Comparison, Cylinders, Family, Journey, LARGEST_ORDER, Orders, Profile, Wave,
+};
 use wavecascade::measure::{Length, Pressure};
-use wavecascade::report::{Contents, ResultDirectory};
+use wavecascade::observer::Observer;
+use wavecascade::report::{Archive, Provenance, ResultDirectory, localized_snippet, write_beside};
+use wavecascade::sheet::Describe;
 
 use crate::analyze::use_threads;
-use crate::args::DetailArgs;
+use crate::budget::command;
+use crate::chain_args::How;
+use crate::described::Described;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::parse;
@@ -58,8 +61,8 @@ pub struct Localize {
     /// [default: 1000].
     #[arg(long)]
     pub cells: Option<usize>,
-    /// Directory for the results: localized.json beside table.csv and the waves, or the wave and
-    /// its picture. Without it nothing is written, but for `--profile` localized-N.
+    /// Directory for the results: summary.json, the page and its picture, beside table.csv and the waves, or the arrays
+    /// of the one wave. Without it nothing is written, but for `--profile` localized-N.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -67,17 +70,8 @@ pub struct Localize {
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
-    /// Number of worker threads [default: all cores].
-    #[arg(long, value_name = "N")]
-    pub threads: Option<std::num::NonZeroUsize>,
-    /// Print all that was found as JSON.
-    #[arg(long)]
-    pub json: bool,
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
     #[command(flatten)]
-    pub detail: DetailArgs,
+    pub how: How,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -130,30 +124,150 @@ impl Localize {
         }
     }
 
-    fn progress(&self) -> Progress {
-        Progress::new(!self.quiet && std::io::stderr().is_terminal())
-    }
-
-    fn directory(&self, out: &Path) -> Result<ResultDirectory, Error> {
-        ResultDirectory::create_for(Contents::Localized, out, self.force)
-    }
-
-    pub fn wave(&self, order: usize) -> Result<Wave, Error> {
+    fn wave(&self, order: usize) -> Result<Wave, Error> {
         self.family().search(order)?.wave(order)
+    }
+
+    /// Computes what is asked for.
+    pub fn find(&self, observer: &dyn Observer) -> Result<Found, Error> {
+        Ok(match (self.profile, self.launch) {
+            (Some(order), _) => Found::Profile(Profile::of(self.wave(order)?, HALF)),
+            (None, Some(order)) => {
+                let wave = self.wave(order)?;
+                Found::Journey(wave.journey(self.cells.unwrap_or(TRAVELLED), observer)?)
+            }
+            (None, None) => {
+                let comparison = self.comparison()?;
+                let rows = comparison.run(observer)?;
+                Found::Orders(Orders { comparison, rows })
+            }
+        })
+    }
+
+    fn comparison(&self) -> Result<Comparison, Error> {
+        let strikes = self.direct || self.angles;
+        let needless = [
+            (
+                "cells",
+                self.cells.is_some() && !strikes,
+                "--direct or --angles",
+            ),
+            (
+                "radius",
+                self.body.radius.is_some() && !self.angles,
+                "--angles",
+            ),
+        ];
+        if let Some((option, _, needed)) = needless.into_iter().find(|(_, is_one, _)| *is_one) {
+            return Err(Error::Request {
+                option,
+                expected: format!("{needed} beside it"),
+                found: "it alone".into(),
+            });
+        }
+        let body = match self.body.material()? {
+            Some(material) => self.body.radius.map(|radius| (radius, material)),
+            None => None,
+        };
+        Ok(Comparison {
+            family: self.family(),
+            orders: self.order.clone(),
+            cells: strikes.then(|| self.cells.unwrap_or(STRUCK)),
+            cylinders: self.angles.then(|| Cylinders {
+                ellipse: self.ellipse.into(),
+                body,
+            }),
+        })
+    }
+}
+
+/// Default number of cells of struck chains.
+const STRUCK: usize = 200;
+/// Default number of cells that a wave travels.
+const TRAVELLED: usize = 1000;
+/// Times on each side of the centre of a wave, and of those beside a table.
+const HALF: usize = 2000;
+const HALF_OF_MANY: usize = 1000;
+
+/// What was asked for.
+pub enum Found {
+    Orders(Orders),
+    Profile(Profile),
+    Journey(Journey),
+}
+
+impl Found {
+    pub fn as_described(&self) -> &dyn Describe {
+        match self {
+            Found::Orders(found) => found,
+            Found::Profile(found) => found,
+            Found::Journey(found) => found,
+        }
+    }
+
+    /// The script, and each wave's arrays, of a table.
+    fn write_beside(&self, directory: &Path) -> Result<(), Error> {
+        let Found::Orders(found) = self else {
+            return Ok(());
+        };
+        write_beside(directory, "plot.py", localized_snippet().as_bytes())?;
+        let waves = found.rows.iter().filter_map(|row| row.wave.as_ref());
+        waves.into_iter().try_for_each(|wave| {
+            let path = directory.join(format!("wave-{:02}.npz", wave.order));
+            let archive = Archive::create(&path, Precision::F64)?;
+            let profile = Profile::of(wave.clone(), HALF_OF_MANY);
+            profile.describe().write_to(&archive)?;
+            archive.finish()
+        })
     }
 }
 
 /// Runs the command.
 pub fn run(typed: Localize) -> Result<(), Failure> {
-    let is_launched = typed.launch.is_some() && typed.out.is_some();
-    let draws = typed.profile.is_some() || is_launched;
-    let needed = "`--profile`, or `--launch` and `--out`,";
-    typed.figures.refuse_without(draws, needed)?;
-    use_threads(typed.threads.map(usize::from))?;
-    match (typed.profile, typed.launch) {
-        (Some(order), _) => profile::run(&typed, order),
-        (None, Some(order)) => launch::run(&typed, order),
-        (None, None) => table::run(&typed),
+    let default = typed
+        .profile
+        .map(|order| PathBuf::from(format!("localized-{order}")));
+    let out = typed.out.clone().or(default);
+    typed
+        .figures
+        .refuse_without(out.is_some(), "`--profile` or `--out`")?;
+    let drawing = typed.figures.drawing()?;
+    use_threads(typed.how.threads.map(usize::from))?;
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    progress.begin_writing();
+    // Before any work: could the result be written?
+    let directory = out.map(|out| ResultDirectory::create(&out, typed.force));
+    let directory = directory.transpose()?;
+    if typed.profile.or(typed.launch).is_some() {
+        progress.wait("solving");
+    }
+    let found = typed.find(&progress)?;
+    progress.check()?;
+    let subject = match typed.profile.or(typed.launch) {
+        Some(order) => format!("order {order}"),
+        None => "dimer".into(),
+    };
+    let sheet = found.as_described().describe();
+    let provenance = Provenance::new(command(), None, None);
+    let described = Described {
+        found: found.as_described(),
+        sheet: &sheet,
+        name: &subject,
+        provenance: &provenance,
+    };
+    let main = directory.map(|directory| {
+        let file = (directory, sheet.name);
+        described.publish(file, &drawing, &progress, |path| found.write_beside(path))
+    });
+    let main = main.transpose()?;
+    progress.clear();
+    described.tell(&subject, &typed.how, main.as_deref())?;
+    let Found::Orders(orders) = &found else {
+        return Ok(());
+    };
+    match orders.rows.iter().filter(|row| row.exact.is_none()).count() {
+        0 => Ok(()),
+        unresolved => Err(Failure::Orders(unresolved)),
     }
 }
 

@@ -117,17 +117,6 @@ impl Summary {
         self.parts.push((Rank::Detail, Part::Rows(table)));
     }
 
-    /// A sentence without a name.
-    pub fn sentence(&mut self, text: &str) {
-        self.parts
-            .push((Rank::Fact, Part::Paragraph(text.to_owned())));
-    }
-
-    pub fn detailed_sentence(&mut self, text: &str) {
-        self.parts
-            .push((Rank::Detail, Part::Paragraph(text.to_owned())));
-    }
-
     /// A finding about the data and what to do about it.
     pub fn warning(&mut self, message: &str, advice: &str) {
         self.warnings.push([message.to_owned(), advice.to_owned()]);

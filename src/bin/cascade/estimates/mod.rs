@@ -13,15 +13,13 @@ pub mod spectrum;
 pub mod transfer;
 pub mod triple_args;
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use wavecascade::arrays::Precision;
 use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::observer::Observer;
-use wavecascade::plot;
-use wavecascade::report::{Archive, Provenance, ResultDirectory, sheet_html};
+use wavecascade::report::{Provenance, ResultDirectory};
 use wavecascade::sheet::{Describe, Warning};
 use wavecascade::{Error, Field};
 
@@ -29,12 +27,11 @@ use crate::analyze::{named_after, open_options, print_notes, use_threads};
 use crate::args::Input;
 use crate::budget::command;
 use crate::chain_args::How;
+use crate::described::Described;
 use crate::failure::Failure;
 use crate::fields::expanded;
 use crate::figure_args::{Drawing, FigureArgs};
 use crate::progress::Progress;
-use crate::summary::Summary;
-use crate::terminal::{self, Tone};
 
 /// The commands on estimates of fields.
 #[derive(Debug, Subcommand)]
@@ -290,44 +287,15 @@ pub fn publish<T: Typed>(
     let typed = command_typed.shared();
     let mut sheet = found.describe();
     sheet.warnings.extend(command_typed.findings(found));
+    let described = Described {
+        found,
+        sheet: &sheet,
+        name: target.name,
+        provenance: target.provenance,
+    };
     let directory = ResultDirectory::create(target.out, typed.force)?;
-    let json = sheet
-        .summary(target.provenance)
-        .map_err(std::io::Error::from)?;
-    directory.write("summary.json", &json)?;
-    let arrays = format!("{}.npz", T::COMMAND);
-    let archive = Archive::create(&directory.path().join(arrays), Precision::F64)?;
-    sheet.write_to(&archive)?;
-    archive.finish()?;
-    command_typed.write_beside(found, directory.path())?;
-    if drawing.is_wanted() {
-        progress.stage("drawing", 1);
-        let style = &drawing.style;
-        let figure = plot::figure_of(found, &sheet, target.name, T::COMMAND, style);
-        let folder = directory.path().join("figures");
-        plot::save_all(&[figure], &folder, &drawing.formats)?;
-        let page = sheet_html(found, &sheet, target.name, target.provenance, style);
-        directory.write("report.html", page.map_err(std::io::Error::from)?)?;
-    }
-    progress.check()?;
-    let published = directory.publish()?;
-    progress.clear();
-    if typed.how.json {
-        if !typed.how.quiet {
-            for warning in &sheet.warnings {
-                terminal::message(Tone::Warning, &warning.message);
-                terminal::message(Tone::Help, &warning.advice);
-            }
-        }
-        writeln!(terminal::stdout(), "{json}")?;
-    } else if !typed.how.quiet {
-        let mut summary = Summary::of(target.subject, &sheet);
-        let main = match drawing.is_wanted() {
-            true => "report.html",
-            false => "summary.json",
-        };
-        summary.last(&format!("open {}", published.join(main).display()));
-        summary.print(typed.how.detail.verbose)?;
-    }
-    Ok(())
+    let main = described.publish((directory, T::COMMAND), drawing, progress, |directory| {
+        command_typed.write_beside(found, directory)
+    })?;
+    described.tell(target.subject, &typed.how, Some(&main))
 }

@@ -1,0 +1,128 @@
+//! What is done with a described result, whatever it is: its files, and what is printed.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use wavecascade::Error;
+use wavecascade::arrays::Precision;
+use wavecascade::observer::Observer;
+use wavecascade::plot::{self, figure_of};
+use wavecascade::report::{Archive, Provenance, ResultDirectory, sheet_html, write_beside};
+use wavecascade::sheet::{Describe, Sheet};
+
+use crate::chain_args::How;
+use crate::failure::Failure;
+use crate::figure_args::Drawing;
+use crate::progress::Progress;
+use crate::summary::Summary;
+use crate::terminal::{self, Tone};
+
+/// A result with its description.
+pub struct Described<'a> {
+    pub found: &'a dyn Describe,
+    pub sheet: &'a Sheet<'a>,
+    /// Of the data, in titles.
+    pub name: &'a str,
+    pub provenance: &'a Provenance,
+}
+
+impl Described<'_> {
+    pub fn json(&self) -> Result<String, Failure> {
+        let json = self.sheet.summary(self.provenance);
+        Ok(json.map_err(std::io::Error::from)?)
+    }
+
+    fn page(&self, drawing: &Drawing) -> Result<String, Failure> {
+        let Described {
+            found,
+            sheet,
+            name,
+            provenance,
+        } = self;
+        let page = sheet_html(*found, sheet, name, provenance, &drawing.style);
+        Ok(page.map_err(std::io::Error::from)?)
+    }
+
+    /// Writes `summary.json`, arrays and figures called `file`, `table.csv` and the page, where there are such, to a
+    /// directory that appears whole, with what `beside` adds; returns the file to open.
+    pub fn publish(
+        &self,
+        (directory, file): (ResultDirectory, &'static str),
+        drawing: &Drawing,
+        progress: &Progress,
+        beside: impl FnOnce(&Path) -> Result<(), Error>,
+    ) -> Result<PathBuf, Failure> {
+        let sheet = self.sheet;
+        directory.write("summary.json", self.json()?)?;
+        if !sheet.variables.is_empty() {
+            let arrays = directory.path().join(format!("{file}.npz"));
+            let archive = Archive::create(&arrays, Precision::F64)?;
+            sheet.write_to(&archive)?;
+            archive.finish()?;
+        }
+        if !sheet.records.head.is_empty() {
+            let csv = sheet.records.to_csv().map_err(std::io::Error::other)?;
+            directory.write("table.csv", csv)?;
+        }
+        beside(directory.path())?;
+        if drawing.is_wanted() {
+            progress.stage("drawing", 1);
+            let figure = figure_of(self.found, sheet, self.name, file, &drawing.style);
+            let folder = directory.path().join("figures");
+            plot::save_all(&[figure], &folder, &drawing.formats)?;
+            directory.write("report.html", self.page(drawing)?)?;
+        }
+        progress.check()?;
+        let published = directory.publish()?;
+        progress.clear();
+        let main = match drawing.is_wanted() {
+            true => "report.html",
+            false => "summary.json",
+        };
+        Ok(published.join(main))
+    }
+
+    /// The same in the directory of a journal, which keeps the runs that the result is made of, each file whole: rows
+    /// are in `curves.csv`, the figure beside it.
+    pub fn keep(&self, out: &Path, drawing: &Drawing) -> Result<PathBuf, Failure> {
+        let sheet = self.sheet;
+        let summary = write_beside(out, "summary.json", self.json()?.as_bytes())?;
+        let csv = sheet.records.to_csv().map_err(std::io::Error::other)?;
+        write_beside(out, "curves.csv", csv.as_bytes())?;
+        if !drawing.is_wanted() {
+            return Ok(summary);
+        }
+        let figure = figure_of(self.found, sheet, self.name, sheet.name, &drawing.style);
+        for format in &drawing.formats {
+            let file = format!("{}.{}", sheet.name, format.extension());
+            write_beside(out, &file, &figure.encode(*format)?)?;
+        }
+        Ok(write_beside(
+            out,
+            "report.html",
+            self.page(drawing)?.as_bytes(),
+        )?)
+    }
+
+    /// Prints the JSON, or what was found of the subject and the file to open.
+    pub fn tell(&self, subject: &str, how: &How, main: Option<&Path>) -> Result<(), Failure> {
+        if how.json {
+            if !how.quiet {
+                for warning in &self.sheet.warnings {
+                    terminal::message(Tone::Warning, &warning.message);
+                    if !warning.advice.is_empty() {
+                        terminal::message(Tone::Help, &warning.advice);
+                    }
+                }
+            }
+            writeln!(terminal::stdout(), "{}", self.json()?)?;
+        } else if !how.quiet {
+            let mut summary = Summary::of(subject, self.sheet);
+            if let Some(main) = main {
+                summary.last(&format!("open {}", main.display()));
+            }
+            summary.print(how.detail.verbose)?;
+        }
+        Ok(())
+    }
+}

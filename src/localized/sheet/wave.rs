@@ -1,0 +1,143 @@
+//! One wave: its ratio, its properties, its profile.
+
+use serde_json::json;
+
+use super::super::{Alternation, Exact, Snapshot, Wave};
+use super::{DIGITS, LOCALIZED, PSI, TIME, size};
+use crate::sheet::{BLUE, Chart, Describe, PlotRow, Series, Sheet, VERMILLION, number};
+
+/// A wave with its profile.
+#[derive(Debug, Clone)]
+pub struct Profile {
+    pub wave: Wave,
+    pub snapshot: Snapshot,
+}
+
+impl Profile {
+    /// With so many times on each side of the centre.
+    pub fn of(wave: Wave, half: usize) -> Profile {
+        Profile {
+            snapshot: wave.profile(half),
+            wave,
+        }
+    }
+}
+
+impl Describe for Profile {
+    /// Arrays: `time` (nt), in units of the wave's travel time over one cell; `overlap`, `psi`, `force`, `velocity`
+    /// (2, nt), of the soft and the stiff contact (or those before and behind the light site) and the sites before them;
+    /// `slow`, `fast` (nt); `ratio`, `exponent`, `order` (1).
+    fn describe(&self) -> Sheet<'_> {
+        let Profile { wave, snapshot } = self;
+        let exact = Exact::of(wave);
+        let ratio = exact.ratio;
+        let mut sheet = Sheet {
+            name: "wave",
+            version: 1,
+            title: format!("Localized wave of order {}", wave.order),
+            about: format!(
+                "A dimer whose {} alternates, exponent {}",
+                wave.alternation.name(),
+                wave.exponent
+            ),
+            answer: format!(
+                "a localized wave at {} {}, {} sites wide",
+                ratio.name(),
+                number(ratio.value()),
+                number(exact.width)
+            ),
+            definitions: vec![LOCALIZED, TIME, PSI],
+            ..Sheet::default()
+        };
+        let text = format!(
+            "{:.DIGITS$}, error {} of it",
+            ratio.value(),
+            size(exact.error)
+        );
+        sheet.fact("ratio", text);
+        let power = (wave.exponent - 1.0) / (2.0 * wave.exponent);
+        let text = format!(
+            "{} F^{power:.4} sites per unit of time, F the peak force in the first contact",
+            number(exact.speed_coefficient)
+        );
+        sheet.fact("speed", text);
+        sheet.fact("width", format!("{} sites", number(exact.width)));
+        sheet.fact("energy", number(exact.energy));
+        sheet.fact("momentum", number(exact.momentum));
+        let text = format!(
+            "{} of the largest overlap, after {} iterations; tail {}",
+            size(exact.convergence.residual),
+            exact.convergence.iterations,
+            size(exact.convergence.tail)
+        );
+        sheet.detail("residual", text);
+        sheet.numbers(json!({
+            "family": { "alternation": wave.alternation, "exponent": wave.exponent },
+            "order": wave.order,
+            "exact": exact,
+        }));
+        let times = snapshot.time.len();
+        sheet.line("time", "time", "", &snapshot.time);
+        for (name, values) in [
+            ("overlap", &snapshot.overlap),
+            ("psi", &snapshot.psi),
+            ("force", &snapshot.force),
+            ("velocity", &snapshot.velocity),
+        ] {
+            sheet.variable(
+                name,
+                &[("contact", 2), ("time", times)],
+                "",
+                values.concat(),
+            );
+        }
+        sheet.line("slow", "time", "", &snapshot.slow);
+        sheet.line("fast", "time", "", &snapshot.fast);
+        for (name, value) in [
+            ("ratio", wave.ratio),
+            ("exponent", wave.exponent),
+            ("order", wave.order as f64),
+        ] {
+            sheet.line(name, "wave", "", vec![value]);
+        }
+        sheet
+    }
+
+    /// Overlaps as psi = F^(1/p), forces, velocities, slow and fast part.
+    fn pictures(&self) -> Vec<PlotRow> {
+        let profile = &self.snapshot;
+        let contacts = self.wave.alternation.contacts();
+        let sites = match self.wave.alternation {
+            Alternation::Stiffness => ["before the soft contact", "behind it"],
+            Alternation::Mass => ["heavy site", "light site"],
+        };
+        let end = 0.55 * profile.time[profile.time.len() - 1];
+        let chart = |name: &str, y_label: &str, labels: [&str; 2], values: [&Vec<f64>; 2]| {
+            let all = labels.into_iter().zip([BLUE, VERMILLION]).zip(values);
+            let series = all.map(|((label, colour), values)| {
+                let points = profile.time.iter().copied().zip(values.iter().copied());
+                let near = points.filter(|point| point.0.abs() <= end);
+                Series::line(label, colour, near.collect())
+            });
+            Chart {
+                x: -end..end,
+                ..Chart::of(name, "time (cells)", y_label, series.collect())
+            }
+        };
+        let psi = "ψ = F^(1/p)";
+        PlotRow::grid(
+            2,
+            [
+                chart("overlap", psi, contacts, profile.psi.each_ref()),
+                chart("force", "force", contacts, profile.force.each_ref()),
+                chart("velocity", "velocity", sites, profile.velocity.each_ref()),
+                chart(
+                    "parts",
+                    psi,
+                    ["slow part", "fast part"],
+                    [&profile.slow, &profile.fast],
+                ),
+            ],
+        )
+    }
+}
