@@ -14,7 +14,7 @@ use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
 use wavecascade::report::{
-    BudgetSummary, Provenance, RunFile, RunParts, budget_html, sheet_html, write_budget_arrays,
+    Provenance, RunFile, RunParts, budget_html, sheet_html, write_budget_arrays,
 };
 use wavecascade::sheet::Describe;
 use wavecascade::sweep::{Outcome, Part, Sweep, Swept, read};
@@ -174,16 +174,14 @@ pub fn budget<'py>(
             }
         };
         write_budget_arrays(&found, &kept)?;
-        let summary = BudgetSummary::new(&found, &provenance).with_measurement(report.as_ref());
-        let summary = summary.to_json().map_err(std::io::Error::from)?;
-        let warnings: Vec<_> = report
-            .iter()
-            .flat_map(|report| &report.warnings)
-            .map(|w| (w.message(), advice::of_measured(w).to_owned()))
-            .collect();
+        let sheet = found.describe(report.as_ref());
+        let summary = sheet.summary(&provenance).map_err(std::io::Error::from)?;
+        let warnings = sheet.warnings.clone();
         let name = name.file_stem().unwrap_or_default();
         let name = name.to_string_lossy().into_owned();
-        let page = Page::new(move || Ok(budget_html(&name, &found, &Style::screen())));
+        let page = Page::new(move || {
+            budget_html(&[(&name, &found)], &sheet, &provenance, &Style::screen())
+        });
         Ok((kept, summary, warnings, page))
     };
     let done = watch::run(py, progress.as_ref(), work)?;
@@ -192,7 +190,7 @@ pub fn budget<'py>(
     let out = kept.into_python(py)?;
     out.set_item("summary", summary)?;
     let warnings = warnings.iter();
-    let warnings = warnings.map(|(text, help)| ("budget", keywords(text), keywords(help)));
+    let warnings = warnings.map(|w| ("budget", keywords(&w.message), keywords(&w.advice)));
     out.set_item("warnings", PyList::new(py, warnings)?)?;
     out.set_item("page", Bound::new(py, page)?)?;
     Ok(out)
@@ -358,6 +356,6 @@ pub fn compare(
     };
     let done = watch::run(py, progress.as_ref(), work)?;
     let found = done.map_err(|error| faults::of_failure(py, error, From::Files))?;
-    let summary = found.summary.to_string();
-    Ok((summary, Page::new(move || Ok(found.page(&Style::screen())))))
+    let summary = found.json().map_err(value_error)?;
+    Ok((summary, Page::new(move || found.page(&Style::screen()))))
 }

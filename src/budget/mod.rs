@@ -34,6 +34,7 @@ mod rows;
 mod scale;
 mod scale_pass;
 mod scale_terms;
+mod sheet;
 mod spectral;
 mod stepped;
 mod sublattices;

@@ -1,9 +1,10 @@
 //! The small arrays of the file of a budget, those of a measured field, and what all of them are.
 
 use ndarray::Array2;
+use serde_json::Value;
 
 use super::arrays::{describe_file, text_attributes};
-use super::{ArrayLabels, BudgetSummary, LabelledArrays};
+use super::{ArrayLabels, LabelledArrays};
 use crate::arrays::{Arrays, LargeArray};
 use crate::budget::measured::MeasuredMotion;
 use crate::budget::{Budget, BudgetUnits, ScaleOf};
@@ -297,7 +298,7 @@ pub fn write_measured_arrays(
 /// the file: provenance, conventions, energies, bands, residuals. What `summary.json` nests is a text in JSON.
 ///
 /// [`Sink`]: crate::arrays::Sink
-pub fn describe_budget(budget: &Budget, summary: &BudgetSummary, file: &dyn LabelledArrays) {
+pub fn describe_budget(budget: &Budget, summary: &Value, file: &dyn LabelledArrays) {
     for array in LARGE {
         if let Some((entry, is_error)) = known(array.name()) {
             let unit = entry.kind.unit(&budget.units);
@@ -305,7 +306,6 @@ pub fn describe_budget(budget: &Budget, summary: &BudgetSummary, file: &dyn Labe
             file.describe(array.name(), attributes);
         }
     }
-    let summary = serde_json::to_value(summary).unwrap_or_default();
     let parts = [
         ("provenance", ""),
         ("conventions", "convention_"),
@@ -314,7 +314,7 @@ pub fn describe_budget(budget: &Budget, summary: &BudgetSummary, file: &dyn Labe
         ("frequency", "frequency_"),
         ("closure", "closure_"),
     ];
-    describe_file(&summary, &parts, file);
+    describe_file(summary, &parts, file);
 }
 
 #[cfg(test)]

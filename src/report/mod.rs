@@ -5,7 +5,6 @@ mod answer;
 mod archive;
 mod array_file;
 mod arrays;
-mod budget;
 mod budget_arrays;
 mod directory;
 mod field_file;
@@ -31,7 +30,6 @@ pub use answer::{AnswerLine, AnswerWords, blocks};
 pub use archive::{Archive, NamedArrays};
 pub use array_file::{ArrayFile, ArrayFormat};
 pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};
-pub use budget::{BUDGET_SCHEMA, BudgetSummary};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
 pub use directory::{ResultDirectory, write_beside};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
@@ -41,9 +39,7 @@ pub use field_set::{
 pub use headlines::{Headlines, MovedShares};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
-pub use pages::{
-    analysis_html as html, budget_html, comparison_html, comparison_rows, fields_html, sheet_html,
-};
+pub use pages::{analysis_html as html, budget_html, fields_html, sheet_html};
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};
 pub use scan_records::records_csv;

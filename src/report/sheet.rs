@@ -17,13 +17,18 @@ impl Sheet<'_> {
     /// # Errors
     /// None for results of this library.
     pub fn summary(&self, provenance: &Provenance) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(&self.summary_value(provenance))
+    }
+
+    /// The same as a value.
+    pub fn summary_value(&self, provenance: &Provenance) -> Value {
         let mut all = Map::new();
         all.insert("schema".into(), self.schema().into());
-        all.insert("provenance".into(), serde_json::to_value(provenance)?);
+        all.insert("provenance".into(), json!(provenance));
         all.insert("answer".into(), Value::from(&*self.answer));
         all.extend(self.numbers.clone());
         all.insert("warnings".into(), json!(self.warnings));
-        serde_json::to_string_pretty(&all)
+        all.into()
     }
 
     /// Hands the arrays to a file, or to memory.

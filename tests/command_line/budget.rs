@@ -95,7 +95,7 @@ fn a_run_to_its_budgets() {
         );
     }
     let summary = summary_in(&place, "b");
-    assert_eq!(summary["schema"], "cascade.budget/1");
+    assert_eq!(summary["schema"], "cascade.budget/2");
     assert_eq!(
         summary["provenance"]["input_blake3"].as_str().map(str::len),
         Some(64)
@@ -314,7 +314,7 @@ fn two_runs_on_one_page() {
         ["figures", "report.html", "summary.json"]
     );
     let summary = summary_in(&place, "d");
-    assert_eq!(summary["schema"], "cascade.compare/1");
+    assert_eq!(summary["schema"], "cascade.compare/2");
     let of = |which: &str| {
         summary[which]["wavenumber"]["share_passed"]
             .as_f64()
@@ -325,7 +325,7 @@ fn two_runs_on_one_page() {
         .unwrap();
     assert!((of("second") - of("first") - difference).abs() < 1e-15);
     let page = fs::read_to_string(place.path("d/report.html")).unwrap();
-    assert!(page.contains("<h1>loc and dis</h1>"));
+    assert!(page.contains("Two energy budgets: loc and dis"));
     // Five kinds of maps of both runs.
     assert_eq!(page.matches("class=\"picture\"").count(), 10);
     place.bad(2, &["compare", "loc.npz"]);

@@ -117,7 +117,11 @@ fn regress_stated_memory_holds() {
         };
         // The system may map files that were just written, the program among them, in larger pieces: once more.
         let first = measured();
-        let least = if first > most { measured().min(first) } else { first };
+        let least = if first > most {
+            measured().min(first)
+        } else {
+            first
+        };
         assert!(least <= most, "{words:?}: {least} of {most}");
     }
 }

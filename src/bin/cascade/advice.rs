@@ -2,7 +2,6 @@
 
 use wavecascade::Error;
 use wavecascade::analyze::Warning;
-use wavecascade::budget::measured::MeasuredWarning;
 use wavecascade::chain::RunWarning;
 use wavecascade::error::{
     CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, Problem, ScanFault,
@@ -446,28 +445,6 @@ pub fn of_run(warning: &RunWarning) -> &'static str {
         RunWarning::Rounding { .. } => "state a larger `tolerance`",
         RunWarning::EnergyBalance { .. } => {
             "state a smaller `tolerance`, or with a method of fixed steps a smaller `step`"
-        }
-        _ => "",
-    }
-}
-
-/// Of a finding about a measurement.
-pub fn of_measured(warning: &MeasuredWarning) -> &'static str {
-    match warning {
-        MeasuredWarning::MomentumOpen { .. }
-        | MeasuredWarning::Coefficient { .. }
-        | MeasuredWarning::Coefficients { .. } => {
-            "check masses, contact law and coefficients of the chain and the gains of the \
-             channels, or state how uncertain they are, and that the contacts just touched at \
-             the start"
-        }
-        MeasuredWarning::BelowNoise { .. } => "leave these contacts out of what is concluded",
-        MeasuredWarning::Missing { .. } => "none is needed where the stated error is small enough",
-        MeasuredWarning::NoQuietPart { .. } => {
-            "record some time before the impact, and state the sample at which it begins"
-        }
-        MeasuredWarning::CorrelatedNoise { .. } => {
-            "look for hum or a filter in the measuring chain"
         }
         _ => "",
     }

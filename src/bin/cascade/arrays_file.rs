@@ -5,8 +5,8 @@ use wavecascade::analyze::Analysis;
 use wavecascade::arrays::Precision;
 use wavecascade::budget::Budget;
 use wavecascade::report::{
-    Archive, ArrayFile, ArrayFormat, BudgetSummary, NetCdf, Provenance, ResultDirectory,
-    describe_budget, write_budget_arrays, write_labelled_arrays, write_small_arrays,
+    Archive, ArrayFile, ArrayFormat, NetCdf, Provenance, ResultDirectory, describe_budget,
+    write_budget_arrays, write_labelled_arrays, write_small_arrays,
 };
 
 /// A file of arrays while they are computed.
@@ -53,7 +53,7 @@ impl ArraysFile {
     }
 
     /// Adds all that is known once a budget is computed.
-    pub fn finish_budget(self, budget: &Budget, summary: &BudgetSummary) -> Result<()> {
+    pub fn finish_budget(self, budget: &Budget, summary: &serde_json::Value) -> Result<()> {
         write_budget_arrays(budget, self.arrays())?;
         match self {
             ArraysFile::Npz(archive) => archive.finish(),

@@ -1,8 +1,6 @@
 //! `cascade budget`: a run file, its budgets, the files.
 
-mod lines;
-
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -14,19 +12,17 @@ use wavecascade::budget::{Budget as Found, Motion};
 use wavecascade::field::{FileState, file_hash, is_run_file};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{SharedScales, budget_figures, save_all};
-use wavecascade::report::{
-    BudgetSummary, Provenance, ResultDirectory, RunFile, budget_html, budget_snippet,
-};
+use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_html, budget_snippet};
 
 use crate::analyze::{named_after, use_threads};
 use crate::args::{DetailArgs, FormatArg};
 use crate::arrays_file::ArraysFile;
+use crate::described::{Output, tell};
 use crate::estimates::subject_of;
 use crate::failure::Failure;
-use crate::figure_args::{ColorArgs, Drawing, FigureArgs};
+use crate::figure_args::{ColorArgs, FigureArgs};
 use crate::measured::{self, MeasuredArgs, MeasuredInput, refuse_options_of_fields};
 use crate::progress::Progress;
-use crate::terminal;
 use crate::view_args::ViewArgs;
 
 /// What `cascade budget` takes.
@@ -115,34 +111,38 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let provenance = Provenance::new(command(), Some(input), Some(file_hash(&typed.run)?));
     // All that reads or hashes the file has done so.
     opened.check()?;
-    let summary = BudgetSummary::new(&budget, &provenance).with_measurement(source.report());
-    arrays.finish_budget(&budget, &summary)?;
-    let json = summary.to_json().map_err(std::io::Error::from)?;
+    let mut sheet = budget.describe(source.report());
+    arrays.finish_budget(&budget, &sheet.summary_value(&provenance))?;
+    let json = sheet.summary(&provenance).map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
     directory.write("plot.py", budget_snippet(&budget, &name, format))?;
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        draw(&budget, &name, &drawing, &directory)?;
+        let style = &drawing.style;
+        let figures = budget_figures(&budget, &name, &SharedScales(&[&budget]), style);
+        save_all(
+            &figures,
+            &directory.path().join("figures"),
+            &drawing.formats,
+        )?;
+        let page = budget_html(&[(&name, &budget)], &sheet, &provenance, style);
+        directory.write("report.html", page.map_err(std::io::Error::from)?)?;
     }
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    if typed.json {
-        writeln!(terminal::stdout(), "{json}")?;
-    } else if !typed.quiet {
-        let subject = subject_of(std::slice::from_ref(&typed.run));
-        let mut summary = lines::of(&subject, &budget, source.report());
-        let seconds = started.elapsed().as_secs_f64();
-        summary.detail("computation", &format!("{seconds:.2} s"));
-        let page = published.join("report.html");
-        let main = match page.exists() {
-            true => page,
-            false => published.join("summary.json"),
-        };
-        summary.last(&format!("open {}", main.display()));
-        summary.print(typed.detail.verbose)?;
-    }
-    Ok(())
+    let subject = subject_of(std::slice::from_ref(&typed.run));
+    let main = published.join(drawing.main());
+    sheet.detail(
+        "computation",
+        format!("{:.2} s", started.elapsed().as_secs_f64()),
+    );
+    let output = Output {
+        json: typed.json,
+        quiet: typed.quiet,
+        verbose: typed.detail.verbose,
+    };
+    tell(&sheet, &json, &subject, output, Some(&main))
 }
 
 /// Where the motion comes from.
@@ -158,19 +158,6 @@ impl MotionSource {
             MotionSource::Measured(measured) => Some(&measured.motion.report),
         }
     }
-}
-
-/// Draws the figures and writes the page.
-fn draw(
-    budget: &Found,
-    name: &str,
-    drawing: &Drawing,
-    directory: &ResultDirectory,
-) -> Result<(), Error> {
-    let figures = budget_figures(budget, name, &SharedScales(&[budget]), &drawing.style);
-    let folder = directory.path().join("figures");
-    save_all(&figures, &folder, &drawing.formats)?;
-    directory.write("report.html", budget_html(name, budget, &drawing.style))
 }
 
 /// The budgets of a run file.

@@ -1,30 +1,27 @@
 //! `cascade compare`: the budgets of two runs on one page.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::Value;
 use wavecascade::Error;
 use wavecascade::budget::Budget;
 use wavecascade::chain::scene::Units;
 use wavecascade::field::{FileState, file_hash};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{Style, save_all, views};
-use wavecascade::report::{
-    BudgetSummary, Provenance, ResultDirectory, RunFile, comparison_html, comparison_rows,
-};
+use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_html};
+use wavecascade::sheet::Sheet;
 
 use crate::analyze::use_threads;
 use crate::args::DetailArgs;
 use crate::budget::{command, compute, name_of};
+use crate::described::{Output, tell};
 use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
 use crate::progress::Progress;
-use crate::summary::Summary;
-use crate::table::Table;
-use crate::terminal::{self, number};
 use crate::view_args::ViewArgs;
 
 /// What `cascade compare` takes.
@@ -54,14 +51,12 @@ pub struct Compare {
     pub figures: FigureArgs,
 }
 
-/// Version of the layout of a comparison's `summary.json`.
-const SCHEMA: &str = "cascade.compare/1";
-
 /// The budgets of two runs.
 pub struct Compared {
     names: [String; 2],
     budgets: [Budget; 2],
-    pub summary: Value,
+    summaries: [Value; 2],
+    provenance: Provenance,
 }
 
 impl Compared {
@@ -92,21 +87,16 @@ impl Compared {
             let hash = path.is_file().then(|| file_hash(path)).transpose()?;
             let input = Some(path.display().to_string());
             let provenance = Provenance::new(words.to_vec(), input, hash);
-            let summary = serde_json::to_value(BudgetSummary::new(&found, &provenance));
-            Ok((found, summary.map_err(std::io::Error::from)?))
+            let summary = found.describe(None).summary_value(&provenance);
+            Ok((found, summary))
         };
         let (a, first) = one(files[0], &paths[0])?;
         let (b, second) = one(files[1], &paths[1])?;
-        let difference = difference(&first, &second);
         Ok(Compared {
             names: names(paths.each_ref().map(|path| name_of(path))),
             budgets: [a, b],
-            summary: json!({
-                "schema": SCHEMA,
-                "first": first,
-                "second": second,
-                "difference": difference,
-            }),
+            summaries: [first, second],
+            provenance: Provenance::new(words.to_vec(), None, None),
         })
     }
 
@@ -115,9 +105,18 @@ impl Compared {
         [(a, &self.budgets[0]), (b, &self.budgets[1])]
     }
 
+    pub fn describe(&self) -> Sheet<'static> {
+        Budget::compare(self.both(), self.summaries.clone())
+    }
+
+    /// `summary.json`.
+    pub fn json(&self) -> serde_json::Result<String> {
+        self.describe().summary(&self.provenance)
+    }
+
     /// `report.html`.
-    pub fn page(&self, style: &Style) -> String {
-        comparison_html(self.both(), style)
+    pub fn page(&self, style: &Style) -> serde_json::Result<String> {
+        budget_html(&self.both(), &self.describe(), &self.provenance, style)
     }
 }
 
@@ -138,11 +137,14 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     // All that reads or hashes the files has done so.
     opened.iter().try_for_each(FileState::check)?;
     let both = compared.both();
-    let json = serde_json::to_string_pretty(&compared.summary).map_err(std::io::Error::from)?;
+    let json = compared.json().map_err(std::io::Error::from)?;
     directory.write("summary.json", &json)?;
     if drawing.is_wanted() {
         progress.stage("drawing", 1);
-        directory.write("report.html", compared.page(&drawing.style))?;
+        let page = compared
+            .page(&drawing.style)
+            .map_err(std::io::Error::from)?;
+        directory.write("report.html", page)?;
         let together: Vec<_> = views(&both, &drawing.style).into_iter().collect();
         let folder = directory.path().join("figures");
         save_all(&together, &folder, &drawing.formats)?;
@@ -150,68 +152,14 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     progress.check()?;
     let published = directory.publish()?;
     progress.clear();
-    if typed.json {
-        writeln!(terminal::stdout(), "{json}")?;
-    } else if !typed.quiet {
-        let subject = paths.map(|path| subject_of(&[path]));
-        let mut summary = Summary::new(
-            &subject.join(" and "),
-            &answer(&compared.names, &compared.budgets),
-        );
-        let rows = comparison_rows(both);
-        if let Some(table) = table(&rows, |name| !name.starts_with("residual")) {
-            summary.rows(table);
-        }
-        if let Some(table) = table(&rows, |name| name.starts_with("residual")) {
-            summary.detailed_rows(table);
-        }
-        let main = match drawing.is_wanted() {
-            true => "report.html",
-            false => "summary.json",
-        };
-        summary.last(&format!("open {}", published.join(main).display()));
-        summary.print(typed.detail.verbose)?;
-    }
-    Ok(())
-}
-
-/// How far apart two runs are, in words: by what passes to high wavenumbers, or past the middle.
-fn answer(names: &[String; 2], budgets: &[Budget; 2]) -> String {
-    let [first, second] = [&budgets[0], &budgets[1]];
-    let passages = [first, second].map(|budget| budget.largest_passage());
-    if let [Some(a), Some(b)] = passages {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        return format!(
-            "{} of the energy apart: {} and {} pass to higher wavenumbers (net)",
-            percent((b.share - a.share).abs()),
-            percent(a.share),
-            percent(b.share)
-        );
-    }
-    let passed = [first, second].map(|budget| budget.passed.get(budget.n_contacts / 2).copied());
-    match passed {
-        [Some(a), Some(b)] => format!(
-            "{} passes the middle of {}, {} that of {}",
-            number(a),
-            names[0],
-            number(b),
-            names[1]
-        ),
-        _ => "no energy passes".into(),
-    }
-}
-
-/// The first row names the columns; of the others those that are wanted.
-fn table(rows: &[[String; 4]], is_wanted: impl Fn(&str) -> bool) -> Option<Table> {
-    let ([name, columns @ ..], rows) = rows.split_first()?;
-    let mut table = Table::new(name);
-    for column in columns {
-        table = table.numbers(column);
-    }
-    for row in rows.iter().filter(|row| is_wanted(&row[0])) {
-        table.row(row.to_vec());
-    }
-    Some(table)
+    let subject = paths.map(|path| subject_of(&[path])).join(" and ");
+    let output = Output {
+        json: typed.json,
+        quiet: typed.quiet,
+        verbose: typed.detail.verbose,
+    };
+    let main = published.join(drawing.main());
+    tell(&compared.describe(), &json, &subject, output, Some(&main))
 }
 
 /// Two names that differ.
@@ -219,29 +167,5 @@ fn names([first, second]: [String; 2]) -> [String; 2] {
     match first == second {
         true => [format!("{first} (first)"), format!("{second} (second)")],
         false => [first, second],
-    }
-}
-
-/// Second less first, for every number that both have under the same name.
-fn difference(first: &Value, second: &Value) -> Value {
-    match (first, second) {
-        (Value::Object(a), Value::Object(b)) => {
-            let pairs = a
-                .iter()
-                .filter_map(|(key, a)| Some((key, difference(a, b.get(key)?))));
-            let kept = pairs.filter(|(_, value)| !value.is_null());
-            let map: serde_json::Map<_, _> =
-                kept.map(|(key, value)| (key.clone(), value)).collect();
-            if map.is_empty() {
-                Value::Null
-            } else {
-                Value::Object(map)
-            }
-        }
-        (Value::Number(a), Value::Number(b)) => match (a.as_f64(), b.as_f64()) {
-            (Some(a), Some(b)) => json!(b - a),
-            _ => Value::Null,
-        },
-        _ => Value::Null,
     }
 }

@@ -75,11 +75,7 @@ impl Described<'_> {
         progress.check()?;
         let published = directory.publish()?;
         progress.clear();
-        let main = match drawing.is_wanted() {
-            true => "report.html",
-            false => "summary.json",
-        };
-        Ok(published.join(main))
+        Ok(published.join(drawing.main()))
     }
 
     /// The same in the directory of a journal, which keeps the runs that the result is made of, each file whole: rows
@@ -106,23 +102,47 @@ impl Described<'_> {
 
     /// Prints the JSON, or what was found of the subject and the file to open.
     pub fn tell(&self, subject: &str, how: &How, main: Option<&Path>) -> Result<(), Failure> {
-        if how.json {
-            if !how.quiet {
-                for warning in &self.sheet.warnings {
-                    terminal::message(Tone::Warning, &warning.message);
-                    if !warning.advice.is_empty() {
-                        terminal::message(Tone::Help, &warning.advice);
-                    }
+        let output = Output {
+            json: how.json,
+            quiet: how.quiet,
+            verbose: how.detail.verbose,
+        };
+        tell(self.sheet, &self.json()?, subject, output, main)
+    }
+}
+
+/// What is printed.
+#[derive(Debug, Clone, Copy)]
+pub struct Output {
+    pub json: bool,
+    pub quiet: bool,
+    pub verbose: bool,
+}
+
+/// Prints the JSON, or what was found of the subject and the file to open.
+pub fn tell(
+    sheet: &Sheet,
+    json: &str,
+    subject: &str,
+    output: Output,
+    main: Option<&Path>,
+) -> Result<(), Failure> {
+    if output.json {
+        if !output.quiet {
+            for warning in &sheet.warnings {
+                terminal::message(Tone::Warning, &warning.message);
+                if !warning.advice.is_empty() {
+                    terminal::message(Tone::Help, &warning.advice);
                 }
             }
-            writeln!(terminal::stdout(), "{}", self.json()?)?;
-        } else if !how.quiet {
-            let mut summary = Summary::of(subject, self.sheet);
-            if let Some(main) = main {
-                summary.last(&format!("open {}", main.display()));
-            }
-            summary.print(how.detail.verbose)?;
         }
-        Ok(())
+        writeln!(terminal::stdout(), "{json}")?;
+    } else if !output.quiet {
+        let mut summary = Summary::of(subject, sheet);
+        if let Some(main) = main {
+            summary.last(&format!("open {}", main.display()));
+        }
+        summary.print(output.verbose)?;
     }
+    Ok(())
 }

@@ -112,6 +112,14 @@ impl Drawing {
     pub fn is_wanted(&self) -> bool {
         !self.formats.is_empty()
     }
+
+    /// The file of a result to open.
+    pub fn main(&self) -> &'static str {
+        match self.is_wanted() {
+            true => "report.html",
+            false => "summary.json",
+        }
+    }
 }
 
 impl FigureArgs {

@@ -131,7 +131,7 @@ impl Localize {
     /// Computes what is asked for.
     pub fn find(&self, observer: &dyn Observer) -> Result<Found, Error> {
         Ok(match (self.profile, self.launch) {
-            (Some(order), _) => Found::Profile(Profile::of(self.wave(order)?, HALF)),
+            (Some(order), _) => Found::Profile(Box::new(Profile::of(self.wave(order)?, HALF))),
             (None, Some(order)) => {
                 let wave = self.wave(order)?;
                 Found::Journey(wave.journey(self.cells.unwrap_or(TRAVELLED), observer)?)
@@ -192,7 +192,7 @@ const HALF_OF_MANY: usize = 1000;
 /// What was asked for.
 pub enum Found {
     Orders(Orders),
-    Profile(Profile),
+    Profile(Box<Profile>),
     Journey(Journey),
 }
 
@@ -200,7 +200,7 @@ impl Found {
     pub fn as_described(&self) -> &dyn Describe {
         match self {
             Found::Orders(found) => found,
-            Found::Profile(found) => found,
+            Found::Profile(found) => &**found,
             Found::Journey(found) => found,
         }
     }

@@ -311,27 +311,6 @@ pub(super) fn facts(named: &[(&str, String)]) -> Markup {
     }
 }
 
-/// A question and its answer.
-pub(super) fn answer(question: &str, text: impl Render) -> Markup {
-    markup! {
-        p class="answer" { strong { (question) } " " (text) }
-    }
-}
-
-/// A question and an answer for each of several things, by their names.
-pub(super) fn answers(question: &str, named: Vec<(String, String)>) -> Markup {
-    markup! {
-        @if let [(name, text)] = &named[..] {
-            (answer(question, markup! { @if !name.is_empty() { (name) ": " } (prose(text)) "." }))
-        } @else if !named.is_empty() {
-            (answer(question, ""))
-            ul class="answer" {
-                @for (name, text) in &named { li { strong { (name) } ": " (prose(text)) "." } }
-            }
-        }
-    }
-}
-
 /// Each warning with what to do about it, if that is known. Without warnings, nothing.
 pub(super) fn warnings(warnings: &[(String, Option<String>)]) -> Markup {
     markup! {

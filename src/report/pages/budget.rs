@@ -1,333 +1,304 @@
-//! Pages of one budget, or of two to compare.
+//! Maps and curves of one budget, or of several on shared scales.
 
-use maud::{Markup, html as markup};
+use std::f64::consts::PI;
 
-use super::budget_pictures;
-use crate::budget::{Budget, Closure, Curves, Direction, Residual};
-use crate::plot::Style;
-use crate::report::page::{self, Page, in_powers};
-use crate::report::percent;
+use super::sheet::page_of;
+use crate::analyze::{Map, Reduction};
+use crate::budget::{Budget, FrequencyFlow, ScaleBudget, WavenumberBudget};
+use crate::plot::{self, Style};
+use crate::report::Provenance;
+use crate::report::page::{Chart, CurveGroup, Look, MapData, Picture, Role, Series};
+use crate::sheet::Sheet;
 
-/// The page of one budget; maps have the colours of `style`.
-pub fn budget_html(name: &str, budget: &Budget, style: &Style) -> String {
-    page_of(
-        name.to_owned(),
-        "Where the energy of the chain goes, with the residual of each balance.",
-        &[(name, budget)],
-        style,
-    )
+type Named<'a> = (&'a str, &'a Budget);
+
+/// The page of one budget, or of two: the same pictures on the same scales. Maps have the colours of `style`.
+///
+/// # Errors
+/// None for results of this library.
+pub fn budget_html(
+    budgets: &[Named],
+    sheet: &Sheet,
+    provenance: &Provenance,
+    style: &Style,
+) -> serde_json::Result<String> {
+    let names: Vec<&str> = budgets.iter().map(|(name, _)| *name).collect();
+    page_of(sheet, of(budgets), &names.join(" and "), provenance, style)
 }
 
-/// The page of two budgets: the same pictures on the same scales, and their differences.
-pub fn comparison_html(both: [(&str, &Budget); 2], style: &Style) -> String {
-    page_of(
-        format!("{} and {}", both[0].0, both[1].0),
-        "Two chains side by side; pictures of one kind share their colour scale.",
-        &both,
-        style,
-    )
+type Points = Vec<(f64, f64)>;
+
+/// One kind of map.
+struct Kind {
+    id: &'static str,
+    title: &'static str,
+    shows: &'static str,
+    roles: (Role, Role),
+    map: for<'a> fn(&'a Budget) -> Option<&'a Map>,
 }
 
-fn page_of(title: String, sentence: &str, budgets: &[(&str, &Budget)], style: &Style) -> String {
-    let page = Page {
-        title,
-        sentence: sentence.into(),
-        answers: answers(budgets),
-        warnings: page::warnings(&[]),
-        rows: budget_pictures::of(budgets),
-        rest: markup! {
-            (page::numbers(tables(budgets)))
-            (page::how_to_read(&DEFINITIONS))
-        },
-        style: *style,
-    };
-    page.html()
-}
+const FLUX: Kind = Kind {
+    id: "energy-flux",
+    title: "Energy flux J(x, t)",
+    shows: "Power through each contact, positive towards +x. Look for the leading pulse, and for what \
+            comes back behind it.",
+    roles: (Role::Position, Role::Time),
+    map: |budget| Some(&budget.flux_map),
+};
 
-type Answer = fn(&Budget) -> Option<String>;
+const POWER_FLOW: Kind = Kind {
+    id: "power-flow",
+    title: "Power flow P(f) through each contact",
+    shows: "Energy that passes each contact at each frequency. Where the top of the picture fades along \
+            x, high frequencies do not pass. The dashed line is the band edge.",
+    roles: (Role::Position, Role::Frequency),
+    map: |budget| Some(&budget.frequency.as_ref()?.map),
+};
 
-/// The questions that a budget is made for, each with an answer for every budget.
-fn answers(budgets: &[(&str, &Budget)]) -> Markup {
-    let questions: [(&str, Answer); 4] = [
-        ("How much energy passes along the chain?", passes),
-        ("Does energy move to higher wavenumber?", direction),
-        ("Where is the energy at the end?", held),
-        ("Do the balances close?", closes),
-    ];
-    markup! {
-        @for (question, answer) in questions {
-            (page::answers(question, budgets
-                .iter()
-                .filter_map(|(name, budget)| {
-                    let name = if budgets.len() > 1 { *name } else { "" };
-                    Some((name.to_owned(), answer(budget)?))
-                })
-                .collect()))
-        }
+const SPECTRUM: Kind = Kind {
+    id: "energy-spectrum",
+    title: "Energy spectrum E(k, t)",
+    shows: "Energy of motion and of contacts at each wavenumber. The dashed line is the band edge.",
+    roles: (Role::Wavenumber, Role::Time),
+    map: |budget| Some(&budget.wavenumber.as_ref()?.energy_map),
+};
+
+const SPECTRAL_FLUX: Kind = Kind {
+    id: "spectral-flux",
+    title: "Spectral flux Π(k, t)",
+    shows: "Power that passes from below k to above it: positive towards high k.",
+    roles: (Role::Wavenumber, Role::Time),
+    map: |budget| Some(&budget.wavenumber.as_ref()?.flux_map),
+};
+
+const SCALE_FLUX: Kind = Kind {
+    id: "scale-flux",
+    title: "Scale flux Π_l(x, t)",
+    shows: "Power that leaves the scales larger than l, where it does so; grey where the filter does \
+            not fit into the chain.",
+    roles: (Role::Position, Role::Time),
+    map: |budget| budget.scales.as_ref()?.flux_map.as_ref(),
+};
+
+/// The pictures in the order of reading; maps of one kind in a row.
+fn of(budgets: &[Named]) -> Vec<Vec<Picture>> {
+    let mut rows = Vec::new();
+    let alone = |group: Option<CurveGroup>| group.map(|group| vec![group.into()]);
+    rows.extend(alone(views(budgets)));
+    rows.push(maps(budgets, &FLUX));
+    rows.push(vec![energies(budgets).into()]);
+    rows.push(vec![passed(budgets).into()]);
+    for kind in [&POWER_FLOW, &SPECTRUM, &SPECTRAL_FLUX, &SCALE_FLUX] {
+        rows.push(maps(budgets, kind));
     }
-}
-
-fn passes(budget: &Budget) -> Option<String> {
-    let middle = budget.passed.get(budget.n_contacts / 2)?;
-    let last = budget.passed.last()?;
-    let share = |energy: &f64| percent(energy / budget.scale);
-    Some(format!(
-        "{} of it has passed the middle of the chain by the end of the record, {} the last contact",
-        share(middle),
-        share(last)
-    ))
-}
-
-fn held(budget: &Budget) -> Option<String> {
-    let last = |values: &[f64]| values.last().copied().unwrap_or(f64::NAN);
-    let put_in = last(&budget.input);
-    let all = budget.kinetic[0] + budget.contact[0] + put_in;
-    if all <= 0.0 {
-        return None;
-    }
-    let share = |energy: f64| percent(energy / all);
-    let mut text = format!(
-        "{} in motion, {} in contacts",
-        share(last(&budget.kinetic)),
-        share(last(&budget.contact))
-    );
-    if last(&budget.lost) != 0.0 {
-        text += &format!(", {} lost", share(last(&budget.lost)));
-    }
-    let of = match put_in {
-        0.0 => "of the energy at the start",
-        _ => "of the energy at the start and put in",
-    };
-    Some(format!("{text}, {of}"))
-}
-
-fn closes(budget: &Budget) -> Option<String> {
-    let closed: Vec<String> = RESIDUALS
-        .iter()
-        .filter_map(|(name, of)| {
-            Some(format!(
-                "{name} {}",
-                in_powers(of(&budget.closure).value()?, 1)
-            ))
-        })
-        .collect();
-    (!closed.is_empty()).then(|| format!("Residual over the largest energy: {}", closed.join(", ")))
-}
-
-type ResidualOf = fn(&Closure) -> &Residual;
-
-const RESIDUALS: [(&str, ResidualOf); 4] = [
-    ("in real space", |c| &c.real_space),
-    ("over wavenumbers", |c| &c.wavenumber),
-    ("over frequencies", |c| &c.frequency),
-    ("over scales", |c| &c.scale),
-];
-
-/// Energies and residuals, a column a budget, and the difference of two, or the standard errors of a
-/// measured one.
-fn tables(budgets: &[(&str, &Budget)]) -> Markup {
-    let rows = rows(budgets);
-    let measured = budgets.len() == 1 && budgets[0].1.errors.is_some();
-    markup! {
-        div class="scroll" {
-            table {
-                caption { "Energies and balances" }
-                thead {
-                    tr {
-                        th {}
-                        @for (name, _) in budgets { th { (name) } }
-                        @if budgets.len() == 2 { th { "second less first" } }
-                        @if measured { th { "standard error" } }
-                    }
-                }
-                tbody {
-                    @for (name, values, error) in &rows {
-                        tr {
-                            th { (name) }
-                            @for value in values { td { (number(*value)) } }
-                            @if let [Some(a), Some(b)] = values[..] { td { (number(Some(b - a))) } }
-                            @else if values.len() == 2 { td { "–" } }
-                            @if measured { td { (number(*error)) } }
-                        }
-                    }
-                }
-            }
-            @for (name, budget) in budgets {
-                @for (view, reason) in reasons(&budget.closure) {
-                    p { (name) ": no balance " (view) ", since " (reason) "." }
-                }
-            }
-        }
-    }
-}
-
-/// Which way energy has passed between low and high k, where that is known.
-fn direction(budget: &Budget) -> Option<String> {
-    let found = budget.wavenumber.as_ref()?;
-    let unit = match &budget.units.length {
-        Some(unit) => format!("rad/{unit}"),
-        None => "rad per site".into(),
-    };
-    let edge = format!("{} {unit}", number(Some(found.edge)));
-    let share = found.passed_edge()? / budget.scale;
-    let share = format!(
-        "{} ± {}",
-        number(Some(share)),
-        in_powers(found.passed_error.value() / budget.scale, 1)
-    );
-    Some(match found.direction()? {
-        Direction::None => format!(
-            "No energy has passed between the wavenumbers below and above {edge}, net (share {share}, \
-             which is numerical error)"
-        ),
-        Direction::Unresolved => format!(
-            "The net share of the energy that has passed k = {edge} is {share}: its direction is \
-             not resolved"
-        ),
-        direction => format!(
-            "Energy has passed k = {edge} {}, net (share {share})",
-            direction.name()
-        ),
-    })
-}
-
-/// The numbers of two budgets, as a table of text: name, first, second, and second less first.
-pub fn comparison_rows(both: [(&str, &Budget); 2]) -> Vec<[String; 4]> {
-    let head = [both[0].0, both[1].0].map(str::to_owned);
-    let [first, second] = head;
-    let mut table = vec![[String::new(), first, second, "second less first".into()]];
-    for (name, values, _) in rows(&both) {
-        let difference = match values[..] {
-            [Some(a), Some(b)] => Some(b - a),
-            _ => None,
-        };
-        table.push([
-            name,
-            number(values[0]),
-            number(values[1]),
-            number(difference),
-        ]);
-    }
-    table
-}
-
-/// Name, a value a budget, and the standard error of the first.
-type Row = (String, Vec<Option<f64>>, Option<f64>);
-
-fn rows(budgets: &[(&str, &Budget)]) -> Vec<Row> {
-    let erring = |name: &str, value: &dyn Fn(&Budget) -> Option<f64>, error: Option<f64>| {
-        let values = budgets.iter().map(|(_, budget)| value(budget));
-        (name.to_owned(), values.collect::<Vec<_>>(), error)
-    };
-    let row = |name: &str, value: &dyn Fn(&Budget) -> Option<f64>| erring(name, value, None);
-    let first = budgets[0].1;
-    let error_of = |of: &dyn Fn(&Curves) -> Option<f64>| of(first.errors.as_deref()?);
-    let share_error = || {
-        first.errors.as_ref()?;
-        Some(first.wavenumber.as_ref()?.passed_error.value() / first.scale)
-    };
-    let last = |values: &[f64]| values.last().copied();
-    let energy = |what: &str| first.units.energy(what);
-    let mut rows = vec![
-        erring(
-            &energy("energy at the start"),
-            &|b| Some(b.kinetic[0] + b.contact[0]),
-            error_of(&|e| e.energy.first().copied()),
-        ),
-        erring(
-            &energy("of motion, at the end"),
-            &|b| last(&b.kinetic),
-            error_of(&|e| last(&e.kinetic)),
-        ),
-        erring(
-            &energy("of contacts, at the end"),
-            &|b| last(&b.contact),
-            error_of(&|e| last(&e.contact)),
-        ),
-        erring(
-            &energy("lost"),
-            &|b| last(&b.lost),
-            error_of(&|e| last(&e.lost)),
-        ),
-        row(&energy("put in"), &|b| last(&b.input)),
-        erring(
-            &energy("passed the middle"),
-            &|b| b.passed.get(b.n_contacts / 2).copied(),
-            error_of(&|e| e.passed.get(first.n_contacts / 2).copied()),
-        ),
-        erring(
-            "share passed from low to high k (net)",
-            &|b| {
-                let found = b.wavenumber.as_ref()?;
-                Some(found.passed_edge()? / b.scale)
-            },
-            share_error(),
-        ),
-    ];
-    for (name, of) in RESIDUALS {
-        rows.push(row(&format!("residual {name}"), &|b| {
-            of(&b.closure).value()
-        }));
-    }
-    rows.push(row(
-        "integrated flux at the largest k, over the energy",
-        &|b| Some(b.closure.integrated_flux?.at_largest_wavenumber),
-    ));
-    rows.push(row("integrated flux made two ways, difference", &|b| {
-        Some(b.closure.integrated_flux?.two_ways)
-    }));
     rows
 }
 
-/// Balances that were not made, and why.
-fn reasons(closure: &Closure) -> Vec<(&'static str, &str)> {
-    let named = RESIDUALS.iter();
-    named
-        .filter_map(|(view, of)| Some((*view, of(closure).reason()?)))
-        .collect()
+fn maps(budgets: &[Named], kind: &Kind) -> Vec<Picture> {
+    let mut present: Vec<(&str, &Budget, &Map)> = Vec::new();
+    for &(name, budget) in budgets {
+        present.extend((kind.map)(budget).map(|map| (name, budget, map)));
+    }
+    let values = || {
+        let all = present.iter().flat_map(|(_, _, map)| map.values.iter());
+        all.map(|&value| f64::from(value))
+    };
+    let is_signed = |map: &Map| matches!(map.reduction, Reduction::Extreme { .. });
+    let clipped = plot::ordinary(values());
+    let shared = (budgets.len() > 1).then(|| extent(values()));
+    let one = |(n, (name, budget, map)): (usize, &(&str, &Budget, &Map))| -> Picture {
+        let (id, title) = match budgets.len() {
+            1 => (kind.id.to_owned(), kind.title.to_owned()),
+            _ => (
+                format!("{}-{}", kind.id, n + 1),
+                format!("{}: {name}", kind.title),
+            ),
+        };
+        let title = match kind.id {
+            "scale-flux" => at_scale(&title, budget),
+            _ => title,
+        };
+        let second = Some(("k a / π".to_owned(), budget.pitch / PI));
+        let edge = |edge: Option<f64>| edge.filter(|edge| edge.is_finite());
+        let frequency = edge(budget.frequency.as_ref().map(|flow| flow.edge));
+        let wavenumber = edge(budget.wavenumber.as_ref().map(|found| found.edge));
+        let limit = if is_signed(map) { clipped } else { 0.0 };
+        MapData::of(map, &id, &title, kind.shows, kind.roles)
+            .annotated(frequency, wavenumber, &second)
+            .with_limit(limit)
+            .with_range(shared)
+            .into()
+    };
+    present.iter().enumerate().map(one).collect()
 }
 
-fn number(value: Option<f64>) -> String {
-    match value.filter(|value| value.is_finite()) {
-        None => "–".into(),
-        Some(0.0) => "0".into(),
-        Some(value) if (1e-3..1e5).contains(&value.abs()) => {
-            format!("{value:.6}").replace('-', "−")
-        }
-        Some(value) => in_powers(value, 3),
+fn at_scale(title: &str, budget: &Budget) -> String {
+    match &budget.scales {
+        Some(ScaleBudget { map_scale, .. }) => format!("{title}, l = {map_scale:.4}"),
+        None => title.to_owned(),
     }
 }
 
-const DEFINITIONS: [(&str, &str); 7] = [
-    (
-        "J(x, t)",
-        "Power through each contact, positive towards +x.",
-    ),
-    (
-        "E(k, t)",
-        "Energy of motion and of contacts at a wavenumber, both signs of k in one. An impact starts \
-         with E(k) flat, so that early flux towards low k is real.",
-    ),
-    ("Π(k, t)", "Power that passes from below k to above."),
-    (
-        "P(f)",
-        "Power flow through a contact by frequency: it sums to the energy passed, may be negative in \
-         a bin, and is large at f = 0.",
-    ),
-    (
-        "Π_l(x, t)",
-        "Power that leaves the scales larger than l at a place. Near the ends, where the filter does \
-         not fit into the chain, it is undefined. Its split is not that over k, since the energy of \
-         contacts is not quadratic.",
-    ),
-    (
-        "Residual",
-        "The largest difference, over all samples, between what an energy changed by and the integral \
-         of its rate, relative to the largest energy of the chain.",
-    ),
-    (
-        "Colours about zero",
-        "On the linear scale they end where one cell in two hundred is beyond: what happens at the \
-         striker would hide the rest.",
-    ),
-];
+/// Least positive and largest magnitude.
+fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let sizes = values.map(f64::abs).filter(|size| *size > 0.0);
+    sizes.fold([f64::INFINITY, 0.0], |[low, high], size| {
+        [low.min(size), high.max(size)]
+    })
+}
+
+/// The curves of budgets: one colour for each quantity, the second budget's dashed.
+struct Curves<'a> {
+    budgets: &'a [Named<'a>],
+    series: Vec<Series>,
+    quantities: usize,
+}
+
+impl<'a> Curves<'a> {
+    fn new(budgets: &'a [Named<'a>]) -> Self {
+        Curves {
+            budgets,
+            series: Vec::new(),
+            quantities: 0,
+        }
+    }
+
+    /// Values at the group's x.
+    fn values(&mut self, what: &str, of: &dyn Fn(&Budget) -> Option<Vec<f64>>) {
+        self.add(what, &|label, budget| {
+            Some(Series::new(label, &of(budget)?))
+        });
+    }
+
+    /// Points with an x of their own.
+    fn points(&mut self, what: &str, of: &dyn Fn(&Budget) -> Option<Points>) {
+        self.add(what, &|label, budget| {
+            Some(Series::points(label, &of(budget)?))
+        });
+    }
+
+    fn add(&mut self, what: &str, of: &dyn Fn(String, &Budget) -> Option<Series>) {
+        let before = self.series.len();
+        for (n, (name, budget)) in self.budgets.iter().enumerate() {
+            let label = match self.budgets.len() {
+                1 => what.to_owned(),
+                _ => format!("{name}: {what}"),
+            };
+            let look = if n == 0 { Look::Line } else { Look::Dashed };
+            let series = of(label, budget).map(|s| s.colored(self.quantities).looking(look));
+            self.series.extend(series);
+        }
+        self.quantities += usize::from(self.series.len() > before);
+    }
+}
+
+/// Motion, contacts, losses and input over time.
+fn energies(budgets: &[Named]) -> CurveGroup {
+    let first = budgets[0].1;
+    let mut curves = Curves::new(budgets);
+    let any = |values: &[f64]| {
+        values
+            .iter()
+            .any(|value| *value != 0.0)
+            .then(|| values.to_vec())
+    };
+    let same_times = budgets.iter().all(|(_, budget)| budget.time == first.time);
+    let mut add = |what: &str, values: &dyn Fn(&Budget) -> Option<Vec<f64>>| match same_times {
+        true => curves.values(what, values),
+        false => curves.points(what, &|budget| {
+            Some(budget.time.iter().copied().zip(values(budget)?).collect())
+        }),
+    };
+    let total = |budget: &Budget| {
+        let both = budget.kinetic.iter().zip(&budget.contact);
+        Some(both.map(|(a, b)| a + b).collect())
+    };
+    add("in the chain", &total);
+    add("of motion", &|b| Some(b.kinetic.clone()));
+    add("of contacts", &|b| Some(b.contact.clone()));
+    add("lost", &|b| any(&b.lost));
+    add("put in", &|b| any(&b.input));
+    CurveGroup::new(
+        ("energies", "Energy over time"),
+        "What the chain holds, in motion and in contacts, what it has lost, and what was put in.",
+        (first.units.time(), Some(Role::Time)),
+        &first.time,
+        vec![Chart::new(first.units.energy("energy"), curves.series)],
+    )
+}
+
+/// Energy passed by the end through each contact, in either band, and what stayed behind.
+fn passed(budgets: &[Named]) -> CurveGroup {
+    let first = budgets[0].1;
+    let mut curves = Curves::new(budgets);
+    let mut along = |what: &str, values: &dyn Fn(&Budget) -> Option<Vec<f64>>| {
+        curves.points(what, &|budget| Some(at_contacts(budget, &values(budget)?)));
+    };
+    let band = |of: fn(&FrequencyFlow) -> &Vec<f64>| {
+        move |budget: &Budget| Some(of(budget.frequency.as_ref()?).clone())
+    };
+    along("passed by the end", &|b| Some(b.passed.clone()));
+    along("low band", &band(|flow| &flow.low));
+    along("high band", &band(|flow| &flow.high));
+    along("held behind at the end", &|b| Some(b.left_behind.clone()));
+    CurveGroup::new(
+        ("energy-passed", "Energy passed along x"),
+        "Energy that has passed each contact by the end of the record, split at the band edge, and \
+         what the bodies behind it hold.",
+        (first.units.position(), Some(Role::Position)),
+        &[],
+        vec![Chart::new(first.units.energy("energy"), curves.series)],
+    )
+}
+
+fn at_contacts(budget: &Budget, values: &[f64]) -> Points {
+    let place = |j: usize| budget.pitch * (j as f64 + 0.5);
+    values
+        .iter()
+        .enumerate()
+        .map(|(j, &value)| (place(j), value))
+        .collect()
+}
+
+/// Energy that has passed from low to high k, and out of the scales larger than l, as shares of the
+/// largest energy; `None` without a budget over wavenumbers.
+fn views(budgets: &[Named]) -> Option<CurveGroup> {
+    let first = budgets
+        .iter()
+        .find(|(_, budget)| budget.wavenumber.is_some())?
+        .1;
+    let mut curves = Curves::new(budgets);
+    let over_k = |values: fn(&WavenumberBudget) -> &Vec<f64>| {
+        move |budget: &Budget| {
+            let found = budget.wavenumber.as_ref()?;
+            let k = found.wavenumber.iter().copied();
+            Some(
+                k.zip(values(found).iter().map(|flux| flux / budget.scale))
+                    .collect(),
+            )
+        }
+    };
+    curves.points(
+        "over k, whole record",
+        &over_k(|found| &found.integrated_flux),
+    );
+    curves.points("over k, second half", &over_k(|found| &found.late_flux));
+    curves.points("over 2π/l", &|budget| {
+        let scales = budget.scales.as_ref()?;
+        let k = scales.scales.iter().map(|scale| 2.0 * PI / scale.scale);
+        let flux = scales
+            .integrated_flux
+            .iter()
+            .map(|flux| flux / budget.scale);
+        Some(k.zip(flux).collect())
+    });
+    Some(CurveGroup::new(
+        ("views", "Energy passed to higher wavenumber"),
+        "Net energy that has passed k towards higher k, as a share of the largest energy: over the \
+         whole record, and over its second half, when the impact is taken up. Beside it what has left \
+         the scales larger than l for smaller ones, where the filter fits into the chain.",
+        (first.units.wavenumber(), Some(Role::Wavenumber)),
+        &[],
+        vec![Chart::new("share of the energy", curves.series).marked(Some(0.0))],
+    ))
+}

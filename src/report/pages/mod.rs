@@ -2,11 +2,10 @@
 
 mod analysis;
 mod budget;
-mod budget_pictures;
 mod fields;
 mod sheet;
 
 pub use analysis::analysis_html;
-pub use budget::{budget_html, comparison_html, comparison_rows};
+pub use budget::budget_html;
 pub use fields::fields_html;
 pub use sheet::sheet_html;

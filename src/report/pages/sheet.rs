@@ -20,6 +20,21 @@ pub fn sheet_html(
 ) -> serde_json::Result<String> {
     let plots = found.pictures().into_iter().flat_map(|row| row.plots);
     let rows = plots.enumerate().filter_map(|(n, plot)| picture(n, &plot));
+    let rows = rows.map(|picture| vec![picture]).collect();
+    page_of(sheet, rows, data, provenance, style)
+}
+
+/// The page of a described result with these pictures.
+///
+/// # Errors
+/// None for results of this library.
+pub(super) fn page_of(
+    sheet: &Sheet,
+    rows: Vec<Vec<Picture>>,
+    data: &str,
+    provenance: &Provenance,
+    style: &Style,
+) -> serde_json::Result<String> {
     let of = |is_detail: bool| -> Vec<(&str, String)> {
         let facts = sheet
             .facts
@@ -42,7 +57,7 @@ pub fn sheet_html(
         sentence: sheet.about.clone(),
         answers: page::facts(&of(false)),
         warnings: page::warnings(&warnings.collect::<Vec<_>>()),
-        rows: rows.map(|picture| vec![picture]).collect(),
+        rows,
         rest: markup! {
             (page::numbers(markup! {
                 @for one in &sheet.tables { (table(one)) }

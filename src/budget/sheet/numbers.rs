@@ -1,0 +1,177 @@
+//! The numbers of a budget; what is undefined is `null`.
+
+use serde_json::{Map, Value, json};
+
+use super::RESIDUALS;
+use crate::budget::{
+    Budget, Closure, FrequencyFlow, Integration, ScaleBudget, WavenumberBudget, usual_pairs,
+};
+
+/// Gathers what is known; computes nothing new.
+pub(super) fn of(budget: &Budget) -> Value {
+    let last = budget.time.len() - 1;
+    let errors = budget.errors.as_deref();
+    let total = |i: usize| budget.kinetic[i] + budget.contact[i];
+    // Through the last contact between two sites.
+    let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
+    let passed = |values: &[f64]| inner.checked_sub(1).map(|j| values[j]);
+    let mut energy = json!({
+        "start": total(0),
+        "end": total(last),
+        "kinetic_end": budget.kinetic[last],
+        "contact_end": budget.contact[last],
+        "lost": budget.lost[last],
+        "put_in": budget.input[last],
+        "passed": passed(&budget.passed),
+        "followed_inside_the_steps": budget.followed,
+    });
+    if let Some(errors) = errors {
+        energy["errors"] = json!({
+            "start": errors.energy[0],
+            "end": errors.energy[last],
+            "kinetic_end": errors.kinetic[last],
+            "contact_end": errors.contact[last],
+            "lost": errors.lost[last],
+            "passed": passed(&errors.passed),
+        });
+    }
+    json!({
+        "sites": budget.n_sites,
+        "contacts": budget.n_contacts,
+        "samples": budget.time.len(),
+        "duration": budget.time[last] - budget.time[0],
+        "units": budget.units,
+        "conventions": conventions(budget.closure.integration),
+        "energy": energy,
+        "wavenumber": budget.wavenumber.as_ref().map(|found| wavenumber(budget, found)),
+        "frequency": budget.frequency.as_ref().map(|flow| frequency(budget, flow)),
+        "scale": budget.scales.as_ref().map(|found| scales(budget, found)),
+        "closure": closure(&budget.closure),
+    })
+}
+
+fn conventions(integration: Integration) -> Value {
+    json!({
+        "flux": "J positive towards +x; spectral and scale fluxes positive towards high k and small scales",
+        "wavenumber": "rad per unit of length; E and T hold both signs of k and sum to the energy and to 0",
+        "integrated_flux": match integration {
+            Integration::Stepping => {
+                "the integral of - sum T up to k inside the stepping; checked by what the wavenumbers gained, lost to \
+                 damping and were given"
+            }
+            Integration::Samples => {
+                "minus what the wavenumbers up to k gained, lost to damping and were given; losses and inputs by the \
+                 trapezoid rule over the samples"
+            }
+        },
+        "power_flow": "one-sided; its sum times df is the energy passed by the trapezoid rule",
+        "residuals": "largest over all samples, relative to the largest energy of the chain",
+    })
+}
+
+fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> Value {
+    let passed = found.passed_edge().filter(|_| budget.scale > 0.0);
+    let last = budget.time.len() - 1;
+    let duration = budget.time[last] - budget.time[0];
+    let most = budget.largest_passage();
+    let share_of_all = |energy: f64, i: usize| energy / (budget.kinetic[i] + budget.contact[i]);
+    let optical = |i: usize| {
+        let energy = &found.branches.as_ref()?.optical_energy;
+        Some(share_of_all(energy[i], i))
+    };
+    let passed_error = found.passed_error.value();
+    let mut all = json!({
+        "basis": found.basis,
+        "band_edge": found.edge,
+        // Energy that has passed from below the edge to above, net, over the largest energy, and its numerical error; of
+        // a measured field its standard error.
+        "share_passed": passed.map(|passed| passed / budget.scale),
+        "share_passed_error": passed.map(|_| passed_error / budget.scale),
+        "direction": passed.and_then(|_| found.direction()),
+        // Mean flux through the edge.
+        "rate": passed.map(|passed| passed / duration),
+        // Where most has passed, either way; none where that is no more than its error.
+        "largest_passage": most.filter(|most| most.share.abs() > most.error).map(|most| {
+            json!({ "wavenumber": most.wavenumber, "share": most.share })
+        }),
+        "centroid_start": found.centroid.first(),
+        "centroid_end": found.centroid.last(),
+        "optical_share_start": optical(0),
+        "optical_share_end": optical(last),
+    });
+    if let Some(errors) = budget.errors.as_deref() {
+        let optical = |i: usize| {
+            let error = errors.optical_energy.get(i)?;
+            Some(share_of_all(*error, i))
+        };
+        all["errors"] = json!({
+            "rate": passed.map(|_| passed_error / duration),
+            "largest_passage": most.map(|most| most.error),
+            "centroid_start": errors.centroid.first(),
+            "centroid_end": errors.centroid.last(),
+            "optical_share_start": optical(0),
+            "optical_share_end": optical(last),
+        });
+    }
+    all
+}
+
+/// Between the first contact, the middle one and the last that joins two sites, and the requested pairs.
+fn frequency(budget: &Budget, flow: &FrequencyFlow) -> Value {
+    let usual = usual_pairs(budget);
+    let between = usual.iter().map(|[a, b]| flow.between(*a, *b));
+    let between = between.chain(flow.chosen.iter().copied()).enumerate();
+    let between = between.map(|(i, of)| {
+        let mut of = json!(of);
+        if let Some(errors) = budget.errors.as_deref() {
+            for (part, name) in ["low_error", "high_error", "behind_error"]
+                .iter()
+                .enumerate()
+            {
+                of[*name] = json!(errors.between.get(3 * i + part));
+            }
+        }
+        of
+    });
+    json!({
+        "band_edge": flow.edge,
+        "between": between.collect::<Vec<_>>(),
+        // Of chosen contacts, from records made inside the stepping.
+        "refined": flow.refined,
+    })
+}
+
+fn scales(budget: &Budget, found: &ScaleBudget) -> Vec<Value> {
+    let rows = found.scales.iter().enumerate();
+    let rows = rows.map(|(i, of)| {
+        let mut of = json!(of);
+        of["contacts"] = json!(found.contacts[i]);
+        of["integrated_flux"] = json!(found.integrated_flux[i]);
+        if let Some(errors) = budget.errors.as_deref() {
+            of["integrated_flux_error"] = json!(errors.integrated_scale_flux.get(i));
+        }
+        of["residual"] = json!(found.residual[i]);
+        of
+    });
+    rows.collect()
+}
+
+/// Residuals; where one is `null`, `reasons` says why.
+fn closure(closure: &Closure) -> Value {
+    let mut all = Map::new();
+    let mut reasons = Map::new();
+    for (name, _, of) in RESIDUALS {
+        all.insert(name.into(), json!(of(closure).value()));
+        if let Some(reason) = of(closure).reason() {
+            reasons.insert(name.into(), json!(reason));
+        }
+    }
+    all.insert("integration".into(), json!(closure.integration));
+    all.insert("departure".into(), json!(closure.departure));
+    all.insert("integrated_flux".into(), json!(closure.integrated_flux));
+    all.insert("identities".into(), json!(closure.identities));
+    if !reasons.is_empty() {
+        all.insert("reasons".into(), reasons.into());
+    }
+    all.into()
+}
