@@ -23,7 +23,7 @@ pub use map::{Colors, Curve, HeatChart, Role};
 pub(crate) use map::{edges_from_zero, range};
 pub(crate) use units::Units;
 pub(crate) use words::six_digits;
-pub use words::{confidence, listed, number, percent, with_half, with_range};
+pub use words::{confidence, error_size, listed, number, percent, with_half, with_range};
 
 /// A result that says what it is.
 pub trait Describe {

@@ -22,6 +22,14 @@ pub(crate) fn six_digits(value: f64) -> String {
     format!("{rounded}")
 }
 
+/// Two digits in powers of ten: sizes of errors.
+pub fn error_size(x: f64) -> String {
+    match x {
+        0.0 => "0".into(),
+        _ => format!("{x:.1e}"),
+    }
+}
+
 /// A share as a percentage, in powers of ten where two decimals would be 0.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;

@@ -60,10 +60,10 @@ fn a_run_to_its_budgets() {
     let said = place.good(&[&words[..], &["--force", "--verbose"]].concat());
     for word in [
         "gain 1/2",
-        "real space balance",
-        "wavenumber balance",
+        "residual, real space",
+        "residual, wavenumber",
         "frequency",
-        "scale balance",
+        "residual, scale",
         "b/report.html",
     ] {
         assert!(said.contains(word), "{word}: {said}");

@@ -83,7 +83,7 @@ fn a_sweep_takes_units_and_states_them() {
         "radius (mm)",
         "force, last contact (N)",
         "its time (s)",
-        " N at radius 5 mm",
+        " N at radius 5.000 mm",
     ] {
         assert!(page.contains(text), "{text}");
     }

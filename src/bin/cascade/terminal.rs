@@ -5,6 +5,7 @@ use wavecascade::field::Axis;
 use wavecascade::measure::digits;
 pub use wavecascade::report::number;
 use wavecascade::report::{AnswerWords, blocks, percent, sentences};
+pub use wavecascade::sheet::error_size;
 
 use crate::advice;
 use crate::summary::Summary;
@@ -162,14 +163,6 @@ fn step(name: &str, axis: &Axis, counts: &str) -> String {
         None if axis.step == 1.0 => format!(", no {name}: {counts}"),
         None => format!(", {name} {step} (no unit stated)"),
         Some(unit) => format!(", {name} {step} {unit}"),
-    }
-}
-
-pub fn error_size(x: f64) -> String {
-    if x == 0.0 {
-        "0".into()
-    } else {
-        format!("{x:.1e}")
     }
 }
 

@@ -11,7 +11,7 @@ use super::{
     WavenumberBudget,
 };
 use crate::measure::cycles_per;
-use crate::sheet::{Sheet, Warning, number, percent};
+use crate::sheet::{Sheet, Warning, error_size, number, percent};
 
 /// Coefficients that are doubted one by one.
 const SHOWN: usize = 3;
@@ -218,8 +218,8 @@ impl Budget {
         let text = match direction {
             Direction::None => format!(
                 "none of it has passed {edge}, net: a share of {} at a numerical error of {}",
-                size(share),
-                size(error)
+                error_size(share),
+                error_size(error)
             ),
             Direction::Unresolved => format!(
                 "{percent:.3}{within} % of it has passed {edge}, net: less than twice its error, so no direction is \
@@ -282,14 +282,14 @@ impl Budget {
         if let Some(departure) = closure.departure {
             let text = format!(
                 "departs from the record by {} of the energy",
-                size(departure)
+                error_size(departure)
             );
             sheet.detail("stepped anew", text);
         }
         let mut closed = Vec::new();
         for (_, name, of) in RESIDUALS {
             match of(closure) {
-                Residual::Closed(value) => closed.push(format!("{name} {}", size(*value))),
+                Residual::Closed(value) => closed.push(format!("{name} {}", error_size(*value))),
                 Residual::Undefined(reason) => {
                     sheet.detail(format!("{name} balance"), format!("none: {reason}"));
                 }
@@ -304,8 +304,8 @@ impl Budget {
         if let Some(check) = closure.integrated_flux {
             let text = format!(
                 "{} of the energy at the largest k, where it is 0; from transfers and from energies it differs by {}",
-                size(check.at_largest_wavenumber),
-                size(check.two_ways)
+                error_size(check.at_largest_wavenumber),
+                error_size(check.two_ways)
             );
             sheet.detail("integrated flux", text);
         }
@@ -399,15 +399,7 @@ fn behind(unit: Option<&str>) -> String {
 /// A number with its standard error, where it has one.
 fn within(value: f64, error: Option<f64>) -> String {
     match error {
-        Some(error) => format!("{} \u{b1} {}", number(value), size(error)),
+        Some(error) => format!("{} \u{b1} {}", number(value), error_size(error)),
         None => number(value),
-    }
-}
-
-/// Two digits, in powers of ten.
-fn size(x: f64) -> String {
-    match x {
-        0.0 => "0".into(),
-        _ => format!("{x:.1e}"),
     }
 }

@@ -3,8 +3,8 @@
 use serde_json::json;
 
 use super::super::{Journey, Travel};
-use super::{LOCALIZED, size};
-use crate::sheet::{BLUE, Chart, Describe, PlotRow, Series, Sheet, VERMILLION, number};
+use super::LOCALIZED;
+use crate::sheet::{BLUE, Chart, Describe, PlotRow, Series, Sheet, VERMILLION, error_size, number};
 
 impl Describe for Journey {
     /// Arrays: `velocity` (2, sites), at the start and at the end; `cells`, `shape_change`, `leak`, `energy_drift` after
@@ -24,7 +24,7 @@ impl Describe for Journey {
                 "the wave travels {} cells at ratio {} and sheds {} of its energy a cell",
                 arrived.cells,
                 number(ratio),
-                size(arrived.leak)
+                error_size(arrived.leak)
             ),
             definitions: vec![LOCALIZED],
             ..Sheet::default()
@@ -32,13 +32,13 @@ impl Describe for Journey {
         sheet.fact("ratio", ratio.to_string());
         let text = format!(
             "{} of the largest velocity; runs of local errors {} and {} differ by {}",
-            size(arrived.shape_change),
-            size(self.local_error),
-            size(10.0 * self.local_error),
-            size(self.stepping_error)
+            error_size(arrived.shape_change),
+            error_size(self.local_error),
+            error_size(10.0 * self.local_error),
+            error_size(self.stepping_error)
         );
         sheet.fact("shape change", text);
-        sheet.fact("energy drift", size(arrived.energy_drift));
+        sheet.fact("energy drift", error_size(arrived.energy_drift));
         sheet.numbers(json!({ "launch": self }));
         let sites = self.velocity[0].len();
         sheet.variable(

@@ -51,11 +51,3 @@ impl Ratio {
         }
     }
 }
-
-/// Two digits, in powers of ten.
-fn size(x: f64) -> String {
-    match x {
-        0.0 => "0".into(),
-        _ => format!("{x:.1e}"),
-    }
-}

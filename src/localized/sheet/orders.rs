@@ -3,8 +3,8 @@
 use serde_json::json;
 
 use super::super::{Comparison, Direct, OrderRow};
-use super::{DIGITS, LOCALIZED, TIME, size};
-use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, Table, number};
+use super::{DIGITS, LOCALIZED, TIME};
+use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, Table, error_size, number};
 
 /// Ratios that the answer names at most.
 const SHOWN: usize = 4;
@@ -202,7 +202,7 @@ impl Orders {
         }
         let rows = self.rows.iter().map(|row| {
             let (estimates, off) = (row.asymptotic, &row.differences);
-            let change = |value: Option<f64>| value.map_or("-".into(), size);
+            let change = |value: Option<f64>| value.map_or("-".into(), error_size);
             let known = |value: Option<f64>| value.map_or("-".into(), |value| value.to_string());
             let mut cells = exact_cells(row).to_vec();
             cells.push(six(estimates.map(|a| a.exact_profile)));
@@ -237,7 +237,11 @@ impl Orders {
         let mut rows = Vec::new();
         for row in &self.rows {
             let mut add = |name: String, direct: Direct, degrees: Option<f64>| {
-                let mut cells = vec![name, six(Some(direct.ratio.value())), size(direct.leak)];
+                let mut cells = vec![
+                    name,
+                    six(Some(direct.ratio.value())),
+                    error_size(direct.leak),
+                ];
                 cells.extend(with_angles.then(|| six(degrees)));
                 rows.push(cells);
             };
@@ -345,7 +349,7 @@ fn exact_cells(row: &OrderRow) -> [String; 3] {
     let [ratio, error] = match &row.exact {
         Some(exact) => [
             format!("{:.DIGITS$}", exact.ratio.value()),
-            size(exact.error),
+            error_size(exact.error),
         ],
         None => ["unresolved".into(), "-".into()],
     };

@@ -3,8 +3,8 @@
 use serde_json::json;
 
 use super::super::{Alternation, Exact, Snapshot, Wave};
-use super::{DIGITS, LOCALIZED, PSI, TIME, size};
-use crate::sheet::{BLUE, Chart, Describe, PlotRow, Series, Sheet, VERMILLION, number};
+use super::{DIGITS, LOCALIZED, PSI, TIME};
+use crate::sheet::{BLUE, Chart, Describe, PlotRow, Series, Sheet, VERMILLION, error_size, number};
 
 /// A wave with its profile.
 #[derive(Debug, Clone)]
@@ -52,7 +52,7 @@ impl Describe for Profile {
         let text = format!(
             "{:.DIGITS$}, error {} of it",
             ratio.value(),
-            size(exact.error)
+            error_size(exact.error)
         );
         sheet.fact("ratio", text);
         let power = (wave.exponent - 1.0) / (2.0 * wave.exponent);
@@ -66,9 +66,9 @@ impl Describe for Profile {
         sheet.fact("momentum", number(exact.momentum));
         let text = format!(
             "{} of the largest overlap, after {} iterations; tail {}",
-            size(exact.convergence.residual),
+            error_size(exact.convergence.residual),
             exact.convergence.iterations,
-            size(exact.convergence.tail)
+            error_size(exact.convergence.tail)
         );
         sheet.detail("residual", text);
         sheet.numbers(json!({
