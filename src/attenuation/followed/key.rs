@@ -240,10 +240,12 @@ impl TransmissionCurve {
                 sheet.fact(kind, text);
             }
         }
-        for mark in &self.localized {
-            let (at, order) = (number(mark.value), mark.order);
-            let text = format!("order {order} at {key} {at}, ratio {}", number(mark.ratio));
-            sheet.fact("localized wave", text);
+        let marks = self.localized.iter();
+        let marks: Vec<String> = marks
+            .map(|mark| format!("{} (order {})", number(mark.value), mark.order))
+            .collect();
+        if !marks.is_empty() {
+            sheet.fact("localized waves", format!("at {key} {}", marks.join(", ")));
         }
         if !self.nothing_at.is_empty() {
             let at: Vec<String> = self.nothing_at.iter().map(|at| number(*at)).collect();

@@ -362,13 +362,17 @@ impl MeasuredWarning {
 fn difference_in_words(both: [(&str, &Budget); 2]) -> String {
     let [first, second] = both.map(|(_, budget)| budget);
     if let (Some(a), Some(b)) = (first.largest_passage(), second.largest_passage()) {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        return format!(
-            "{} of the energy apart: {} and {} pass to higher wavenumbers (net)",
-            percent((b.share - a.share).abs()),
-            percent(a.share),
-            percent(b.share)
-        );
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share.abs());
+        let apart = percent(b.share - a.share);
+        let towards = |share: f64| if share < 0.0 { "lower" } else { "higher" };
+        let (first, second) = (percent(a.share), percent(b.share));
+        let passes = match (towards(a.share), towards(b.share)) {
+            (one, other) if one == other => {
+                format!("{first} and {second} pass to {one} wavenumbers")
+            }
+            (one, other) => format!("{first} pass to {one} wavenumbers, {second} to {other} ones"),
+        };
+        return format!("{apart} of the energy apart: {passes} (net)");
     }
     let passed = |budget: &Budget| budget.passed.get(budget.n_contacts / 2).copied();
     match (passed(first), passed(second)) {

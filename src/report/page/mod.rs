@@ -109,9 +109,11 @@ impl Page {
         self.whole(
             opening,
             markup! {
-                div class="lead" {
-                    (row(first))
-                    @if !self.answers.0.is_empty() { section id="answer" { (self.answers) } }
+                @if self.answers.0.is_empty() { (row(first)) } @else {
+                    div class="lead" {
+                        (row(first))
+                        section id="answer" { (self.answers) }
+                    }
                 }
                 (self.warnings)
                 @for pictures in others { (row(pictures)) }

@@ -63,7 +63,7 @@ pub(super) fn page_of(
                 @for one in &sheet.tables { (table(one)) }
                 @if !of(true).is_empty() { (page::table("Details", &of(true))) }
             }))
-            (page::how_to_read(&definitions))
+            @if !definitions.is_empty() { (page::how_to_read(&definitions)) }
             (page::folded("json", "summary.json", markup! { pre { (json) } }))
         },
         style: *style,
