@@ -126,7 +126,7 @@ fn ratio_of(chain: &Chain, pattern: &Pattern) -> Option<(Family, f64)> {
     let exponent = match chain.law {
         Law::Hertz => 1.5,
         Law::Power { exponent } => exponent,
-        Law::Spring { .. } => return None,
+        Law::Spring { .. } | Law::Toda { .. } | Law::Morse { .. } => return None,
     };
     if chain.precompression != 0.0 {
         return None;

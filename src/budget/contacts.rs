@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::motion::{ChainState, Motion};
-use crate::chain::{Chain, Drive, Ends, Law};
+use crate::chain::{Chain, Drive, Ends};
 
 /// The contacts of a chain in order of x; a contact with a wall before site 0 is the first.
 #[derive(Debug)]
@@ -295,7 +295,7 @@ impl<'a> Contacts<'a> {
 
     /// Whether waves of small amplitude about the static state are linear.
     pub(super) fn has_linear_limit(&self) -> bool {
-        self.chain.precompression > 0.0 || matches!(self.chain.law, Law::Spring { .. })
+        self.chain.precompression > 0.0 || !self.chain.law.is_one_sided()
     }
 
     /// Stiffness of contact i in the static state.

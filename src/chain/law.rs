@@ -20,12 +20,18 @@ pub enum Law {
     /// else the alpha and beta chains of Fermi, Pasta, Ulam and Tsingou (delta is minus the
     /// elongation).
     Spring { alpha: f64, beta: f64 },
+    /// Two-sided, `F = c (e^x - 1) / b`, `V = c (e^x - 1 - x) / b^2`, `x = b delta`, `b` the steepness: Toda's chain, whose
+    /// solitons pass through each other unchanged.
+    Toda { steepness: f64 },
+    /// Two-sided, `F = (c/b) e^x (e^x - 1)`, `V = c/(2 b^2) (e^x - 1)^2`, `x = b delta`: stiffer in compression, and torn by
+    /// an elongation of `ln 2 / b` and a force of `c / (4 b)`.
+    Morse { steepness: f64 },
 }
 
 impl Law {
     /// Whether the contact can only press, so that it opens.
     pub fn is_one_sided(&self) -> bool {
-        !matches!(self, Law::Spring { .. })
+        matches!(self, Law::Hertz | Law::Power { .. })
     }
 
     /// Unit of its coefficients in an SI scene.
@@ -33,7 +39,7 @@ impl Law {
         match self {
             Law::Hertz => "N/m^1.5".into(),
             Law::Power { exponent } => format!("N/m^{exponent}"),
-            Law::Spring { .. } => "N/m".into(),
+            Law::Spring { .. } | Law::Toda { .. } | Law::Morse { .. } => "N/m".into(),
         }
     }
 
@@ -44,6 +50,8 @@ impl Law {
             Law::Hertz => PressedHertz.force(coefficient, static_overlap, r),
             Law::Power { exponent } => Power { exponent }.force(coefficient, static_overlap, r),
             Law::Spring { alpha, beta } => Spring { alpha, beta }.force(coefficient, 0.0, r),
+            Law::Toda { steepness } => Toda { steepness }.force(coefficient, 0.0, r),
+            Law::Morse { steepness } => Morse { steepness }.force(coefficient, 0.0, r),
         }
     }
 
@@ -55,6 +63,8 @@ impl Law {
                 exponent * coefficient * (static_overlap + r).max(0.0).powf(exponent - 1.0)
             }
             Law::Spring { alpha, beta } => coefficient * (1.0 + r * (3.0 * beta * r - 2.0 * alpha)),
+            Law::Toda { steepness } => Toda { steepness }.stiffness(coefficient, 0.0, r),
+            Law::Morse { steepness } => Morse { steepness }.stiffness(coefficient, 0.0, r),
         }
     }
 
@@ -88,6 +98,8 @@ impl Law {
             Law::Spring { alpha, beta } => {
                 coefficient * r * r * (0.5 + r * (0.25 * beta * r - alpha / 3.0))
             }
+            Law::Toda { steepness: b } => coefficient * exponential_excess(b * r) / (b * b),
+            Law::Morse { steepness: b } => 0.5 * coefficient * ((b * r).exp_m1() / b).powi(2),
         }
     }
 
@@ -129,9 +141,33 @@ impl Law {
             _ if force == 0.0 => 0.0,
             Law::Hertz => (force / coefficient).powf(2.0 / 3.0),
             Law::Power { exponent } => (force / coefficient).powf(1.0 / exponent),
-            Law::Spring { .. } => 0.0,
+            Law::Spring { .. } | Law::Toda { .. } | Law::Morse { .. } => 0.0,
         }
     }
+
+    /// The factor of `delta^2` in `F / c` about the state at rest; `None` for laws without such an expansion.
+    pub(crate) fn quadratic(&self) -> Option<f64> {
+        match *self {
+            Law::Hertz | Law::Power { .. } => None,
+            Law::Spring { alpha, .. } => Some(-alpha),
+            Law::Toda { steepness } => Some(0.5 * steepness),
+            Law::Morse { steepness } => Some(1.5 * steepness),
+        }
+    }
+}
+
+/// `e^x - 1 - x`, by its series where the difference would cancel.
+fn exponential_excess(x: f64) -> f64 {
+    if x.abs() > 0.5 {
+        return x.exp_m1() - x;
+    }
+    let mut term = 0.5 * x * x;
+    let mut sum = term;
+    for n in 3..18 {
+        term *= x / n as f64;
+        sum += term;
+    }
+    sum
 }
 
 /// `[(1 + q)^{p+1} - 1] / (p + 1) - q`, by its series where the difference would cancel.
@@ -286,6 +322,68 @@ impl Kernel for Spring {
     }
 }
 
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Toda {
+    pub(crate) steepness: f64,
+}
+
+impl Kernel for Toda {
+    fn opening_power(self) -> Option<f64> {
+        None
+    }
+
+    #[inline(always)]
+    fn force<N: Number>(self, c: N, d0: N, r: N) -> N {
+        let b = self.steepness;
+        c.map3(d0, r, |c, _, r| c * (b * r).exp_m1() / b)
+    }
+
+    #[inline(always)]
+    fn stiffness<N: Number>(self, c: N, d0: N, r: N) -> N {
+        let b = self.steepness;
+        c.map3(d0, r, |c, _, r| c * (b * r).exp())
+    }
+
+    #[inline(always)]
+    fn power(self, delta: f64) -> f64 {
+        delta
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Morse {
+    pub(crate) steepness: f64,
+}
+
+impl Kernel for Morse {
+    fn opening_power(self) -> Option<f64> {
+        None
+    }
+
+    #[inline(always)]
+    fn force<N: Number>(self, c: N, d0: N, r: N) -> N {
+        let b = self.steepness;
+        c.map3(d0, r, |c, _, r| {
+            let excess = (b * r).exp_m1();
+            c * (1.0 + excess) * excess / b
+        })
+    }
+
+    #[inline(always)]
+    fn stiffness<N: Number>(self, c: N, d0: N, r: N) -> N {
+        let b = self.steepness;
+        c.map3(d0, r, |c, _, r| {
+            let excess = (b * r).exp_m1();
+            c * (1.0 + excess) * (1.0 + 2.0 * excess)
+        })
+    }
+
+    #[inline(always)]
+    fn power(self, delta: f64) -> f64 {
+        delta
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -300,6 +398,8 @@ mod tests {
                 alpha: 0.25,
                 beta: 0.5,
             },
+            Law::Toda { steepness: 0.8 },
+            Law::Morse { steepness: 0.6 },
         ];
         for law in laws {
             for d0 in [0.0, 0.7] {

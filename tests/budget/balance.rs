@@ -127,6 +127,15 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
             30.0,
         ),
         (
+            "toda",
+            Chain {
+                law: Law::Toda { steepness: 1.0 },
+                ..Chain::dimer(n, 2.0)
+            },
+            None,
+            30.0,
+        ),
+        (
             "square law",
             Chain {
                 law: Law::Power { exponent: 2.0 },

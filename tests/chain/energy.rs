@@ -105,6 +105,10 @@ fn val_identity_energies_balance_with_losses_drive_and_other_ends() {
         alpha: 0.0,
         beta: 0.5,
     };
+    let mut toda = ring.clone();
+    toda.chain.law = Law::Toda { steepness: 0.8 };
+    let mut morse = driven.clone();
+    morse.chain.law = Law::Morse { steepness: 0.5 };
     // The closing contact of a ring loses energy once.
     let mut lossy_ring = ring.clone();
     lossy_ring.scheme = Scheme::RungeKutta;
@@ -127,6 +131,8 @@ fn val_identity_energies_balance_with_losses_drive_and_other_ends() {
     lossy_shoved.scheme = Scheme::RungeKutta;
     lossy_shoved.chain.losses = lossy.chain.losses;
     for (name, simulation) in [
+        ("toda", toda),
+        ("morse", morse),
         ("lossy ring", lossy_ring),
         ("shoved", shoved),
         ("lossy and shoved", lossy_shoved),

@@ -14,10 +14,11 @@ class SceneKeys(TypedDict, total=False):
 
     sites: int
     ends: Literal["wall", "free", "fixed", "periodic"]
-    law: Literal["hertz", "power", "spring"]
+    law: Literal["hertz", "power", "spring", "toda", "morse"]
     exponent: float
     alpha: float
     beta: float
+    steepness: float
     precompression: Measure
     stiffness_ratio: float
     first_contact: Literal["soft", "stiff"]

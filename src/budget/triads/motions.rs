@@ -99,11 +99,11 @@ fn expansion(chain: &Chain, coefficient: f64) -> Result<(f64, f64)> {
     let d0 = chain.law.static_overlap(coefficient, chain.precompression);
     let stiffness = chain.law.stiffness(coefficient, d0, 0.0);
     let power = |p: f64| 0.5 * stiffness * (p - 1.0) / d0;
-    let quadratic = match chain.law {
-        Law::Spring { alpha, .. } => -coefficient * alpha,
-        Law::Hertz if d0 > 0.0 => power(1.5),
-        Law::Power { exponent } if d0 > 0.0 => power(exponent),
-        Law::Hertz | Law::Power { .. } => {
+    let quadratic = match (chain.law, chain.law.quadratic()) {
+        (_, Some(factor)) => coefficient * factor,
+        (Law::Hertz, _) if d0 > 0.0 => power(1.5),
+        (Law::Power { exponent }, _) if d0 > 0.0 => power(exponent),
+        _ => {
             return refuse(
                 "precompression",
                 "contacts with a quadratic term about their static state: precompressed ones, or springs with alpha",

@@ -44,6 +44,10 @@ pub enum LawTyped {
     Power,
     /// c (d - alpha d^2 + beta d^3), two-sided.
     Spring,
+    /// c (e^(b d) - 1) / b, two-sided; b is `steepness`.
+    Toda,
+    /// c (e^(2 b d) - e^(b d)) / b, two-sided; b is `steepness`.
+    Morse,
 }
 
 /// Which contact of a dimer comes first.

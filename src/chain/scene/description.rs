@@ -76,6 +76,8 @@ impl Setup {
                 Law::Hertz => "hertz".into(),
                 Law::Power { exponent } => format!("power {exponent}"),
                 Law::Spring { alpha, beta } => format!("spring, alpha {alpha}, beta {beta}"),
+                Law::Toda { steepness } => format!("toda, steepness {steepness}"),
+                Law::Morse { steepness } => format!("morse, steepness {steepness}"),
             },
             ends: match chain.ends {
                 Ends::Wall => "wall",

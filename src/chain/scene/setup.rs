@@ -50,7 +50,7 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
     let precompression = scene.precompression.map_or(0.0, |force| force.value);
     check.not_negative("precompression", precompression)?;
     if precompression > 0.0 && !law.is_one_sided() {
-        let expected = "none beside `law = \"spring\"`";
+        let expected = "none beside `spring`, `toda` or `morse`, which pull, too";
         return Err(check.fault("precompression", expected, precompression));
     }
     let losses = losses(check)?;
@@ -141,7 +141,26 @@ fn law(check: Check) -> Result<Law> {
         is(LawTyped::Spring),
         "`law = \"spring\"`",
     )?;
+    let is_exponential = is(LawTyped::Toda) || is(LawTyped::Morse);
+    check.only_with(
+        &["steepness"],
+        is_exponential,
+        "`law = \"toda\"` or `\"morse\"`",
+    )?;
+    let steepness = || {
+        let steepness = check.need("steepness", scene.steepness, "the steepness of the law")?;
+        match steepness > 0.0 && steepness.is_finite() {
+            true => Ok(steepness),
+            false => Err(check.fault("steepness", "a finite number above 0", steepness)),
+        }
+    };
     Ok(match law {
+        LawTyped::Toda => Law::Toda {
+            steepness: steepness()?,
+        },
+        LawTyped::Morse => Law::Morse {
+            steepness: steepness()?,
+        },
         LawTyped::Hertz => Law::Hertz,
         LawTyped::Power => {
             let exponent = check.need("exponent", scene.exponent, "the exponent of the law")?;

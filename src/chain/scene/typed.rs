@@ -42,6 +42,9 @@ pub struct Scene {
     /// Cubic term of the law `spring`.
     #[schemars(extend("default" = 0.0))]
     pub beta: Option<f64>,
+    /// b of the laws `toda` and `morse`, over the unit of length.
+    #[schemars(extend("examples" = [1.0]))]
+    pub steepness: Option<f64>,
     /// Static force in every contact, in N in an SI scene; at free ends a constant force holds it.
     #[schemars(extend("default" = 0.0))]
     pub precompression: Option<Measure<Force>>,

@@ -244,6 +244,8 @@ pub(crate) fn prepare(task: &Task) -> Result<Box<dyn Stepping>> {
         Law::Hertz => with_kernel(task, law::PressedHertz),
         Law::Power { exponent } => with_kernel(task, law::Power { exponent }),
         Law::Spring { alpha, beta } => with_kernel(task, law::Spring { alpha, beta }),
+        Law::Toda { steepness } => with_kernel(task, law::Toda { steepness }),
+        Law::Morse { steepness } => with_kernel(task, law::Morse { steepness }),
     }
 }
 
