@@ -8,6 +8,7 @@ use serde::Deserialize;
 use wavecascade::estimates::{Averaging, Bicoherence, BicoherenceRequest, Tapers, bicoherence};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
+use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
 /// Integers of a linear congruential generator, in -1 to 1.
@@ -135,6 +136,7 @@ fn val_elgar_guza_levels_without_coupling() {
         };
         let mut shares = [0.0; 3];
         let (mut mean, mut cells, mut maps) = (0.0, 0.0, 0.0);
+        let [mut said, mut doubted, mut even] = [0.0; 3];
         let mut sums = [0.0; 2];
         for site in 0..sites {
             let column = values.slice(s![.., site..=site]).to_owned();
@@ -161,6 +163,11 @@ fn val_elgar_guza_levels_without_coupling() {
                 }
             }
             maps += f64::from(found.above(found.map_level().unwrap()) > 0);
+            let answer = found.describe().answer;
+            said += f64::from(answer.contains(" are coupled with") && !answer.starts_with("no "));
+            doubted += f64::from(answer.contains(" may be coupled with"));
+            let largest = found.map.bicoherence.iter().copied().fold(0.0, f64::max);
+            even += f64::from(found.chance(largest) < 0.5);
             if site == 0 {
                 let along = &found.along;
                 let rows = 6..14;
@@ -174,7 +181,8 @@ fn val_elgar_guza_levels_without_coupling() {
             }
         }
         let [cell, five, one] = shares.map(|share| share / cells);
-        let maps = maps / sites as f64;
+        let [maps, said, doubted, even] =
+            [maps, said, doubted, even].map(|count| count / sites as f64);
         let [summed, largest] = sums.map(|share| share / (8 * sites) as f64);
         println!(
             "overlap {overlap}: mean K b^2 {}, above {cell} {five} {one}, maps {maps}, sums {summed}, largest {largest}",
@@ -184,7 +192,12 @@ fn val_elgar_guza_levels_without_coupling() {
         assert!((cell / 0.05 - 1.0).abs() < 0.1, "{cell}");
         assert!((five / 0.05 - 1.0).abs() < 0.15, "{five}");
         assert!((one / 0.01 - 1.0).abs() < 0.2, "{one}");
+        println!("said {said}, doubted {doubted}, below one half {even}");
         assert!((0.03..0.08).contains(&maps), "{maps}");
+        // The word is said in a hundredth of the fields at most, the doubt in the other four.
+        assert!((0.0..0.02).contains(&said), "{said}");
+        assert!((said + doubted - maps).abs() < 1e-12, "{doubted}");
+        assert!((0.42..0.58).contains(&even), "{even}");
         assert!((0.04..0.06).contains(&summed), "{summed}");
         assert!((0.04..0.06).contains(&largest), "{largest}");
     }

@@ -91,6 +91,8 @@ pub struct CoupledTriple {
     pub biphase: f64,
     /// Half of the interval of the biphase at `1 - alpha`.
     pub biphase_interval: f64,
+    /// As [`Bicoherence::chance`].
+    pub chance: f64,
 }
 
 impl Bicoherence {
@@ -104,6 +106,14 @@ impl Bicoherence {
     /// Sidak).
     pub fn map_level(&self) -> Option<f64> {
         self.independence.level(sidak(self.alpha, self.cells()))
+    }
+
+    /// The probability that without coupling any cell of the map is as large as this:
+    /// `1 - (1 - p)^n` of n cells, each of them with `p = (1 - b^2)^{K - 1}`; NaN where no significance can be stated.
+    pub fn chance(&self, bicoherence: f64) -> f64 {
+        let independent = self.independence.independent.unwrap_or(f64::NAN);
+        let one = (1.0 - bicoherence.min(1.0)).powf(independent - 1.0);
+        -(self.cells() as f64 * (-one).ln_1p()).exp_m1()
     }
 
     /// Cells of the map that have a value.
@@ -138,6 +148,7 @@ impl Bicoherence {
                 bicoherence: b,
                 biphase: map.biphase[cell],
                 biphase_interval: (spread * (1.0 - b) / b).sqrt().min(1.0).asin(),
+                chance: self.chance(b),
             }
         });
         triples.collect()

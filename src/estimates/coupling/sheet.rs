@@ -26,8 +26,10 @@ const DEFINITIONS: [[&str; 2]; 5] = [
     [
         "Levels",
         "Without coupling one cell exceeds the level of one cell with the stated probability, and any cell of the \
-         whole map the level of the map (corrected for the number of cells by Sidak). Repeated pulses of the same \
-         shape are coupled at all frequencies.",
+         whole map the level of the map (a family-wise level: corrected for the number of cells by Sidak). The answer \
+         names the share of fields of noise whose strongest triple is as strong; frequencies are said to be coupled in less \
+         than 1 % of them, and from there to the level of the map that they may be. Repeated pulses of the same shape \
+         are coupled at all frequencies.",
     ],
     [
         "Biphase",
@@ -36,6 +38,9 @@ const DEFINITIONS: [[&str; 2]; 5] = [
     REALISATIONS,
 ];
 
+/// The probability of a triple below which frequencies are said to be coupled: noise alone had such triples in 0.4 to 0.95 % of
+/// some thousand fields. From here to the level of the map they may be.
+const SURE: f64 = 0.005;
 /// Triples that are printed at most.
 const PRINTED: usize = 5;
 /// Triples that a summary lists at most.
@@ -158,8 +163,13 @@ impl Bicoherence {
                     1 => ", and one more triple".into(),
                     others => format!(", and {others} more triples"),
                 };
+                let (are, share) = match triple.chance < SURE {
+                    true => ("are", "less than 1 %".into()),
+                    false => ("may be", percent(triple.chance)),
+                };
                 format!(
-                    "{first} and {second} are coupled with {third} {} {at} (b² {}){others}",
+                    "{first} and {second} {are} coupled with {third} {} {at} (b² {}, which noise reaches in {share} of \
+                     fields){others}",
                     self.frequency_unit(),
                     number(triple.bicoherence)
                 )
