@@ -101,6 +101,16 @@ impl Chain {
         }
     }
 
+    /// The mass with which both bodies of contact j move against each other.
+    pub(crate) fn reduced_mass(&self, contact: usize) -> f64 {
+        let next = match (self.mass.get(contact + 1), self.ends) {
+            (Some(mass), _) => *mass,
+            (None, Ends::Periodic) => self.mass[0],
+            (None, _) => f64::INFINITY,
+        };
+        1.0 / (1.0 / self.mass[contact] + 1.0 / next)
+    }
+
     /// Force in contact j beyond the static one, damping included.
     pub fn force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
         self.elastic_force(contact, displacement)

@@ -502,9 +502,14 @@ pub(crate) fn contact_time(chain: &Chain, speed: f64, which: Extreme) -> f64 {
         Extreme::Fastest => (masses.fold(f64::INFINITY, f64::min), contacts.max_by(by)),
         Extreme::Slowest => (masses.fold(0.0, f64::max), contacts.min_by(by)),
     };
-    let Some(j) = contact.filter(|_| speed > 0.0) else {
+    contact.map_or(1.0, |j| stopping_time(chain, j, mass, speed))
+}
+
+/// The time in which contact j stops a body of this mass and speed.
+pub(crate) fn stopping_time(chain: &Chain, j: usize, mass: f64, speed: f64) -> f64 {
+    if speed <= 0.0 {
         return 1.0;
-    };
+    }
     let (c, d0) = (chain.coefficient[j], chain.static_overlap(j));
     let excess = |ln_time: f64| {
         let time = ln_time.exp();

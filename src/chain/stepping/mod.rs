@@ -30,7 +30,7 @@ use composed::Splitting;
 use correction::Correction;
 pub(crate) use correction::{Quintic, openings};
 use driver::{Driver, Method};
-pub(crate) use driver::{Extreme, contact_time};
+pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
 use system::System;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
