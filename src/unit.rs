@@ -69,6 +69,55 @@ pub(crate) fn compose(over: &[&str], under: &[&str]) -> String {
     }
 }
 
+/// Symbols of units that take a metric prefix, and others that do not.
+const PREFIXED: &str = "m g s A K mol cd Hz N Pa J W C V F \u{3a9} \u{2126} ohm S Wb T H lm lx Bq Gy Sv kat rad sr eV \
+    bar L cal gal dyn erg sec var VA \u{3b5} \u{3f5} bit Nm Ns Pas Vs gn";
+const PLAIN: &str = "in ft yd mi mil thou min hr h yr deg lb lbf lbs kip oz psi ksi kn kt kts kmh kph mps mph fps fpm \
+    rpm dB Np px ppm ppb au ct cts lsb adu arb ue re pk pp rms kgf gf amu torr mmhg atm inhg ips \u{e5}ngstr\u{f6}m \
+    sqrt log ln log10 abs feet inches nd dl na degC degF";
+/// Names of units, in the singular, which take a prefix in full (`microstrain`).
+const NAMES: &str = "meter metre second gram gramme newton pascal joule watt volt ampere amp ohm hertz radian degree kelvin \
+    celsius fahrenheit strain litre liter tonne ton inch foot yard mile minute hour day week month year count digit bit \
+    byte pixel sample cycle period phase unit step site cell frame line fringe tesla gauss weber henry farad coulomb \
+    siemens mole candela lumen lux electronvolt dyne erg knot percent permil decibel neper turn rev revolution wavelength \
+    angstrom bohr hartree rydberg particle atom body bead grain diameter radius mass length time velocity speed \
+    acceleration displacement force stress energy channel trace shot point tick bin clock index gravity gee arbitrary dimensionless \
+    nondimensional unitless none norm normalized normalised unknown scaled relative ratio fraction rate square squared \
+    cubic per of peak full scale";
+const PREFIXES: &str = "y z a f p n u \u{b5} \u{3bc} m c d da h k M G T P E Z Y";
+const LONG_PREFIXES: &str = "femto pico nano micro milli centi deci deca hecto kilo mega giga tera";
+
+/// The first word of a unit that is no unit, as `bananas/s` has one. A letter with or without an index (`a`, `v0`) is a
+/// symbol of the problem. Case tells nothing here: devices write `KHZ` and `volts`.
+pub(crate) fn unknown_word(unit: &str) -> Option<&str> {
+    let words = unit.split(|c: char| !c.is_alphanumeric());
+    words
+        .map(|word| word.trim_matches(char::is_numeric))
+        .find(|word| word.chars().count() > 1 && !is_known(&word.to_lowercase()))
+}
+
+/// Whether a word in lower case is a unit.
+fn is_known(word: &str) -> bool {
+    let is_in = |list: &str, word: &str| {
+        let mut words = list.split_whitespace();
+        words.any(|known| known.to_lowercase() == word)
+    };
+    let with = |prefixes: &str, list: &str, word: &str| {
+        let mut prefixes = prefixes.split_whitespace();
+        is_in(list, word)
+            || prefixes.any(|prefix| {
+                let rest = word.strip_prefix(&prefix.to_lowercase());
+                rest.is_some_and(|rest| is_in(list, rest))
+            })
+    };
+    let singular = word.strip_suffix('s').unwrap_or(word);
+    is_in(PLAIN, word)
+        || with(PREFIXES, PREFIXED, word)
+        || [word, singular]
+            .iter()
+            .any(|word| with(LONG_PREFIXES, NAMES, word))
+}
+
 /// The square of a unit: `(m/s)²`; empty for none.
 pub(crate) fn square(unit: &str) -> String {
     match unit {
@@ -163,6 +212,64 @@ fn bracketed(unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn val_definition_words_that_are_no_unit() {
+        for unit in [
+            "m/s",
+            "(m/s)",
+            "\u{b5}\u{3b5}/s",
+            "\u{3bc}m/s",
+            "counts",
+            "V",
+            "a.u.",
+            "mm/s^2",
+            "m s-2",
+            "m s**-1",
+            "m.s^-1",
+            "M/S",
+            "KHz",
+            "nm/s",
+            "v0",
+            "c_1",
+            "sqrt(m/c)",
+            "a",
+            "",
+            "%",
+            "1",
+            "-",
+            "\u{b0}",
+            "dB re 1 m/s",
+            "mV/(m/s)",
+            "volts",
+            "microstrain",
+            "nstrain/s",
+            "strain/s/Hz",
+            "rad",
+            "Angstrom/ps",
+            "\u{c5}/fs",
+            "g",
+            "gn",
+            "arb. units",
+            "cm\u{b2}",
+            "kg m^-1",
+            "in/s",
+            "counts/s",
+            "rad/s*m",
+            "meters per second",
+            "Nm",
+        ] {
+            assert_eq!(unknown_word(unit), None, "{unit}");
+        }
+        for (unit, word) in [
+            ("banana", "banana"),
+            ("bananas/s", "bananas"),
+            ("mm/second/furlong", "furlong"),
+            ("meter/sceond", "sceond"),
+        ] {
+            assert_eq!(unknown_word(unit), Some(word));
+        }
+    }
 
     #[test]
     fn units_are_composed_as_the_field_writes_them() {

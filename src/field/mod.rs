@@ -132,6 +132,13 @@ impl Quantity {
             Quantity::Force => "force",
         }
     }
+
+    fn in_words(self) -> &'static str {
+        match self {
+            Quantity::StrainRate => "strain rate",
+            other => other.name(),
+        }
+    }
 }
 
 /// The order of the two axes in a file. A two-dimensional array does not state it.

@@ -1,10 +1,12 @@
 //! Notes: properties inferred about a file that does not state them.
 
-use super::Layout;
 use super::coordinates::{Coordinates, Jitter};
 use super::interpolate::Interpolation;
+use super::labelled::of_unit;
 use super::storage::Storage;
-use crate::measure::digits;
+use super::{Axis, Layout, Quantity};
+use crate::measure::{Frequency, Length, Time, digits, symbol};
+use crate::unit::unknown_word;
 
 /// Ratio of columns to rows above which it is doubtful that rows are times.
 pub(super) const WIDE: usize = 8;
@@ -111,6 +113,16 @@ pub enum Note {
     Wide { rows: usize, columns: usize },
     /// The first site of an array rises evenly, as times do.
     RisingSite { step: f64 },
+    /// A word in the unit of `what` that is no unit.
+    UnknownUnit { what: &'static str, word: String },
+    /// A unit of samples, times or positions that is one of something else.
+    OtherUnit {
+        what: &'static str,
+        unit: String,
+        of: &'static str,
+        /// What samples in that unit measure.
+        quantity: Option<Quantity>,
+    },
 }
 
 impl Note {
@@ -137,6 +149,8 @@ impl Note {
             Note::FirstColumn { .. } => "first-column",
             Note::Wide { .. } => "wide-array",
             Note::RisingSite { .. } => "rising-site",
+            Note::UnknownUnit { .. } => "unknown-unit",
+            Note::OtherUnit { .. } => "other-unit",
         }
     }
 
@@ -272,6 +286,12 @@ impl Note {
                 "the first site rises evenly by {}, as a column of times does",
                 digits(*step)
             ),
+            Note::UnknownUnit { what, word } => {
+                format!("{word:?} in the unit of {what} is no unit that is known")
+            }
+            Note::OtherUnit { what, unit, of, .. } => {
+                format!("{unit} is a unit of {of}, and not of {what}")
+            }
         }
     }
 
@@ -325,8 +345,37 @@ impl Note {
     pub fn is_doubtful(&self) -> bool {
         matches!(
             self,
-            Note::Delays | Note::Remark { .. } | Note::Wide { .. } | Note::RisingSite { .. }
+            Note::Delays
+                | Note::Remark { .. }
+                | Note::Wide { .. }
+                | Note::RisingSite { .. }
+                | Note::UnknownUnit { .. }
+                | Note::OtherUnit { .. }
         ) || matches!(self, Note::Resampled { error, .. } | Note::Aligned { error, .. } if *error > LOSS)
+    }
+
+    /// Notes on the units of the samples and of both axes.
+    pub(super) fn on_units(
+        quantity: Quantity,
+        unit: Option<&str>,
+        [time, space]: [&Axis; 2],
+    ) -> Vec<Note> {
+        let samples = unit.and_then(|unit| on_unit_of_samples(unit, quantity));
+        let times = time.unit.as_deref().and_then(|unit| {
+            on_unit(
+                "times",
+                unit,
+                &[(symbol::<Length>(unit).is_some(), "length")],
+            )
+        });
+        let positions = space.unit.as_deref().and_then(|unit| {
+            on_unit(
+                "positions",
+                unit,
+                &[(symbol::<Time>(unit).is_some(), "time")],
+            )
+        });
+        [samples, times, positions].into_iter().flatten().collect()
     }
 
     /// A note on an array without a stated layout.
@@ -354,6 +403,42 @@ impl Note {
             Some(_) => None,
         }
     }
+}
+
+fn on_unit_of_samples(unit: &str, taken: Quantity) -> Option<Note> {
+    let what = taken.in_words();
+    match of_unit(unit) {
+        Some(quantity) if quantity != taken => Some(Note::OtherUnit {
+            what,
+            unit: unit.to_owned(),
+            of: quantity.in_words(),
+            quantity: Some(quantity),
+        }),
+        Some(_) => None,
+        None => {
+            let [time, frequency] = [
+                symbol::<Time>(unit).is_some(),
+                symbol::<Frequency>(unit).is_some(),
+            ];
+            on_unit(what, unit, &[(time, "time"), (frequency, "frequency")])
+        }
+    }
+}
+
+/// A note on a unit that is of something else, or that has a word that is no unit.
+fn on_unit(what: &'static str, unit: &str, others: &[(bool, &'static str)]) -> Option<Note> {
+    let other = others.iter().find(|(is_it, _)| *is_it).map(|(_, of)| *of);
+    let unknown = || {
+        let word = unknown_word(unit)?.to_owned();
+        Some(Note::UnknownUnit { what, word })
+    };
+    let other = other.map(|of| Note::OtherUnit {
+        what,
+        unit: unit.to_owned(),
+        of,
+        quantity: None,
+    });
+    other.or_else(unknown)
 }
 
 /// What resampling has done.

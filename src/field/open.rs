@@ -399,6 +399,9 @@ pub(super) fn completed(
             });
         }
     }
+    let quantity = stated.quantity.or(contents.quantity).unwrap_or_default();
+    let unit = stated.unit.or(contents.unit).map(|unit| quotient(&unit));
+    notes.extend(Note::on_units(quantity, unit.as_deref(), [&time, &space]));
     let field = Field {
         storage: contents.storage,
         opened: None,
@@ -407,8 +410,8 @@ pub(super) fn completed(
         name: name.to_owned(),
         time,
         space,
-        quantity: stated.quantity.or(contents.quantity).unwrap_or_default(),
-        unit: stated.unit.or(contents.unit).map(|unit| quotient(&unit)),
+        quantity,
+        unit,
         axis_names: contents.axis_names,
         channels: contents.channels,
         struck: contents.struck,

@@ -385,3 +385,71 @@ fn messages_name_what_was_typed_and_the_file() {
         assert!(!said.contains(not), "{words}: {said}");
     }
 }
+
+/// A word that is no unit is named with what to type, and so is a unit of something else; composed ones and those of
+/// devices are not.
+#[test]
+fn regress_units_that_are_none_are_named() {
+    let place = Place::new();
+    place.save("a.npy", &pulse(256, 8));
+    let said = |options: &str| {
+        let words = format!("analyze a.npy --dt 10us --dx 2mm --figures none --force {options}");
+        let output = place.run(&words.split_whitespace().collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let warnings = place.json("a-cascade/summary.json")["warnings"].to_string();
+        (text(&output.stdout) + &text(&output.stderr), warnings)
+    };
+    for (options, words) in [
+        ("--unit banana", ["\"banana\"", "--unit m/s"]),
+        ("--unit bananas/s", ["\"bananas\"", "--unit m/s"]),
+        (
+            "--unit mm",
+            [
+                "a unit of displacement, and not of velocity",
+                "--quantity displacement",
+            ],
+        ),
+        (
+            "--unit m/s^2",
+            ["a unit of acceleration", "--quantity acceleration"],
+        ),
+        ("--unit ms", ["ms is a unit of time", "--unit m/s"]),
+        ("--unit kHz", ["kHz is a unit of frequency", "--unit m/s"]),
+        (
+            "--unit m/s --quantity strain-rate",
+            ["not of strain rate", "--quantity velocity"],
+        ),
+        (
+            "--time-unit ms --space-unit foobar --dx 2",
+            ["\"foobar\"", "--space-unit m"],
+        ),
+        (
+            "--dx 2 --space-unit ms",
+            ["ms is a unit of time, and not of positions", "--layout"],
+        ),
+    ] {
+        let options = match options.contains("--dx") {
+            true => options.replace("--dx 2", ""),
+            false => options.to_owned(),
+        };
+        let (printed, warnings) = said(&options);
+        for word in words {
+            assert!(printed.contains(word), "{options}: {printed}");
+        }
+        assert!(warnings.contains("-unit"), "{options}: {warnings}");
+    }
+    for unit in [
+        "m/s",
+        "(m/s)",
+        "\u{b5}\u{3b5}/s --quantity strain-rate",
+        "counts",
+        "V",
+        "a.u.",
+        "v0",
+        "mV/(m/s)",
+    ] {
+        let (printed, warnings) = said(&format!("--unit {unit}"));
+        assert!(!printed.contains("--unit"), "{unit}: {printed}");
+        assert!(!warnings.contains("-unit"), "{unit}: {warnings}");
+    }
+}

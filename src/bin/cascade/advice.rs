@@ -7,7 +7,7 @@ use wavecascade::error::{
     CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, Problem, ScanFault,
     SceneFault,
 };
-use wavecascade::field::Note;
+use wavecascade::field::{Note, Quantity};
 use wavecascade::report::Unresolved;
 
 /// Of an error, where there is something to do.
@@ -336,6 +336,27 @@ pub fn of_note(note: &Note) -> Option<&'static str> {
             "if it holds times, save the array without it and state `--dt`, or save the times \
              apart: `numpy.savez(path, v=array, t=times)`",
         ),
+        Note::UnknownUnit { what: "times", .. } => {
+            Some("state a unit of time, such as `--time-unit s`")
+        }
+        Note::UnknownUnit {
+            what: "positions", ..
+        } => Some("state a unit of length, such as `--space-unit m`"),
+        Note::UnknownUnit { .. } => Some("state another unit, such as `--unit m/s`"),
+        Note::OtherUnit { what: "times", .. } => {
+            Some("state `--layout` if the axes are exchanged, or `--time-unit`")
+        }
+        Note::OtherUnit {
+            what: "positions", ..
+        } => Some("state `--layout` if the axes are exchanged, or `--space-unit`"),
+        Note::OtherUnit { quantity, .. } => Some(match quantity {
+            Some(Quantity::Velocity) => "state `--quantity velocity`, or another `--unit`",
+            Some(Quantity::Displacement) => "state `--quantity displacement`, or another `--unit`",
+            Some(Quantity::Acceleration) => "state `--quantity acceleration`, or another `--unit`",
+            Some(Quantity::StrainRate) => "state `--quantity strain-rate`, or another `--unit`",
+            Some(Quantity::Force) => "state `--quantity force`, or another `--unit`",
+            None => "state the unit of the samples, such as `--unit m/s`",
+        }),
         _ => None,
     }
 }

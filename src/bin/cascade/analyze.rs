@@ -11,8 +11,8 @@ use wavecascade::analyze::{
     Analysis, Request, Results, ShortTime, TimeRange, Welch, plan, run as run_plan,
 };
 use wavecascade::budget::answer_of_run;
-use wavecascade::field::{FileState, Note, OpenOptions, Quantity, TimeColumn, is_run_file};
-use wavecascade::measure::{Dimension, Frequency, Length, Measure, Time, symbol};
+use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
+use wavecascade::measure::{Dimension, Measure};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
     Doubt, Provenance, ResultDirectory, RunFile, Summary, analysis_snippet, html, records_csv,
@@ -348,24 +348,6 @@ pub fn advised(doubt: Doubt) -> Option<String> {
 pub fn print_notes(field: &Field, quiet: bool) {
     if quiet {
         return;
-    }
-    if let Some(unit) = field
-        .unit
-        .as_deref()
-        .filter(|_| field.quantity == Quantity::Velocity)
-    {
-        let of = [
-            (symbol::<Length>(unit).is_some(), "a length"),
-            (symbol::<Time>(unit).is_some(), "a time"),
-            (symbol::<Frequency>(unit).is_some(), "a frequency"),
-        ];
-        if let Some((_, what)) = of.iter().find(|(is, _)| *is) {
-            let message =
-                format!("{unit} is the unit of {what}, and the samples are taken for velocities");
-            terminal::message(Tone::Warning, &message);
-            let advice = "state `--quantity displacement`, or the unit of the velocities";
-            terminal::message(Tone::Help, advice);
-        }
     }
     for note in &field.notes {
         let kind = match note.is_doubtful() {

@@ -372,7 +372,7 @@ pub(super) fn quantity(
 }
 
 /// The quantity that is measured in `unit`.
-fn of_unit(unit: &str) -> Option<Quantity> {
+pub(super) fn of_unit(unit: &str) -> Option<Quantity> {
     let spelled: String = unit.chars().filter(|c| !c.is_whitespace()).collect();
     let spelled = spelled
         .replace("**", "")
