@@ -307,3 +307,22 @@ fn regress_an_interrupt_leaves_nothing() {
     );
     assert_eq!(place.names(), before);
 }
+
+/// The bodies of a graded chain are known from either file of its run, so that fronts are weighed by the same masses.
+#[test]
+fn regress_graded_runs_say_the_same_in_both_formats() {
+    let place = Place::new();
+    let scene = "sites = 60\nmass_taper = 3.0\nend_time = 100\nsamples = 1024\ntolerance = 1e-6\n";
+    fs::write(place.path("graded.toml"), scene).unwrap();
+    let answers = ["run.npz", "run.nc"].map(|name| {
+        place.good(&["simulate", "graded.toml", "--out", name, "--quiet"]);
+        let words = ["analyze", name, "--figures", "none", "--quiet", "--out"];
+        place.good(&[&words[..], &[&format!("of-{name}")]].concat());
+        place.json(&format!("of-{name}/summary.json"))["answer"].clone()
+    });
+    assert_eq!(answers[0], answers[1]);
+    let [a, b] = ["run.npz", "run.nc"].map(|name| open(&place, name));
+    let masses = a.masses.unwrap();
+    assert_eq!(Some(&masses), b.masses.as_ref());
+    assert!((masses[59] / masses[0] - 3.0).abs() < 1e-12, "{masses:?}");
+}

@@ -21,7 +21,7 @@ use super::open::{Contents, FileSource};
 use super::options::{Delays, Label};
 use super::scan::NamedNumber;
 use super::storage::Packing;
-use super::{Note, Quantity, names};
+use super::{Note, Quantity, graded_masses, names};
 use crate::error::{Error, InputFault, Result};
 use crate::measure::{self, Length};
 
@@ -115,6 +115,8 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
             _ => None,
         };
         contents.struck = contents.struck.filter(|site| *site < n_sites);
+        contents.masses =
+            masses(&container, n_sites).map_err(|fault| source.container_fault(fault))?;
     }
     contents.note_doubts(choice.is_layout_known || stated.layout.is_some());
     if attributes.get("delays").is_none() {
@@ -127,6 +129,19 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         }
         treated => delays::aligned(source, &container, contents, treated),
     }
+}
+
+/// The masses of a graded chain of `n_sites` bodies, of a run.
+fn masses(container: &Container, n_sites: usize) -> wavecascade_formats::Result<Option<Vec<f64>>> {
+    let numbers = |name| {
+        container
+            .find(name)
+            .map(|i| container.numbers(i))
+            .transpose()
+    };
+    let bodies = numbers("mass")?.zip(numbers("contact_coefficient")?);
+    let bodies = bodies.filter(|(masses, _)| masses.len() == n_sites);
+    Ok(bodies.and_then(|(masses, coefficients)| graded_masses(&masses, &coefficients)))
 }
 
 /// What the attributes of a variable, else its group or struct, else the groups around it state under a name:
