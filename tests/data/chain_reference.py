@@ -4,6 +4,7 @@ Compiles chain_reference.cpp beside this file (g++) into a temporary directory a
 Needs NumPy.
 
     python chain_reference.py shipped            # dimer_14.622.npz and collisions.json, here
+    python chain_reference.py flights            # expected velocities of flights.json, here
     python chain_reference.py check REFERENCES   # against N100_kappa*.npz made by another program
     python chain_reference.py dimer SITES KAPPA END SAMPLES OUT.npz
 """
@@ -81,6 +82,19 @@ def shipped():
     (HERE / "collisions.json").write_text(json.dumps(record, indent=1) + "\n")
 
 
+def flights():
+    """Of each case the velocities at one of its samples."""
+    path = HERE / "flights.json"
+    record = json.loads(path.read_text())
+    for case in record["cases"]:
+        times = uniform(case["end_time"], case["samples"])[[0, case["sample"]]]
+        # A last contact of coefficient 0 leaves the end free.
+        v, _ = trajectory(case["mass"], [*case["coefficient"], 0.0], case["velocity"], times)
+        case["expected"] = v[1].tolist()
+    record["made_by"] = f"chain_reference.py flights, {datetime.date.today()}"
+    path.write_text(json.dumps(record, indent=1) + "\n")
+
+
 def check(folder):
     for path in sorted(pathlib.Path(folder).glob("N100_kappa*.npz")):
         kappa = float(path.stem.removeprefix("N100_kappa"))
@@ -94,6 +108,8 @@ def main():
     match sys.argv[1:]:
         case ["shipped"]:
             shipped()
+        case ["flights"]:
+            flights()
         case ["check", folder]:
             check(folder)
         case ["dimer", sites, kappa, end, samples, out]:
