@@ -11,15 +11,9 @@ use test_support::running::{partial, sparse, start, wait_for};
 /// Begins an analysis of `long.npy`, and waits until its passes begin.
 fn begun(place: &Place, options: &[&str]) -> Child {
     sparse(place, "long.npy", 40_000, 400);
-    let words = [
-        "analyze",
-        "long.npy",
-        "--out",
-        "result",
-        "--figures",
-        "none",
-    ];
-    let mut child = start(place, &[&words[..], options].concat());
+    let words = ["analyze", "long.npy", "--out", "result"];
+    let words = [&words[..], &["--figures", "none"], options].concat();
+    let mut child = start(place, &words);
     wait_for(&mut child, || {
         let folder = partial(place);
         folder.is_some_and(|name| place.path(&name).join("spectra.npz").exists())
@@ -75,9 +69,8 @@ fn regress_a_field_overwritten_with_its_time_kept_is_an_error() {
 #[test]
 fn regress_a_copy_may_change_on_the_disk() {
     let place = test_support::pulse::place();
-    let words = ["analyze", "wave.npy", "--figures", "none", "--out"];
-    place.good(&[&words[..], &["mapped"]].concat());
-    place.good(&[&words[..], &["copied", "--read", "copy"]].concat());
+    place.says("analyze wave.npy --figures none --out mapped");
+    place.says("analyze wave.npy --figures none --out copied --read copy");
     let hash = |result: &str| place.json(&format!("{result}/summary.json"))["provenance"].clone();
     let (mapped, copied) = (hash("mapped"), hash("copied"));
     assert!(mapped["input_blake3"].is_string(), "{mapped}");
@@ -90,10 +83,7 @@ fn regress_a_copy_may_change_on_the_disk() {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     sparse(&place, "long.npy", 40_000, 400);
-    let said = place.bad(
-        2,
-        &["analyze", "long.npy", "--read", "copy", "--memory", "100MB"],
-    );
+    let said = place.refuses(2, "analyze long.npy --read copy --memory 100MB");
     assert!(
         said.contains("a copy of the file needs 122.08 MiB"),
         "{said}"
@@ -137,27 +127,17 @@ fn regress_a_limit_of_the_size_of_files_is_an_error() {
     }
 }
 
+/// The sidecar of an array has the longer name.
 #[test]
 fn regress_names_as_long_as_the_system_allows() {
     let place = test_support::pulse::place();
-    let analyze = ["analyze", "wave.npy", "--figures", "none", "--out"];
-    let filter = ["filter", "wave.npy", "--frequency", "0:2", "--out"];
-    let simulate = ["simulate", "--sites", "4", "--samples", "8", "--out"];
-    let all = [
-        (&analyze[..], ""),
-        (&filter, ".npz"),
-        (&simulate, ".npz"),
-        (&filter, ".npy"),
-    ];
-    for ((words, end), letter) in all.into_iter().zip(["a", "b", "c", "d"]) {
-        // The sidecar of an array has the longer name.
-        for length in [245, if end == ".npy" { 250 } else { 255 }] {
-            let name = letter.repeat(length - end.len()) + end;
-            place.good(&[words, &[name.as_str()]].concat());
-            assert!(place.path(&name).exists());
-        }
-        let name = letter.repeat(if end == ".npy" { 251 } else { 256 } - end.len()) + end;
-        let said = place.bad(1, &[words, &[name.as_str()]].concat());
+    for (longest, end) in [(255, ".npz"), (250, ".npy")] {
+        let line = |length: usize| {
+            let name = "a".repeat(length - end.len());
+            format!("filter wave.npy --frequency 0:2 --out {name}{end}")
+        };
+        place.says(&line(longest));
+        let said = place.refuses(1, &line(longest + 1));
         assert!(said.contains("File name too long"), "{said}");
     }
 }
@@ -169,11 +149,8 @@ fn regress_a_result_does_not_take_the_place_of_a_symbolic_link() {
     symlink("folder", place.path("link")).unwrap();
     symlink("nowhere", place.path("broken")).unwrap();
     for out in ["link", "link/", "broken", "/dev/full"] {
-        for words in [
-            &["analyze", "wave.npy", "--out", out][..],
-            &["analyze", "wave.npy", "--force", "--out", out],
-        ] {
-            let said = place.bad(2, words);
+        for force in ["", "--force"] {
+            let said = place.refuses(2, &format!("analyze wave.npy --out {out} {force}"));
             let expected = match out {
                 "/dev/full" => "is there and is no directory",
                 _ => "is a symbolic link",
@@ -186,14 +163,7 @@ fn regress_a_result_does_not_take_the_place_of_a_symbolic_link() {
         assert!(place.bad(2, &simulate).contains("is "), "{out}");
     }
     // Through a link to its folder a result goes where that leads.
-    place.good(&[
-        "analyze",
-        "wave.npy",
-        "--out",
-        "link/result",
-        "--figures",
-        "none",
-    ]);
+    place.says("analyze wave.npy --out link/result --figures none");
     assert!(place.path("folder/result/summary.json").exists());
     assert_eq!(fs::read_dir(place.path("folder")).unwrap().count(), 1);
 }
@@ -210,34 +180,20 @@ fn at_once(place: &Place, commands: &[&[&str]]) -> Vec<Option<i32>> {
 #[test]
 fn regress_of_several_runs_of_one_new_file_one_succeeds() {
     let place = test_support::pulse::place();
-    for words in [
-        &["convert", "wave.npy", "new.npz"][..],
-        &["convert", "wave.npy", "new.nc"],
-        &["convert", "wave.npy", "new.npy"],
-        &["convert", "wave.npy", "new.csv"],
-        &[
-            "filter",
-            "wave.npy",
-            "--towards",
-            "plus-x",
-            "--out",
-            "new.npz",
-        ],
-        &[
-            "simulate",
-            "--sites",
-            "3",
-            "--end-time",
-            "3",
-            "--out",
-            "new.npz",
-        ],
+    for line in [
+        "convert wave.npy new.npz",
+        "convert wave.npy new.nc",
+        "convert wave.npy new.npy",
+        "convert wave.npy new.csv",
+        "filter wave.npy --towards plus-x --out new.npz",
+        "simulate --sites 3 --end-time 3 --out new.npz",
     ] {
+        let words: Vec<&str> = line.split(' ').collect();
         let before = place.names();
         for _ in 0..8 {
-            let mut codes = at_once(&place, &[words; 4]);
+            let mut codes = at_once(&place, &[&words[..]; 4]);
             codes.sort();
-            assert_eq!(codes, [Some(0), Some(2), Some(2), Some(2)], "{words:?}");
+            assert_eq!(codes, [Some(0), Some(2), Some(2), Some(2)], "{line}");
             for name in place.names().difference(&before) {
                 assert!(name.starts_with("new."), "{name}");
                 fs::remove_file(place.path(name)).unwrap();

@@ -29,37 +29,18 @@ fn scan(place: &Place) {
 fn a_file_is_listed_with_what_is_missing_and_the_command() {
     let place = Place::new();
     scan(&place);
-    let said = place.good(&["inspect", "scan.nc"]);
-    for part in [
-        "a NetCDF-3 file",
-        "x: 6, y: 2, time: 40",
-        "m s-1",
-        "--at y=#0",
-    ] {
+    let said = place.says("inspect scan.nc");
+    for part in ["NetCDF-3", "x: 6, y: 2, time: 40", "m s-1", "--at y=#0"] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    let said = place.good(&["inspect", "scan.nc", "--at", "y=#1"]);
-    let command = "next: cascade analyze scan.nc --at y=#1\n";
-    assert!(said.contains(command), "{said}");
-    assert!(
-        said.contains("40 times") && said.contains("6 sites"),
-        "{said}"
-    );
-    let json: Value = serde_json::from_str(&place.good(&["inspect", "scan.nc", "--json"])).unwrap();
+    let said = place.says("inspect scan.nc --at y=#1");
+    for part in ["analyze scan.nc --at y=#1\n", "40 times", "6 sites"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let json: Value = serde_json::from_str(&place.says("inspect scan.nc --json")).unwrap();
     assert_eq!(json["variables"][2]["path"], "v");
     assert!(json["field"]["error"].as_str().unwrap().contains('y'));
-
-    place.good(&[
-        "analyze",
-        "scan.nc",
-        "--at",
-        "y=#1",
-        "--select",
-        "time=:30us",
-        "--out",
-        "result",
-        "-q",
-    ]);
+    place.says("analyze scan.nc --at y=#1 --select time=:30us --out result -q");
     let field = &place.json("result/summary.json")["field"];
     assert_eq!(field["shape"], serde_json::json!([31, 6]));
 }
@@ -70,33 +51,17 @@ fn what_a_file_lacks_is_refused_with_advice() {
     scan(&place);
     let bytes = fs::read(place.path("scan.nc")).unwrap();
     fs::write(place.path("cut.nc"), &bytes[..bytes.len() / 2]).unwrap();
-    fs::write(place.path("bad.h5"), b"\x89HDF\r\n\x1a\nxxxx").unwrap();
-    for (words, parts) in [
-        ("analyze scan.nc", &["also along y", "--at y="][..]),
-        (
-            "analyze scan.nc --variable speed",
-            &["\"speed\"", "--variable"],
-        ),
-        (
-            "analyze scan.nc --at z=1",
-            &["\"z\"", "x: 6, y: 2, time: 40"],
-        ),
-        (
-            "analyze scan.nc --at y=#5",
-            &["an index from 0 to 1", "cascade inspect"],
-        ),
-        ("analyze cut.nc", &["cut.nc", "copy or write it again"]),
-        ("inspect cut.nc", &["cut.nc", "copy or write it again"]),
-        ("analyze bad.h5", &["bad.h5", "help: "]),
-        ("inspect absent.h5", &["absent.h5", "No such file"]),
+    for (code, line, named) in [
+        (1, "analyze scan.nc", "--at y="),
+        (1, "analyze scan.nc --variable speed", "\"speed\""),
+        (1, "analyze scan.nc --at z=1", "x: 6, y: 2, time: 40"),
+        (1, "analyze scan.nc --at y=#5", "0 to 1"),
+        (1, "inspect cut.nc", "cut.nc"),
+        (1, "inspect absent.h5", "No such file"),
+        (2, "analyze scan.nc --at y", "--at"),
+        (2, "analyze scan.nc --select time=3", "--select"),
     ] {
-        let said = place.bad(1, &words.split(' ').collect::<Vec<_>>());
-        let said = test_support::made::in_one_line(&said);
-        for part in parts {
-            assert!(said.contains(part), "{words}: {part}: {said}");
-        }
-    }
-    for words in ["analyze scan.nc --at y", "analyze scan.nc --select time=3"] {
-        place.bad(2, &words.split(' ').collect::<Vec<_>>());
+        let said = test_support::made::in_one_line(&place.refuses(code, line));
+        assert!(said.contains(named), "{line}: {said}");
     }
 }

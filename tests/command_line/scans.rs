@@ -7,7 +7,7 @@ use std::fs;
 
 use serde_json::Value;
 use test_support::made::{open, values};
-use test_support::place::{Place, set, text};
+use test_support::place::{Place, text};
 
 /// A wave of 96 times at 12 positions, the times of site j later by j steps.
 fn scan() -> Place {
@@ -30,185 +30,88 @@ fn scan() -> Place {
 #[test]
 fn the_files_of_a_scan_are_one_field() {
     let place = scan();
-    let words = [
-        "analyze",
-        "line/*.csv",
-        "--position-from",
-        "name",
-        "--channel",
-        "v",
-    ];
-    let said = place.good(&words);
+    let line = "analyze line/*.csv --position-from name --channel v";
+    let said = place.says(line);
     assert!(said.contains("12 files are one field"), "{said}");
-    assert!(
-        said.contains("-11 to 0 samples later in a record"),
-        "{said}"
-    );
     let summary = place.json("line-cascade/summary.json");
     assert_eq!(summary["field"]["shape"], serde_json::json!([85, 12]));
-    let input = summary["provenance"]["input"].as_str().unwrap();
+    let provenance = &summary["provenance"];
+    let input = provenance["input"].as_str().unwrap();
     assert!(input.starts_with("12 files, line/x=0mm.csv to "), "{input}");
-    assert_eq!(
-        summary["provenance"]["input_blake3"]
-            .as_str()
-            .unwrap()
-            .len(),
-        64
-    );
+    assert_eq!(provenance["input_blake3"].as_str().unwrap().len(), 64);
     let table = fs::read_to_string(place.path("line-cascade/records.csv")).unwrap();
     let rows: Vec<&str> = table.lines().collect();
-    assert_eq!(rows.len(), 13);
-    assert_eq!(rows[2], "line/x=5mm.csv,5,96,-1,0,");
+    assert_eq!((rows.len(), rows[2]), (13, "line/x=5mm.csv,5,96,-1,0,"));
     // It is a result that can be replaced, and planned.
-    place.good(&[&words[..], &["--force", "--quiet"]].concat());
-    assert!(
-        place
-            .good(&[&words[..], &["--plan", "--quiet"]].concat())
-            .contains("12")
-    );
+    place.says(&format!("{line} --force --quiet"));
+    assert!(place.says(&format!("{line} --plan --quiet")).contains("12"));
+    for (words, named) in [
+        ("--position-from name", "--channel"),
+        ("--position-from sideways", "name, header, or a table"),
+        ("--reference hammer", "--position-from"),
+        ("--position-from name --channel w", "v, hammer"),
+    ] {
+        let said = place.refuses(2, &format!("analyze line/*.csv {words}"));
+        let said = test_support::made::in_one_line(&said);
+        assert!(said.contains(named), "{words}: {said}");
+    }
 }
 
 #[test]
-fn inspection_shows_what_is_taken_of_each_file() {
+fn inspection_and_conversion_show_what_is_taken_of_each_file() {
     let place = scan();
-    let words = [
-        "inspect",
-        "line/*.csv",
-        "--position-from",
-        "name",
-        "--reference",
-        "hammer",
-    ];
-    let said = place.good(&words);
-    for part in [
-        "12 files as a field",
-        "96 times",
-        "12 sites from 0 mm by 5.000 mm",
-        "..",
-        "line/x=55mm.csv",
-    ] {
-        assert!(said.contains(part), "{part}: {said}");
+    for command in ["inspect line/*.csv", "convert line/*.csv field.nc"] {
+        let line = format!("{command} --position-from name --reference hammer --json");
+        let output = place.run(&line.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let listed: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let records = listed["records"].as_array().unwrap();
+        assert_eq!((records.len(), &records[3]["position"]), (12, &15.0.into()));
+        let is_alike = |record: &Value| record["correlation"].as_f64().unwrap() > 0.999;
+        assert!(records.iter().all(is_alike), "{listed}");
     }
-    assert!(!said.contains("line/x=25mm.csv"), "{said}");
-    let listed: Value =
-        serde_json::from_str(&place.good(&[&words[..], &["--json"]].concat())).unwrap();
-    let records = listed["records"].as_array().unwrap();
-    assert_eq!(
-        (records.len(), &records[3]["position"]),
-        (12, &serde_json::json!(15.0))
-    );
-    assert!(
-        records
-            .iter()
-            .all(|record| record["correlation"].as_f64().unwrap() > 0.999)
-    );
-    assert_eq!(listed["field"]["space"]["step"], 5.0);
-}
-
-#[test]
-fn what_is_no_scan_is_refused_with_advice() {
-    let place = scan();
-    let table = "file,position_mm\nx=0mm.csv,0\n";
-    fs::write(place.path("where.csv"), table).unwrap();
-    for (words, code, parts) in [
+    // The shell expands patterns that are not quoted; the last word is the file to write.
+    let two = "convert line/x=0mm.csv line/x=5mm.csv";
+    place.says(&format!(
+        "{two} two.npy --position-from name --channel v --quiet"
+    ));
+    assert_eq!(open(&place, "two.npy").n_sites(), 2);
+    for (line, named) in [
+        ("inspect line/*.csv".to_owned(), "--position-from"),
+        (format!("{two} two.npy"), "--position-from"),
         (
-            "--position-from name",
-            2,
-            &["expected one record, found 2", "--channel"][..],
+            format!("{two} line/x=10mm.csv --position-from name --channel v"),
+            "line/x=10mm.csv",
         ),
-        (
-            "--position-from where.csv --channel v",
-            2,
-            &["a position in where.csv", "add a row"],
-        ),
-        (
-            "--position-from name --channel w",
-            2,
-            &["\"w\", found v, hammer"],
-        ),
-        (
-            "--position-from sideways",
-            2,
-            &["expected name, header, or a table"],
-        ),
-        ("--reference hammer", 2, &["--position-from"]),
-        (
-            "--position-from header --channel v",
-            2,
-            &["the headers", "--position-from table.csv"],
-        ),
-        ("--position-from name:y --channel v", 2, &["the names"]),
-        (
-            "--position-from name --channel v --resample fast",
-            2,
-            &["expected nearest, linear or cubic"],
-        ),
-        ("--position-from name --channel v --dx -1", 2, &["above 0"]),
     ] {
-        let words: Vec<&str> = ["analyze", "line/*.csv"]
-            .into_iter()
-            .chain(words.split(' '))
-            .collect();
-        let output = place.command(&words).output().unwrap();
-        let said = text(&output.stderr)
-            .split_whitespace()
-            .collect::<Vec<_>>()
-            .join(" ");
-        assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
-        for part in parts {
-            assert!(said.contains(part), "{part}: {said}");
-        }
+        let said = place.refuses(2, &line);
+        assert!(said.contains(named), "{line}: {said}");
     }
-    assert_eq!(place.names(), set(&["line", "where.csv"]));
-    // Without the option they are several fields, which inspection does not list.
-    let output = place.command(["inspect", "line/*.csv"]).output().unwrap();
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("--position-from"));
 }
 
 #[test]
 fn uneven_times_are_refused_or_resampled() {
     let place = Place::new();
     let time = |n: usize| n as f64 + if n % 5 == 2 { 0.2 } else { 0.0 };
-    let row = |n: usize| {
-        format!(
-            "{},{},{}\n",
-            time(n),
-            (0.3 * time(n)).sin(),
-            (0.3 * time(n) - 1.0).sin()
-        )
-    };
+    let wave = |n: usize, late: f64| (0.3 * time(n) - late).sin();
+    let row = |n: usize| format!("{},{},{}\n", time(n), wave(n, 0.0), wave(n, 1.0));
     let rows: String = (0..64).map(row).collect();
     fs::write(place.path("v.csv"), format!("time_s,a,b\n{rows}")).unwrap();
-    let output = place.command(["analyze", "v.csv"]).output().unwrap();
-    let said = text(&output.stderr);
-    assert!(
-        said.contains("line ") && said.contains("--resample cubic"),
-        "{said}"
-    );
-    let said = place.good(&[
-        "analyze",
-        "v.csv",
-        "--resample",
-        "time=linear",
-        "--out",
-        "r",
-    ]);
-    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains("linear interpolation"), "{said}");
-    let warnings = &place.json("r/summary.json")["warnings"];
-    let is_it = |warning: &Value| warning["code"] == "resampled";
-    assert!(warnings.as_array().unwrap().iter().any(is_it), "{warnings}");
-    place.good(&["analyze", "v.csv", "--resample", "cubic", "--out", "c"]);
-    let summary = place.json("c/summary.json");
-    assert!(!summary["warnings"].as_array().unwrap().iter().any(is_it));
-    let read_as = summary["provenance"]["read_as"].to_string();
-    assert!(read_as.contains("cubic interpolation"), "{read_as}");
+    let said = place.refuses(1, "analyze v.csv");
+    assert!(said.contains("--resample cubic"), "{said}");
+    for (method, is_doubtful) in [("time=linear", true), ("cubic", false)] {
+        place.says(&format!(
+            "analyze v.csv --resample {method} --out r --force"
+        ));
+        let summary = place.json("r/summary.json");
+        let warnings = summary["warnings"].as_array().unwrap();
+        let is_it = |warning: &Value| warning["code"] == "resampled";
+        assert_eq!(warnings.iter().any(is_it), is_doubtful, "{warnings:?}");
+    }
 }
 
-/// A scan of `tests/data` is converted to every format, each the expected field, and its analysis is that of the
-/// converted field.
-fn converted(kind: &str, options: &[&str]) {
+/// A scan of `tests/data` is converted, is the expected field, and its analysis is that of the converted field.
+fn converted(kind: &str, options: &str) {
     let expected: Value = serde_json::from_str(include_str!("../data/scan_files.json")).unwrap();
     let expected = &expected[kind];
     let numbers = |of: &Value| -> Vec<f64> {
@@ -222,123 +125,44 @@ fn converted(kind: &str, options: &[&str]) {
         let file = file.unwrap();
         fs::copy(file.path(), place.path("scan").join(file.file_name())).unwrap();
     }
-    let pattern = "scan/*";
+    place.says(&format!("convert scan/* field.nc --quiet {options}"));
+    let field = open(&place, "field.nc");
+    let found = values(&field);
+    let rows: Vec<Vec<f64>> = found.outer_iter().map(|row| row.to_vec()).collect();
+    let samples = expected["samples"].as_array().unwrap().iter();
+    assert_eq!(rows, samples.map(numbers).collect::<Vec<_>>());
+    for (found, key) in [(field.time.origin, "t0"), (field.time.step, "dt")] {
+        let wanted = expected[key].as_f64().unwrap();
+        assert!(
+            (found - wanted).abs() <= 1e-15 * wanted.abs(),
+            "{key}: {found}"
+        );
+    }
     let positions = numbers(&expected["positions"]);
-    for out in ["field.nc", "field.npz", "field.npy", "field.csv"] {
-        let words = [&["convert", pattern, out, "--quiet"][..], options].concat();
-        place.good(&words);
-        let field = open(&place, out);
-        let rows: Vec<Vec<f64>> = values(&field)
-            .outer_iter()
-            .map(|row| row.to_vec())
-            .collect();
-        let samples = expected["samples"].as_array().unwrap().iter();
-        assert_eq!(rows, samples.map(numbers).collect::<Vec<_>>(), "{out}");
-        let near = |found: f64, wanted: &Value| {
-            let wanted = wanted.as_f64().unwrap();
-            assert!(
-                (found - wanted).abs() <= 1e-15 * wanted.abs(),
-                "{out}: {found} {wanted}"
-            );
-        };
-        near(field.time.origin, &expected["t0"]);
-        near(field.time.step, &expected["dt"]);
-        assert_eq!(
-            field.time.unit.as_deref(),
-            expected["time_unit"].as_str(),
-            "{out}"
-        );
-        assert_eq!(field.space.origin, positions[0], "{out}");
-        assert_eq!(field.space.step, positions[1] - positions[0], "{out}");
-        assert_eq!(
-            field.space.unit.as_deref(),
-            expected["space_unit"].as_str(),
-            "{out}"
-        );
+    assert_eq!(field.space.origin, positions[0]);
+    assert_eq!(field.space.step, positions[1] - positions[0]);
+    for (found, key) in [
+        (field.time.unit, "time_unit"),
+        (field.space.unit, "space_unit"),
+    ] {
+        assert_eq!(found.as_deref(), expected[key].as_str());
     }
     // What the files state and the field says is the same on both ways.
-    for (words, out) in [
-        ([&["analyze", pattern][..], options].concat(), "a"),
-        (vec!["analyze", "field.nc"], "b"),
-    ] {
-        place.good(&[&words[..], &["--out", out, "--figures", "none", "--quiet"]].concat());
-    }
-    let spectra = |of: &str| fs::read(place.path(of).join("spectra.npz")).unwrap();
-    assert!(spectra("a") == spectra("b"));
+    let spectra = [format!("scan/* {options}"), "field.nc".to_owned()].map(|of| {
+        place.says(&format!(
+            "analyze {of} --out a --figures none --quiet --force"
+        ));
+        fs::read(place.path("a/spectra.npz")).unwrap()
+    });
+    assert!(spectra[0] == spectra[1]);
 }
 
 #[test]
 fn val_pyuff_a_scan_of_universal_files() {
-    converted("uff", &["--position-from", "header"]);
+    converted("uff", "--position-from header");
 }
 
 #[test]
 fn val_segyio_a_scan_of_seg_y_files() {
-    converted("segy", &["--position-from", "header:group_x"]);
-}
-
-#[test]
-fn a_scan_is_converted_with_what_was_taken_of_each_file() {
-    let place = scan();
-    let words = [
-        "convert",
-        "line/*.csv",
-        "field.nc",
-        "--position-from",
-        "name",
-        "--reference",
-        "hammer",
-        "--json",
-    ];
-    let output = place.run(&words);
-    let notes = text(&output.stderr);
-    assert!(
-        notes.contains("12 files are one field") && notes.contains("hammer"),
-        "{notes}"
-    );
-    let said: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let records = said["records"].as_array().unwrap();
-    assert_eq!((records.len(), &said["shape"][1]), (12, &12.into()));
-    assert_eq!(records[3]["position"], 15.0);
-    assert!(
-        records
-            .iter()
-            .all(|record| record["correlation"].as_f64().unwrap() > 0.999)
-    );
-    // The shell expands patterns that are not quoted; the last word is the file to write.
-    let words = [
-        "convert",
-        "line/x=0mm.csv",
-        "line/x=5mm.csv",
-        "two.npy",
-        "--position-from",
-        "name",
-        "--channel",
-        "v",
-    ];
-    place.good(&[&words[..], &["--quiet"]].concat());
-    assert_eq!(open(&place, "two.npy").n_sites(), 2);
-    let said = place.bad(2, &words[..4]);
-    assert!(
-        said.contains("--position-from: expected it beside several files"),
-        "{said}"
-    );
-    let said = place.bad(
-        2,
-        &[
-            "convert",
-            "line/*.csv",
-            "line/x=0mm.csv",
-            "--position-from",
-            "name",
-            "--channel",
-            "v",
-        ],
-    );
-    assert!(said.contains("is no field of this program"), "{said}");
-    let said = place.bad(
-        2,
-        &["convert", "none/*.uff", "a.nc", "--position-from", "name"],
-    );
-    assert!(said.contains("none/*.uff"), "{said}");
+    converted("segy", "--position-from header:group_x");
 }

@@ -101,6 +101,16 @@ impl Place {
         text(&output.stdout)
     }
 
+    /// [`Place::good`] of a command line whose words hold no blanks.
+    pub fn says(&self, line: &str) -> String {
+        self.good(&line.split_whitespace().collect::<Vec<_>>())
+    }
+
+    /// [`Place::bad`] of such a line.
+    pub fn refuses(&self, code: i32, line: &str) -> String {
+        self.bad(code, &line.split_whitespace().collect::<Vec<_>>())
+    }
+
     /// Runs to a failure that leaves the place as it was and prints nothing else, and returns
     /// standard error.
     pub fn bad(&self, code: i32, words: &[&str]) -> String {
