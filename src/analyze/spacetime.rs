@@ -274,20 +274,3 @@ fn add(sums: &mut [f64], terms: impl Iterator<Item = f64>, is_first: bool, facto
         false => sums.for_each(|(sum, term)| *sum = (*sum + term) * factor),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn zero_and_nyquist_lines_have_no_direction() {
-        let even = ByDirection::of(&[1.0, 2.0, 4.0, 8.0], 1, 10);
-        assert_eq!(even.undirected, 1.0 + 4.0);
-        assert_eq!((even.toward_minus_x, even.toward_plus_x), (2.0, 8.0));
-        let odd = ByDirection::of(&[1.0, 2.0, 4.0], 5, 11);
-        assert_eq!(odd.undirected, 2.0);
-        assert_eq!((odd.toward_minus_x, odd.toward_plus_x), (1.0, 4.0));
-        assert_eq!(ByDirection::of(&[1.0, 2.0, 4.0], 5, 10).undirected, 7.0);
-        assert_eq!(ByDirection::of(&[3.0], 1, 10).undirected, 3.0);
-    }
-}

@@ -337,30 +337,6 @@ mod tests {
         assert!(cells[[0, 1]].is_nan());
     }
 
-    #[test]
-    fn blocks_in_any_order_give_the_same_map() {
-        let whole = array![[1.0, -5.0, 2.0], [0.0, 3.0, -2.0], [4.0, 0.0, 0.5]];
-        let mut once = MapBuilder::extreme((3, 3), (2, 2));
-        once.add(0, 0, whole.view());
-        let mut parts = MapBuilder::extreme((3, 3), (2, 2));
-        for (row, column) in [
-            (2, 2),
-            (0, 1),
-            (1, 0),
-            (2, 0),
-            (0, 0),
-            (1, 2),
-            (2, 1),
-            (1, 1),
-            (0, 2),
-        ] {
-            let part = whole.slice(ndarray::s![row..=row, column..=column]);
-            parts.add(row, column, part);
-        }
-        assert_eq!(once.cells(), parts.cells());
-        assert_eq!(once.cells(), array![[-5.0, 2.0], [4.0, 0.5]]);
-    }
-
     /// Widths beyond a register, cells of several columns, blocks that begin inside of one; NaN,
     /// infinities and zeros of both signs.
     #[test]

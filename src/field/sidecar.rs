@@ -233,13 +233,6 @@ fn typed<S: Serializer, D: Dimension>(
 mod tests {
     use super::*;
 
-    fn fault(text: &str) -> (Option<usize>, Option<String>, String) {
-        match Sidecar::parse(text) {
-            Err(InputFault::Sidecar { line, key, reason }) => (line, key, reason),
-            other => panic!("{other:?}"),
-        }
-    }
-
     #[test]
     fn what_is_written_is_read_back() {
         let sidecar = Sidecar {
@@ -253,38 +246,5 @@ mod tests {
         let text = toml::to_string(&sidecar).unwrap();
         assert_eq!(Sidecar::parse(&text), Ok(sidecar));
         assert!(!text.contains("dx"));
-    }
-
-    #[test]
-    fn the_fault_names_line_and_key() {
-        let (line, key, reason) = fault("dt = 1\ndx = -2.0\n");
-        assert_eq!((line, key.as_deref()), (Some(2), Some("dx")));
-        assert_eq!(
-            reason,
-            "expected a finite number above 0, or a text of number and unit (m, km, cm, mm, um, nm), \
-             found -2"
-        );
-
-        let (line, key, _) = fault("dt = 1\n\nlayout = \"sideways\"\n");
-        assert_eq!((line, key.as_deref()), (Some(3), Some("layout")));
-
-        let (line, _, reason) = fault("dt = 1\nDT = 2\n");
-        assert_eq!(line, Some(2));
-        assert!(reason.contains("DT"), "{reason}");
-
-        assert_eq!(fault("dt = 1\ndx = \n").0, Some(2));
-        assert_eq!(fault("t0 = nan").1.as_deref(), Some("t0"));
-        assert_eq!(fault("dt = inf").1.as_deref(), Some("dt"));
-        for wrong in ["\"0.1\"", "\"10 m\"", "\"-1 s\"", "true", "[1]"] {
-            let (_, key, reason) = fault(&format!("dt = {wrong}"));
-            assert_eq!(key.as_deref(), Some("dt"), "{wrong}");
-            assert!(reason.contains("s, ms, us, ns"), "{reason}");
-        }
-        let (_, key, reason) = fault("dt = 1.0\nrate = \"1 Hz\"");
-        assert_eq!(
-            (key.as_deref(), reason.as_str()),
-            (Some("rate"), "expected it or dt, found both")
-        );
-        assert!(fault("fs = 1.0\nrate = 1.0").2.contains("duplicate"));
     }
 }

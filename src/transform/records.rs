@@ -273,24 +273,6 @@ mod tests {
     use crate::transform::direct_sums;
     use ndarray::Array2;
 
-    #[test]
-    fn an_offset_a_billion_times_the_signal_costs_no_digits() {
-        let n = 1000;
-        let tone = |i: usize| (std::f64::consts::TAU * 37.0 * i as f64 / n as f64).cos();
-        // What the offset samples hold of the signal once stored.
-        let stored: Vec<f64> = (0..n).map(|i| (1e9 + tone(i)) - 1e9).collect();
-        let offset: Vec<f64> = stored.iter().map(|v| 1e9 + v).collect();
-        let plan = RecordTransform::<f64>::new(&vec![1.0; n], n);
-        let mut scratch = RecordScratch::default();
-        let records = [&stored[..], &offset];
-        let (spectra, _) = plan.transform(records.into_iter(), &mut scratch);
-        for (m, bin) in spectra.chunks_exact(2).enumerate().skip(1) {
-            let error = (bin[1] - bin[0]).norm() / (n as f64 / 2.0);
-            assert!(error < 1e-15, "{m}: {error:e}");
-        }
-        assert!((spectra[1].re - spectra[0].re - 1e12).abs() < 1e-3);
-    }
-
     /// Offsets beside records that cross zero, tapered and padded or not, against direct sums; and
     /// the same bits whatever the other records are.
     #[test]

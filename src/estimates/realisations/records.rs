@@ -118,37 +118,3 @@ impl<'r> Records<'r> {
         found
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Interleaved and one after another: the same bits, of eight and of fewer.
-    #[test]
-    fn regress_order_in_memory_does_not_move_a_bit() {
-        for width in [8, 3, 1] {
-            let value = |record: usize, n: usize| 3.0 + (n as f64 * 0.7 + record as f64).sin();
-            let length = 700;
-            let interleaved: Vec<f64> = (0..length * width)
-                .map(|i| value(i % width, i / width))
-                .collect();
-            let apart: Vec<f64> = (0..length * width)
-                .map(|i| value(i / length, i % length))
-                .collect();
-            let interleaved = Records::interleaved(&interleaved, width);
-            let apart = Records::one_after_another(&apart, length);
-            assert_eq!((interleaved.length(), apart.width()), (length, width));
-            let (mut room, mut other) = (Vec::new(), Vec::new());
-            assert_eq!(
-                interleaved.rows(3..690, &mut room),
-                apart.rows(3..690, &mut other)
-            );
-            let mut of = |records: &Records<'_>| {
-                let moments = records.mean_and_squares(3..690, &mut room);
-                (moments, records.squares(5..600, &mut room))
-            };
-            assert_eq!(of(&interleaved), of(&apart));
-            assert_eq!(interleaved.record(width - 1), apart.record(width - 1));
-        }
-    }
-}
