@@ -3,27 +3,13 @@
 
 use ndarray::{Array2, s};
 use serde::Deserialize;
+use test_support::fields::Congruential as Noise;
 use wavecascade::estimates::{Averaging, Coherence, CoherenceRequest, Tapers, coherence};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::Window;
 use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
-
-/// Integers of a linear congruential generator, in -1 to 1.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
-        self.0 as f64 / f64::from(1 << 30) - 1.0
-    }
-
-    /// Twelve such numbers, whose sum is nearly Gaussian, with variance 4. High bits alone are random.
-    fn gaussian(&mut self) -> f64 {
-        (0..12).map(|_| self.next()).sum()
-    }
-}
 
 fn field(values: Array2<f64>, dx: f64) -> Field {
     let mut field = Field::from_array(values);
@@ -47,8 +33,8 @@ fn segments(length: usize, overlap: usize) -> Averaging {
 /// The records of `make_coherence.py`.
 fn records() -> Array2<f64> {
     let (mut a, mut b) = (Noise(1), Noise(2));
-    let a: Vec<f64> = (0..1003).map(|_| a.next()).collect();
-    let b: Vec<f64> = (0..1000).map(|_| b.next()).collect();
+    let a: Vec<f64> = (0..1003).map(|_| a.uniform()).collect();
+    let b: Vec<f64> = (0..1000).map(|_| b.uniform()).collect();
     Array2::from_shape_fn((1000, 3), |(n, j)| match j {
         0 => a[n + 3],
         1 => a[n] + 0.5 * b[n],
@@ -200,7 +186,7 @@ fn val_phase_velocity_of_plane_waves() {
         let mut random = Noise(5);
         let waves: Vec<[f64; 3]> = (1..400)
             .map(|m| {
-                let f = m as f64 / 400.0 + 0.001 * random.next();
+                let f = m as f64 / 400.0 + 0.001 * random.uniform();
                 [f, random.gaussian(), random.gaussian()]
             })
             .collect();
@@ -424,45 +410,30 @@ fn regress_one_transient_has_no_significance() {
 #[test]
 fn regress_what_is_refused() {
     let steady = field(records(), 1.0);
-    let option =
+    let refused =
         |request: &CoherenceRequest, fields: &[&Field]| match coherence(fields, request, &Silent) {
             Err(Error::Request { option, .. }) => option,
             other => panic!("{other:?}"),
         };
-    let base = CoherenceRequest::default();
-    let averaged = |averaging| CoherenceRequest {
-        averaging,
-        ..base.clone()
+    let with = |change: &dyn Fn(&mut CoherenceRequest)| {
+        let mut request = CoherenceRequest::default();
+        change(&mut request);
+        refused(&request, &[&steady])
     };
-    assert_eq!(
-        option(
-            &CoherenceRequest {
-                reference: 3,
-                ..base.clone()
-            },
-            &[&steady]
-        ),
-        "reference"
-    );
-    assert_eq!(option(&averaged(segments(1001, 0)), &[&steady]), "segment");
-    assert_eq!(option(&averaged(segments(1000, 0)), &[&steady]), "segment");
-    assert_eq!(option(&averaged(segments(64, 64)), &[&steady]), "overlap");
-    let tapers = |nw, count| {
-        averaged(Averaging {
-            tapers: Tapers::Slepian { nw, count },
-            ..Averaging::default()
-        })
-    };
-    assert_eq!(option(&tapers(4.0, 8), &[&steady]), "multitaper");
-    assert_eq!(option(&tapers(0.5, 1), &[&steady]), "multitaper");
-    let window = Averaging {
-        tapers: Tapers::Window(Window::Tukey { taper: 2.0 }),
-        ..Averaging::default()
-    };
-    assert_eq!(option(&averaged(window), &[&steady]), "window");
+    assert_eq!(with(&|r| r.reference = 3), "reference");
+    assert_eq!(with(&|r| r.averaging = segments(1001, 0)), "segment");
+    assert_eq!(with(&|r| r.averaging = segments(1000, 0)), "segment");
+    assert_eq!(with(&|r| r.averaging = segments(64, 64)), "overlap");
+    for (nw, count) in [(4.0, 8), (0.5, 1)] {
+        let found = with(&|r| r.averaging.tapers = Tapers::Slepian { nw, count });
+        assert_eq!(found, "multitaper");
+    }
+    let window = Tapers::Window(Window::Tukey { taper: 2.0 });
+    assert_eq!(with(&|r| r.averaging.tapers = window.clone()), "window");
     let mut other = field(records(), 1.0);
     other.time.step = 0.5;
-    assert_eq!(option(&base, &[&steady, &other]), "field");
+    let found = refused(&CoherenceRequest::default(), &[&steady, &other]);
+    assert_eq!(found, "field");
 }
 
 /// The same bits from any number of threads, in memory and in blocks, in rows and in columns.
@@ -470,7 +441,7 @@ fn regress_what_is_refused() {
 fn regress_threads_and_blocks_do_not_matter() {
     use ndarray::ShapeBuilder;
     let mut noise = Noise(11);
-    let values = Array2::from_shape_fn((3000, 37), |_| noise.next());
+    let values = Array2::from_shape_fn((3000, 37), |_| noise.uniform());
     let mut columns = Array2::zeros(values.dim().f());
     columns.assign(&values);
     let of = |values: &Array2<f64>, threads, memory| {

@@ -3,7 +3,7 @@
 
 use ndarray::{Array2, concatenate};
 use serde::Deserialize;
-use test_support::fields::noise;
+use test_support::fields::{Congruential, noise};
 use wavecascade::estimates::{
     Averaging, BicoherenceRequest, CoherenceRequest, ModesRequest, SpectrumAxis, SpectrumRequest,
     Tapers, bicoherence, coherence, modes, slope, spectrum,
@@ -15,12 +15,8 @@ use wavecascade::{Error, Field};
 const DT: f64 = 0.25;
 
 fn generated(seed: u64, count: usize) -> Vec<f64> {
-    let mut state = seed;
-    let next = |_| {
-        state = (1_103_515_245 * state + 12_345) % (1 << 31);
-        state as f64 / f64::from(1 << 30) - 1.0
-    };
-    (0..count).map(next).collect()
+    let mut random = Congruential(seed);
+    (0..count).map(|_| random.uniform()).collect()
 }
 
 fn field(values: Array2<f64>) -> Field {

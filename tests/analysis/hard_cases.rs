@@ -190,14 +190,6 @@ fn nothing_but_zeros_is_undefined_and_never_zero() {
 }
 
 #[test]
-fn denormals_among_ordinary_samples_do_no_harm() {
-    let values =
-        Array2::from_shape_fn((64, 5), |(n, j)| if n < 32 { 5e-324 } else { sample(n, j) });
-    let (analysis, _) = analyzed(&Field::from_array(values), &Request::default());
-    assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
-}
-
-#[test]
 fn gaps_are_refused_with_their_number_and_place() {
     let mut values = Array2::from_shape_fn((40, 7), |(n, j)| sample(n, j));
     values[[12, 3]] = f64::NAN;
@@ -238,23 +230,6 @@ fn a_gap_on_a_line_is_interpolated_exactly() {
             ..
         }
     )));
-}
-
-#[test]
-fn a_masked_gap_has_no_weight() {
-    let mut values = Array2::from_shape_fn((40, 7), |(n, j)| sample(n, j));
-    values[[12, 3]] = f64::NAN;
-    let request = Request {
-        gaps: Gaps::Mask,
-        detrend_time: Detrend::Mean,
-        detrend_space: Detrend::Linear,
-        detrend_field_mean: true,
-        scaling: Scaling::Energy,
-        ..Request::default()
-    };
-    let (analysis, spectra) = analyzed(&Field::from_array(values), &request);
-    let total: f64 = spectra.spacetime.expect("asked for").sum();
-    assert!(total > 0.0 && residuals(&analysis).all(|r| r.abs() < 1e-14));
 }
 
 /// A line in each stretch of a record, with a hole: nothing is left of it, if the hole does not
@@ -592,32 +567,6 @@ fn the_band_edge_of_segments_is_that_of_their_spectra() {
     assert!((edge / right - 1.0).abs() < 1e-12, "{edge} {right}");
     // Without their trends the tone is what is left.
     assert!(edge > 0.1, "{edge}");
-}
-
-#[test]
-fn welch_segments_of_the_whole_record_are_the_periodogram() {
-    let field = field((90, 4));
-    let welch = Request {
-        welch: Some(Welch {
-            segment: 90,
-            overlap: 10,
-        }),
-        detrend_time: Detrend::Linear,
-        window_time: Window::Hann,
-        ..Request::default()
-    };
-    let plain = Request {
-        welch: None,
-        ..welch.clone()
-    };
-    let (_, a) = analyzed(&field, &welch);
-    let (_, b) = analyzed(&field, &plain);
-    let (a, b) = (
-        a.spacetime.expect("asked for"),
-        b.spacetime.expect("asked for"),
-    );
-    let peak = b.iter().fold(0.0, |m: f64, v| m.max(*v));
-    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-15 * peak));
 }
 
 /// A sample that no segment reaches decides neither unit nor spectra, and where it is transformed along

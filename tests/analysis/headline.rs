@@ -385,29 +385,11 @@ fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
     assert!((30..55).contains(&headline.last.unwrap().index));
     // Where the record's end does not cut the passage of the front, nothing moves up much.
     assert!(headline.largest.unwrap().high_share.unwrap() < 0.2);
-    let said = wavecascade::report::sentences(&analysis);
-    let band = said.iter().find(|line| line.name == "high band").unwrap();
-    for part in [
-        "10.00 % at site 10, the reference",
-        "the largest from there on",
-        "the last with energy",
-        "have too little energy to tell",
-        "the record ends while the front passes site",
-    ] {
-        assert!(band.text.contains(part), "{part}: {}", band.text);
-    }
     assert_eq!(analysis.warnings, []);
 
     // A record so short that its end cuts the passage at the reference, too.
     let short = analyzed(&struck(60, 36.0, 1024).to_field(), &request);
-    let said = wavecascade::report::sentences(&short);
-    let band = said.iter().find(|line| line.name == "high band").unwrap();
     assert!(short.headline_space.largest.is_none());
-    assert!(
-        band.text.ends_with("so that no largest is named"),
-        "{}",
-        band.text
-    );
 }
 
 /// By default of this chain the edge at the first body behind the striker is not resolved, since it

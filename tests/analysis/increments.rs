@@ -3,7 +3,7 @@
 
 use ndarray::Array2;
 use serde::Deserialize;
-use test_support::fields::noise;
+use test_support::fields::{Congruential, noise};
 use wavecascade::estimates::{
     AxisIncrements, ExponentBasis, FieldAxis, Increments, IncrementsRequest, IntervalBasis,
     increments,
@@ -51,10 +51,9 @@ struct Reference {
 fn val_fluidsf_second_and_third_order() {
     let expected: Reference =
         serde_json::from_str(include_str!("../data/increments.json")).unwrap();
-    let (mut state, mut sum) = (1u64, 0.0);
+    let (mut random, mut sum) = (Congruential(1), 0.0);
     let values = Array2::from_shape_fn((1, 400), |_| {
-        state = (1_103_515_245 * state + 12_345) % (1 << 31);
-        sum += state as f64 / f64::from(1 << 30) - 1.0;
+        sum += random.uniform();
         sum
     });
     let steps = expected
@@ -307,53 +306,22 @@ fn regress_one_transient_in_noise_has_no_interval() {
 #[test]
 fn regress_what_is_refused() {
     let steady = field(noise(64, 16));
-    let option = |request: &IncrementsRequest| match increments(&[&steady], request, &Silent) {
-        Err(Error::Request { option, .. }) => option,
-        other => panic!("{other:?}"),
+    let with = |change: &dyn Fn(&mut IncrementsRequest)| {
+        let mut request = IncrementsRequest::default();
+        change(&mut request);
+        match increments(&[&steady], &request, &Silent) {
+            Err(Error::Request { option, .. }) => option,
+            Err(Error::Memory { .. }) => "memory",
+            other => panic!("{other:?}"),
+        }
     };
-    let base = IncrementsRequest::default;
-    let separations = |steps| IncrementsRequest {
-        separations: Some(steps),
-        ..base()
-    };
-    assert_eq!(option(&separations(vec![16])), "separations");
-    assert_eq!(option(&separations(vec![0])), "separations");
-    assert_eq!(
-        option(&IncrementsRequest {
-            lags: Some(vec![64]),
-            ..base()
-        }),
-        "lags"
-    );
-    assert_eq!(
-        option(&IncrementsRequest {
-            band: Some((0.5, 1.0)),
-            ..base()
-        }),
-        "band"
-    );
-    assert_eq!(
-        option(&IncrementsRequest {
-            lag_band: Some((9e9, 1e10)),
-            ..base()
-        }),
-        "lag-band"
-    );
-    assert_eq!(
-        option(&IncrementsRequest {
-            alpha: 0.0,
-            ..base()
-        }),
-        "significance"
-    );
-    let small = IncrementsRequest {
-        memory: Some(1000),
-        ..base()
-    };
-    assert!(matches!(
-        increments(&[&steady], &small, &Silent),
-        Err(Error::Memory { .. })
-    ));
+    assert_eq!(with(&|r| r.separations = Some(vec![16])), "separations");
+    assert_eq!(with(&|r| r.separations = Some(vec![0])), "separations");
+    assert_eq!(with(&|r| r.lags = Some(vec![64])), "lags");
+    assert_eq!(with(&|r| r.band = Some((0.5, 1.0))), "band");
+    assert_eq!(with(&|r| r.lag_band = Some((9e9, 1e10))), "lag-band");
+    assert_eq!(with(&|r| r.alpha = 0.0), "significance");
+    assert_eq!(with(&|r| r.memory = Some(1000)), "memory");
 }
 
 /// The same bits from any number of threads, in rows and in columns.

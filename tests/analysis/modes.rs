@@ -4,7 +4,7 @@
 use ndarray::Array2;
 use num_complex::Complex;
 use serde::Deserialize;
-use test_support::fields::noise;
+use test_support::fields::{Congruential, noise};
 use wavecascade::estimates::{Averaging, Modes, ModesRequest, Tapers, modes};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
@@ -36,15 +36,11 @@ fn found(field: &Field, request: &ModesRequest) -> Modes {
 
 /// The records of `make_modes.py`.
 fn records(sites: usize) -> Array2<f64> {
-    let mut state = 1u64;
-    let mut next = || {
-        state = (1_103_515_245 * state + 12_345) % (1 << 31);
-        state as f64 / f64::from(1 << 30) - 1.0
-    };
+    let mut random = Congruential(1);
     Array2::from_shape_fn((272, sites), |(n, j)| {
         let (t, x) = (DT * n as f64, DX * j as f64);
         let back = 0.7 * (0.4 * x + TAU * 1.1 * t).cos() * (1.0 + 0.1 * x);
-        (0.9 * x - TAU * 0.4 * t).cos() + back + next()
+        (0.9 * x - TAU * 0.4 * t).cos() + back + random.uniform()
     })
 }
 
@@ -251,45 +247,26 @@ fn regress_one_transient_has_no_interval() {
 #[test]
 fn regress_what_is_refused() {
     let steady = field(records(11));
-    let option = |request: &ModesRequest| match modes(&[&steady], request, &Silent) {
-        Err(Error::Request { option, .. }) => option,
-        other => panic!("{other:?}"),
+    let with = |change: &dyn Fn(&mut ModesRequest)| {
+        let mut request = ModesRequest {
+            averaging: segments(32, 16),
+            ..ModesRequest::default()
+        };
+        change(&mut request);
+        match modes(&[&steady], &request, &Silent) {
+            Err(Error::Request { option, .. }) => option,
+            Err(Error::Memory { .. }) => "memory",
+            other => panic!("{other:?}"),
+        }
     };
-    let base = || ModesRequest {
-        averaging: segments(32, 16),
-        ..ModesRequest::default()
-    };
-    let at = |frequency| ModesRequest {
-        frequencies: vec![frequency],
-        ..base()
-    };
-    assert_eq!(option(&at(2.1)), "frequencies");
-    assert_eq!(option(&at(-0.1)), "frequencies");
-    assert_eq!(option(&at(f64::NAN)), "frequencies");
-    assert_eq!(option(&ModesRequest { modes: 0, ..base() }), "modes");
-    assert_eq!(
-        option(&ModesRequest {
-            alpha: 1.0,
-            ..base()
-        }),
-        "significance"
-    );
-    let whole = segments(272, 0);
-    assert_eq!(
-        option(&ModesRequest {
-            averaging: whole,
-            ..base()
-        }),
-        "segment"
-    );
-    let small = ModesRequest {
-        memory: Some(10_000),
-        ..base()
-    };
-    assert!(matches!(
-        modes(&[&steady], &small, &Silent),
-        Err(Error::Memory { .. })
-    ));
+    for frequency in [2.1, -0.1, f64::NAN] {
+        let found = with(&|r| r.frequencies = vec![frequency]);
+        assert_eq!(found, "frequencies");
+    }
+    assert_eq!(with(&|r| r.modes = 0), "modes");
+    assert_eq!(with(&|r| r.alpha = 1.0), "significance");
+    assert_eq!(with(&|r| r.averaging = segments(272, 0)), "segment");
+    assert_eq!(with(&|r| r.memory = Some(10_000)), "memory");
 }
 
 /// The same bits from any number of threads, all frequencies at once and in blocks.

@@ -294,52 +294,21 @@ fn regress_snapshots_with_gaps_are_left_out() {
 #[test]
 fn regress_what_is_refused() {
     let field = Field::from_array(noise(64, 32));
-    let option = |request: &SlopeRequest| match slope(&[&field], request, &Silent) {
-        Err(Error::Request { option, .. }) => option,
-        other => panic!("{other:?}"),
+    let with = |change: &dyn Fn(&mut SlopeRequest)| {
+        let mut request = SlopeRequest::default();
+        change(&mut request);
+        match slope(&[&field], &request, &Silent) {
+            Err(Error::Request { option, .. }) => option,
+            other => panic!("{other:?}"),
+        }
     };
-    let base = SlopeRequest::default;
-    assert_eq!(
-        option(&SlopeRequest {
-            band: (0.2, 0.5),
-            ..base()
-        }),
-        "band"
-    );
-    assert_eq!(
-        option(&SlopeRequest {
-            band: (5.0, 9.0),
-            ..base()
-        }),
-        "band"
-    );
-    assert_eq!(
-        option(&SlopeRequest {
-            breaks: 3,
-            ..base()
-        }),
-        "breaks"
-    );
-    assert_eq!(
-        option(&SlopeRequest {
-            alpha: 1.0,
-            ..base()
-        }),
-        "significance"
-    );
-    let long = Averaging {
-        segment: Some(33),
-        ..Averaging::default()
-    };
-    assert_eq!(
-        option(&SlopeRequest {
-            averaging: long,
-            ..base()
-        }),
-        "segment"
-    );
+    assert_eq!(with(&|r| r.band = (0.2, 0.5)), "band");
+    assert_eq!(with(&|r| r.band = (5.0, 9.0)), "band");
+    assert_eq!(with(&|r| r.breaks = 3), "breaks");
+    assert_eq!(with(&|r| r.alpha = 1.0), "significance");
+    assert_eq!(with(&|r| r.averaging.segment = Some(33)), "segment");
     let still = Field::from_array(Array2::zeros((64, 32)));
-    assert!(slope(&[&still], &base(), &Silent).is_err());
+    assert!(slope(&[&still], &SlopeRequest::default(), &Silent).is_err());
 }
 
 /// The same bits from any number of threads and any memory.

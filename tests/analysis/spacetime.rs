@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use ndarray::Array2;
+use test_support::fields::Congruential as Noise;
 use wavecascade::estimates::{Averaging, SpaceTimeEstimate, SpaceTimeRequest, Tapers, spacetime};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
@@ -16,20 +17,6 @@ fn field(values: Array2<f64>) -> Field {
     let mut field = Field::from_array(values);
     (field.time.step, field.space.step) = (DT, DX);
     field
-}
-
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
-        self.0 as f64 / f64::from(1 << 30) - 1.0
-    }
-
-    /// Nearly Gaussian, of variance 4.
-    fn gaussian(&mut self) -> f64 {
-        (0..12).map(|_| self.next()).sum()
-    }
 }
 
 fn welch(segment: usize, overlap: usize) -> SpaceTimeRequest {
@@ -84,7 +71,7 @@ fn val_numpy_and_scipy_spectra() {
         (45, 9, tapers((2.0, 3), (2.0, 2)), reference.tapers),
     ] {
         let mut noise = Noise(5);
-        let values = Array2::from_shape_fn((times, sites), |_| noise.next());
+        let values = Array2::from_shape_fn((times, sites), |_| noise.uniform());
         let found = found(&field(values), &request);
         let largest = expected.iter().copied().fold(0.0, f64::max);
         assert_eq!(found.spectrum.len(), expected.len());
@@ -104,7 +91,7 @@ fn val_adaptive_weights_by_numpy() {
     let reference: Reference = serde_json::from_str(text).unwrap();
     let mut noise = Noise(5);
     let values = Array2::from_shape_fn((45, 9), |(n, j)| {
-        1e3 * (0.9 * n as f64 - 1.1 * j as f64).cos() + noise.next()
+        1e3 * (0.9 * n as f64 - 1.1 * j as f64).cos() + noise.uniform()
     });
     let request = adaptive((2.5, 4), (2.0, 3));
     let [one, equal] = [true, false].map(|is_adaptive| {
@@ -210,7 +197,7 @@ fn regress_a_transient_has_no_interval_without_shots() {
         let mut noise = Noise(shot);
         field(Array2::from_shape_fn((640, 16), |(n, j)| {
             let late = (n as f64 - 40.0 * j as f64 - 10.0) / 6.0;
-            (-late * late).exp() + 1e-3 * noise.next()
+            (-late * late).exp() + 1e-3 * noise.uniform()
         }))
     };
     let shots: Vec<Field> = (0..3).map(pulse).collect();
@@ -236,7 +223,7 @@ fn regress_a_transient_has_no_interval_without_shots() {
 fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
     let shot = |seed: u64| {
         let mut noise = Noise(seed);
-        field(Array2::from_shape_fn((701, 27), |_| noise.next()))
+        field(Array2::from_shape_fn((701, 27), |_| noise.uniform()))
     };
     let shots: Vec<Field> = (1..3).map(shot).collect();
     let shots: Vec<&Field> = shots.iter().collect();

@@ -3,6 +3,7 @@
 
 use ndarray::Array2;
 use serde::Deserialize;
+use test_support::fields::Congruential as Noise;
 use wavecascade::estimates::{
     Averaging, LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest, Tapers, spectrum,
 };
@@ -11,21 +12,6 @@ use wavecascade::prepare::{Detrend, Window};
 use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
-
-/// Integers of a linear congruential generator, in -1 to 1.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
-        self.0 as f64 / f64::from(1 << 30) - 1.0
-    }
-
-    /// Twelve such numbers, whose sum is nearly Gaussian, with variance 4. High bits alone are random.
-    fn gaussian(&mut self) -> f64 {
-        (0..12).map(|_| self.next()).sum()
-    }
-}
 
 fn field(values: Array2<f64>) -> Field {
     let mut field = Field::from_array(values);
@@ -75,7 +61,7 @@ fn found(field: &Field, request: &SpectrumRequest) -> SpectrumEstimate {
 fn records() -> Array2<f64> {
     let noise = |seed: u64, count: usize| -> Vec<f64> {
         let mut noise = Noise(seed);
-        (0..count).map(|_| noise.next()).collect()
+        (0..count).map(|_| noise.uniform()).collect()
     };
     let (white, driven, beside) = (noise(1, 400), noise(2, 600), noise(3, 400));
     let mut steep = vec![0.0; 600];
@@ -411,30 +397,25 @@ fn regress_still_sites() {
 #[test]
 fn regress_what_is_refused() {
     let steady = field(records());
-    let option = |request: &SpectrumRequest| match spectrum(&[&steady], request, &Silent) {
+    let refused = |request: &SpectrumRequest| match spectrum(&[&steady], request, &Silent) {
         Err(Error::Request { option, .. }) => option,
+        Err(Error::Memory { .. }) => "memory",
         other => panic!("{other:?}"),
     };
-    assert_eq!(option(&welch(401, 0)), "segment");
-    assert_eq!(option(&welch(64, 64)), "overlap");
-    let alpha = SpectrumRequest {
-        alpha: 1.0,
-        ..periodogram()
-    };
-    assert_eq!(option(&alpha), "significance");
-    let small = SpectrumRequest {
-        memory: Some(1000),
-        ..periodogram()
-    };
-    let refused = spectrum(&[&steady], &small, &Silent);
-    assert!(matches!(refused, Err(Error::Memory { .. })));
+    assert_eq!(refused(&welch(401, 0)), "segment");
+    assert_eq!(refused(&welch(64, 64)), "overlap");
+    let mut request = periodogram();
+    request.memory = Some(1000);
+    assert_eq!(refused(&request), "memory");
+    request.alpha = 1.0;
+    assert_eq!(refused(&request), "significance");
 }
 
 /// The same bits from any number of threads, in memory and in blocks.
 #[test]
 fn regress_threads_and_blocks_do_not_matter() {
     let mut noise = Noise(11);
-    let values = Array2::from_shape_fn((6000, 37), |_| noise.next());
+    let values = Array2::from_shape_fn((6000, 37), |_| noise.uniform());
     let of = |threads, memory| {
         let request = SpectrumRequest {
             threads: Some(threads),

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use ndarray::{Array2, s};
 use num_complex::Complex;
+use test_support::fields::Congruential;
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{
     BudgetRequest, Burgers, Integration, Motion, Views, budget, tendency_budget,
@@ -15,18 +16,16 @@ use wavecascade::observer::Silent;
 use wavecascade::prepare::Window;
 use wavecascade::{Error, Field};
 
-/// Integers of a linear congruential generator, in -1 to 1.
-struct Noise(u64);
+/// Nearly normal numbers, with variance 1.
+struct Noise(Congruential);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
-        self.0 as f64 / f64::from(1 << 30) - 1.0
+    fn new(seed: u64) -> Noise {
+        Noise(Congruential(seed))
     }
 
-    /// Twelve such numbers, whose sum is nearly Gaussian, with variance 1.
     fn gaussian(&mut self) -> f64 {
-        (0..12).map(|_| self.next()).sum::<f64>() / 2.0
+        0.5 * self.0.gaussian()
     }
 }
 
@@ -81,7 +80,7 @@ fn periods(
 #[test]
 fn val_closed_form_coefficients() {
     let law = |_: usize, x: f64| 0.8 * x + 0.3 * x * x;
-    let values = periods([32, 200, 6], 0.0, &mut Noise(5), law);
+    let values = periods([32, 200, 6], 0.0, &mut Noise::new(5), law);
     let found = found(values, &request(32, 12.0 / 32.0));
     assert_eq!((found.outputs.len(), found.unknowns), (12, 12));
     for output in &found.outputs {
@@ -119,7 +118,7 @@ fn val_errors_of_gains_hold() {
     let (length, count, modes) = (16, 160, 7);
     let (mut square, mut sum, mut trials) = (0.0f64, 0.0f64, 0.0f64);
     for seed in 1..40 {
-        let mut random = Noise(seed);
+        let mut random = Noise::new(seed);
         let values = periods([length, count, modes], 2.0, &mut random, |_, x| 0.9 * x);
         let request = TransferRequest {
             resamplings: 60,
@@ -178,7 +177,7 @@ fn stepped(u: &[Complex<f64>], step: f64) -> Vec<Complex<f64>> {
 #[test]
 fn val_burgers_transfer_is_that_of_the_budget() {
     let (samples, sites, shots, step) = (64, 9, 120, 2.5e-4);
-    let mut random = Noise(9);
+    let mut random = Noise::new(9);
     let mut exact = [0.0; MODES + 1];
     let mut fields = Vec::new();
     for _ in 0..shots {
@@ -283,7 +282,7 @@ fn chain_run(precompression: f64, speed: f64, random: &mut Noise) -> Run {
     };
     let mut velocity = vec![0.0; n];
     for _ in 0..3 {
-        let (size, at) = (speed * random.gaussian(), 12.0 + 6.0 * random.next());
+        let (size, at) = (speed * random.gaussian(), 12.0 + 6.0 * random.0.uniform());
         for (j, v) in velocity.iter_mut().enumerate().take(40) {
             *v += size * (-((j as f64 - at) / 3.0).powi(2)).exp();
         }
@@ -310,7 +309,7 @@ fn chain_shot(precompression: f64, speed: f64, random: &mut Noise) -> Field {
 #[test]
 fn val_precompressed_chains_against_the_power_flow() {
     let (shots, from, to) = (60, 46, 50);
-    let mut random = Noise(21);
+    let mut random = Noise::new(21);
     let mut flow = vec![0.0; 65];
     let mut fields = Vec::new();
     for _ in 0..shots {
@@ -373,7 +372,7 @@ fn val_precompressed_chains_against_the_power_flow() {
 #[test]
 fn val_hertz_chains_with_and_without_precompression() {
     for (precompression, speed) in [(1.0, 0.05), (0.0, 0.3)] {
-        let mut random = Noise(21);
+        let mut random = Noise::new(21);
         let fields: Vec<Field> = (0..40)
             .map(|_| chain_shot(precompression, speed, &mut random))
             .collect();
@@ -398,7 +397,7 @@ fn val_hertz_chains_with_and_without_precompression() {
 /// An odd law has no quadratic term: nothing is predicted, and nothing is said to pass.
 #[test]
 fn val_odd_law_fails_honestly() {
-    let values = periods([32, 200, 6], 0.0, &mut Noise(5), |_, x| x * x.abs());
+    let values = periods([32, 200, 6], 0.0, &mut Noise::new(5), |_, x| x * x.abs());
     let found = found(values, &request(32, 6.0 / 32.0));
     println!("{:?} {}", found.shares, found.answer());
     assert!(!found.holds() && found.shares.held_out_quadratic < 0.0);
@@ -408,7 +407,7 @@ fn val_odd_law_fails_honestly() {
 
 #[test]
 fn regress_what_is_refused() {
-    let values = periods([32, 40, 6], 0.1, &mut Noise(5), |_, x| x);
+    let values = periods([32, 40, 6], 0.1, &mut Noise::new(5), |_, x| x);
     let steady = Field::from_array(values);
     let refused = |request: &TransferRequest| match transfer(&[&steady], request, &Silent) {
         Err(Error::Request {
@@ -455,7 +454,7 @@ fn regress_what_is_refused() {
 /// A wave that is a few samples later at the output is aligned by the lag; threads do not matter.
 #[test]
 fn regress_lag_and_threads() {
-    let mut random = Noise(3);
+    let mut random = Noise::new(3);
     let (count, lag) = (6400, 9);
     let mut x = vec![0.0; count + lag];
     for n in 1..count + lag {

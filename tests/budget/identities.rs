@@ -536,61 +536,25 @@ fn the_same_bits_from_any_number_of_threads() {
 fn what_does_not_fit_is_refused() {
     let states = States::new(Chain::dimer(40, 2.0), None, 29);
     let motion = states.motion();
-    let refused = |request: BudgetRequest| match budget(&motion, &request) {
-        Err(wavecascade::Error::Request { option, .. }) => option,
-        other => panic!("{other:?}"),
+    let with = |change: &dyn Fn(&mut BudgetRequest)| {
+        let mut request = BudgetRequest::default();
+        change(&mut request);
+        match budget(&motion, &request) {
+            Err(wavecascade::Error::Request { option, .. }) => option,
+            other => panic!("{other:?}"),
+        }
     };
+    let sharp = |r: &mut BudgetRequest| (r.filter, r.scales) = (Filter::Sharp, vec![4.0]);
+    assert_eq!(with(&sharp), "filter");
+    assert_eq!(with(&|r| r.scales = vec![-1.0]), "scale");
+    assert_eq!(with(&|r| r.pitch = f64::NAN), "pitch");
+    assert_eq!(with(&|r| r.map_scale = Some(0.0)), "map-scale");
+    let edge = with(&|r| r.band_edge_frequency = Some(-1.0));
+    assert_eq!(edge, "band-edge-frequency");
+    for window in [[0..9, 3..3], [0..10, 0..4]] {
+        assert_eq!(with(&|r| r.window = Some(window.clone())), "window");
+    }
     let request = BudgetRequest::default;
-    assert_eq!(
-        refused(BudgetRequest {
-            filter: Filter::Sharp,
-            scales: vec![4.0],
-            ..request()
-        }),
-        "filter"
-    );
-    assert_eq!(
-        refused(BudgetRequest {
-            scales: vec![-1.0],
-            ..request()
-        }),
-        "scale"
-    );
-    assert_eq!(
-        refused(BudgetRequest {
-            pitch: f64::NAN,
-            ..request()
-        }),
-        "pitch"
-    );
-    assert_eq!(
-        refused(BudgetRequest {
-            map_scale: Some(0.0),
-            ..request()
-        }),
-        "map-scale"
-    );
-    assert_eq!(
-        refused(BudgetRequest {
-            band_edge_frequency: Some(-1.0),
-            ..request()
-        }),
-        "band-edge-frequency"
-    );
-    assert_eq!(
-        refused(BudgetRequest {
-            window: Some([0..9, 3..3]),
-            ..request()
-        }),
-        "window"
-    );
-    assert_eq!(
-        refused(BudgetRequest {
-            window: Some([0..10, 0..4]),
-            ..request()
-        }),
-        "window"
-    );
     let short = Array2::zeros((9, 39));
     let unfit = Motion {
         velocity: short.view(),

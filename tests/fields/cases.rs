@@ -29,32 +29,6 @@ fn has(field: &Field, code: &str) -> bool {
 }
 
 #[test]
-fn val_case_tables() {
-    let sites = |name, n_sites, dt: f64| {
-        let Some(field) = case(name) else { return };
-        assert_eq!((field.n_sites(), field.time.step), (n_sites, dt), "{name}");
-    };
-    sites("index_column.csv", 2, 0.01);
-    sites("trailing_separator.csv", 4, 0.01);
-    if let Some(field) = case("tek.csv") {
-        assert_eq!(field.time, axis(-8e-3, 1e-5, "s"));
-        assert_eq!((field.n_sites(), field.unit.as_deref()), (2, Some("V")));
-    }
-    if let Some(field) = case("scope_de.csv") {
-        assert_eq!(field.time, axis(-8.0, 0.01, "ms"));
-        assert_eq!((field.n_sites(), field.unit.as_deref()), (2, Some("mV")));
-        assert_eq!(values(&field)[[1, 1]], 0.25);
-    }
-    if let Some(path) = shared_data("cases/decimal_and_separator_comma.csv") {
-        let refused = Field::open(path, &OpenOptions::default()).unwrap_err();
-        assert!(
-            refused.to_string().contains("found both in \"0,000000\""),
-            "{refused}"
-        );
-    }
-}
-
-#[test]
 fn val_case_clocks() {
     if let Some(field) = case("epoch_1MHz.h5") {
         assert_eq!(
@@ -70,27 +44,6 @@ fn val_case_clocks() {
             field.time.step
         );
         assert_eq!(field.time.unit.as_deref(), Some("h"));
-    }
-}
-
-#[test]
-fn val_case_containers() {
-    // Bytes from 0 to 200, by 0.01 from -1; as signed ones they would reach down to -2.27.
-    if let Some(field) = case("unsigned.nc") {
-        let found = values(&field);
-        let (least, most) = found
-            .iter()
-            .fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(*v), b.max(*v)));
-        assert!(
-            (least + 1.0).abs() < 1e-12 && (most - 1.0).abs() < 1e-12,
-            "{least} {most}"
-        );
-    }
-    if let Some(field) = case("padded_line.uff") {
-        assert_eq!((field.n_times(), field.n_sites()), (7, 3));
-    }
-    if let Some(field) = case("image_flags.lammpstrj") {
-        assert_eq!(field.space, axis(3.5, 1.5, "m"));
     }
 }
 

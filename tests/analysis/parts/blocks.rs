@@ -141,22 +141,6 @@ fn regress_blocks_that_do_not_fit_are_refused() {
     assert!(error.contains("no segments 0 to 1"), "{error}");
 }
 
-#[test]
-fn regress_an_outline_has_the_axes_of_the_result() {
-    let whole = &shots(1, 1013)[0];
-    let request = welch(64, 32);
-    let few = cut_out(whole, 0..2);
-    let outline = outline(&few, 1013, &request.clone().into()).unwrap();
-    assert_eq!((outline.segments.hop, outline.segments.count()), (32, 30));
-    let Combined::Spectrum(found) = outline.result else {
-        panic!("a spectrum");
-    };
-    let known = spectrum(&[whole], &request, &Silent).unwrap();
-    assert_eq!(found.spectrum.dim(), known.spectrum.dim());
-    assert_eq!(found.independence.effective, known.independence.effective);
-    assert!(found.independence.steadiness == 1.0 && found.spectrum.iter().all(|v| *v == 0.0));
-}
-
 /// Without its samples, and without the sums that a record of zeros has.
 #[test]
 fn regress_an_outline_is_the_result_of_zeros() {

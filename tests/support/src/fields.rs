@@ -22,6 +22,22 @@ pub fn pulse(n_times: usize, n_sites: usize, delay: usize) -> Field {
     }))
 }
 
+/// Numbers of a linear congruential generator, as the scripts under `tests/data` draw them.
+pub struct Congruential(pub u64);
+
+impl Congruential {
+    /// In -1 to 1.
+    pub fn uniform(&mut self) -> f64 {
+        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
+        self.0 as f64 / f64::from(1 << 30) - 1.0
+    }
+
+    /// Twelve of these, whose sum is nearly normal, with variance 4. High bits alone are random.
+    pub fn gaussian(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum()
+    }
+}
+
 /// A field of normal noise, from a fixed generator.
 pub fn noise(n_times: usize, n_sites: usize) -> Array2<f64> {
     let mut state: u64 = 7;
