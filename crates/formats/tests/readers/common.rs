@@ -11,6 +11,14 @@ pub fn directory(of: &str) -> PathBuf {
     tests.join(of)
 }
 
+pub fn file(of: &str, name: &str) -> Vec<u8> {
+    std::fs::read(directory(of).join(name)).unwrap()
+}
+
+pub fn values(container: &Container, path: &str) -> Vec<f64> {
+    container.numbers(container.find(path).unwrap()).unwrap()
+}
+
 /// The files of a directory with what its peer read.
 pub fn files(of: &str) -> Vec<(String, Vec<u8>, Json)> {
     let json = std::fs::read(directory(of).join("expected.json")).unwrap();
@@ -95,16 +103,22 @@ pub fn compare(container: &Container, path: &str, expected: &Json) {
     assert_eq!(block, within, "a block of {path}");
 }
 
-/// Opens cut and changed copies of a file and reads what they list; nothing may panic.
-pub fn damage(format: Format, bytes: &[u8], changes: usize) {
+/// Opens cut and changed copies of a file and reads what they list.
+pub fn survives(format: Format, bytes: &[u8], is_bounded: bool) {
     let mut options = Options::default();
     options.memory = Some(16 << 20);
     let read = |bytes: Vec<u8>| {
+        let length = bytes.len() as u64;
         let Ok(container) = open(format, Arc::new(bytes), &options) else {
             return;
         };
         for (i, variable) in container.variables.iter().enumerate() {
-            if variable.count().is_some_and(|n| n < 1 << 20) {
+            let is_number = variable.sample_type.number().is_some();
+            let Some(count) = variable.count().filter(|_| is_number) else {
+                continue;
+            };
+            assert!(!is_bounded || count <= 8 * length, "{}", variable.path);
+            if count < 1 << 20 {
                 let _ = container.numbers(i);
             }
         }
@@ -120,11 +134,11 @@ pub fn damage(format: Format, bytes: &[u8], changes: usize) {
         state ^= state << 17;
         (state % below as u64) as usize
     };
-    for _ in 0..changes {
+    for _ in 0..1500 {
         let mut changed = bytes.to_vec();
-        for _ in 0..=random(3) {
+        for _ in 0..=random(4) {
             let at = random(changed.len());
-            changed[at] = [random(256) as u8, 0, 0xff, 0x7f][random(4)];
+            changed[at] = [random(256) as u8, 0, 0xff, 0x7f, 0x80][random(5)];
         }
         read(changed);
     }

@@ -1,18 +1,16 @@
 //! Dumps of LAMMPS against LAMMPS itself (`make_lammps.py`).
 
-mod robust;
-
 use serde_json::Value as Json;
 use std::fmt::Write;
-use std::path::Path;
 use std::sync::Arc;
 use wavecascade_formats::{
     Container, Coordinate, Error, Format, Options, Result, SampleType, Value, open,
 };
 
+use super::common::{self, values};
+
 fn file(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/lammps");
-    std::fs::read(folder.join(name)).unwrap()
+    common::file("lammps", name)
 }
 
 /// The frames of each file.
@@ -31,10 +29,6 @@ fn open_bytes(bytes: Vec<u8>) -> Result<Container> {
 
 fn opened(name: &str) -> Container {
     open_bytes(file(name)).unwrap()
-}
-
-fn values(container: &Container, path: &str) -> Vec<f64> {
-    container.numbers(container.find(path).unwrap()).unwrap()
 }
 
 /// A value of LAMMPS for each atom in the order of the ids 1, 2, ..
@@ -459,13 +453,5 @@ fn regress_a_chain_that_may_cross_a_boundary_is_said() {
         ("id x y z", "pp pp pp\n-9 18\n0 1\n0 1"),
     ] {
         assert_eq!(remarks(columns, bounds), "", "{columns} {bounds}");
-    }
-}
-
-#[test]
-fn regress_damaged_bytes() {
-    for name in expected().keys() {
-        let bytes = file(name);
-        robust::survives(Format::Lammps, &bytes[..bytes.len().min(5000)], 7, 1000);
     }
 }

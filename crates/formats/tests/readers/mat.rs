@@ -1,11 +1,7 @@
 //! MATLAB files of versions 4 to 7 against SciPy's reader.
 
-mod expected;
-
-use std::sync::Arc;
-
-use expected::{compare, damage, directory, files, open_bytes};
-use wavecascade_formats::{Error, Format, Options, Place, open};
+use super::common::{compare, directory, files, open_bytes};
+use wavecascade_formats::{Format, Place};
 
 #[test]
 fn val_scipy_every_array() {
@@ -36,15 +32,6 @@ fn regress_samples_stay_in_place() {
 }
 
 #[test]
-fn regress_memory_is_limited() {
-    let bytes = std::fs::read(directory("mat").join("v5_compressed.mat")).unwrap();
-    let mut options = Options::default();
-    options.memory = Some(300);
-    let refused = open(Format::Mat5, Arc::new(bytes), &options).unwrap_err();
-    assert!(matches!(refused, Error::Memory { .. }), "{refused}");
-}
-
-#[test]
 fn regress_formats_are_told_apart() {
     let bytes = std::fs::read(directory("mat").join("v4.mat")).unwrap();
     assert_eq!(Format::detect("a.mat", &bytes), Some(Format::Mat4));
@@ -54,14 +41,6 @@ fn regress_formats_are_told_apart() {
     bytes[..19].copy_from_slice(b"MATLAB 7.3 MAT-file");
     bytes[124..126].copy_from_slice(&[0, 2]);
     assert_eq!(Format::detect("a.mat", &bytes), None);
-}
-
-#[test]
-fn regress_damage_never_panics() {
-    for (name, bytes, _) in files("mat") {
-        let format = Format::detect(&name, &bytes).unwrap();
-        damage(format, &bytes, 1000);
-    }
 }
 
 #[test]

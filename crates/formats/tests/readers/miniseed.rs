@@ -1,9 +1,6 @@
 //! miniSEED files against ObsPy and pymseed (`make_miniseed.py`).
 
-mod robust;
-
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::Value as Json;
@@ -11,14 +8,10 @@ use wavecascade_formats::{
     Container, Coordinate, Error, Format, Options, SampleType, Value, Variable, open,
 };
 
-fn file(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/miniseed");
-    std::fs::read(folder.join(name)).unwrap()
-}
+use super::common::{self, open_bytes};
 
-fn open_bytes(name: &str, bytes: &[u8]) -> Container {
-    let format = Format::detect(name, bytes).unwrap();
-    open(format, Arc::new(bytes.to_vec()), &Options::default()).unwrap()
+fn file(name: &str) -> Vec<u8> {
+    common::file("miniseed", name)
 }
 
 fn peer() -> HashMap<String, Vec<Json>> {
@@ -266,35 +259,5 @@ fn regress_damage_is_found_where_samples_are_decoded() {
             .filter(|i| failed(*i))
             .count();
         assert_eq!(failures, 1, "{name}");
-    }
-}
-
-#[test]
-fn regress_detected_by_content() {
-    for name in peer().keys() {
-        assert_eq!(
-            Format::detect("data", &file(name)),
-            Some(Format::MiniSeed),
-            "{name}"
-        );
-    }
-}
-
-#[test]
-fn regress_memory_is_limited() {
-    let mut options = Options::default();
-    options.memory = Some(1000);
-    let error = open(Format::MiniSeed, Arc::new(file("several.mseed")), &options).unwrap_err();
-    assert!(
-        matches!(error, Error::Memory { allowed: 1000, .. }),
-        "{error}"
-    );
-}
-
-#[test]
-fn regress_damaged_bytes() {
-    for name in peer().keys() {
-        let bytes = file(name);
-        robust::survives(Format::MiniSeed, &bytes, 7, 2000);
     }
 }

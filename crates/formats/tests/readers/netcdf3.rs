@@ -1,10 +1,8 @@
 //! NetCDF-3 files against the reader of netCDF4.
 
-mod expected;
-
 use std::sync::Arc;
 
-use expected::{compare, damage, files, open_bytes};
+use super::common::{compare, files, open_bytes};
 use wavecascade_formats::{Coordinate, Error, Format, Options, Value, open};
 
 #[test]
@@ -125,12 +123,5 @@ fn regress_short_file_is_an_error() {
             let opened = open(Format::NetCdf3, Arc::new(cut), &Options::default());
             assert!(opened.is_err(), "{name}, {len} bytes");
         }
-    }
-}
-
-#[test]
-fn regress_damage_never_panics() {
-    for (_, bytes, _) in files("netcdf3") {
-        damage(Format::NetCdf3, &bytes, 1000);
     }
 }

@@ -1,17 +1,15 @@
 //! SEG-Y and Seismic Unix against segyio (`make_segy.py`).
 
-mod robust;
-
 use serde_json::Value as Json;
-use std::path::Path;
 use std::sync::Arc;
 use wavecascade_formats::{
     ByteOrder, Container, Coordinate, Error, Format, Options, Place, Result, Sample, Value, open,
 };
 
+use super::common::{self, values};
+
 fn file(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/segy");
-    std::fs::read(folder.join(name)).unwrap()
+    common::file("segy", name)
 }
 
 fn expected() -> serde_json::Map<String, Json> {
@@ -32,10 +30,6 @@ fn numbers(json: &Json) -> Vec<f64> {
         Json::Array(values) => values.iter().flat_map(numbers).collect(),
         one => vec![one.as_f64().unwrap()],
     }
-}
-
-fn values(container: &Container, path: &str) -> Vec<f64> {
-    container.numbers(container.find(path).unwrap()).unwrap()
 }
 
 /// Path of the coordinate of the traces.
@@ -191,18 +185,4 @@ fn regress_refused() {
     cut.pop();
     let error = open_bytes("a.sgy", cut).unwrap_err();
     assert!(matches!(error, Error::Damaged { .. }), "{error}");
-}
-
-#[test]
-fn regress_detected_by_content() {
-    assert_eq!(Format::detect("data", &file("ibm.sgy")), Some(Format::SegY));
-    assert_eq!(Format::detect("data", &file("big.su")), None);
-}
-
-#[test]
-fn regress_damaged_bytes() {
-    for name in expected().keys() {
-        let bytes = file(name);
-        robust::survives(Format::detect(name, &bytes).unwrap(), &bytes, 7, 2000);
-    }
 }

@@ -1,9 +1,6 @@
 //! TDMS files against npTDMS (`make_tdms.py`).
 
-mod robust;
-
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::Value as Json;
@@ -12,14 +9,10 @@ use wavecascade_formats::{
     Variable, open,
 };
 
-fn file(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/tdms");
-    std::fs::read(folder.join(name)).unwrap()
-}
+use super::common::{self, open_bytes};
 
-fn open_bytes(name: &str, bytes: &[u8]) -> Container {
-    let format = Format::detect(name, bytes).unwrap();
-    open(format, Arc::new(bytes.to_vec()), &Options::default()).unwrap()
+fn file(name: &str) -> Vec<u8> {
+    common::file("tdms", name)
 }
 
 fn peer() -> HashMap<String, Vec<Json>> {
@@ -352,17 +345,6 @@ fn regress_refused() {
 }
 
 #[test]
-fn regress_memory_is_limited() {
-    let mut options = Options::default();
-    options.memory = Some(1000);
-    let error = open(Format::Tdms, Arc::new(file("field.tdms")), &options).unwrap_err();
-    assert!(
-        matches!(error, Error::Memory { allowed: 1000, .. }),
-        "{error}"
-    );
-}
-
-#[test]
 fn regress_times_beyond_an_i64_are_told() {
     let mut bytes = file("field.tdms");
     let at = bytes.windows(4).position(|four| four == b"Time").unwrap();
@@ -473,13 +455,5 @@ fn val_definition_channels_of_several_types_are_one_variable() {
         "unscaled integers beside floats: \"c\" (i32)",
     ] {
         assert!(remarks[0].text.contains(part), "{}", remarks[0].text);
-    }
-}
-
-#[test]
-fn regress_damaged_bytes() {
-    for name in peer().keys() {
-        let bytes = file(name);
-        robust::survives(Format::Tdms, &bytes, 1, 3000);
     }
 }

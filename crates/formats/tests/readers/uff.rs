@@ -1,17 +1,15 @@
 //! Universal files against pyuff (`make_uff.py`).
 
-mod robust;
-
 use serde_json::Value as Json;
-use std::path::Path;
 use std::sync::Arc;
 use wavecascade_formats::{
     Container, Coordinate, Error, Format, Options, Place, Result, SampleType, Value, open,
 };
 
+use super::common::{self, values};
+
 fn file(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/uff");
-    std::fs::read(folder.join(name)).unwrap()
+    common::file("uff", name)
 }
 
 fn expected() -> serde_json::Map<String, Json> {
@@ -30,10 +28,6 @@ fn opened(name: &str) -> Container {
 fn numbers(json: &Json) -> Vec<f64> {
     let values = json.as_array().unwrap();
     values.iter().map(|value| value.as_f64().unwrap()).collect()
-}
-
-fn values(container: &Container, path: &str) -> Vec<f64> {
-    container.numbers(container.find(path).unwrap()).unwrap()
 }
 
 #[test]
@@ -145,13 +139,6 @@ fn regress_memory_is_limited() {
         matches!(error, Error::Memory { needed: 312, .. }),
         "{error}"
     );
-}
-
-#[test]
-fn regress_damaged_bytes() {
-    for name in expected().keys() {
-        robust::survives(Format::Uff, &file(name), 7, 1000);
-    }
 }
 
 /// A data set 58 in ASCII with even or uneven abscissas.

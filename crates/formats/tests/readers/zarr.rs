@@ -1,5 +1,4 @@
 //! Zarr stores against zarr-python and xarray (`make_zarr.py`).
-#![cfg(feature = "zarr")]
 
 use serde_json::{Map, Value as Json};
 use std::fs;

@@ -1,0 +1,64 @@
+//! Readers of every format against other programs that read and write it, and on damaged files.
+
+mod common;
+#[cfg(feature = "hdf5")]
+mod hdf5;
+mod lammps;
+mod mat;
+mod miniseed;
+mod netcdf3;
+mod segy;
+mod tdms;
+mod uff;
+#[cfg(feature = "zarr")]
+mod zarr;
+
+use std::sync::Arc;
+
+use wavecascade_formats::{Error, Format, Options, open};
+
+/// Cut, and with a few other bytes: refused or read, never a panic; formats that are not compressed claim no more
+/// than is there.
+#[test]
+fn regress_damaged_files_are_refused_or_read() {
+    for (folder, is_bounded) in [
+        ("hdf5", false),
+        ("lammps", true),
+        ("mat", false),
+        ("miniseed", true),
+        ("netcdf3", false),
+        ("segy", true),
+        ("tdms", true),
+        ("uff", true),
+    ] {
+        let mut count = 0;
+        for entry in std::fs::read_dir(common::directory(folder)).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            let mut bytes = common::file(folder, &name);
+            let Some(format) = Format::detect(&name, &bytes) else {
+                continue;
+            };
+            if format == Format::Lammps {
+                bytes.truncate(5000);
+            }
+            common::survives(format, &bytes, is_bounded);
+            count += 1;
+        }
+        assert!(count > 3, "{folder}: {count}");
+    }
+}
+
+#[test]
+fn regress_memory_is_limited() {
+    for (format, folder, name, allowed) in [
+        (Format::Tdms, "tdms", "field.tdms", 1000),
+        (Format::MiniSeed, "miniseed", "several.mseed", 1000),
+        (Format::Mat5, "mat", "v5_compressed.mat", 300),
+    ] {
+        let mut options = Options::default();
+        options.memory = Some(allowed);
+        let error = open(format, Arc::new(common::file(folder, name)), &options).unwrap_err();
+        let is_it = matches!(error, Error::Memory { allowed: found, .. } if found == allowed);
+        assert!(is_it, "{name}: {error}");
+    }
+}
