@@ -71,7 +71,7 @@ pub(crate) fn compose(over: &[&str], under: &[&str]) -> String {
 
 /// Symbols of units that take a metric prefix, and others that do not.
 const PREFIXED: &str = "m g s A K mol cd Hz N Pa J W C V F \u{3a9} \u{2126} ohm S Wb T H lm lx Bq Gy Sv kat rad sr eV \
-    bar L cal gal dyn erg sec var VA \u{3b5} \u{3f5} bit Nm Ns Pas Vs gn";
+    bar L cal gal dyn erg sec var VA \u{3b5} \u{3f5} bit strain Nm Ns Pas Vs gn";
 const PLAIN: &str = "in ft yd mi mil thou min hr h yr deg lb lbf lbs kip oz psi ksi kn kt kts kmh kph mps mph fps fpm \
     rpm dB Np px ppm ppb au ct cts lsb adu arb ue re pk pp rms kgf gf amu torr mmhg atm inhg ips \u{e5}ngstr\u{f6}m \
     sqrt log ln log10 abs feet inches nd dl na degC degF";

@@ -123,7 +123,7 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
         Some(0.0) => "0: a second run of other steps gave the same bits".into(),
         Some(error) => format!(
             "{} of {} in any velocity at any sample: twice the difference from a run of up to {} \
-             times the error a step",
+             times the error a step, or what rounding leaves, if that is more",
             error_size(error),
             number(report.velocity_scale),
             1.0 / CHECK_FACTOR
