@@ -128,31 +128,6 @@ fn val_figures_follow_from_the_times() {
     }
 }
 
-#[test]
-fn a_table_has_a_line_a_case() {
-    let place = Place::new();
-    let said = place.good(&["--shape", "64x9", "--precision", "f32", "--rounds", "2"]);
-    let heads = said.lines().find(|line| line.contains("GFLOP/s")).unwrap();
-    for head in [
-        "type",
-        "threads",
-        "ms",
-        "of bound",
-        "rel. error",
-        "rustfft",
-        "realfft",
-    ] {
-        assert!(heads.contains(head), "{said}");
-    }
-    let lines: Vec<&str> = said.lines().filter(|line| line.contains("64x9")).collect();
-    let [line] = lines[..] else { panic!("{said}") };
-    let words: Vec<&str> = line.split_whitespace().collect();
-    assert_eq!(words[..4], ["columns", "64x9", "f32", "1"]);
-    // Kind, shape, type, threads, four figures, two ratios with a cross.
-    assert_eq!(words.len(), 4 + 4 + 2 * 2, "{line}");
-    assert!(!said.contains("NaN"), "{said}");
-}
-
 /// Changes the first baseline of ratios in a file.
 fn edit(place: &Place, change: impl Fn(&mut Value)) {
     let path = place.path("base.json");
@@ -346,90 +321,40 @@ fn a_baseline_of_elsewhere_does_not_count() {
 #[test]
 fn a_damaged_baseline_is_named() {
     let place = Place::new();
-    let ratios = r#"{"machine": {"cpu": "a", "instruction_set": "b", "build": "c"},
-        "versions": {"cascade": "0", "rustfft": "0", "realfft": "0", "rustc": "0"},
-        "rounds": 3, "ratio_to_rustfft": {"64x9 f64, 1 thread": VALUE}}"#;
-    let of = |schema: &str, value: &str| {
-        let ratios = ratios.replace("VALUE", value);
-        format!(r#"{{"schema": "{schema}", "ratios": [{ratios}], "instructions": []}}"#)
-    };
-    let good = "cascade-throughput/1";
+    let other = r#"{"schema": "something/1", "ratios": [], "instructions": []}"#;
     for (text, named) in [
-        ("not JSON".to_owned(), "line 1"),
-        ("{}".to_owned(), "schema"),
-        (
-            of(good, "1.5").replace(r#""cpu": "a", "#, ""),
-            "ratios[0].machine: missing field `cpu`",
-        ),
-        (
-            of(good, "1.5").replace(r#""rounds": 3"#, r#""rings": 3"#),
-            "rings",
-        ),
-        (of("something/1", "1.5"), "found something/1"),
-        (
-            of(good, "-1.5"),
-            "64x9 f64, 1 thread: expected a number above 0, found -1.5",
-        ),
-        (of(good, "null"), "ratio_to_rustfft"),
+        ("not JSON", "line 1"),
+        ("{}", "schema"),
+        (other, "something/1"),
     ] {
-        fs::write(place.path("base.json"), &text).unwrap();
+        fs::write(place.path("base.json"), text).unwrap();
         for words in [
             &["--check", "--baseline", "base.json"][..],
             &["--record", "base.json"],
         ] {
             let said = place.bad(1, &[&SMALL[..], words].concat());
-            assert!(
-                said.contains("base.json") && said.contains(named),
-                "{named}: {said}"
-            );
-            assert!(said.contains("help: record a new one"), "{said}");
+            for part in ["base.json", named, "help: "] {
+                assert!(said.contains(part), "{part}: {said}");
+            }
             assert_eq!(fs::read_to_string(place.path("base.json")).unwrap(), text);
         }
     }
-    let said = place.bad(
-        1,
-        &[&SMALL[..], &["--check", "--baseline", "none.json"]].concat(),
-    );
-    assert!(said.contains("cannot read none.json"), "{said}");
 }
 
 #[test]
 fn what_cannot_be_is_said() {
     let place = Place::new();
-    for (words, named) in [
-        (&["--shape", "3x"][..], "ROWSxCOLUMNS"),
-        (&["--shape", "0x3"], "ROWSxCOLUMNS"),
-        (&["--shape", "4096"], "ROWSxCOLUMNS"),
-        (&["--shape", "4294967296x4294967296"], "ROWSxCOLUMNS"),
-        (&["--shape", "99999999x99999"], "free memory"),
-        (
-            &["--instructions", "--shape", "99999999x99999"],
-            "free memory",
-        ),
-        (
-            &["--kind", "plane", "--shape", "99999999x99999"],
-            "plane 99999999x99999 f64, 1 thread, for which",
-        ),
-        (
-            &["--kind", "short-time", "--shape", "99999999x99999"],
-            "short-time 99999999x99999 f64, 1 thread, for which",
-        ),
-        (
-            &["--kind", "short-time", "--shape", "255x9"],
-            "at least 256 rows",
-        ),
-        (&["--kind", "segments"], "short-time"),
-        (&["--instructions", "--kind", "plane"], "--kind"),
-        (&["--precision", "f16"], "f16"),
-        (&["--threads", "0"], "--threads"),
-        (&["--rounds", "0"], "--rounds"),
-        (&["--baseline", "base.json"], "--check"),
-        (&["--check", "--record", "base.json"], "--record"),
-        (&["--instructions", "--rounds", "3"], "--rounds"),
-        (&["--record", "none/base.json"], "none/base.json"),
+    for (line, named) in [
+        ("--shape 3x", "ROWSxCOLUMNS"),
+        ("--shape 99999999x99999", "free memory"),
+        ("--kind short-time --shape 255x9", "at least 256 rows"),
+        ("--kind segments", "short-time"),
+        ("--threads 0", "--threads"),
+        ("--check --record base.json", "--record"),
+        ("--record none/base.json", "none/base.json"),
     ] {
-        let said = place.bad(2, words);
-        assert!(said.contains(named), "{words:?}: {said}");
+        let said = place.bad(2, &line.split(' ').collect::<Vec<_>>());
+        assert!(said.contains(named), "{line}: {said}");
     }
 }
 
