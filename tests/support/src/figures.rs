@@ -3,16 +3,16 @@
 use std::f64::consts::{PI, TAU};
 
 use ndarray::Array2;
+use wavecascade::Field;
 use wavecascade::analyze::*;
-use wavecascade::arrays::Precision;
-use wavecascade::estimates::{SpectrumInterval, interval_factors};
-use wavecascade::field::{Axis, Quantity};
-use wavecascade::prepare::WindowGains;
+use wavecascade::field::Axis;
+use wavecascade::prepare::{Window, WindowGains};
 
 /// A pulse that slows down and breaks into high frequencies, 400 times by 300 sites.
 pub fn full() -> Analysis {
     let (n_times, n_sites) = (400, 300);
-    let axes = axes(n_times, n_sites);
+    let base = analyzed(n_times, n_sites);
+    let axes = base.axes.clone();
     let (rows, columns) = (n_times as f64, n_sites as f64);
     let high = 0.5 / axes.time.step;
     let k_high = PI / axes.space.step;
@@ -55,18 +55,6 @@ pub fn full() -> Analysis {
     let wavenumber = ("wavenumber (rad/m)", 0.0, k_high);
     let signed = ("wavenumber (rad/m)", -k_high, k_high);
     Analysis {
-        noise: None,
-        name: "chirp <& \"friends\"> 'n' \u{3ba}=4.5.npy".into(),
-        content_hash: Some("7f".repeat(32)),
-        quantity: Quantity::Velocity,
-        unit: Some("m/s".into()),
-        offset: (0, 0),
-        conventions: conventions(n_times),
-        parseval: Parseval {
-            time: Some(2.2e-16),
-            space: Some(-4.4e-16),
-            spacetime: Some(1.1e-15),
-        },
         direction: Some(Direction {
             toward_plus_x: 0.912,
             toward_minus_x: 0.071,
@@ -76,13 +64,6 @@ pub fn full() -> Analysis {
         answer: None,
         undirected: None,
         direction_by_frequency: Some(directions(axes.frequency.len())),
-        interval: Some(SpectrumInterval {
-            steadiness: 0.9,
-            effective_segments: 1.0,
-            alpha: 0.05,
-            degrees_of_freedom: Some(2.0),
-            factors: Some(interval_factors(2.0, 0.05)),
-        }),
         frequency_edge: Some(BandEdge::Reference {
             value: 0.12 * high,
             index: 0,
@@ -134,34 +115,19 @@ pub fn full() -> Analysis {
             branches: vec![vec![340.0 * k_high / TAU, 0.0, f64::NAN]],
         }],
         short_time: Some(short(
+            &base.conventions.window_time,
             &axes.frequency,
             (0.0, axes.time.step * rows),
             &[0.0, 1.5, 2.99],
         )),
         short_space: Some(short(
+            &base.conventions.window_time,
             &axes.wavenumber,
             (0.0, axes.space.step * columns),
             &[0.05, 0.2],
         )),
         sample_error: None,
         display: Display::whole(&axes),
-        accuracy: Accuracy {
-            precision: Precision::F64,
-            amplitude_unit: 1.0,
-            spot_check: Some(3.1e-16),
-            spot_checks: 64,
-            parseval: Some(1.1e-15),
-            estimated_by: "direct sums and Parseval",
-        },
-        seconds: 0.25,
-        timings: vec![Timing {
-            stage: "temporal",
-            seconds: 0.0123,
-            bytes_read: 9_830_400,
-            bytes_written: 4_930_400,
-            transforms: 300,
-            transform_length: n_times,
-        }],
         warnings: vec![
             Warning::AliasingTime {
                 share: 0.034,
@@ -175,8 +141,31 @@ pub fn full() -> Analysis {
                 },
             },
         ],
-        axes,
+        ..base
     }
+}
+
+/// What is no picture: axes, conventions and accuracies.
+fn analyzed(n_times: usize, n_sites: usize) -> Analysis {
+    let axis = |step, unit: &str| Axis {
+        origin: 0.0,
+        step,
+        unit: Some(unit.into()),
+    };
+    let mut field = Field::from_array(Array2::from_shape_fn((n_times, n_sites), |(n, j)| {
+        bump(n as f64 / 400.0 - 0.9 * j as f64 / 300.0 - 0.05, 0.03)
+    }));
+    (field.time, field.space) = (axis(1e-3, "s"), axis(0.01, "m"));
+    field.name = "chirp <& \"friends\"> 'n' \u{3ba}=4.5.npy".into();
+    field.content_hash = Some("7f".repeat(32));
+    field.unit = Some("m/s".into());
+    let request = Request {
+        window_time: Window::Hann,
+        window_space: Window::Hann,
+        maps: false,
+        ..Request::default()
+    };
+    analyze(&field, &request).unwrap().0
 }
 
 /// Analyses at the edges of what can be drawn, with their names.
@@ -260,6 +249,7 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
             ..Moments::default()
         }
     };
+    let full = full();
     let one = ShortTimeSpectrum {
         index: 0,
         at: 0.0,
@@ -270,7 +260,7 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         frames: (0..columns).map(|m| m as f64).collect(),
         segment: 1,
         hop: 1,
-        window: gains(),
+        window: full.conventions.window_time.clone(),
         spectra: vec![one; 5],
     };
     let axes = Axes {
@@ -309,56 +299,7 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         short_space: Some(short),
         sample_error: None,
         warnings: vec![Warning::NoEnergy],
-        ..full()
-    }
-}
-
-fn axes(n_times: usize, n_sites: usize) -> Axes {
-    let (dt, dx) = (1e-3, 0.01);
-    let (bins, waves) = (n_times / 2 + 1, n_sites / 2 + 1);
-    let dk = 2.0 * PI / (n_sites as f64 * dx);
-    Axes {
-        time: Axis {
-            origin: 0.0,
-            step: dt,
-            unit: Some("s".into()),
-        },
-        n_times,
-        space: Axis {
-            origin: 0.0,
-            step: dx,
-            unit: Some("m".into()),
-        },
-        n_sites,
-        frequency: (0..bins)
-            .map(|m| m as f64 / (n_times as f64 * dt))
-            .collect(),
-        wavenumber: (0..waves).map(|m| m as f64 * dk).collect(),
-        wavenumber_signed: (0..n_sites)
-            .map(|m| (m as f64 - waves as f64 + 1.0) * dk)
-            .collect(),
-    }
-}
-
-fn gains() -> WindowGains {
-    WindowGains {
-        name: "hann".into(),
-        coherent_gain: 0.5,
-        power_gain: 0.375,
-        noise_bandwidth_bins: 1.5,
-    }
-}
-
-fn conventions(n_times: usize) -> Conventions {
-    Conventions {
-        scaling: Scaling::Energy,
-        window_time: gains(),
-        window_space: gains(),
-        segment: n_times,
-        overlap: 0,
-        segments: 1,
-        padded_time: n_times,
-        padded_space: 300,
+        ..full
     }
 }
 
@@ -456,7 +397,12 @@ fn front(n: usize) -> Front {
     }
 }
 
-fn short(bins: &[f64], (from, to): (f64, f64), at: &[f64]) -> ShortTimeSpectra {
+fn short(
+    window: &WindowGains,
+    bins: &[f64],
+    (from, to): (f64, f64),
+    at: &[f64],
+) -> ShortTimeSpectra {
     let bins: Vec<f64> = bins.iter().step_by(2).copied().collect();
     let frames: Vec<f64> = (0..60)
         .map(|m| from + (to - from) * (m as f64 + 2.0) / 64.0)
@@ -478,7 +424,7 @@ fn short(bins: &[f64], (from, to): (f64, f64), at: &[f64]) -> ShortTimeSpectra {
         frames,
         segment: 64,
         hop: 16,
-        window: gains(),
+        window: window.clone(),
         spectra,
     }
 }
