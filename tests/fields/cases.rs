@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ndarray::Array2;
-use test_support::made::values;
+use test_support::made::{axis, values};
 use test_support::place::Place;
 use test_support::shared::shared_data;
 use wavecascade::Field;
@@ -14,14 +14,6 @@ fn case(name: &str) -> Option<Field> {
     let path = shared_data(&format!("cases/{name}"))?;
     let field = Field::open(&path, &OpenOptions::default());
     Some(field.unwrap_or_else(|error| panic!("{error}")))
-}
-
-fn axis(origin: f64, step: f64, unit: &str) -> Axis {
-    Axis {
-        origin,
-        step,
-        unit: Some(unit.into()),
-    }
 }
 
 fn has(field: &Field, code: &str) -> bool {
@@ -63,7 +55,7 @@ fn val_peer_rates_and_units_beside_the_samples() {
     ] {
         let field = beside(name);
         assert_eq!(values(&field), expected, "{name}");
-        assert_eq!(field.time, axis(0.0, 1e-5, "s"), "{name}");
+        assert_eq!(field.time, axis(1e-5, Some("s")), "{name}");
         let space = Axis {
             origin: 0.0,
             step: 0.5,

@@ -2,10 +2,12 @@
 //!
 //! `val_numpy_*`: bytes that NumPy 2.4.6 wrote on 2026-11-21 (`tests/input_formats/make.py`).
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ndarray::{Array1, Array2, Axis as Dimension, ShapeBuilder};
 use ndarray_npy::{NpzWriter, write_npy};
+use test_support::hostile::Folder;
+use test_support::made::{axis_at as axis, values};
 use wavecascade::Field;
 use wavecascade::field::{Axis, Header, Layout, OpenOptions, Quantity, TimeColumn};
 
@@ -19,29 +21,8 @@ fn numpy_bytes(name: &str) -> Vec<u8> {
         .collect()
 }
 
-struct Folder(tempfile::TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        Folder(tempfile::tempdir().unwrap())
-    }
-
-    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.0.path().join(name);
-        std::fs::write(&path, bytes).unwrap();
-        path
-    }
-}
-
 fn open(path: &Path) -> Field {
     Field::open(path, &OpenOptions::default()).unwrap()
-}
-
-fn time_major(field: &Field) -> Array2<f64> {
-    let (n, m) = (field.n_times(), field.n_sites());
-    let mut values = vec![0.0; n * m];
-    field.read_time_major(0..n, 0..m, &mut values);
-    Array2::from_shape_vec((n, m), values).unwrap()
 }
 
 fn site_major(field: &Field) -> Array2<f64> {
@@ -76,7 +57,7 @@ fn val_numpy_every_sample_type_byte_order_and_memory_order() {
                 let path = folder.write("field.npy", numpy_bytes(&name));
                 let expected = numpy_field(sample);
                 let field = open(&path);
-                assert_eq!(time_major(&field), expected, "{name}");
+                assert_eq!(values(&field), expected, "{name}");
                 assert_eq!(site_major(&field), expected.t(), "{name}");
 
                 let options = OpenOptions {
@@ -85,7 +66,7 @@ fn val_numpy_every_sample_type_byte_order_and_memory_order() {
                 };
                 let turned = Field::open(&path, &options).unwrap();
                 assert_eq!((turned.n_times(), turned.n_sites()), (3, 5));
-                assert_eq!(time_major(&turned), expected.t(), "{name}, site-time");
+                assert_eq!(values(&turned), expected.t(), "{name}, site-time");
                 assert_eq!(site_major(&turned), expected, "{name}, site-time");
             }
         }
@@ -97,7 +78,7 @@ fn val_numpy_format_versions() {
     let folder = Folder::new();
     for version in 1..=3 {
         let path = folder.write("field.npy", numpy_bytes(&format!("version-{version}")));
-        assert_eq!(time_major(&open(&path)), numpy_field("f8"));
+        assert_eq!(values(&open(&path)), numpy_field("f8"));
     }
 }
 
@@ -112,7 +93,7 @@ fn val_numpy_one_dimension_is_the_record_of_one_site() {
         };
         let field = Field::open(&path, &options).unwrap();
         let expected = Array1::from_iter((0..4).map(f64::from)).insert_axis(Dimension(1));
-        assert_eq!(time_major(&field), expected);
+        assert_eq!(values(&field), expected);
         assert_eq!(site_major(&field), expected.t());
     }
 }
@@ -121,7 +102,7 @@ fn val_numpy_one_dimension_is_the_record_of_one_site() {
 fn val_numpy_half_precision() {
     let folder = Folder::new();
     let field = open(&folder.write("halves.npy", numpy_bytes("halves")));
-    let values = time_major(&field);
+    let found = values(&field);
     let expected = [
         0.0,
         -0.0,
@@ -134,7 +115,7 @@ fn val_numpy_half_precision() {
         f64::NEG_INFINITY,
         f64::NAN,
     ];
-    for (value, expected) in values.iter().zip(expected) {
+    for (value, expected) in found.iter().zip(expected) {
         assert_eq!(value.to_bits() >> 52, f64::to_bits(expected) >> 52);
         assert!(*value == expected || expected.is_nan());
     }
@@ -146,7 +127,7 @@ fn val_numpy_archive_of_a_simulated_run() {
     for name in ["run-stored", "run-deflated"] {
         let path = folder.write("run.npz", numpy_bytes(name));
         let field = open(&path);
-        assert_eq!(time_major(&field), numpy_field("f8"), "{name}");
+        assert_eq!(values(&field), numpy_field("f8"), "{name}");
         let time = Axis {
             origin: 0.5,
             step: 0.25,
@@ -165,7 +146,7 @@ fn val_numpy_archive_of_a_simulated_run() {
             ..OpenOptions::default()
         };
         let field = Field::open(&path, &options).unwrap();
-        assert_eq!(time_major(&field), numpy_field("f8") * 2.0, "{name}");
+        assert_eq!(values(&field), numpy_field("f8") * 2.0, "{name}");
         assert_eq!((field.time.origin, field.time.step), (0.5, 2.0));
         assert_eq!(field.quantity, Quantity::Displacement);
     }
@@ -177,30 +158,30 @@ fn val_numpy_archive_with_positions() {
     let field = open(&folder.write("run.npz", numpy_bytes("placed")));
     assert_eq!((field.space.origin, field.space.step), (2.0, 2.0));
     assert_eq!(field.time, Axis::index());
-    assert_eq!(time_major(&field), numpy_field("f8"));
+    assert_eq!(values(&field), numpy_field("f8"));
 }
 
 #[test]
 fn val_ndarray_npy_round_trip() {
     let folder = Folder::new();
-    let values = Array2::from_shape_fn((7, 9), |(n, j)| n as f64 - 0.1 * j as f64);
-    let turned = Array2::from_shape_fn((7, 9).f(), |at| values[at]);
-    for array in [&values, &turned] {
-        let path = folder.0.path().join("field.npy");
+    let expected = Array2::from_shape_fn((7, 9), |(n, j)| n as f64 - 0.1 * j as f64);
+    let turned = Array2::from_shape_fn((7, 9).f(), |at| expected[at]);
+    for array in [&expected, &turned] {
+        let path = folder.path().join("field.npy");
         write_npy(&path, array).unwrap();
-        assert_eq!(time_major(&open(&path)), values);
+        assert_eq!(values(&open(&path)), expected);
     }
     for compressed in [false, true] {
-        let path = folder.0.path().join("field.npz");
+        let path = folder.path().join("field.npz");
         let file = std::fs::File::create(&path).unwrap();
         let mut archive = if compressed {
             NpzWriter::new_compressed(file)
         } else {
             NpzWriter::new(file)
         };
-        archive.add_array("velocity", &values).unwrap();
+        archive.add_array("velocity", &expected).unwrap();
         archive.finish().unwrap();
-        assert_eq!(time_major(&open(&path)), values);
+        assert_eq!(values(&open(&path)), expected);
     }
 }
 
@@ -208,7 +189,7 @@ fn val_ndarray_npy_round_trip() {
 fn blocks_are_the_same_from_every_order() {
     let values = Array2::from_shape_fn((83, 37), |(n, j)| (100 * n + j) as f64);
     let folder = Folder::new();
-    let path = folder.0.path().join("field.npy");
+    let path = folder.path().join("field.npy");
     let turned = Array2::from_shape_fn((83, 37).f(), |at| values[at]);
     write_npy(&path, &turned).unwrap();
     let mapped = open(&path);
@@ -240,10 +221,10 @@ fn an_array_that_is_a_view_of_another_keeps_its_values() {
     let wide = Array2::from_shape_fn((6, 10), |(n, j)| (10 * n + j) as f64);
     let part = wide.clone().slice_move(ndarray::s![1..5;-1, 2..9;3]);
     let expected = part.clone();
-    assert_eq!(time_major(&Field::from_array(part)), expected);
+    assert_eq!(values(&Field::from_array(part)), expected);
     let rows = wide.clone().slice_move(ndarray::s![2..4, ..]);
     assert_eq!(
-        time_major(&Field::from_array(rows)),
+        values(&Field::from_array(rows)),
         wide.slice(ndarray::s![2..4, ..])
     );
 }
@@ -308,14 +289,6 @@ fn table(name: &str, text: &str, options: &OpenOptions) -> Field {
     Field::open(folder.write(name, text), options).unwrap()
 }
 
-fn axis(origin: f64, step: f64, unit: Option<&str>) -> Axis {
-    Axis {
-        origin,
-        step,
-        unit: unit.map(String::from),
-    }
-}
-
 #[test]
 fn tables_in_every_dress_hold_the_same_field() {
     let expected = ndarray::array![[1.0, -2.5], [0.003, 4.0], [5.0, 6e2]];
@@ -329,7 +302,7 @@ fn tables_in_every_dress_hold_the_same_field() {
         ("a.csv", "left,right\n1,-2.5\n3e-3,4\n5,600\n"),
     ] {
         let field = table(name, text, &OpenOptions::default());
-        assert_eq!(time_major(&field), expected, "{text:?}");
+        assert_eq!(values(&field), expected, "{text:?}");
         assert_eq!(
             (&field.time, &field.space),
             (&Axis::index(), &Axis::index())
@@ -340,7 +313,7 @@ fn tables_in_every_dress_hold_the_same_field() {
         ..OpenOptions::default()
     };
     let field = table("a.csv", "1,0.003,5\n-2.5,4,600\n", &options);
-    assert_eq!(time_major(&field), expected);
+    assert_eq!(values(&field), expected);
 }
 
 #[test]
@@ -348,7 +321,7 @@ fn a_table_states_its_times_and_positions() {
     let text = "time_ms,0.5,0.75,1.0\n10,1,2,3\n10.25,4,5,6\n10.5,7,8,9\n";
     let field = table("a.csv", text, &OpenOptions::default());
     let expected = Array2::from_shape_fn((3, 3), |(n, j)| (3 * n + j + 1) as f64);
-    assert_eq!(time_major(&field), expected);
+    assert_eq!(values(&field), expected);
     assert_eq!(field.time, axis(10.0, 0.25, Some("ms")));
     assert_eq!(field.space, axis(0.5, 0.25, None));
 
@@ -375,7 +348,7 @@ fn a_time_column_may_be_stated() {
             ..OpenOptions::default()
         };
         let field = table("a.csv", &text, &options);
-        assert_eq!(time_major(&field), ndarray::array![[1.0], [2.0], [3.0]]);
+        assert_eq!(values(&field), ndarray::array![[1.0], [2.0], [3.0]]);
         assert_eq!(field.time, axis(0.0, 0.1, None));
     }
     let options = OpenOptions {
@@ -389,6 +362,6 @@ fn a_time_column_may_be_stated() {
 #[test]
 fn empty_cells_and_nan_are_gaps() {
     let field = table("a.csv", "1,,NaN\n,nan,2\n", &OpenOptions::default());
-    let finite: Vec<bool> = time_major(&field).iter().map(|v| v.is_finite()).collect();
+    let finite: Vec<bool> = values(&field).iter().map(|v| v.is_finite()).collect();
     assert_eq!(finite, [true, false, false, false, false, true]);
 }

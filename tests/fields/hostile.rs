@@ -24,11 +24,7 @@ fn what_is_not_a_file() {
     let missing = folder.path().join("missing.npy");
     let error = Field::open(&missing, &OpenOptions::default()).unwrap_err();
     assert!(matches!(&error, Error::Read { path, .. } if *path == missing));
-    assert_eq!(fault_of_empty(), InputFault::Empty);
-}
-
-fn fault_of_empty() -> InputFault {
-    fault("field.npy", b"")
+    assert_eq!(self::fault("field.npy", b""), InputFault::Empty);
 }
 
 #[cfg(unix)]
@@ -64,10 +60,7 @@ fn other_formats_are_named() {
         "a MATLAB file"
     );
     assert_eq!(found("scan.nc", b"xxxx"), "a NetCDF file");
-    assert_eq!(found("field.npy", b"RIFFxxxx"), "a WAV file");
-    assert_eq!(found("scan.xlsx", b"PK\x03\x04xxxx"), "a spreadsheet");
     assert_eq!(found("field.dat", b"1 2 3"), "the extension \"dat\"");
-    assert_eq!(found("field", b"1 2 3"), "the extension \"\"");
 }
 
 #[test]

@@ -111,20 +111,11 @@ fn val_random_spectra_are_direct_sums_in_long_double() {
     for line in listed.lines() {
         let words: Vec<&str> = line.split(' ').collect();
         let (file, out) = (format!("{}.npy", words[0]), format!("{}.result", words[0]));
-        let output = place.run(&[
-            "analyze",
-            &file,
-            "--layout",
-            words[1],
-            "--dt",
-            "1",
-            "--dx",
-            "1",
-            "--figures",
-            "none",
-            "--out",
-            &out,
-        ]);
+        let line = format!(
+            "analyze {file} --layout {} --dt 1 --dx 1 --figures none --out {out}",
+            words[1]
+        );
+        let output = place.run(&line.split(' ').collect::<Vec<_>>());
         assert!(output.status.success(), "seed {seed}, {line}: {output:?}");
     }
     let compared = python("random_spectra.py", &["compare", at]).unwrap();

@@ -4,7 +4,7 @@
 //! those of the text.
 
 use test_support::hostile::{Folder, fault};
-use test_support::made::values;
+use test_support::made::{axis_at as axis, values};
 use wavecascade::Field;
 use wavecascade::error::InputFault;
 use wavecascade::field::{Axis, Note, OpenOptions, Quantity, TimeColumn};
@@ -17,14 +17,6 @@ fn table_with(name: &str, text: &str, options: &OpenOptions) -> Field {
     let folder = Folder::new();
     let path = folder.write(name, text);
     Field::open(path, options).unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
-fn axis(origin: f64, step: f64, unit: Option<&str>) -> Axis {
-    Axis {
-        origin,
-        step,
-        unit: unit.map(String::from),
-    }
 }
 
 fn codes(field: &Field) -> Vec<&'static str> {

@@ -1,7 +1,7 @@
 //! Fields that the program writes, read back: the same bits, axes and units.
 
 use ndarray::Array2;
-use test_support::made::{open, values};
+use test_support::made::{axis_at as axis, open, values};
 use test_support::place::Place;
 use wavecascade::arrays::Precision;
 use wavecascade::field::{Axis, OpenOptions, Quantity};
@@ -20,14 +20,6 @@ fn samples(times: usize, sites: usize) -> Array2<f64> {
         37 => 9.969_209_968_386_869e36,
         k => (k as f64 - 40.0) * 10f64.powi((n % 41) as i32 - 20) / 3.0,
     })
-}
-
-fn axis(origin: f64, step: f64, unit: Option<&str>) -> Axis {
-    Axis {
-        origin,
-        step,
-        unit: unit.map(str::to_owned),
-    }
 }
 
 fn assert_same_samples(found: &Field, expected: &Array2<f64>, what: &str) {

@@ -33,8 +33,12 @@ pub fn in_one_line(said: &str) -> String {
 }
 
 pub fn axis(step: f64, unit: Option<&str>) -> Axis {
+    axis_at(0.0, step, unit)
+}
+
+pub fn axis_at(origin: f64, step: f64, unit: Option<&str>) -> Axis {
     Axis {
-        origin: 0.0,
+        origin,
         step,
         unit: unit.map(String::from),
     }
