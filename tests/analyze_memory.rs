@@ -167,7 +167,6 @@ fn parts_hold_no_more_than_is_counted() {
         let held: u64 = parts.iter().map(|part| part.bytes() as u64).sum();
         let case = format!("{records} {shape:?} {request:?}");
         let check = |what: &str, (most, counted): (u64, u64), slack: u64| {
-            println!("{what}: {most} of {counted}, {case}");
             if most > counted || 10 * counted > slack * most {
                 off.borrow_mut()
                     .push(format!("{what}: {most} of {counted}, {case}"));
@@ -248,7 +247,6 @@ fn coherence_holds_no_more_than_is_counted() {
                 let (most, found) = taken(|| of(allowed));
                 found.unwrap();
                 let case = format!("{shape:?} {segment} {threads} threads, {allowed} allowed");
-                println!("{case}: {most} of {counted}");
                 assert!(most <= counted, "{case}: {most} of {counted}");
                 assert!(
                     threads > 1 || 10 * counted <= 20 * most,
@@ -285,7 +283,6 @@ fn a_spectrum_holds_no_more_than_is_counted() {
             let (most, found) = taken(|| of(counted));
             found.unwrap();
             let case = format!("{shape:?} {segment} {has_jackknife} {threads} threads");
-            println!("{case}: {most} of {counted}");
             assert!(most <= counted, "{case}: {most} of {counted}");
             assert!(10 * counted <= 16 * most, "{case}: {most} of {counted}");
         }

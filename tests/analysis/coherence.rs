@@ -93,10 +93,6 @@ fn val_scipy_coherence_of_welch_and_of_tapers() {
                 }
             }
         }
-        println!(
-            "spectrum {:e}, coherence {:e}, phase {:e}",
-            worst[0], worst[1], worst[2]
-        );
         assert!(
             worst[0] < 2e-14 && worst[1] < 1e-14 && worst[2] < 1e-13,
             "{worst:?}"
@@ -120,10 +116,6 @@ fn val_carter_levels_of_independent_noise() {
         let mean = cells.mean().unwrap() * found.independence.effective;
         let level = found.level().unwrap();
         let above = cells.iter().filter(|g| **g > level).count() as f64 / cells.len() as f64;
-        println!(
-            "overlap {overlap}: {} effective of {}, mean {mean}, above {above}",
-            found.independence.effective, found.independence.segments
-        );
         assert!((mean - 1.0).abs() < within, "{overlap}: {mean}");
         assert!((above / 0.05 - 1.0).abs() < 0.15, "{overlap}: {above}");
     }
@@ -171,7 +163,6 @@ fn val_delays_are_found_within_their_errors() {
         .collect();
     let spread = (scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64).sqrt();
     let error = found.delays[60].unwrap().error / DT;
-    println!("rms of the deviations over their errors: {spread}; an error is {error} samples");
     // Segments that a delay shifts against one another lose some of their common part.
     assert!((0.8..1.3).contains(&spread), "{spread}");
     assert!((0.001..0.1).contains(&error), "{error}");
@@ -219,10 +210,6 @@ fn val_phase_velocity_of_plane_waves() {
             .iter()
             .map(|s| (s.velocity / speed - direction).abs())
             .fold(0.0, f64::max);
-        println!(
-            "{direction}: rms {spread}, worst {worst}, {} sites",
-            band[10].sites
-        );
         // Errors are those of the phases where residuals are smaller.
         assert!((0.5..1.6).contains(&spread), "{spread}");
         assert!(worst < 0.05, "{worst}");
@@ -246,7 +233,6 @@ fn val_construction_unrelated_records_have_no_delay() {
             assert!(found.velocity.is_none());
             found_any += usize::from(found.is_coherent[1] || found.delays[1].is_some());
         }
-        println!("memory {memory}: {found_any} of 100 pairs");
         assert!(found_any <= 10, "{memory}: {found_any}");
     }
 }
@@ -281,7 +267,6 @@ fn val_construction_intervals_of_delays_hold() {
             held += usize::from(off < delay.interval);
             assert!((delay.interval / delay.error - 1.96).abs() < 0.001);
         }
-        println!("memory {memory}, noise {noise}, {late} samples: {held} of 100");
         assert!((91..=99).contains(&held), "{memory} {noise} {late}: {held}");
     }
 }
@@ -338,7 +323,6 @@ fn val_construction_one_velocity_of_a_wave() {
                 assert!((speed.velocity / truth - 1.0).abs() < 0.3, "{speed:?}");
             }
         }
-        println!("{direction}: {held} of 60");
         assert!((54..=60).contains(&held), "{held}");
     }
 }

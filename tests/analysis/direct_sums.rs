@@ -1,11 +1,6 @@
 //! The transform in twice the precision against transforms that are known exactly.
 
-use wavecascade::transform::direct_sums;
-
-fn dft_dd(x: &[f64], bins: &[usize]) -> Vec<(f64, f64)> {
-    let sums = direct_sums(x, bins);
-    sums.into_iter().map(|z| (z.re, z.im)).collect()
-}
+use test_support::shared::dft_dd;
 
 #[test]
 fn a_delta_gives_the_roots_of_unity_correctly_rounded() {

@@ -328,7 +328,6 @@ fn val_intervals_hold_as_often_as_they_say() {
         held[1] += usize::from((truth / s).ln().abs() < found.jackknife[cell]);
     }
     let shares = held.map(|held| held as f64 / f64::from(cells));
-    println!("intervals that hold: {shares:?} of {cells}");
     assert!((shares[0] - 0.95).abs() < 0.008, "{shares:?}");
     assert!((shares[1] - 0.95).abs() < 0.012, "{shares:?}");
 }

@@ -171,22 +171,35 @@ fn zero_channels_have_no_centroid_and_constant_ones_that_of_zero() {
 }
 
 #[test]
-fn nothing_but_zeros_is_undefined_and_never_zero() {
-    let (analysis, spectra) = analyzed(
-        &Field::from_array(Array2::zeros((20, 6))),
-        &Request::default(),
-    );
-    assert_eq!(residuals(&analysis).count(), 0);
-    let d = analysis.direction.expect("asked for");
-    assert!(d.toward_plus_x.is_nan() && d.undirected.is_nan());
-    assert!(analysis.warnings.contains(&Warning::NoEnergy));
-    assert!(
-        spectra
-            .spacetime
-            .expect("asked for")
-            .iter()
-            .all(|&p| p == 0.0)
-    );
+fn nothing_but_zeros_or_gaps_is_undefined_and_never_zero() {
+    for (value, gaps) in [
+        (0.0, Gaps::Refuse),
+        (f64::NAN, Gaps::Interpolate),
+        (f64::NAN, Gaps::Mask),
+    ] {
+        let request = Request {
+            gaps,
+            detrend_time: Detrend::Linear,
+            detrend_space: Detrend::Mean,
+            detrend_field_mean: true,
+            ..Request::default()
+        };
+        let field = Field::from_array(Array2::from_elem((20, 6), value));
+        let (analysis, spectra) = analyzed(&field, &request);
+        assert_eq!(residuals(&analysis).count(), 0);
+        let d = analysis.direction.expect("asked for");
+        assert!(d.toward_plus_x.is_nan() && d.undirected.is_nan());
+        assert!(analysis.warnings.contains(&Warning::NoEnergy));
+        let of_gaps = |w: &Warning| matches!(w, Warning::Gaps { samples: 120, .. });
+        assert_eq!(analysis.warnings.iter().any(of_gaps), value.is_nan());
+        assert!(
+            spectra
+                .spacetime
+                .expect("asked for")
+                .iter()
+                .all(|&p| p == 0.0)
+        );
+    }
 }
 
 #[test]
@@ -401,30 +414,6 @@ fn shares_change_with_the_band_edge_without_steps() {
     let whole = low(250.0 + 0.5 * bin) - low(250.0 - 0.5 * bin);
     let half = low(250.0) - low(250.0 - 0.5 * bin);
     assert!((half / whole - 0.5).abs() < 1e-12);
-}
-
-#[test]
-fn a_field_of_nothing_but_gaps_is_told_from_one_of_zeros() {
-    let values = Array2::from_elem((8, 3), f64::NAN);
-    for gaps in [Gaps::Interpolate, Gaps::Mask] {
-        let request = Request {
-            gaps,
-            detrend_time: Detrend::Linear,
-            detrend_space: Detrend::Mean,
-            detrend_field_mean: true,
-            ..Request::default()
-        };
-        let (analysis, _) = analyzed(&Field::from_array(values.clone()), &request);
-        assert!(analysis.warnings.contains(&Warning::NoEnergy));
-        assert!(analysis.warnings.iter().any(|w| matches!(
-            w,
-            Warning::Gaps {
-                samples: 24,
-                sites: 3,
-                ..
-            }
-        )));
-    }
 }
 
 /// A tone half a bin off: amplitude within the window's scalloping loss, energy to rounding,

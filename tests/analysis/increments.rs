@@ -77,7 +77,6 @@ fn val_fluidsf_second_and_third_order() {
             .max((m.structure[1] / expected.second[i] - 1.0).abs())
             .max(third);
     }
-    println!("{worst:e}");
     assert!(worst < 3e-15, "{worst:e}");
 }
 
@@ -150,7 +149,6 @@ fn val_closed_form_of_a_sawtooth() {
         assert!((m.third / expected - 1.0).abs() < 1e-12);
     }
     let fit = axis.exponents.unwrap();
-    println!("{fit:?}");
     assert_eq!((fit.points, fit.basis), (3, ExponentBasis::Regression));
     // Like r, whatever the order: a shock.
     for p in 2..6 {
@@ -204,7 +202,6 @@ fn val_brownian_motion_scales_like_the_root() {
     }
     assert!(axis.third_signs(0.05).is_empty());
     let fit = axis.exponents.unwrap();
-    println!("{inside} of {count} inside; {fit:?}");
     // Orders of one scale go together.
     assert!(10 * inside >= 7 * count, "{inside} of {count}");
     assert_eq!(fit.basis, ExponentBasis::Shots);

@@ -97,7 +97,6 @@ fn val_numpy_svd_of_the_realisations() {
                 worst[1] = worst[1].max((product.norm() - 1.0).abs());
             }
         }
-        println!("{sites} sites: {worst:?}");
         assert!(worst[0] < 2e-15 && worst[1] < 1e-12, "{worst:?}");
     }
 }
@@ -113,7 +112,6 @@ fn val_pyspod_eigenvalues() {
     let largest = expected.iter().flatten().fold(0.0, |m: f64, v| m.max(*v));
     let pairs = expected.iter().flatten().zip(&found.eigenvalues);
     let worst = pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs() / largest));
-    println!("{worst:e}");
     assert!(worst < 1e-14, "{worst:e}");
 }
 
@@ -179,7 +177,6 @@ fn val_known_sources_lie_within_the_intervals() {
         assert!(found.eigenvalues[[bin, 2]] < 1e-12 * strength);
     }
     let share = f64::from(inside as u32) / f64::from(all as u32);
-    println!("{share} of {all} inside");
     assert!((0.9..0.99).contains(&share), "{share}");
 }
 
@@ -204,7 +201,6 @@ fn val_waves_have_their_wavenumber_and_standing_waves_none() {
         };
         let one = found(&field(values(0.0)), &request);
         let wave = one.chosen[0].waves[0].unwrap();
-        println!("{wave:?} at {}", one.chosen[0].frequency);
         assert!((one.chosen[0].frequency - 0.5).abs() < 0.04);
         assert!(
             wave.is_wave && (wave.wavenumber - k).abs() < 0.003,

@@ -78,7 +78,6 @@ fn val_the_floor_of_steady_records_is_within_its_interval() {
     let noise = found(&motion + &floor, false).noise.unwrap();
     assert_eq!(noise.known(), SITES);
     let held = held(&noise);
-    println!("intervals that hold: {held} of {SITES}");
     // 190 of 200, with a standard deviation of 3.1.
     assert!((183..=197).contains(&held), "{held}");
     let one = noise.sites[0].unwrap();
@@ -105,7 +104,6 @@ fn val_the_floor_before_the_arrival_is_within_its_interval() {
     let noise = found(values, false).noise.unwrap();
     assert_eq!(noise.known(), SITES);
     let held = held(&noise);
-    println!("intervals that hold: {held} of {SITES}");
     assert!((183..=197).contains(&held), "{held}");
     let samples = |j: usize| match noise.sites[j].unwrap().source {
         NoiseSource::LeadIn { samples } => samples,
@@ -184,7 +182,6 @@ fn val_what_is_subtracted_is_accounted_for() {
     // Where both are alike, most of the bias is gone.
     let at = |found: &SpectrumEstimate| found.spectrum.slice(s![22..28, 100..]).sum();
     let [before, after] = [&with, &less].map(|found| at(found) / at(&clean) - 1.0);
-    println!("bias where both are alike: {before}, without noise {after}");
     assert!(
         before > 0.05 && after.abs() < 0.2 * before,
         "{before} {after}"
@@ -222,7 +219,6 @@ fn val_centroids_and_shares_without_the_noise() {
     };
     // Periodograms have two degrees of freedom: where there is nothing but noise, what is above it stays.
     let [before, after] = errors(|m| &m.centroid);
-    println!("centroid: {before}, without noise {after}");
     assert!(before > 0.05 && after < 0.5 * before, "{before} {after}");
     let [before, after] = errors(|m| &m.energy);
     assert!(after.abs() < 0.5 * before, "{before} {after}");
@@ -269,7 +265,6 @@ fn val_centroids_and_shares_without_the_noise() {
     };
     let (averaged, _) = analyze(&Field::from_array(some(&(&motion + &floor))), &welch).unwrap();
     let centroid = mean(&averaged.along_space.unwrap().centroid) / mean(&clean.centroid) - 1.0;
-    println!("centroid of segments: {centroid}");
     assert!(centroid.abs() < 0.06, "{centroid}");
 
     let option =

@@ -71,7 +71,6 @@ fn val_exact_power_laws_and_their_break() {
     field.space.step = 0.5;
     let k = |m: f64| TAU * m / 256.0;
     let low = found(&field, &periodic((k(2.0), k(35.0))));
-    println!("{:?}", low.law);
     assert!(
         (low.law.slope + 1.7).abs() < 1e-12 && low.law.half < 1e-11,
         "{:?}",
@@ -88,7 +87,6 @@ fn val_exact_power_laws_and_their_break() {
     assert!((low.compensated()[10] - 1.0).abs() < 1e-12);
     let all = found(&field, &periodic((k(2.0), k(120.0))));
     let breaks = all.breaks.unwrap();
-    println!("{breaks:?}");
     assert_eq!(breaks.at.len(), 1);
     assert!((breaks.at[0] / k(40.0) - 1.0).abs() < 0.05, "{breaks:?}");
     assert!((breaks.slopes[0] + 1.7).abs() < 0.05 && (breaks.slopes[1] + 3.7).abs() < 0.05);
@@ -128,15 +126,10 @@ fn val_fubini_before_the_shock_of_burgers() {
     let found = found(&field, &periodic((3.5, 40.5)));
     let frames = found.frames.as_ref().unwrap();
     let steep = found.steepening.unwrap();
-    println!("{steep:?}");
     assert!((steep.shock_time - 1.0).abs() < 1e-4, "{steep:?}");
     let power =
         |t: f64| move |m: usize| (bessel_j(m as f64 * t, m + 1)[m] / (m as f64 * t)).powi(2);
     let expected = regression(4, 40, power(1.0));
-    println!(
-        "slope {} at the shock, Fubini {expected}",
-        steep.slope_at_shock
-    );
     // Samples of a cube root alias a little.
     assert!((steep.slope_at_shock - expected).abs() < 0.003);
     assert!(
@@ -171,7 +164,6 @@ fn val_fay_after_the_shock_of_viscous_burgers() {
     let found = found(&field, &periodic((1.5, 20.5)));
     let power = |m: usize| times.iter().map(|t| amplitude(*t, m).powi(2)).sum::<f64>();
     let expected = regression(2, 20, power);
-    println!("{:?}, Fay {expected}", found.law);
     assert!((found.law.slope / expected - 1.0).abs() < 1e-10);
     // From 2 to 20, where viscosity bends it by a hundredth.
     assert!((found.law.slope + 2.0).abs() < 0.008, "{:?}", found.law);
@@ -210,7 +202,6 @@ fn val_fput_chain_at_and_after_its_shock() {
     let field = simulation.run(&Silent).unwrap().to_field();
     let found = found(&field, &periodic((2.5 * k, 20.5 * k)));
     let steep = found.steepening.unwrap();
-    println!("shock expected at {shock}: {steep:?}");
     assert!((steep.shock_time / shock - 1.0).abs() < 0.003, "{steep:?}");
     assert!(
         (steep.slope_at_shock + 8.0 / 3.0).abs() < 0.025,
@@ -247,7 +238,6 @@ fn val_intervals_over_shots_hold() {
         assert_eq!(law.basis, ExponentBasis::Shots);
         inside += usize::from(law.slope.abs() < law.half);
     }
-    println!("{inside} of 40 inside");
     assert!((35..=40).contains(&inside), "{inside}");
 }
 
@@ -269,7 +259,6 @@ fn val_intervals_of_the_regression_hold() {
         law.slope.abs() < law.half
     });
     let inside = inside.count();
-    println!("{inside} of {trials} inside");
     assert!((276..=294).contains(&inside), "{inside}");
 }
 

@@ -110,7 +110,6 @@ fn val_adaptive_weights_by_numpy() {
         errors(&one.spectrum, spectrum),
         errors(&one.degrees, degrees),
     ];
-    println!("spectrum {:e}, degrees {:e}", worst[0], worst[1]);
     assert!(worst.iter().all(|error| *error < 2e-9), "{worst:?}");
     assert!(one.parseval.abs() < 1e-12, "{:e}", one.parseval);
     let [least, _, most] = one.degrees_range().unwrap();
@@ -118,7 +117,6 @@ fn val_adaptive_weights_by_numpy() {
     let lowest =
         |found: &SpaceTimeEstimate| found.spectrum.iter().copied().fold(f64::INFINITY, f64::min);
     let leaked = lowest(&equal) / lowest(&one);
-    println!("lowest density: {leaked} of that by adaptive weights");
     assert!(leaked > 2.0, "{leaked}");
     // A still field has no energy to weigh.
     let still = found(&field(Array2::zeros((45, 9))), &request);
@@ -152,7 +150,6 @@ fn val_intervals_of_white_noise_hold() {
             }
         }
         let share = f64::from(inside) / f64::from(all);
-        println!("{sites} sites: {share:.4} of {all} cells");
         assert!((share - 0.95).abs() < 0.015, "{share}");
     }
 }

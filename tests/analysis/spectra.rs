@@ -96,16 +96,6 @@ fn density() -> Request {
     }
 }
 
-fn parseval_holds(analysis: &Analysis, what: &str) {
-    let p = analysis.parseval;
-    for residual in [p.time, p.space, p.spacetime].into_iter().flatten() {
-        assert!(
-            residual.abs() < 2e-15,
-            "{what}: Parseval residual {residual:e}"
-        );
-    }
-}
-
 /// A two-sided `(nt, nx)` spectrum as `numpy.fft` lays it out, in cycles, as ours: one-sided in
 /// f, ascending in k = -k_numpy, per rad.
 fn as_ours(two_sided: &Array2<f64>) -> Array2<f64> {
@@ -126,20 +116,34 @@ fn run(
         return Ok(None);
     };
     let (analysis, spectra) = analyze(&field, request)?;
-    parseval_holds(&analysis, case.name);
+    let p = analysis.parseval;
+    for residual in [p.time, p.space, p.spacetime].into_iter().flatten() {
+        let holds = request.precision == Precision::F32 || residual.abs() < 2e-15;
+        assert!(holds, "{}: Parseval residual {residual:e}", case.name);
+    }
     Ok(Some((analysis, spectra)))
 }
 
-#[test]
-fn val_scipy_periodogram_along_time() -> Outcome {
+/// Of every case whose references are there.
+fn each(
+    request: impl Fn(&Case) -> Request,
+    check: impl Fn(&Case, Analysis, Spectra) -> Outcome,
+) -> Outcome {
     for case in &CASES {
-        let request = Request {
-            detrend_time: Detrend::Mean,
-            ..density()
-        };
-        let Some((analysis, spectra)) = run(case, &request)? else {
-            return Ok(());
-        };
+        if let Some((analysis, spectra)) = run(case, &request(case))? {
+            check(case, analysis, spectra)?;
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn val_scipy_periodogram_along_time_and_space() -> Outcome {
+    let request = |_: &Case| Request {
+        detrend_time: Detrend::Mean,
+        ..density()
+    };
+    each(request, |case, analysis, spectra| {
         let mut reference = case.reference("ref_periodogram.npz")?;
         let ours = spectra.temporal.ok_or("no temporal spectrum")?;
         let mean = ours.mean_axis(Axis(1)).ok_or("no sites")?;
@@ -147,20 +151,13 @@ fn val_scipy_periodogram_along_time() -> Outcome {
         assert!(error < TOLERANCE, "{}: {error:e}", case.name);
         let f = vector(&mut reference, "f")?;
         assert!(apart(&analysis.axes.frequency, &f) < 1e-15);
-    }
-    Ok(())
-}
-
-#[test]
-fn val_scipy_periodogram_along_space() -> Outcome {
-    for case in &CASES {
-        let request = Request {
-            detrend_space: Detrend::Mean,
-            ..density()
-        };
-        let Some((analysis, spectra)) = run(case, &request)? else {
-            return Ok(());
-        };
+        Ok(())
+    })?;
+    let request = |_: &Case| Request {
+        detrend_space: Detrend::Mean,
+        ..density()
+    };
+    each(request, |case, analysis, spectra| {
         let mut reference = case.reference("ref_periodogram.npz")?;
         let ours = spectra.spatial.ok_or("no spatial spectrum")?;
         let mean = ours.mean_axis(Axis(0)).ok_or("no times")? * TAU;
@@ -168,75 +165,57 @@ fn val_scipy_periodogram_along_space() -> Outcome {
         assert!(error < TOLERANCE, "{}: {error:e}", case.name);
         let k = vector(&mut reference, "k")? * TAU;
         assert!(apart(&analysis.axes.wavenumber, &k) < 1e-15);
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 #[test]
 fn val_scipy_welch() -> Outcome {
-    for case in &CASES {
-        let request = Request {
-            detrend_time: Detrend::Mean,
-            window_time: Window::Hann,
-            welch: Some(Welch {
-                segment: case.segment,
-                overlap: case.segment / 2,
-            }),
-            ..density()
-        };
-        let Some((_, spectra)) = run(case, &request)? else {
-            return Ok(());
-        };
+    let request = |case: &Case| Request {
+        detrend_time: Detrend::Mean,
+        window_time: Window::Hann,
+        welch: Some(Welch {
+            segment: case.segment,
+            overlap: case.segment / 2,
+        }),
+        ..density()
+    };
+    each(request, |case, _, spectra| {
         let mut reference = case.reference("ref_welch.npz")?;
         let ours = spectra.temporal.ok_or("no temporal spectrum")?;
         let error = apart(&ours, &matrix(&mut reference, "P")?);
         assert!(error < TOLERANCE, "{}: {error:e}", case.name);
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
+/// In single precision 1e-7 to 3.3e-7 are reached, its rounding and not that of double.
 #[test]
 fn val_numpy_and_xrft_spacetime() -> Outcome {
-    for case in &CASES {
-        for (window, file, array) in [
-            (Window::None, "ref_fk_numpy.npz", "S"),
-            (Window::None, "ref_xrft.npz", "S_boxcar"),
-            (Window::Hann, "ref_xrft.npz", "S_hann"),
-        ] {
-            let request = Request {
-                detrend_field_mean: true,
-                window_time: window,
-                window_space: window,
-                ..density()
-            };
-            let Some((_, spectra)) = run(case, &request)? else {
-                return Ok(());
-            };
+    for (window, precision, file, array) in [
+        (Window::None, Precision::F64, "ref_fk_numpy.npz", "S"),
+        (Window::None, Precision::F32, "ref_fk_numpy.npz", "S"),
+        (Window::None, Precision::F64, "ref_xrft.npz", "S_boxcar"),
+        (Window::Hann, Precision::F64, "ref_xrft.npz", "S_hann"),
+    ] {
+        let request = |_: &Case| Request {
+            detrend_field_mean: true,
+            window_time: window,
+            window_space: window,
+            precision,
+            ..density()
+        };
+        let within = match precision {
+            Precision::F32 => 5e-8..5e-7,
+            Precision::F64 => 0.0..TOLERANCE,
+        };
+        each(request, |case, _, spectra| {
             let theirs = as_ours(&matrix(&mut case.reference(file)?, array)?);
             let ours = spectra.spacetime.ok_or("no space-time spectrum")?;
             let error = apart(&ours, &theirs);
-            assert!(error < TOLERANCE, "{} {array}: {error:e}", case.name);
-        }
-    }
-    Ok(())
-}
-
-#[test]
-fn val_numpy_spacetime_in_single_precision() -> Outcome {
-    for case in &CASES {
-        let request = Request {
-            detrend_field_mean: true,
-            precision: Precision::F32,
-            ..density()
-        };
-        let Some(field) = case.field()? else {
-            return Ok(());
-        };
-        let (_, spectra) = analyze(&field, &request)?;
-        let theirs = as_ours(&matrix(&mut case.reference("ref_fk_numpy.npz")?, "S")?);
-        let error = apart(&spectra.spacetime.ok_or("no space-time spectrum")?, &theirs);
-        // Reached: 1e-7 to 3.3e-7, the rounding of single precision and not that of double.
-        assert!((5e-8..5e-7).contains(&error), "{}: {error:e}", case.name);
+            assert!(within.contains(&error), "{} {array}: {error:e}", case.name);
+            Ok(())
+        })?;
     }
     Ok(())
 }
@@ -244,14 +223,11 @@ fn val_numpy_spacetime_in_single_precision() -> Outcome {
 /// The split into directions, against the sums of NumPy's spectrum stated with each field.
 #[test]
 fn val_numpy_direction_split() -> Outcome {
-    for case in &CASES {
-        let request = Request {
-            detrend_field_mean: true,
-            ..density()
-        };
-        let Some((analysis, _)) = run(case, &request)? else {
-            return Ok(());
-        };
+    let request = |_: &Case| Request {
+        detrend_field_mean: true,
+        ..density()
+    };
+    each(request, |case, analysis, _| {
         let split = &case.meta()?["reference_summary"]["fk_direction_global_mean_removed_boxcar"];
         let d = analysis.direction.ok_or("no direction")?;
         for (ours, name) in [
@@ -261,14 +237,14 @@ fn val_numpy_direction_split() -> Outcome {
         ] {
             let part = split[name].as_f64().ok_or("no split")?;
             let theirs = part / split["total"].as_f64().ok_or("no total")?;
-            assert!(
-                (ours - theirs).abs() < 2e-14,
-                "{} {name}: {ours} {theirs}",
-                case.name
-            );
+            let off = (ours - theirs).abs();
+            assert!(off < 2e-14, "{} {name}: {ours} {theirs}", case.name);
         }
-    }
-    Ok(())
+        // The odd profile of Burgers' equation stands: both directions carry the same.
+        let ratio = d.toward_plus_x / d.toward_minus_x;
+        assert!(case.name != "burgers_sine" || (ratio - 1.0).abs() < 1e-12);
+        Ok(())
+    })
 }
 
 /// The source is on the left: everything travels to +x, in the band of the Rayleigh wave.
@@ -294,27 +270,6 @@ fn val_numpy_shot_gather_travels_towards_plus_x() -> Outcome {
     }
     assert!((direction.toward_plus_x - plus / all).abs() < 1e-14);
     assert_eq!(spectra.spacetime.map(|s| s.dim()), Some((1251, 101)));
-    Ok(())
-}
-
-/// The profile is odd and stands: both directions carry the same.
-#[test]
-fn val_chebfun_burgers_wave_has_no_direction() -> Outcome {
-    let request = Request {
-        detrend_field_mean: true,
-        ..density()
-    };
-    let Some((analysis, _)) = run(&CASES[0], &request)? else {
-        return Ok(());
-    };
-    let d = analysis.direction.ok_or("no direction")?;
-    let variance = 0.31030830935323844;
-    assert!(
-        (d.toward_plus_x / d.toward_minus_x - 1.0).abs() < 1e-12,
-        "{d:?}"
-    );
-    assert!((d.toward_plus_x * variance - 0.013365066542434804).abs() < 1e-14);
-    assert!((d.undirected * variance - 0.2835781762683688).abs() < 1e-14);
     Ok(())
 }
 

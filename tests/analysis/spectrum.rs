@@ -132,7 +132,6 @@ fn val_nitime_and_multitaper_weights_intervals_and_lines() {
             ("F", test, &expected.f, 1e-11),
         ] {
             let error = difference(array, j, expected);
-            println!("{j} {what}: {error:e}");
             assert!(error < bound, "{j} {what}: {error:e}");
         }
         // Theirs estimates the variance of the samples anew without each taper.
@@ -142,7 +141,6 @@ fn val_nitime_and_multitaper_weights_intervals_and_lines() {
             .collect();
         ratios.sort_by(f64::total_cmp);
         let (median, most) = (ratios[ratios.len() / 2], ratios[ratios.len() - 1]);
-        println!("{j} nitime's jackknife: median {median:e}, largest {most:e}");
         assert!(median < 0.005 && most < 0.1, "{j}: {median} {most}");
     }
     // The line, and nothing else.
@@ -244,7 +242,6 @@ fn val_intervals_of_noise_hold_as_often_as_they_say() {
     ] {
         let found = found(&field, &request);
         let shares = coverage(&found, truth, from);
-        println!("{name}: {shares:?}");
         for (share, expected) in shares.into_iter().zip(expected) {
             assert!((share - expected).abs() < 0.02, "{name}: {shares:?}");
         }
@@ -271,7 +268,6 @@ fn val_lines_between_bins() {
         let bin = found.bins[1];
         let off = line.at / bin - 200.0 - offsets[line.column];
         let deviation = (line.amplitude - 2.0) / line.amplitude_error;
-        println!("{} bins off, {deviation} errors", off);
         assert!(off.abs() < 0.3 && deviation.abs() < 4.0, "{line:?}");
     }
 }
@@ -292,7 +288,6 @@ fn val_lines_are_found_by_chance_as_often_as_stated() {
             .filter(|f| f.is_finite())
             .collect();
         let above = cells.iter().filter(|f| **f > test.level).count() as f64 / cells.len() as f64;
-        println!("{above} above {} of {:?}", test.level, test.degrees);
         assert!((above - 0.05).abs() < 0.012, "{above}");
         assert!(test.lines.is_empty(), "{:?}", test.lines);
     }
@@ -492,7 +487,6 @@ fn val_mean_of_correlated_snapshots() {
         }
     }
     let share = f64::from(inside[0]) / f64::from(inside[1]);
-    println!("{share} of {}", inside[1]);
     assert!((share - 0.95).abs() < 0.06, "{share}");
 }
 

@@ -134,7 +134,6 @@ fn val_errors_of_gains_hold() {
         assert!(found.shares.held_out_quadratic < 0.0 || found.passage().is_none());
     }
     let (rms, mean) = ((square / trials).sqrt(), sum / trials);
-    println!("deviations over errors: rms {rms}, mean {mean}");
     assert!((0.55..0.75).contains(&rms), "{rms}");
     assert!(mean.abs() < 0.25, "{mean}");
 }
@@ -228,27 +227,11 @@ fn val_burgers_transfer_is_that_of_the_budget() {
     let mut largest_flux = 0.0f64;
     for (m, output) in found.outputs.iter().enumerate() {
         let gain = output.gain * df;
-        println!(
-            "{:2} input {:.3e} exact {:+.4e} gain {gain:+.4e} error {:.1e} linear {:+.2e} residual {:.1e} undetermined {}",
-            m + 1,
-            output.input * df,
-            exact[m + 1],
-            output.gain_error * df,
-            output.linear * df,
-            output.residual * df,
-            output.undetermined
-        );
         worst = worst.max((gain - exact[m + 1]).abs() / largest);
         flux -= exact[m + 1];
         largest_flux = largest_flux.max(flux.abs());
         worst_flux = worst_flux.max((output.flux - flux).abs());
     }
-    println!(
-        "worst {worst}, flux {}, {:?}",
-        worst_flux / largest_flux,
-        found.shares
-    );
-    println!("{} / {}", found.findings(), found.answer());
     assert!((0.002..0.012).contains(&worst), "{worst}");
     assert!(worst_flux / largest_flux < 0.025);
     let passage = found.passage().unwrap();
@@ -352,16 +335,11 @@ fn val_precompressed_chains_against_the_power_flow() {
     let largest = exact.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
     let (mut worst, mut changed, mut scores) = (0.0f64, 0.0f64, 0.0f64);
     for (output, exact) in found.outputs.iter().zip(&exact) {
-        println!(
-            "f {:.4} exact {exact:+.3e} gain {:+.3e} error {:.1e} linear {:+.1e}",
-            output.frequency, output.gain, output.gain_error, output.linear,
-        );
         worst = worst.max((output.gain - exact).abs() / largest);
         scores = scores.max((output.gain - exact).abs() / output.gain_error);
         let all = output.gain + output.linear + output.residual;
         changed = changed.max((all - exact).abs() / largest);
     }
-    println!("gain {worst}, errors {scores}, all that changed {changed}");
     // What waves lose to others at third order is in the linear term, see the guide.
     assert!((0.1..0.2).contains(&worst), "{worst}");
     assert!(scores < 0.7, "{scores}");
@@ -384,8 +362,6 @@ fn val_hertz_chains_with_and_without_precompression() {
             ..request(128, 0.2)
         };
         let found = transfer(&all, &request, &Silent).unwrap();
-        println!("{precompression}: {:?} {}", found.shares, found.findings());
-        println!("{}", found.answer());
         if precompression > 0.0 {
             assert!(found.holds());
         } else {
@@ -399,7 +375,6 @@ fn val_hertz_chains_with_and_without_precompression() {
 fn val_odd_law_fails_honestly() {
     let values = periods([32, 200, 6], 0.0, &mut Noise::new(5), |_, x| x * x.abs());
     let found = found(values, &request(32, 6.0 / 32.0));
-    println!("{:?} {}", found.shares, found.answer());
     assert!(!found.holds() && found.shares.held_out_quadratic < 0.0);
     assert!(found.answer().starts_with("no quadratic transfer is found"));
     assert!(found.shares.held_out_linear > 0.5);
@@ -476,7 +451,6 @@ fn regress_lag_and_threads() {
     };
     let (aligned, late) = (of(lag, 1), of(0, 1));
     assert_eq!(aligned.segment, [64, 32]);
-    println!("{:?}\n{:?}", aligned.shares, late.shares);
     assert!(aligned.shares.held_out_linear > late.shares.held_out_linear + 0.1);
     assert!(aligned.holds());
     // A window that a product has twice: the coefficient is freed of it.
@@ -487,7 +461,6 @@ fn regress_lag_and_threads() {
         .map(|p| p.re)
         .collect();
     let mean = strong.iter().sum::<f64>() / strong.len() as f64;
-    println!("mean Q {mean} of {}", strong.len());
     assert!((mean - 0.1).abs() < 0.01, "{mean}");
     for threads in [2, 5] {
         let other = of(lag, threads);

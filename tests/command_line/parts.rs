@@ -31,7 +31,7 @@ fn regress_merged_parts_are_the_whole() {
         let said = place.refuses(2, &format!("{merge} c a"));
         assert!(said.contains("--merge") && said.contains("2/3"), "{said}");
         // Sums that exceed the memory allowed are refused before they are read.
-        let said = place.refuses(2, &format!("{merge} a b c --memory 10kB"));
+        let said = place.refuses(2, &format!("{merge} a b c --memory 1kB"));
         assert!(
             said.contains("memory") && said.contains("--memory"),
             "{said}"

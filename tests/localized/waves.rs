@@ -19,7 +19,6 @@ fn val_convergence_orders_one_to_nineteen() {
         let wave = search.wave(order).unwrap();
         assert_eq!(wave.order, order);
         let found = wave.convergence;
-        println!("{order} {} {:.1e} {found:?}", wave.ratio, found.error());
         let digits = if order <= 8 { 3e-11 } else { 1e-9 };
         assert!(found.error() < digits, "{order}: {found:?}");
         assert!(
@@ -96,7 +95,6 @@ fn val_finite_differences() {
         };
         let (coarse, fine) = (residual(0.02), residual(0.01));
         let slope = (coarse / fine).log2();
-        println!("{coarse:e} {fine:e} {slope}");
         assert!((slope - 4.0).abs() < 0.1, "{slope}");
         assert!(fine < 5e-7, "{fine:e}");
     }
@@ -150,7 +148,6 @@ fn val_chain_a_launched_wave_travels() {
         let wave = family.search(order).unwrap().wave(order).unwrap();
         let run = wave.launch(100, 1e-13).run(&Silent).unwrap();
         let travel = wave.travelled(&run, 100).unwrap();
-        println!("{travel:?}");
         assert!(travel.shape_change < 3e-11, "{travel:?}");
         assert!(travel.leak < 1e-25, "{travel:?}");
         // Off its ratio the wave leaves energy behind.
@@ -200,11 +197,9 @@ fn val_other_exponents() {
                 exponent,
             };
             let wave = family.search(3).unwrap().wave(3).unwrap();
-            println!("{family:?} {} {:.1e}", wave.ratio, wave.convergence.error());
             assert!(wave.convergence.error() < 3e-12, "{:?}", wave.convergence);
             let run = wave.launch(40, 1e-13).run(&Silent).unwrap();
             let travel = wave.travelled(&run, 40).unwrap();
-            println!("{travel:?}");
             assert!(
                 travel.shape_change < 1e-9 && travel.leak < 1e-18,
                 "{travel:?}"

@@ -63,6 +63,14 @@ fn parts_of(fields: &[&Field], request: &DividedRequest, of: usize) -> Vec<Parti
     (1..=of).map(part).collect()
 }
 
+/// The bits of the spectrum that parts make.
+fn combined(parts: &[Partial]) -> Vec<u64> {
+    match combine(parts, None, None).unwrap() {
+        Combined::Spectrum(found) => spectrum_bits(&found),
+        Combined::Coherence(found) => coherence_bits(&found),
+    }
+}
+
 /// A number for every bit of the arrays.
 fn bits<'a>(arrays: impl IntoIterator<Item = &'a Array2<f64>>) -> Vec<u64> {
     let numbers = arrays.into_iter().flatten();
@@ -162,10 +170,7 @@ fn regress_parts_of_coherence_have_the_bits_of_the_whole() {
         for of in [1, 2, 3, 7] {
             let mut parts = parts_of(&fields, &request.clone().into(), of);
             parts.reverse();
-            let Combined::Coherence(found) = combine(&parts, None, None).unwrap() else {
-                panic!("a coherence");
-            };
-            assert_eq!(coherence_bits(&found), expected, "{records} {samples} {of}");
+            assert_eq!(combined(&parts), expected, "{records} {samples} {of}");
         }
     }
 }
@@ -201,10 +206,7 @@ fn regress_parts_far_apart_in_amplitude_have_the_result_of_the_whole() {
         parts.reverse();
         let joined = [join(&parts[..2], None).unwrap(), parts[2].clone()];
         for parts in [&parts[..], &joined] {
-            let Combined::Spectrum(found) = combine(parts, None, None).unwrap() else {
-                panic!("a spectrum");
-            };
-            assert!(spectrum_bits(&found) == expected, "{case}");
+            assert!(combined(parts) == expected, "{case}");
         }
     }
     // Of shots.
@@ -265,12 +267,7 @@ fn regress_blocks_and_threads_do_not_move_a_bit_of_parts() {
         memory: Some(2 << 20),
         ..request
     };
-    let Combined::Spectrum(found) =
-        combine(&parts_of(&fields, &small.into(), 5), None, None).unwrap()
-    else {
-        panic!("a spectrum");
-    };
-    assert_eq!(spectrum_bits(&found), expected);
+    assert_eq!(combined(&parts_of(&fields, &small.into(), 5)), expected);
 }
 
 /// Samples outside of a part are not read: here they are not finite.
