@@ -163,11 +163,7 @@ fn val_convergence_of_clean_records() {
 fn val_closed_form_error_of_displacements_is_a_random_walk() {
     let run = simulated(40, DISPERSIVE, 60.0, 1201);
     let (sigma, dt) = (1e-3, step(&run));
-    let record = Spoilt {
-        noise: sigma,
-        ..Spoilt::default()
-    }
-    .of(&run, 5);
+    let record = Spoilt::by(sigma).of(&run, 5);
     let options = MeasuredOptions {
         drift: Drift::None,
         repetitions: 400,
@@ -198,11 +194,7 @@ fn val_simulation_a_missing_site_is_found_from_its_neighbours() {
         let run = simulated(40, ratio, 60.0, 1201);
         for noise in [0.0, 1e-2] {
             for (seed, fill) in [(1, 0.0), (2, f64::NAN)] {
-                let mut record = Spoilt {
-                    noise,
-                    ..Spoilt::default()
-                }
-                .of(&run, seed);
+                let mut record = Spoilt::by(noise).of(&run, seed);
                 for site in &dead {
                     record.column_mut(*site).fill(fill);
                 }
@@ -254,11 +246,7 @@ fn val_simulation_a_wrong_coefficient_of_a_dispersive_chain_is_found() {
 fn wrong_coefficients_are_found_and_right_ones_not_accused(ratio: f64) {
     let run = simulated(40, ratio, 60.0, 1201);
     for noise in [1e-4, 2e-4, 1e-3] {
-        let record = Spoilt {
-            noise,
-            ..Spoilt::default()
-        }
-        .of(&run, 3);
+        let record = Spoilt::by(noise).of(&run, 3);
         let options = MeasuredOptions {
             drift: Drift::None,
             repetitions: 32,
@@ -320,11 +308,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     let run = simulated(40, DISPERSIVE, 60.0, 1201);
     for noise in [0.3, 1.0, 10.0] {
         for drift in [Drift::None, Drift::Linear] {
-            let record = Spoilt {
-                noise,
-                ..Spoilt::default()
-            }
-            .of(&run, 1);
+            let record = Spoilt::by(noise).of(&run, 1);
             let options = MeasuredOptions {
                 drift,
                 ..MeasuredOptions::default()
@@ -340,11 +324,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     }
     // Where the front has just arrived the force is below noise; elsewhere it is not.
     let run = simulated(40, DISPERSIVE, 30.0, 601);
-    let mut record = Spoilt {
-        noise: 1e-2,
-        ..Spoilt::default()
-    }
-    .of(&run, 1);
+    let mut record = Spoilt::by(1e-2).of(&run, 1);
     let options = MeasuredOptions {
         drift: Drift::None,
         ..MeasuredOptions::default()
@@ -405,43 +385,23 @@ fn val_hostile_records_are_refused() {
             ..
         }
     ));
-    for wrong in [
-        MeasuredOptions {
-            start: 598,
-            ..options.clone()
+    let wrong: [&dyn Fn(&mut MeasuredOptions); 7] = [
+        &|o| o.start = 598,
+        &|o| o.start = usize::MAX,
+        &|o| o.missing = vec![20],
+        &|o| o.missing = vec![0],
+        &|o| o.missing = (5..19).collect(),
+        &|o| o.repetitions = 0,
+        &|o| {
+            let (deviation, offset) = (f64::NAN, 0.0);
+            o.noise = Noise::Stated { deviation, offset };
         },
-        MeasuredOptions {
-            start: usize::MAX,
-            ..options.clone()
-        },
-        MeasuredOptions {
-            missing: vec![20],
-            ..options.clone()
-        },
-        MeasuredOptions {
-            missing: vec![0],
-            ..options.clone()
-        },
-        MeasuredOptions {
-            missing: (5..19).collect(),
-            ..options.clone()
-        },
-        MeasuredOptions {
-            repetitions: 0,
-            ..options.clone()
-        },
-        MeasuredOptions {
-            noise: Noise::Stated {
-                deviation: f64::NAN,
-                offset: 0.0,
-            },
-            ..options.clone()
-        },
-    ] {
-        assert!(
-            refused(&clean, time, &run.chain, &wrong).is_usage(),
-            "{wrong:?}"
-        );
+    ];
+    for change in wrong {
+        let mut wrong = options.clone();
+        change(&mut wrong);
+        let error = refused(&clean, time, &run.chain, &wrong);
+        assert!(error.is_usage(), "{wrong:?}");
     }
     // Motion from the start in all channels leaves no quiet part.
     let mut random = Normal(2);

@@ -163,10 +163,7 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
                 coefficient: vec![stated; 40],
                 mass: vec![stated],
             };
-            let noise = Spoilt {
-                noise: 1e-4,
-                ..Spoilt::default()
-            };
+            let noise = Spoilt::by(1e-4);
             let measured = from_velocities(
                 noise.of(&run, seed).view(),
                 [0.0, step(&run)],
@@ -211,10 +208,7 @@ fn val_simulation_shares_scatter_as_stated() {
     for (noise, stated) in [(1e-3, 1.0), (1e-2, 0.5)] {
         let (mut squares, mut said, seeds) = (0.0, 0, 24);
         for seed in 0..seeds {
-            let spoilt = Spoilt {
-                noise,
-                ..Spoilt::default()
-            };
+            let spoilt = Spoilt::by(noise);
             let record = spoilt.of(&run, 500 + seed + (noise * 1e5) as u64);
             let measured = measure(&run, record.view(), &options(Drift::None, gains(0.0)));
             let request = BudgetRequest {
@@ -306,11 +300,7 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
     };
     let last = whole.velocity.nrows() - 1;
     let truth = 0.5 - 0.5 * whole.chain.mass[0] * whole.velocity[[last, 0]].powi(2);
-    let record = Spoilt {
-        noise: 1e-3,
-        ..Spoilt::default()
-    }
-    .of(&whole, 3);
+    let record = Spoilt::by(1e-3).of(&whole, 3);
     let measured = from_velocities(
         record.slice(s![.., 1..]),
         [0.0, step(&whole)],
@@ -340,11 +330,7 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
     simulation.scheme = Scheme::RungeKutta;
     simulation.estimate_error = false;
     let run = simulation.run(&Silent).unwrap();
-    let record = Spoilt {
-        noise: 1e-3,
-        ..Spoilt::default()
-    }
-    .of(&run, 4);
+    let record = Spoilt::by(1e-3).of(&run, 4);
     let measured = measure(&run, record.view(), &options(Drift::None, gains(0.0)));
     let energy = measured.report.energy;
     let left = measured.energy[[1200, 0]];
@@ -383,11 +369,7 @@ fn val_simulation_branches_of_uncertain_chains() {
     let mut simulation = Simulation::impact(chain, 1.0, 30.0, 601);
     simulation.estimate_error = false;
     let run = simulation.run(&Silent).unwrap();
-    let record = Spoilt {
-        noise: 1e-3,
-        ..Spoilt::default()
-    }
-    .of(&run, 8);
+    let record = Spoilt::by(1e-3).of(&run, 8);
     let options = MeasuredOptions {
         noise: wavecascade::budget::measured::Noise::Stated {
             deviation: 1e-3,
@@ -421,19 +403,10 @@ fn val_simulation_branches_of_uncertain_chains() {
         ..request
     });
     assert!(refused.unwrap_err().is_usage());
-    for uncertainty in [
-        gains(-0.1),
-        gains(1.0),
-        gains(f64::NAN),
-        Uncertainty {
-            mass: vec![0.1; 3],
-            ..Uncertainty::default()
-        },
-        Uncertainty {
-            coefficient: vec![0.1; n + 1],
-            ..Uncertainty::default()
-        },
-    ] {
+    let mut wrong = [-0.1, 1.0, f64::NAN, 0.0, 0.0].map(gains);
+    wrong[3].mass = vec![0.1; 3];
+    wrong[4].coefficient = vec![0.1; n + 1];
+    for uncertainty in wrong {
         let options = MeasuredOptions {
             uncertainty,
             ..options.clone()

@@ -51,6 +51,13 @@ pub struct Spoilt {
 }
 
 impl Spoilt {
+    pub fn by(noise: f64) -> Spoilt {
+        Spoilt {
+            noise,
+            ..Spoilt::default()
+        }
+    }
+
     pub fn of(self, run: &Run, seed: u64) -> Array2<f64> {
         let mut random = Normal(seed.wrapping_mul(0x1234_5678_9abc_def1));
         let mut record = run.velocity.clone();
