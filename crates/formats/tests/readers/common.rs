@@ -1,5 +1,6 @@
 //! What a peer's reader found in a file, and damage to it.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -17,6 +18,23 @@ pub fn file(of: &str, name: &str) -> Vec<u8> {
 
 pub fn values(container: &Container, path: &str) -> Vec<f64> {
     container.numbers(container.find(path).unwrap()).unwrap()
+}
+
+/// Samples of a block, the lowest byte first.
+pub fn bytes(container: &Container, variable: usize, block: &[Range<u64>]) -> Vec<u8> {
+    let sample = container.variables[variable].sample_type.number().unwrap();
+    let count: u64 = block.iter().map(|range| range.end - range.start).product();
+    let mut out = vec![0; count as usize * sample.bytes()];
+    container.read(variable, block, &mut out).unwrap();
+    if cfg!(target_endian = "big") {
+        out.chunks_exact_mut(sample.bytes())
+            .for_each(<[u8]>::reverse);
+    }
+    out
+}
+
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The files of a directory with what its peer read.
@@ -65,16 +83,9 @@ pub fn compare(container: &Container, path: &str, expected: &Json) {
         name => format!("{}{}", &name[..1], sample.bytes()),
     };
     assert_eq!(kind, expected["type"].as_str().unwrap(), "{path}");
-    let count = variable.count().unwrap() as usize;
-    let mut out = vec![0; count * sample.bytes()];
     let all: Vec<_> = shape.iter().map(|len| 0..*len).collect();
-    container.read(i, &all, &mut out).unwrap();
-    if cfg!(target_endian = "big") {
-        out.chunks_exact_mut(sample.bytes())
-            .for_each(<[u8]>::reverse);
-    }
-    let hex: String = out.iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!(hex, expected["hex"].as_str().unwrap(), "{path}");
+    let out = bytes(container, i, &all);
+    assert_eq!(hex(&out), expected["hex"].as_str().unwrap(), "{path}");
 
     // A block leaves out the first and the last index of each dimension that has three.
     let inner: Vec<_> = shape
@@ -93,14 +104,7 @@ pub fn compare(container: &Container, path: &str, expected: &Json) {
             within.extend_from_slice(one);
         }
     }
-    let mut block = vec![0; within.len()];
-    container.read(i, &inner, &mut block).unwrap();
-    if cfg!(target_endian = "big") {
-        block
-            .chunks_exact_mut(sample.bytes())
-            .for_each(<[u8]>::reverse);
-    }
-    assert_eq!(block, within, "a block of {path}");
+    assert_eq!(bytes(container, i, &inner), within, "a block of {path}");
 }
 
 /// Opens cut and changed copies of a file and reads what they list.

@@ -44,22 +44,9 @@ fn place(container: &Container, name: &str) -> (usize, Option<u64>) {
 }
 
 fn read(container: &Container, at: usize, row: Option<u64>, range: std::ops::Range<u64>) -> String {
-    let size = container.variables[at]
-        .sample_type
-        .number()
-        .unwrap()
-        .bytes();
-    let mut out = vec![0; (range.end - range.start) as usize * size];
-    let block: Vec<_> = row
-        .map(|row| row..row + 1)
-        .into_iter()
-        .chain([range])
-        .collect();
-    container.read(at, &block, &mut out).unwrap();
-    if cfg!(target_endian = "big") {
-        out.chunks_exact_mut(size).for_each(<[u8]>::reverse);
-    }
-    out.iter().map(|byte| format!("{byte:02x}")).collect()
+    let rows = row.map(|row| row..row + 1);
+    let block: Vec<_> = rows.into_iter().chain([range]).collect();
+    common::hex(&common::bytes(container, at, &block))
 }
 
 #[test]

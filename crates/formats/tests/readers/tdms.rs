@@ -63,14 +63,7 @@ fn samples(container: &Container, group: &str, channel: &str, part: [u64; 2]) ->
         _ => part[0].min(d.len)..d.len.saturating_sub(part[1]).max(part[0].min(d.len)),
     };
     let block: Vec<_> = variable.dimensions.iter().map(range).collect();
-    let count: u64 = block.iter().map(|range| range.end - range.start).product();
-    let mut out = vec![0; count as usize * sample.bytes()];
-    container.read(place, &block, &mut out).unwrap();
-    if cfg!(target_endian = "big") {
-        out.chunks_exact_mut(sample.bytes())
-            .for_each(<[u8]>::reverse);
-    }
-    (sample, out)
+    (sample, common::bytes(container, place, &block))
 }
 
 fn bytes_of(hex: &str) -> Vec<u8> {
