@@ -214,7 +214,7 @@ fn pictures_end_where_they_are_told_and_say_what_they_leave_out() {
         ("wave.npy --show-frequency 9 --only flux", "--only"),
         ("bare.npy --show-frequency 2kHz", "no unit"),
     ] {
-        let said = place.refuses(2, &format!("analyze {line}"));
+        let said = place.refuses(2, &format!("analyze {line} --force"));
         assert!(said.contains(named), "{line}: {said}");
     }
 }

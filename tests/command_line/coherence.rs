@@ -42,7 +42,7 @@ fn regress_a_delay_is_found_and_written() {
         ("--multitaper 4", "NW,K"),
         ("--overlap 50%", "--segment"),
     ] {
-        let said = place.refuses(2, &format!("coherence field.npy {words}"));
+        let said = place.refuses(2, &format!("coherence field.npy {words} --force"));
         assert!(said.contains(named), "{words}: {said}");
     }
 }

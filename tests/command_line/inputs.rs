@@ -393,7 +393,12 @@ fn regress_units_that_are_none_are_named() {
     let place = Place::new();
     place.save("a.npy", &pulse(256, 8));
     let said = |options: &str| {
-        let words = format!("analyze a.npy --dt 10us --dx 2mm --figures none --force {options}");
+        let step = if options.contains("--dx") {
+            ""
+        } else {
+            "--dx 2mm"
+        };
+        let words = format!("analyze a.npy --dt 10us {step} --figures none --force {options}");
         let output = place.run(&words.split_whitespace().collect::<Vec<_>>());
         assert_eq!(output.status.code(), Some(0), "{output:?}");
         let warnings = place.json("a-cascade/summary.json")["warnings"].to_string();
@@ -428,11 +433,7 @@ fn regress_units_that_are_none_are_named() {
             ["ms is a unit of time, and not of positions", "--layout"],
         ),
     ] {
-        let options = match options.contains("--dx") {
-            true => options.replace("--dx 2", ""),
-            false => options.to_owned(),
-        };
-        let (printed, warnings) = said(&options);
+        let (printed, warnings) = said(options);
         for word in words {
             assert!(printed.contains(word), "{options}: {printed}");
         }

@@ -29,6 +29,6 @@ fn regress_a_wave_is_found_and_written() {
     for name in ["report.html", "figures/modes.png"] {
         assert!(place.path(format!("field-modes/{name}")).exists());
     }
-    let said = place.refuses(2, "modes field.npy --frequencies 0.7");
+    let said = place.refuses(2, "modes field.npy --frequencies 0.7 --force");
     assert!(said.contains("--frequencies"), "{said}");
 }

@@ -51,7 +51,7 @@ fn the_files_of_a_scan_are_one_field() {
         ("--reference hammer", "--position-from"),
         ("--position-from name --channel w", "v, hammer"),
     ] {
-        let said = place.refuses(2, &format!("analyze line/*.csv {words}"));
+        let said = place.refuses(2, &format!("analyze line/*.csv {words} --force"));
         let said = test_support::made::in_one_line(&said);
         assert!(said.contains(named), "{words}: {said}");
     }

@@ -43,7 +43,7 @@ fn regress_a_line_and_its_intervals_are_found_and_written() {
         ("--equal-weights", "--multitaper"),
         ("--along all", "--along"),
     ] {
-        let said = place.refuses(2, &format!("spectrum field.npy {words}"));
+        let said = place.refuses(2, &format!("spectrum field.npy {words} --force"));
         assert!(said.contains(named), "{words}: {said}");
     }
 }

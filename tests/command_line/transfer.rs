@@ -37,7 +37,7 @@ fn regress_a_transfer_is_found_and_written() {
         ("--lag 3", "--transfer"),
         ("--transfer 1 --highest 1kHz", "no unit"),
     ] {
-        let said = place.refuses(2, &format!("bicoherence field.npy {words}"));
+        let said = place.refuses(2, &format!("bicoherence field.npy {words} --force"));
         assert!(said.contains(named), "{words}: {said}");
     }
 }

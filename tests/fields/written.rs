@@ -85,7 +85,9 @@ fn regress_what_is_written_is_read_back() {
                 assert_eq!(found.quantity, quantity, "{name}");
                 assert_eq!(found.dispersion, field.dispersion, "{name}");
                 assert_eq!(found.precision(), Precision::F64, "{name}");
-                assert!(!found.notes.iter().any(|note| note.is_doubtful()), "{name}");
+                // Strain rates in a unit of velocity are doubted.
+                let is_doubted = found.notes.iter().any(|note| note.is_doubtful());
+                assert!(!is_doubted || quantity == Quantity::StrainRate, "{name}");
             }
         }
     }

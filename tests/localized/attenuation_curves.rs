@@ -293,7 +293,7 @@ fn what_cannot_be_is_said_before_any_work() {
         "ends",
     );
     for (over, vary, named) in [
-        ("ends=wall,free", "sites=5,9", "over"),
+        ("ends=wall,free", "sites=5,9", "against"),
         ("stiffness=1,2", "sites=5,9", "stiffness"),
         ("stiffness_ratio=1,2", "stiffness_ratio=3,4", "vary"),
         ("stiffness_ratio=0.5,2", "sites=5,9", "stiffness_ratio"),
