@@ -43,22 +43,22 @@ pub struct Attenuate {
     #[arg(long, value_name = "FILE")]
     pub measured: Option<String>,
 
-    #[command(flatten)]
-    pub length: LengthArgs,
-
-    #[command(flatten)]
-    pub key: KeyArgs,
-
     /// Directory for the results: summary.json, curves.csv, the figure, report.html, and the finished chains, so that an
     /// interrupted run resumes. Without it nothing is saved.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
     #[command(flatten)]
-    pub figures: FigureArgs,
+    pub how: How,
 
     #[command(flatten)]
-    pub how: How,
+    pub length: LengthArgs,
+
+    #[command(flatten)]
+    pub key: KeyArgs,
+
+    #[command(flatten)]
+    pub figures: FigureArgs,
 
     #[command(flatten)]
     pub keys: SceneKeys,

@@ -65,13 +65,13 @@ pub struct Localize {
     /// of the one wave. Without it nothing is written, but for `--profile` localized-N.
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    #[command(flatten)]
-    pub figures: FigureArgs,
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
     pub how: How,
+    #[command(flatten)]
+    pub figures: FigureArgs,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
