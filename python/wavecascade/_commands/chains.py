@@ -401,7 +401,7 @@ def attenuate(
         For options or keys that do not fit.
     """
     text = None
-    if scenes is None or isinstance(scenes, Mapping) or is_path(scenes):
+    if scenes is None or isinstance(scenes, (str, os.PathLike, Mapping)):
         scene, rest = _merged(scenes, dict(keys), _ATTENUATE)
         text, files = _scene(scene)
     else:
