@@ -330,7 +330,7 @@ def main():
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         for path in pages:
             name = path.parent.name
-            for attempt in ("first", "last"):
+            for attempt in ("first", "second", "last"):
                 try:
                     seconds, structure[name] = check_page(browser, path, out, stored)
                     print(f"{name}: drawn in {seconds:.2f} s", flush=True)
