@@ -335,7 +335,7 @@ def main():
                     seconds, structure[name] = check_page(browser, path, out, stored)
                     print(f"{name}: drawn in {seconds:.2f} s", flush=True)
                     break
-                # A page that fails does not hide the others; a busy machine may lose a gesture once.
+                # A page that fails does not hide the others; a busy machine may lose a gesture twice.
                 except Exception as error:
                     print(f"{name}: FAILED, {attempt} attempt: {error}", flush=True)
                     failed += attempt == "last"
