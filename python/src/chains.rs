@@ -135,7 +135,7 @@ pub fn budget<'py>(
     };
     let scene_path = typed.measured.scene.as_deref();
     let is_measured = scene_text.is_some() || scene_path.is_some();
-    let threads = typed.views.threads.map(usize::from);
+    let threads = typed.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
         typed.views.refuse_without_effect()?;
         let kept = Kept::new(Precision::F64);
@@ -338,7 +338,7 @@ pub fn compare(
         Moved::Run(run) => Some(Arc::clone(&run.0)),
         Moved::Field(_) => None,
     });
-    let threads = typed.views.threads.map(usize::from);
+    let threads = typed.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
         typed.views.refuse_without_effect()?;
         let mut files = Vec::new();

@@ -187,7 +187,9 @@ fn power_excess(p: f64, q: f64) -> f64 {
 /// A law in the form the stepping is compiled for.
 pub(crate) trait Kernel: Copy + Send + Sync {
     /// The power of the overlap with which a contact opens; `None` where it does not open.
-    fn opening_power(self) -> Option<f64>;
+    fn opening_power(self) -> Option<f64> {
+        None
+    }
 
     /// Excess force at the overlap `d0 + r`, of one contact or of many.
     fn force<N: Number>(self, c: N, d0: N, r: N) -> N;
@@ -196,7 +198,9 @@ pub(crate) trait Kernel: Copy + Send + Sync {
     fn stiffness<N: Number>(self, c: N, d0: N, r: N) -> N;
 
     /// `delta^p` for `delta >= 0`, with the power at which the contact opens.
-    fn power(self, delta: f64) -> f64;
+    fn power(self, delta: f64) -> f64 {
+        delta
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -300,10 +304,6 @@ pub(crate) struct Spring {
 }
 
 impl Kernel for Spring {
-    fn opening_power(self) -> Option<f64> {
-        None
-    }
-
     #[inline(always)]
     fn force<N: Number>(self, c: N, _: N, r: N) -> N {
         let [alpha, beta] = [self.alpha, self.beta].map(N::splat);
@@ -315,11 +315,6 @@ impl Kernel for Spring {
         let [alpha, beta] = [2.0 * self.alpha, 3.0 * self.beta].map(N::splat);
         c * (N::splat(1.0) + r * (beta * r - alpha))
     }
-
-    #[inline(always)]
-    fn power(self, delta: f64) -> f64 {
-        delta
-    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -328,10 +323,6 @@ pub(crate) struct Toda {
 }
 
 impl Kernel for Toda {
-    fn opening_power(self) -> Option<f64> {
-        None
-    }
-
     #[inline(always)]
     fn force<N: Number>(self, c: N, d0: N, r: N) -> N {
         let b = self.steepness;
@@ -343,11 +334,6 @@ impl Kernel for Toda {
         let b = self.steepness;
         c.map3(d0, r, |c, _, r| c * (b * r).exp())
     }
-
-    #[inline(always)]
-    fn power(self, delta: f64) -> f64 {
-        delta
-    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -356,10 +342,6 @@ pub(crate) struct Morse {
 }
 
 impl Kernel for Morse {
-    fn opening_power(self) -> Option<f64> {
-        None
-    }
-
     #[inline(always)]
     fn force<N: Number>(self, c: N, d0: N, r: N) -> N {
         let b = self.steepness;
@@ -376,11 +358,6 @@ impl Kernel for Morse {
             let excess = (b * r).exp_m1();
             c * (1.0 + excess) * (1.0 + 2.0 * excess)
         })
-    }
-
-    #[inline(always)]
-    fn power(self, delta: f64) -> f64 {
-        delta
     }
 }
 

@@ -187,6 +187,19 @@ impl Chart {
     }
 }
 
+impl Chart {
+    /// The same with a logarithmic vertical axis, over the points that are positive.
+    pub fn logarithmic(self) -> Chart {
+        let points = self.series.iter().flat_map(|series| &series.points);
+        let y = extent(points.map(|point| point.1).filter(|y| *y > 0.0));
+        Chart {
+            y: 0.5 * y.start..2.0 * y.end,
+            log_y: true,
+            ..self
+        }
+    }
+}
+
 /// The range of finite values, never empty.
 pub fn extent(values: impl Iterator<Item = f64>) -> Range<f64> {
     let finite = values.filter(|v| v.is_finite());

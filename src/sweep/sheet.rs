@@ -154,10 +154,16 @@ impl Describe for Swept {
                 _ => format!("{}, one of every {every} combinations", measure.title),
             };
             let ordinate = label(measure.quantity, measure.unit(is_si));
-            (!series.is_empty()).then(|| Chart {
-                log_x: along.is_wide(),
-                log_y: measure.log,
-                ..Chart::of(title, &along.label, ordinate, series)
+            (!series.is_empty()).then(|| {
+                let chart = Chart {
+                    log_x: along.is_wide(),
+                    ..Chart::of(title, &along.label, ordinate, series)
+                };
+                if measure.log {
+                    chart.logarithmic()
+                } else {
+                    chart
+                }
             })
         });
         PlotRow::grid(1, charts)

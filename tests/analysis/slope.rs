@@ -91,8 +91,8 @@ fn val_exact_power_laws_and_their_break() {
     assert!((breaks.at[0] / k(40.0) - 1.0).abs() < 0.05, "{breaks:?}");
     assert!((breaks.slopes[0] + 1.7).abs() < 0.05 && (breaks.slopes[1] + 3.7).abs() < 0.05);
     // In time.
-    let mut turned = Field::from_array(values.t().to_owned());
-    turned.time.step = 0.5;
+    let mut transposed = Field::from_array(values.t().to_owned());
+    transposed.time.step = 0.5;
     let request = SlopeRequest {
         axis: FieldAxis::Time,
         averaging: Averaging {
@@ -101,7 +101,7 @@ fn val_exact_power_laws_and_their_break() {
         },
         ..periodic((2.0 / 256.0, 35.0 / 256.0))
     };
-    let found = found(&turned, &request);
+    let found = found(&transposed, &request);
     assert!((found.law.slope + 1.7).abs() < 1e-12, "{:?}", found.law);
     assert!((found.spectrum[10] / (0.5 * power(10) * 256.0) - 1.0).abs() < 1e-12);
 }

@@ -381,7 +381,7 @@ fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
     assert_eq!(place.names().len(), 4, "nothing was written");
 }
 
-/// Killed at any moment, both kinds of curves go on to the identical table; `CASCADE_KILLS` asks for more
+/// Killed at any moment, both kinds of curves go on to the identical table; `CASCADE_KILLS` requests more
 /// kills than ten.
 #[test]
 fn regress_killed_ten_times() {

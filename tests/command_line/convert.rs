@@ -247,7 +247,7 @@ fn regress_an_interrupt_leaves_nothing() {
     assert_eq!(place.names(), before);
 }
 
-/// The bodies of a graded chain are known from either file of its run, so that fronts are weighed by the same masses.
+/// The bodies of a graded chain are known from either file of its run, so that the energies of fronts have the same masses.
 #[test]
 fn regress_graded_runs_say_the_same_in_both_formats() {
     let place = Place::new();

@@ -64,10 +64,10 @@ fn val_numpy_every_sample_type_byte_order_and_memory_order() {
                     layout: Some(Layout::SiteTime),
                     ..OpenOptions::default()
                 };
-                let turned = Field::open(&path, &options).unwrap();
-                assert_eq!((turned.n_times(), turned.n_sites()), (3, 5));
-                assert_eq!(values(&turned), expected.t(), "{name}, site-time");
-                assert_eq!(site_major(&turned), expected, "{name}, site-time");
+                let transposed = Field::open(&path, &options).unwrap();
+                assert_eq!((transposed.n_times(), transposed.n_sites()), (3, 5));
+                assert_eq!(values(&transposed), expected.t(), "{name}, site-time");
+                assert_eq!(site_major(&transposed), expected, "{name}, site-time");
             }
         }
     }
@@ -165,8 +165,8 @@ fn val_numpy_archive_with_positions() {
 fn val_ndarray_npy_round_trip() {
     let folder = Folder::new();
     let expected = Array2::from_shape_fn((7, 9), |(n, j)| n as f64 - 0.1 * j as f64);
-    let turned = Array2::from_shape_fn((7, 9).f(), |at| expected[at]);
-    for array in [&expected, &turned] {
+    let transposed = Array2::from_shape_fn((7, 9).f(), |at| expected[at]);
+    for array in [&expected, &transposed] {
         let path = folder.path().join("field.npy");
         write_npy(&path, array).unwrap();
         assert_eq!(values(&open(&path)), expected);
@@ -190,12 +190,12 @@ fn blocks_are_the_same_from_every_order() {
     let values = Array2::from_shape_fn((83, 37), |(n, j)| (100 * n + j) as f64);
     let folder = Folder::new();
     let path = folder.path().join("field.npy");
-    let turned = Array2::from_shape_fn((83, 37).f(), |at| values[at]);
-    write_npy(&path, &turned).unwrap();
+    let transposed = Array2::from_shape_fn((83, 37).f(), |at| values[at]);
+    write_npy(&path, &transposed).unwrap();
     let mapped = open(&path);
     let fields = [
         Field::from_array(values.clone()),
-        Field::from_array(turned),
+        Field::from_array(transposed),
         mapped,
     ];
     for (times, sites) in [

@@ -15,9 +15,10 @@ use wavecascade::plot::{SharedScales, budget_figures, save_all};
 use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_html, budget_snippet};
 
 use crate::analyze::{named_after, use_threads};
-use crate::args::{DetailArgs, FormatArg};
+use crate::args::FormatArg;
 use crate::arrays_file::ArraysFile;
-use crate::described::{Output, tell};
+use crate::chain_args::How;
+use crate::described::tell;
 use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::{ColorArgs, FigureArgs};
@@ -41,14 +42,8 @@ pub struct Budget {
     /// dimensions, coordinates and units.
     #[arg(long, value_enum, default_value_t = FormatArg::Npz)]
     pub format: FormatArg,
-    /// Print the summary as JSON on standard output.
-    #[arg(long)]
-    pub json: bool,
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
     #[command(flatten)]
-    pub detail: DetailArgs,
+    pub how: How,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]
@@ -64,9 +59,9 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let drawing = typed.figures.drawing_of_maps(&typed.colors)?;
     typed.views.refuse_without_effect()?;
     let out = typed.out.clone().unwrap_or_else(|| default_out(&typed.run));
-    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
     let started = Instant::now();
-    use_threads(typed.views.threads.map(usize::from))?;
+    use_threads(typed.how.threads.map(usize::from))?;
     // Before any work: could the result be written?
     drop(ResultDirectory::create(&out, typed.force)?);
     let opened = FileState::at(&typed.run)?;
@@ -90,7 +85,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
                 scene,
                 &typed.measured,
                 &typed.views,
-                typed.quiet,
+                typed.how.quiet,
             );
             MotionSource::Measured(Box::new(read.map_err(|error| error.of_file(&typed.run))?))
         }
@@ -137,12 +132,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
         "computation",
         format!("{:.2} s", started.elapsed().as_secs_f64()),
     );
-    let output = Output {
-        json: typed.json,
-        quiet: typed.quiet,
-        verbose: typed.detail.verbose,
-    };
-    tell(&sheet, &json, &subject, output, Some(&main))
+    tell(&sheet, &json, &subject, &typed.how, Some(&main))
 }
 
 /// Where the motion comes from.

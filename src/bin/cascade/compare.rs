@@ -15,9 +15,9 @@ use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_html};
 use wavecascade::sheet::Sheet;
 
 use crate::analyze::use_threads;
-use crate::args::DetailArgs;
 use crate::budget::{command, compute, name_of};
-use crate::described::{Output, tell};
+use crate::chain_args::How;
+use crate::described::tell;
 use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
@@ -37,14 +37,8 @@ pub struct Compare {
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
-    /// Print the summary as JSON on standard output.
-    #[arg(long)]
-    pub json: bool,
-    /// Print errors only.
-    #[arg(long, short)]
-    pub quiet: bool,
     #[command(flatten)]
-    pub detail: DetailArgs,
+    pub how: How,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]
@@ -124,8 +118,8 @@ impl Compared {
 pub fn run(typed: Compare) -> Result<(), Failure> {
     let drawing = typed.figures.drawing()?;
     typed.views.refuse_without_effect()?;
-    let progress = Progress::new(!typed.quiet && std::io::stderr().is_terminal());
-    use_threads(typed.views.threads.map(usize::from))?;
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    use_threads(typed.how.threads.map(usize::from))?;
     drop(ResultDirectory::create(&typed.out, typed.force)?);
     let opened = [FileState::at(&typed.first)?, FileState::at(&typed.second)?];
     let files = [RunFile::read(&typed.first)?, RunFile::read(&typed.second)?];
@@ -153,13 +147,14 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     let published = directory.publish()?;
     progress.clear();
     let subject = paths.map(|path| subject_of(&[path])).join(" and ");
-    let output = Output {
-        json: typed.json,
-        quiet: typed.quiet,
-        verbose: typed.detail.verbose,
-    };
     let main = published.join(drawing.main());
-    tell(&compared.describe(), &json, &subject, output, Some(&main))
+    tell(
+        &compared.describe(),
+        &json,
+        &subject,
+        &typed.how,
+        Some(&main),
+    )
 }
 
 /// Two names that differ.

@@ -102,21 +102,8 @@ impl Described<'_> {
 
     /// Prints the JSON, or what was found of the subject and the file to open.
     pub fn tell(&self, subject: &str, how: &How, main: Option<&Path>) -> Result<(), Failure> {
-        let output = Output {
-            json: how.json,
-            quiet: how.quiet,
-            verbose: how.detail.verbose,
-        };
-        tell(self.sheet, &self.json()?, subject, output, main)
+        tell(self.sheet, &self.json()?, subject, how, main)
     }
-}
-
-/// What is printed.
-#[derive(Debug, Clone, Copy)]
-pub struct Output {
-    pub json: bool,
-    pub quiet: bool,
-    pub verbose: bool,
 }
 
 /// Prints the JSON, or what was found of the subject and the file to open.
@@ -124,11 +111,11 @@ pub fn tell(
     sheet: &Sheet,
     json: &str,
     subject: &str,
-    output: Output,
+    how: &How,
     main: Option<&Path>,
 ) -> Result<(), Failure> {
-    if output.json {
-        if !output.quiet {
+    if how.json {
+        if !how.quiet {
             for warning in &sheet.warnings {
                 terminal::message(Tone::Warning, &warning.message);
                 if !warning.advice.is_empty() {
@@ -137,12 +124,12 @@ pub fn tell(
             }
         }
         writeln!(terminal::stdout(), "{json}")?;
-    } else if !output.quiet {
+    } else if !how.quiet {
         let mut summary = Summary::of(subject, sheet);
         if let Some(main) = main {
             summary.last(&format!("open {}", main.display()));
         }
-        summary.print(output.verbose)?;
+        summary.print(how.detail.verbose)?;
     }
     Ok(())
 }

@@ -128,7 +128,7 @@ impl Localize {
         self.family().search(order)?.wave(order)
     }
 
-    /// Computes what is asked for.
+    /// Computes the table, or the one wave that is requested.
     pub fn find(&self, observer: &dyn Observer) -> Result<Found, Error> {
         Ok(match (self.profile, self.launch) {
             (Some(order), _) => Found::Profile(Box::new(Profile::of(self.wave(order)?, HALF))),
@@ -189,7 +189,7 @@ const TRAVELLED: usize = 1000;
 const HALF: usize = 2000;
 const HALF_OF_MANY: usize = 1000;
 
-/// What was asked for.
+/// What was requested.
 pub enum Found {
     Orders(Orders),
     Profile(Box<Profile>),
@@ -252,7 +252,7 @@ pub fn run(typed: Localize) -> Result<(), Failure> {
     let described = Described {
         found: found.as_described(),
         sheet: &sheet,
-        name: &subject,
+        name: "dimer",
         provenance: &provenance,
     };
     let main = directory.map(|directory| {

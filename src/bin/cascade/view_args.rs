@@ -50,9 +50,6 @@ pub struct ViewArgs {
     /// Sites over which it is judged, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub window_sites: Option<Range<usize>>,
-    /// Worker threads [default: one a core]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -107,7 +107,7 @@ impl Budget {
             name: "compare",
             version: 2,
             title: "Two energy budgets".into(),
-            about: "two chains side by side; pictures of one kind share their colour scale".into(),
+            about: "two chains; pictures of one kind share their colour scale".into(),
             answer: difference_in_words(both),
             tables: vec![energies, table::balances(&both)],
             definitions: DEFINITIONS.to_vec(),

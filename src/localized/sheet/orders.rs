@@ -83,10 +83,7 @@ impl Describe for Orders {
         };
         let chart = |title: &str, label: &str, series: Vec<Option<Series>>| {
             let series: Vec<Series> = series.into_iter().flatten().collect();
-            (!series.is_empty()).then(|| Chart {
-                log_y: true,
-                ..Chart::of(title, "order", label, series)
-            })
+            (!series.is_empty()).then(|| Chart::of(title, "order", label, series).logarithmic())
         };
         let ratios = vec![
             over_order("exact", 0, Look::Line, |row| Some(row.exact?.ratio.value())),

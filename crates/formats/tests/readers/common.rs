@@ -54,8 +54,22 @@ pub fn open_bytes(name: &str, bytes: &[u8]) -> Container {
     open(format, Arc::new(bytes.to_vec()), &Options::default()).unwrap()
 }
 
+/// All files of a folder, `count` of them, hold the arrays that the other reader found, and no others.
+pub fn compare_all(folder: &str, count: usize) {
+    let files = files(folder);
+    assert_eq!(files.len(), count);
+    for (name, bytes, found) in files {
+        let container = open_bytes(&name, &bytes);
+        let found = found.as_object().unwrap();
+        assert_eq!(container.variables.len(), found.len(), "{name}");
+        for (path, expected) in found {
+            compare(&container, path, expected);
+        }
+    }
+}
+
 /// Compares type, shape and every bit with the peer's.
-pub fn compare(container: &Container, path: &str, expected: &Json) {
+fn compare(container: &Container, path: &str, expected: &Json) {
     let i = container.find(path);
     let i = i.unwrap_or_else(|| panic!("{path} is listed"));
     let variable = &container.variables[i];

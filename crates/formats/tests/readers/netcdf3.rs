@@ -2,21 +2,12 @@
 
 use std::sync::Arc;
 
-use super::common::{compare, files, open_bytes};
+use super::common::{compare_all, files, open_bytes};
 use wavecascade_formats::{Coordinate, Error, Format, Options, Value, open};
 
 #[test]
 fn val_netcdf4_every_variable() {
-    let files = files("netcdf3");
-    assert_eq!(files.len(), 6);
-    for (name, bytes, found) in files {
-        let container = open_bytes(&name, &bytes);
-        let found = found.as_object().unwrap();
-        assert_eq!(container.variables.len(), found.len(), "{name}");
-        for (path, expected) in found {
-            compare(&container, path, expected);
-        }
-    }
+    compare_all("netcdf3", 6);
 }
 
 #[test]
