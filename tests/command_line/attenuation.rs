@@ -133,7 +133,7 @@ fn transmission_its_files_and_what_was_measured() {
     let said = place.good(&words);
     let first = said.lines().next().unwrap();
     assert!(
-        first.contains("least at stiffness ratio") && first.contains("largest at"),
+        first.contains("least at stiffness ratio 3.1") && first.contains("largest at 1.000"),
         "{said}"
     );
     assert!(

@@ -96,6 +96,18 @@ fn a_run_to_its_budgets() {
     }
     let summary = summary_in(&place, "b");
     assert_eq!(summary["schema"], "cascade.budget/2");
+    // The first line says which way, as the number has it.
+    let share = summary["wavenumber"]["largest_passage"]["share"].as_f64();
+    let towards = if share.unwrap() > 0.0 {
+        "higher"
+    } else {
+        "lower"
+    };
+    let answer = summary["answer"].as_str().unwrap();
+    assert!(
+        answer.ends_with(&format!("to {towards} wavenumbers (net)")),
+        "{answer}"
+    );
     assert_eq!(
         summary["provenance"]["input_blake3"].as_str().map(str::len),
         Some(64)
