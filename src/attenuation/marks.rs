@@ -123,10 +123,10 @@ fn mark(order: usize, ratio: f64, value: f64) -> LocalizedMark {
 
 /// The family of a dimer and its ratio; `None` for other chains.
 fn ratio_of(chain: &Chain, pattern: &Pattern) -> Option<(Family, f64)> {
-    let exponent = match chain.law {
+    let exponent = match chain.law.only()? {
         Law::Hertz => 1.5,
-        Law::Power { exponent } => exponent,
-        Law::Spring { .. } | Law::Toda { .. } | Law::Morse { .. } => return None,
+        Law::Power { exponent } if *exponent > 1.0 => *exponent,
+        _ => return None,
     };
     if chain.precompression != 0.0 {
         return None;

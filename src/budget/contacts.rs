@@ -3,7 +3,11 @@
 use std::ops::Range;
 
 use super::motion::{ChainState, Motion};
-use crate::chain::{Chain, Drive, Ends};
+use crate::chain::{Chain, Contact, Drive, Ends, Law, hertz_energies, hertz_roots};
+use crate::error::{Error, Result};
+
+/// What rounding makes of energies, relative to the largest.
+const ROUNDING: f64 = 1e-12;
 
 /// The contacts of a chain in order of x; a contact with a wall before site 0 is the first.
 #[derive(Debug)]
@@ -72,23 +76,38 @@ fn at_most(n: usize, contacts: usize) -> usize {
 impl<'a> Contacts<'a> {
     pub(super) fn of(motion: &Motion<'a>) -> Contacts<'a> {
         let chain = motion.chain;
-        let left = match chain.ends {
-            Ends::Fixed { left_coefficient } => Some(left_coefficient),
-            _ => None,
+        let left = chain.left_contact();
+        let all = || {
+            left.into_iter()
+                .chain((0..chain.n_contacts()).map(|j| chain.contact(j)))
         };
-        let coefficient: Vec<f64> = left.into_iter().chain(chain.coefficient.clone()).collect();
-        let of = |c: &f64| chain.law.static_overlap(*c, chain.precompression);
         Contacts {
             chain,
             drive: motion.drive,
             offset: usize::from(left.is_some()),
-            static_overlap: coefficient.iter().map(of).collect(),
-            coefficient,
+            static_overlap: all().map(|contact| contact.static_overlap).collect(),
+            coefficient: all().map(|contact| contact.coefficient).collect(),
         }
     }
 
     pub(super) fn len(&self) -> usize {
         self.coefficient.len()
+    }
+
+    pub(super) fn contact(&self, i: usize) -> Contact<'a> {
+        Contact {
+            law: match i.checked_sub(self.offset) {
+                Some(j) => self.chain.law.of(j),
+                None => self.chain.law.before_first(),
+            },
+            coefficient: self.coefficient[i],
+            static_overlap: self.static_overlap[i],
+        }
+    }
+
+    /// Whether all contacts are Hertz's and just touch, so that whole rows are computed at once.
+    fn just_touch(&self) -> bool {
+        self.chain.precompression == 0.0 && self.chain.law.only() == Some(&Law::Hertz)
     }
 
     /// The sites that contact i joins, `None` for a wall.
@@ -149,7 +168,7 @@ impl<'a> Contacts<'a> {
 
     /// Overlap beyond the static one at which contact i opens; `None` if it cannot open.
     pub(super) fn opens_at(&self, i: usize) -> Option<f64> {
-        let one_sided = self.chain.law.is_one_sided();
+        let one_sided = self.contact(i).law.is_one_sided();
         one_sided.then_some(-self.static_overlap[i])
     }
 
@@ -177,41 +196,85 @@ impl<'a> Contacts<'a> {
             state.overlap[i] = at(left, x, wall) - at(right, x, 0.0);
             state.closing[i] = at(left, v, wall_velocity) - at(right, v, 0.0);
         }
-        let law = self.chain.law;
-        let (contacts, pressed) = self.some(0..self.len(), &state.overlap);
-        law.forces_and_energies(contacts, pressed, [&mut state.elastic, &mut state.energy]);
+        let out = [&mut state.elastic[..], &mut state.energy];
+        self.some_forces_and_energies(0..self.len(), &state.overlap, out);
         if self.chain.losses.any() {
             let motion = state.overlap.iter().zip(&state.closing);
-            for ((damping, c), (r, closing)) in
-                state.damping.iter_mut().zip(&self.coefficient).zip(motion)
-            {
-                *damping = self.chain.damping(*c, *r, *closing);
+            for (i, (damping, (r, closing))) in state.damping.iter_mut().zip(motion).enumerate() {
+                *damping = self.chain.damping(self.contact(i), *r, *closing);
             }
         }
     }
 
+    /// Refuses contact energies below those at rest, as bistable laws have them: they are no squares.
+    ///
+    /// # Errors
+    /// [`Error::Request`] that names the first.
+    pub(super) fn check_roots(&self, motion: &Motion) -> Result<()> {
+        if (0..self.len()).all(|i| matches!(self.contact(i).law, Law::Hertz | Law::Power { .. })) {
+            return Ok(());
+        }
+        let mut state = ContactState::default();
+        let mut largest = 0.0f64;
+        for sample in 0..motion.samples() {
+            let at = motion.at(sample);
+            self.evaluate(at.t, at.x, at.v, &mut state);
+            largest = state.energy.iter().fold(largest, |a, b| a.max(b.abs()));
+            let below = state
+                .energy
+                .iter()
+                .position(|energy| *energy < -ROUNDING * largest);
+            if let Some(i) = below {
+                return Err(Error::Request {
+                    option: "only",
+                    expected: "`frequency` or `scale`, since energy by wavenumber needs contacts whose energy is \
+                               never below that at rest"
+                        .into(),
+                    found: format!("{:.3e} in contact {} at time {}", state.energy[i], i - self.offset.min(i), at.t),
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// `phi` and its slope from the overlaps of `state`.
     pub(super) fn evaluate_roots(&self, state: &mut ContactState) {
-        let (contacts, pressed) = self.some(0..self.len(), &state.overlap);
-        let roots = [&mut state.phi[..], &mut state.phi_slope[..]];
-        self.chain.law.root_energies(contacts, pressed, roots);
+        let ContactState {
+            overlap,
+            phi,
+            phi_slope,
+            ..
+        } = state;
+        if self.just_touch() {
+            return hertz_roots([&self.coefficient, overlap], [phi, phi_slope]);
+        }
+        let roots = phi.iter_mut().zip(phi_slope);
+        for (i, ((phi, slope), r)) in roots.zip(overlap).enumerate() {
+            (*phi, *slope) = self.contact(i).root_energy(*r);
+        }
     }
 
     /// Forces and energies of the chain's contacts at these overlaps.
     pub(super) fn forces_and_energies(&self, overlap: &[f64], out: [&mut [f64]; 2]) {
-        let (contacts, pressed) = self.some(self.offset..self.len(), overlap);
-        self.chain.law.forces_and_energies(contacts, pressed, out);
+        self.some_forces_and_energies(self.offset..self.len(), overlap, out);
     }
 
-    /// Coefficients and overlaps of a range of contacts, and their static overlaps, if any.
-    fn some<'s>(
-        &'s self,
+    /// The same of a range of contacts.
+    fn some_forces_and_energies(
+        &self,
         contacts: Range<usize>,
-        overlap: &'s [f64],
-    ) -> ([&'s [f64]; 2], Option<&'s [f64]>) {
-        let pressed = self.chain.precompression != 0.0;
-        let static_overlap = pressed.then(|| &self.static_overlap[contacts.clone()]);
-        ([&self.coefficient[contacts], overlap], static_overlap)
+        overlap: &[f64],
+        [force, energy]: [&mut [f64]; 2],
+    ) {
+        if self.just_touch() {
+            return hertz_energies([&self.coefficient[contacts], overlap], [force, energy]);
+        }
+        let out = force.iter_mut().zip(energy);
+        for ((i, r), (force, energy)) in contacts.zip(overlap).zip(out) {
+            let contact = self.contact(i);
+            *force = contact.force(*r);
+            *energy = contact.energy(*r);
+        }
     }
 
     /// Forces, including damping, and mean speeds of a range of contacts; 0 at a wall, which
@@ -240,15 +303,14 @@ impl<'a> Contacts<'a> {
             speed[last] = 0.5 * (at.v[n - 1] + at.v[0]);
         }
         let shifted = some.start + self.offset..some.end + self.offset;
-        let (contacts, pressed) = self.some(shifted, overlap);
-        let law = self.chain.law;
-        law.forces_and_energies(contacts, pressed, [force, energy]);
+        self.some_forces_and_energies(shifted.clone(), overlap, [&mut *force, energy]);
         if self.chain.losses.any() {
             for (i, force) in force.iter_mut().enumerate() {
                 let left = some.start + i;
                 let right = if left + 1 < n { left + 1 } else { 0 };
                 let closing = at.v[left] - at.v[right];
-                *force += self.chain.damping(contacts[0][i], overlap[i], closing);
+                let contact = self.contact(shifted.start + i);
+                *force += self.chain.damping(contact, overlap[i], closing);
             }
         }
         if let Some(last) = behind.filter(|_| self.chain.ends != Ends::Periodic) {
@@ -271,38 +333,32 @@ impl<'a> Contacts<'a> {
 
     /// Elastic force of contact i at an overlap beyond the static one.
     pub(super) fn force(&self, i: usize, r: f64) -> f64 {
-        let (c, d0) = (self.coefficient[i], self.static_overlap[i]);
-        self.chain.law.force(c, d0, r)
+        self.contact(i).force(r)
     }
 
     /// Force of contact i, including damping, at an overlap beyond the static one and its rate.
     pub(super) fn total_force(&self, i: usize, r: f64, closing: f64) -> f64 {
-        self.force(i, r) + self.chain.damping(self.coefficient[i], r, closing)
+        self.force(i, r) + self.chain.damping(self.contact(i), r, closing)
     }
 
     /// Stiffness of contact i at an overlap beyond the static one.
     pub(super) fn stiffness_at(&self, i: usize, r: f64) -> f64 {
-        let (c, d0) = (self.coefficient[i], self.static_overlap[i]);
-        self.chain.law.stiffness(c, d0, r)
+        self.contact(i).stiffness(r)
     }
 
     /// Energy of contact i at an overlap beyond the static one.
     pub(super) fn energy(&self, i: usize, r: f64) -> f64 {
-        self.chain
-            .law
-            .energy(self.coefficient[i], self.static_overlap[i], r)
+        self.contact(i).energy(r)
     }
 
     /// Whether waves of small amplitude about the static state are linear.
     pub(super) fn has_linear_limit(&self) -> bool {
-        self.chain.precompression > 0.0 || !self.chain.law.is_one_sided()
+        (0..self.len()).all(|i| self.contact(i).has_linear_limit())
     }
 
     /// Stiffness of contact i in the static state.
     pub(super) fn stiffness(&self, i: usize) -> f64 {
-        self.chain
-            .law
-            .stiffness(self.coefficient[i], self.static_overlap[i], 0.0)
+        self.contact(i).stiffness(0.0)
     }
 
     pub(super) fn chain(&self) -> &'a Chain {

@@ -29,6 +29,10 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
     let motion = &Motion::of(run)?;
     motion.check()?;
     let contacts = Contacts::of(motion);
+    if contacts.check_roots(motion).is_err() {
+        // The analysis keeps what it knows of the velocities alone.
+        return Ok(());
+    }
     let basis = Basis::of(motion.chain.ends);
     let modes = Modes::new(basis, motion.chain.n_sites());
     let profiles = OfRun {

@@ -49,6 +49,9 @@ pub(super) fn pass(
         }),
         &modes,
     );
+    if request.views.wavenumber {
+        contacts.check_roots(motion)?;
+    }
     let transfers = Transfers::new(contacts, modes, branches, motion.drive.is_some());
     let samples = motion.samples();
     observer.stage("budgets", samples as u64);

@@ -85,11 +85,11 @@ impl UnitCell {
     /// # Errors
     /// [`NoBranches`].
     pub fn of(chain: &Chain) -> std::result::Result<UnitCell, NoBranches> {
-        let stiffness = |j: usize| {
-            let (c, d0) = (chain.coefficient[j], chain.static_overlap(j));
-            chain.law.stiffness(c, d0, 0.0)
-        };
-        let stiffness: Vec<f64> = (0..chain.n_contacts()).map(stiffness).collect();
+        let contacts = || (0..chain.n_contacts()).map(|j| chain.contact(j));
+        let stiffness: Vec<f64> = contacts().map(|contact| contact.stiffness(0.0)).collect();
+        if !contacts().all(|contact| contact.has_linear_limit()) {
+            return Err(NoBranches::NoLinearLimit);
+        }
         if stiffness.iter().any(|k| !(k.is_finite() && *k > 0.0)) {
             return Err(NoBranches::NoLinearLimit);
         }
@@ -221,7 +221,7 @@ fn orthogonalize(a: &mut [Complex<f64>], b: &mut [Complex<f64>]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chain::Law;
+    use crate::chain::{Law, Laws};
 
     fn phases() -> impl Iterator<Item = f64> {
         (-40..=40).map(|n| 0.1 * f64::from(n))
@@ -290,10 +290,10 @@ mod tests {
         }
         chain.mass[11] = 3.0;
         assert_eq!(UnitCell::of(&chain).unwrap(), cell, "a defect");
-        chain.law = Law::Spring {
+        chain.law = Laws::from(Law::Spring {
             alpha: 0.2,
             beta: 0.0,
-        };
+        });
         chain.coefficient = (0..40).map(f64::from).map(|j| 1.0 + j).collect();
         assert_eq!(UnitCell::of(&chain), Err(NoBranches::NoCell));
     }

@@ -126,14 +126,15 @@ mod tests {
     #[test]
     fn val_convergence_samples_inside() {
         let mut power = dimer(3.0);
-        power.chain.law = Law::Power { exponent: 2.5 };
+        power.chain.law = Law::Power { exponent: 2.5 }.into();
         let mut pressed = dimer(3.0);
         pressed.chain.precompression = 0.01;
         let mut springs = dimer(2.0);
         springs.chain.law = Law::Spring {
             alpha: 0.25,
             beta: 0.5,
-        };
+        }
+        .into();
         let mut ring = dimer(2.0);
         ring.chain.ends = Ends::Periodic;
         for (name, simulation) in [
@@ -169,7 +170,7 @@ mod tests {
         for [x, v, passed] in inside(&simulation, 2048, 1e-11) {
             let mut behind = 0.0;
             for j in 0..39 {
-                let energy = chain.law.energy(chain.coefficient[j], 0.0, x[j] - x[j + 1]);
+                let energy = chain.contact(j).energy(x[j] - x[j + 1]);
                 // Half of the energy of a contact is that of the site behind it.
                 behind += 0.5 * chain.mass[j] * v[j] * v[j] + 0.5 * energy;
                 worst = worst.max((behind + passed[j] - 0.5 * chain.mass[0]).abs());

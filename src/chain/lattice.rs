@@ -3,7 +3,7 @@
 //! `m_j x_j'' = F_{j-1} - F_j`, `F_j = F(delta_j)`, `delta_j = x_j - x_{j+1} + delta0_j`: contact j
 //! joins sites j and j+1, and the last one joins the last site to the fixed wall.
 
-use super::law::Law;
+use super::law::{Law, Laws};
 use crate::numeric::{split_mix, unit_interval};
 use crate::{Error, Result};
 
@@ -39,6 +39,46 @@ impl Losses {
     }
 }
 
+/// One contact of a chain.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Contact<'a> {
+    pub(crate) law: &'a Law,
+    pub(crate) coefficient: f64,
+    pub(crate) static_overlap: f64,
+}
+
+impl Contact<'_> {
+    /// Elastic force beyond the static one, at an overlap beyond the static one.
+    pub(crate) fn force(&self, r: f64) -> f64 {
+        self.law.force(self.coefficient, self.static_overlap, r)
+    }
+
+    /// Derivative of the force along r.
+    pub(crate) fn stiffness(&self, r: f64) -> f64 {
+        self.law.stiffness(self.coefficient, self.static_overlap, r)
+    }
+
+    /// Energy beyond the static state.
+    pub(crate) fn energy(&self, r: f64) -> f64 {
+        self.law.energy(self.coefficient, self.static_overlap, r)
+    }
+
+    /// As [`Law::root_energy`].
+    pub(crate) fn root_energy(&self, r: f64) -> (f64, f64) {
+        let Contact {
+            coefficient,
+            static_overlap,
+            ..
+        } = *self;
+        self.law.root_energy(coefficient, static_overlap, r)
+    }
+
+    /// Whether waves of small amplitude about the static state are linear.
+    pub(crate) fn has_linear_limit(&self) -> bool {
+        self.static_overlap > 0.0 || !self.law.is_one_sided()
+    }
+}
+
 /// A chain of N sites.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
@@ -46,7 +86,8 @@ pub struct Chain {
     pub mass: Vec<f64>,
     /// Coefficient of each contact; [`Ends`] determines their number.
     pub coefficient: Vec<f64>,
-    pub law: Law,
+    /// The law of each contact.
+    pub law: Laws,
     pub ends: Ends,
     /// Static force in every contact, held at free ends by a constant force from outside.
     pub precompression: f64,
@@ -62,7 +103,7 @@ impl Chain {
             coefficient: (0..n_sites)
                 .map(|j| if j % 2 == 0 { 1.0 } else { stiffness_ratio })
                 .collect(),
-            law: Law::Hertz,
+            law: Law::Hertz.into(),
             ends: Ends::Wall,
             precompression: 0.0,
             losses: Losses::default(),
@@ -85,7 +126,35 @@ impl Chain {
     /// Static overlap of contact j.
     pub fn static_overlap(&self, contact: usize) -> f64 {
         self.law
+            .of(contact)
             .static_overlap(self.coefficient[contact], self.precompression)
+    }
+
+    /// Static overlap of the contact with a wall before site 0, of this coefficient.
+    pub(crate) fn left_static_overlap(&self, coefficient: f64) -> f64 {
+        let law = self.law.before_first();
+        law.static_overlap(coefficient, self.precompression)
+    }
+
+    /// The law, the coefficient and the static overlap of contact j.
+    pub(crate) fn contact(&self, j: usize) -> Contact<'_> {
+        Contact {
+            law: self.law.of(j),
+            coefficient: self.coefficient[j],
+            static_overlap: self.static_overlap(j),
+        }
+    }
+
+    /// The same of the contact with a wall before site 0, if there is one.
+    pub(crate) fn left_contact(&self) -> Option<Contact<'_>> {
+        match self.ends {
+            Ends::Fixed { left_coefficient } => Some(Contact {
+                law: self.law.before_first(),
+                coefficient: left_coefficient,
+                static_overlap: self.left_static_overlap(left_coefficient),
+            }),
+            _ => None,
+        }
     }
 
     /// Overlap of contact j beyond the static one, `x_j - x_{j+1}`.
@@ -119,47 +188,45 @@ impl Chain {
 
     /// Elastic force in contact j beyond the static one.
     pub fn elastic_force(&self, contact: usize, displacement: &[f64]) -> f64 {
-        let (c, d0) = (self.coefficient[contact], self.static_overlap(contact));
-        self.law.force(c, d0, self.overlap(contact, displacement))
+        let r = self.overlap(contact, displacement);
+        self.contact(contact).force(r)
     }
 
     /// Damping force in contact j.
     pub fn damping_force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
         let closing = velocity[contact] - self.right_of(contact, velocity);
         let r = self.overlap(contact, displacement);
-        self.damping(self.coefficient[contact], r, closing)
+        self.damping(self.contact(contact), r, closing)
     }
 
     /// Force of contact j beyond the static one, damping included, at an overlap beyond the static
     /// one and its rate.
     pub(super) fn force_at(&self, contact: usize, r: f64, closing: f64) -> f64 {
-        self.force_of(self.coefficient[contact], r, closing)
+        self.force_of(self.contact(contact), r, closing)
     }
 
     /// The same of the contact with the wall before site 0; 0 where there is none.
     pub(super) fn left_wall_force(&self, r: f64, closing: f64) -> f64 {
-        match self.ends {
-            Ends::Fixed { left_coefficient } => self.force_of(left_coefficient, r, closing),
-            _ => 0.0,
+        match self.left_contact() {
+            Some(contact) => self.force_of(contact, r, closing),
+            None => 0.0,
         }
     }
 
-    fn force_of(&self, coefficient: f64, r: f64, closing: f64) -> f64 {
-        let d0 = self.law.static_overlap(coefficient, self.precompression);
-        self.law.force(coefficient, d0, r) + self.damping(coefficient, r, closing)
+    fn force_of(&self, contact: Contact, r: f64, closing: f64) -> f64 {
+        contact.force(r) + self.damping(contact, r, closing)
     }
 
-    pub(crate) fn damping(&self, coefficient: f64, r: f64, closing: f64) -> f64 {
+    pub(crate) fn damping(&self, contact: Contact, r: f64, closing: f64) -> f64 {
         let Losses {
             dashpot, tangent, ..
         } = self.losses;
         if dashpot == 0.0 && tangent == 0.0 {
             return 0.0;
         }
-        let d0 = self.law.static_overlap(coefficient, self.precompression);
-        let closed = d0 + r > 0.0 || !self.law.is_one_sided();
+        let closed = contact.static_overlap + r > 0.0 || !contact.law.is_one_sided();
         let dashpot = if closed { dashpot } else { 0.0 };
-        (dashpot + tangent * self.law.stiffness(coefficient, d0, r)) * closing
+        (dashpot + tangent * contact.stiffness(r)) * closing
     }
 
     /// Energy of each site beyond the static state: `m v^2 / 2`, half of the energy of each contact
@@ -178,9 +245,7 @@ impl Chain {
         }
         for j in 0..self.n_contacts() {
             let r = self.overlap(j, displacement);
-            let energy = self
-                .law
-                .energy(self.coefficient[j], self.static_overlap(j), r);
+            let energy = self.contact(j).energy(r);
             let right = if j + 1 < n {
                 Some(j + 1)
             } else if self.ends == Ends::Periodic {
@@ -196,13 +261,8 @@ impl Chain {
                 None => out[j] += energy,
             }
         }
-        if let Ends::Fixed { left_coefficient } = self.ends {
-            let d0 = self
-                .law
-                .static_overlap(left_coefficient, self.precompression);
-            out[0] += self
-                .law
-                .energy(left_coefficient, d0, wall - displacement[0]);
+        if let Some(contact) = self.left_contact() {
+            out[0] += contact.energy(wall - displacement[0]);
         }
     }
 
@@ -214,18 +274,10 @@ impl Chain {
 
     /// Magnitudes of the energies of all contacts, added up; a wall before site 0 is at rest.
     pub(super) fn stored_energy(&self, displacement: &[f64]) -> f64 {
-        let of = |coefficient: f64, r: f64| {
-            let d0 = self.law.static_overlap(coefficient, self.precompression);
-            self.law.energy(coefficient, d0, r).abs()
-        };
-        let contacts = 0..self.n_contacts();
-        let left = match self.ends {
-            Ends::Fixed { left_coefficient } => of(left_coefficient, -displacement[0]),
-            _ => 0.0,
-        };
-        let sum: f64 = contacts
-            .map(|j| of(self.coefficient[j], self.overlap(j, displacement)))
-            .sum();
+        let left = self.left_contact();
+        let left = left.map_or(0.0, |contact| contact.energy(-displacement[0]).abs());
+        let energy = |j: usize| self.contact(j).energy(self.overlap(j, displacement));
+        let sum: f64 = (0..self.n_contacts()).map(|j| energy(j).abs()).sum();
         sum + left
     }
 
@@ -268,27 +320,28 @@ impl Chain {
                 return Err(refuse("coefficient", "positive coefficients", c));
             }
         }
-        if let Law::Power { exponent } = self.law
-            && !(exponent > 1.0 && exponent.is_finite())
-        {
-            return Err(refuse("exponent", "an exponent above 1", exponent));
-        }
-        if let Law::Spring { alpha, beta } = self.law
-            && !(alpha.is_finite() && beta.is_finite())
-        {
-            return Err(refuse(
-                "law",
-                "finite alpha and beta",
-                format!("{alpha}, {beta}"),
-            ));
+        for law in self.law.each() {
+            match *law {
+                Law::Power { exponent } if !(exponent >= 1.0 && exponent.is_finite()) => {
+                    return Err(refuse("exponent", "an exponent of 1 or more", exponent));
+                }
+                Law::Spring { alpha, beta } if !(alpha.is_finite() && beta.is_finite()) => {
+                    let found = format!("{alpha}, {beta}");
+                    return Err(refuse("law", "finite alpha and beta", found));
+                }
+                _ => {}
+            }
         }
         if !(self.precompression >= 0.0 && self.precompression.is_finite()) {
             let expected = "a static force of 0 or more";
             return Err(refuse("precompression", expected, self.precompression));
         }
-        if self.precompression > 0.0 && !self.law.is_one_sided() {
-            let expected = "none with two-sided springs";
-            return Err(refuse("precompression", expected, self.precompression));
+        let contacts = (0..self.n_contacts()).map(|j| self.contact(j));
+        for contact in contacts.chain(self.left_contact()) {
+            if contact.static_overlap.is_nan() {
+                let expected = format!("a static force that `{}` can carry", contact.law.text());
+                return Err(refuse("precompression", &expected, self.precompression));
+            }
         }
         let Losses {
             dashpot,

@@ -8,7 +8,8 @@
 //! all multiples of the power 1/4 are smooth.
 
 use super::drive::{Drive, Waveform};
-use super::lattice::Ends;
+use super::lattice::Contact;
+use super::law::Law;
 use super::simulation::Simulation;
 use super::stepping::{
     self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping, openings,
@@ -232,7 +233,7 @@ impl Walk<'_> {
     /// The times inside a step at which contacts open or close, to the last digits.
     fn openings(&mut self, mark: &Mark, to: f64) -> Result<Vec<f64>> {
         let chain = &self.simulation.chain;
-        if !chain.law.is_one_sided() {
+        if !chain.law.each().iter().any(Law::is_one_sided) {
             return Ok(Vec::new());
         }
         let h = to - mark.time;
@@ -244,6 +245,12 @@ impl Walk<'_> {
             FIRST_CONTACT
         };
         for s in first..FIRST_CONTACT + chain.n_contacts() {
+            if !self
+                .contact(s)
+                .is_some_and(|contact| contact.law.is_one_sided())
+            {
+                continue;
+            }
             let d0 = self.static_overlap(s);
             let of = |state: &State| d0 + state.x[s - 1] - state.x[s];
             let closing = |state: &State| h * (state.v[s - 1] - state.v[s]);
@@ -296,28 +303,23 @@ impl Walk<'_> {
         Ok(times)
     }
 
-    fn coefficient(&self, s: usize) -> f64 {
+    fn contact(&self, s: usize) -> Option<Contact<'_>> {
         let chain = &self.simulation.chain;
-        match (s.checked_sub(FIRST_CONTACT), chain.ends) {
-            (Some(j), _) => chain.coefficient[j],
-            (None, Ends::Fixed { left_coefficient }) => left_coefficient,
-            (None, _) => 0.0,
+        match s.checked_sub(FIRST_CONTACT) {
+            Some(j) => Some(chain.contact(j)),
+            None => chain.left_contact(),
         }
     }
 
     fn static_overlap(&self, s: usize) -> f64 {
-        let chain = &self.simulation.chain;
-        chain
-            .law
-            .static_overlap(self.coefficient(s), chain.precompression)
+        self.contact(s)
+            .map_or(0.0, |contact| contact.static_overlap)
     }
 
     /// Energy of contact s at an overlap.
     fn energy(&self, s: usize, overlap: f64) -> f64 {
-        self.simulation
-            .chain
-            .law
-            .energy(self.coefficient(s), 0.0, overlap)
+        let energy = |of: Contact| of.law.energy(of.coefficient, 0.0, overlap);
+        self.contact(s).map_or(0.0, energy)
     }
 }
 

@@ -114,14 +114,12 @@ impl Run {
             _ if chain.ends == Ends::Periodic => Some(0),
             _ => None,
         };
-        let (c, d0) = (chain.coefficient[contact], chain.static_overlap(contact));
+        let law = chain.contact(contact);
         let overlaps = x
             .rows()
             .into_iter()
             .map(|row| row[contact] - right.map_or(0.0, |right| row[right]));
-        let stiffest = overlaps
-            .map(|r| chain.law.stiffness(c, d0, r).abs())
-            .fold(0.0, f64::max);
+        let stiffest = overlaps.map(|r| law.stiffness(r).abs()).fold(0.0, f64::max);
         let heavier = right.map_or(0.0, |right| chain.mass[right]);
         Some((stiffest * heavier.max(chain.mass[contact])).sqrt())
     }

@@ -3,7 +3,7 @@
 use ndarray::{Array1, Array2, ArrayView1};
 
 use super::lattice::refuse;
-use super::result::{Run, RunReport};
+use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Record, Simulation};
 use super::stepping::{Cost, FIRST_CONTACT, FIRST_SITE, State, StepControl};
 use crate::Result;
@@ -70,6 +70,8 @@ pub(super) struct Recorder {
     /// Largest energy and largest unexplained change of it.
     energy: [f64; 3],
     explained: bool,
+    /// The contacts whose laws are known in a range, and the overlap of each farthest outside.
+    ranges: Vec<(usize, [f64; 2], Option<f64>)>,
 }
 
 impl Recorder {
@@ -84,7 +86,10 @@ impl Recorder {
         let array = |wanted: bool, columns| wanted.then(|| Array2::zeros((rows, columns)));
         let lossy = chain.losses.any();
         let driven = simulation.drive.is_some();
+        let ranges = (0..m).map(|j| (j, chain.law.of(j).range(), None));
+        let ranges = ranges.filter(|(_, range, _)| range.iter().any(|end| end.is_finite()));
         Recorder {
+            ranges: ranges.collect(),
             samples,
             lossy,
             energy: [0.0; 3],
@@ -147,6 +152,13 @@ impl Recorder {
         if let Some(array) = energy_input {
             array[sample] = state.passed[1];
         }
+        for (j, [least, most], farthest) in &mut self.ranges {
+            let overlap = chain.static_overlap(*j) + chain.overlap(*j, x);
+            let beyond = |overlap: f64| (*least - overlap).max(overlap - *most);
+            if beyond(overlap) > farthest.map_or(0.0, beyond) {
+                *farthest = Some(overlap);
+            }
+        }
         let last = times.len() - 1;
         if !self.explained || !(sample == last || sample.is_multiple_of(last.div_ceil(64))) {
             return;
@@ -178,6 +190,16 @@ impl Recorder {
     pub(super) fn finish(mut self, control: StepControl, cost: Cost) -> Result<Run> {
         let [_, largest, drift] = self.energy;
         self.run.report.cost = cost;
+        let outside = self.ranges.iter();
+        let outside = outside.filter_map(|(contact, range, overlap)| {
+            Some(RunWarning::OutsideLaw {
+                contact: *contact,
+                overlap: (*overlap)?,
+                range: *range,
+            })
+        });
+        // One says it for all.
+        self.run.report.warnings.extend(outside.take(1));
         let drift = (self.explained && largest > 0.0).then(|| drift / largest);
         self.run.report.energy_drift = drift;
         match (control, drift) {

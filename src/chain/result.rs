@@ -68,6 +68,13 @@ pub enum RunWarning {
     },
     /// The tolerance is below the rounding error of the velocities, which have the error `reached`.
     Rounding { tolerance: f64, reached: f64 },
+    /// The overlap of a contact left the range in which its law is known, and was taken along a line.
+    OutsideLaw {
+        contact: usize,
+        /// The overlap farthest outside, and the range.
+        overlap: f64,
+        range: [f64; 2],
+    },
     /// The energy changed by `drift` of its largest value, which neither work nor losses explain;
     /// velocities right to the error stated could have changed it by `allowed`.
     EnergyBalance { drift: f64, allowed: f64 },

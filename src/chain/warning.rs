@@ -25,6 +25,14 @@ impl RunWarning {
             RunWarning::Rounding { tolerance, reached } => format!(
                 "velocities stand to {reached:.1e}, not to {tolerance:.1e}: rounding leaves no more"
             ),
+            RunWarning::OutsideLaw {
+                contact,
+                overlap,
+                range: [least, most],
+            } => format!(
+                "the overlap of contact {contact} reached {overlap:.3e}, but its law is known from {least:.3e} to \
+                 {most:.3e}: beyond, the force was taken along a line"
+            ),
             RunWarning::EnergyBalance { drift, allowed } => format!(
                 "the energy changed by {drift:.1e} of itself without work or loss, where {allowed:.1e} \
                  would be in order: collisions are shorter than the steps resolve"

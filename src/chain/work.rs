@@ -83,15 +83,15 @@ impl Simulation {
         let (speed, losses) = (self.velocity_scale(time), chain.losses);
         let of_contact = |(j, stop): (usize, f64)| {
             let mass = chain.reduced_mass(j);
-            let (c, d0) = (chain.coefficient[j], chain.static_overlap(j));
+            let contact = chain.contact(j);
             let mut compressed = speed * stop;
             if losses.tangent > 0.0 && speed > 0.0 {
                 // Its damping alone takes the momentum `tangent F`.
-                let taken = |r: f64| losses.tangent * chain.law.force(c, d0, r).abs();
+                let taken = |r: f64| losses.tangent * contact.force(r).abs();
                 let excess = |ln: f64| (taken(ln.exp()) / (mass * speed)).ln();
                 compressed = compressed.min(root::between(-230.0, 230.0, excess).exp());
             }
-            let stiffness = chain.law.stiffness(c, d0, compressed).abs();
+            let stiffness = contact.stiffness(compressed).abs();
             ContactRates {
                 stops: 1.0 / stop,
                 dashpot: 2.0 * losses.dashpot / mass,
@@ -133,7 +133,7 @@ impl Simulation {
         } else if rate > 0.0 {
             lasts = lasts.min(SPREAD * (time / rate).sqrt());
         }
-        if chain.law.is_one_sided() && chain.precompression == 0.0 {
+        if chain.law.all_open() && chain.precompression == 0.0 {
             a_time *= 1.0 + chain.n_sites() as f64 / BODIES_A_COLLISION;
             let is_open = matches!(chain.ends, Ends::Wall | Ends::Free) && self.drive.is_none();
             if is_open {

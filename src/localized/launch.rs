@@ -4,7 +4,8 @@ use ndarray::ArrayView1;
 
 use super::wave::{Ratio, Wave};
 use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, SteppedSites,
+    Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, Record, Run, Scheme, Simulation,
+    SteppedSites,
 };
 use crate::observer::Observer;
 use crate::system::memory::available_memory;
@@ -113,13 +114,12 @@ impl Wave {
         Chain {
             mass: pair(self.masses()).collect(),
             coefficient: pair(self.coefficients()).collect(),
-            law: if self.exponent == 1.5 {
-                Law::Hertz
-            } else {
-                Law::Power {
+            law: Laws::from(match self.exponent == 1.5 {
+                true => Law::Hertz,
+                false => Law::Power {
                     exponent: self.exponent,
-                }
-            },
+                },
+            }),
             ends: Ends::Wall,
             precompression: 0.0,
             losses: Losses::default(),

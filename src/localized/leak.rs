@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::family::Family;
 use super::wave::Alternation;
-use crate::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Simulation};
+use crate::chain::{Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, Record, Run, Simulation};
 use crate::observer::{Observer, Silent};
 use crate::{Error, Result};
 
@@ -138,11 +138,10 @@ impl LeakScan {
         let chain = Chain {
             mass: pair(1.0, mass).collect(),
             coefficient: pair(1.0, stiff).collect(),
-            law: if exponent == 1.5 {
-                Law::Hertz
-            } else {
-                Law::Power { exponent }
-            },
+            law: Laws::from(match exponent == 1.5 {
+                true => Law::Hertz,
+                false => Law::Power { exponent },
+            }),
             ends: Ends::Wall,
             precompression: 0.0,
             losses: Losses::default(),

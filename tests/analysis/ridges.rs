@@ -38,7 +38,8 @@ fn lattice(mass: &[f64], sites: usize, ends: Ends, step: f64, samples: usize) ->
         law: Law::Spring {
             alpha: 0.0,
             beta: 0.0,
-        },
+        }
+        .into(),
         ends,
         precompression: 0.0,
         losses: Losses::default(),

@@ -183,7 +183,7 @@ fn val_fput_chain_at_and_after_its_shock() {
     let chain = Chain {
         mass: vec![1.0; n],
         coefficient: vec![1.0; n],
-        law: Law::Spring { alpha, beta: 0.0 },
+        law: Law::Spring { alpha, beta: 0.0 }.into(),
         ends: Ends::Periodic,
         precompression: 0.0,
         losses: Losses::default(),

@@ -258,7 +258,7 @@ fn chain_run(precompression: f64, speed: f64, random: &mut Noise) -> Run {
     let chain = Chain {
         mass: vec![1.0; n],
         coefficient: vec![1.0; n],
-        law: Law::Hertz,
+        law: Law::Hertz.into(),
         ends: Ends::default(),
         precompression,
         losses: Losses::default(),

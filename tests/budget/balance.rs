@@ -119,7 +119,7 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         (
             "springs",
             Chain {
-                law: spring,
+                law: spring.clone().into(),
                 ends: fixed,
                 ..Chain::dimer(n, 1.0)
             },
@@ -129,7 +129,7 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         (
             "toda",
             Chain {
-                law: Law::Toda { steepness: 1.0 },
+                law: Law::toda(1.0).into(),
                 ..Chain::dimer(n, 2.0)
             },
             None,
@@ -138,7 +138,7 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         (
             "square law",
             Chain {
-                law: Law::Power { exponent: 2.0 },
+                law: Law::Power { exponent: 2.0 }.into(),
                 ..Chain::dimer(n, 2.0)
             },
             None,
@@ -379,7 +379,7 @@ fn val_identity_sharp_filter_beside_the_spectral_flux() {
             let speed = filtered(&|j| run.velocity[[i, j]], j);
             let overlap = filtered(&|j| x[[i, j]] - x[[i, (j + 1) % n]], j);
             let (c, d0) = (ring.coefficient[j], ring.static_overlap(j));
-            0.5 * speed * speed + ring.law.energy(c, d0, overlap)
+            0.5 * speed * speed + ring.law.of(0).energy(c, d0, overlap)
         };
         (0..n).map(energy).sum()
     };

@@ -124,7 +124,7 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
         };
         all.push((
             Chain {
-                law: spring,
+                law: spring.clone().into(),
                 ends: fixed,
                 ..Chain::dimer(n, 1.5)
             },
@@ -140,7 +140,7 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
         ));
         let power = Law::Power { exponent: 2.2 };
         let mut masses = Chain {
-            law: power,
+            law: power.clone().into(),
             precompression: 0.1,
             ..Chain::dimer(n, 1.0)
         };
@@ -230,8 +230,8 @@ fn by_definition(states: &States, t: f64, x: &[f64], v: &[f64]) -> [Vec<f64>; 4]
     let law = |j: usize| {
         let (c, d0) = (chain.coefficient[j], chain.static_overlap(j));
         let r = x[j] - right(x, j);
-        let excess = chain.law.energy(c, d0, r);
-        let force = chain.law.force(c, d0, r);
+        let excess = chain.law.of(0).energy(c, d0, r);
+        let force = chain.law.of(0).force(c, d0, r);
         let phi = excess.sqrt() * r.signum();
         let closing = v[j] - right(v, j);
         let rate = if phi == 0.0 {
@@ -329,11 +329,16 @@ fn val_defining_sums_of_scale_flux() {
             };
             let overlap = |j: usize| x[j] - x[j + 1];
             let law = &states.chain.law;
-            let force = |j: usize| law.force(states.chain.coefficient[j], 0.0, overlap(j));
+            let force = |j: usize| {
+                law.of(0)
+                    .force(states.chain.coefficient[j], 0.0, overlap(j))
+            };
             for j in first..end {
                 let speed = |j: usize| v[j];
                 let apart = bar(&speed, j) - bar(&speed, j + 1);
-                let of_bar = law.force(states.chain.coefficient[j], 0.0, bar(&overlap, j));
+                let of_bar = law
+                    .of(0)
+                    .force(states.chain.coefficient[j], 0.0, bar(&overlap, j));
                 let expected = (bar(&force, j) - of_bar) * apart;
                 let off = (flux[[sample, j]] - expected).abs();
                 assert!(off < 2e-15, "{filter:?} {j} {off:e}");

@@ -19,7 +19,7 @@ fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: Law, ends: Ends, static_for
     Chain {
         mass,
         coefficient,
-        law,
+        law: law.into(),
         ends,
         precompression: static_force,
         losses: Losses::default(),

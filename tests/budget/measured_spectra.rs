@@ -361,7 +361,8 @@ fn val_simulation_branches_of_uncertain_chains() {
         law: Law::Spring {
             alpha: 0.0,
             beta: 0.0,
-        },
+        }
+        .into(),
         ends: Ends::Periodic,
         precompression: 0.0,
         losses: Losses::default(),

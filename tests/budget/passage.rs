@@ -138,7 +138,7 @@ fn uniform(law: Law, ends: Ends) -> Chain {
     Chain {
         mass: vec![1.0; n],
         coefficient: vec![1.0; n],
-        law,
+        law: law.into(),
         ends,
         precompression: 0.0,
         losses: Losses::default(),
@@ -160,7 +160,7 @@ fn val_linear_chains_have_no_direction() {
     ] {
         for samples in [9, 257] {
             for end in [5.0, 60.0] {
-                let run = run(uniform(linear, ends), end, samples);
+                let run = run(uniform(linear.clone(), ends), end, samples);
                 for integration in [Integration::Stepping, Integration::Samples] {
                     let (budget, _) = found(&run, integration);
                     let case = format!("{ends:?} {samples} {end} {integration:?}");

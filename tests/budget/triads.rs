@@ -17,7 +17,8 @@ fn alpha_chain(ends: Ends, sites: usize) -> Chain {
         law: Law::Spring {
             alpha: 0.25,
             beta: 0.0,
-        },
+        }
+        .into(),
         ends,
         precompression: 0.0,
         losses: Losses::default(),
@@ -139,7 +140,8 @@ fn regress_refusals_name_what_is_missing() {
     linear.law = Law::Spring {
         alpha: 0.0,
         beta: 1.0,
-    };
+    }
+    .into();
     let linear = run(linear, |x| x, 1.0, 5);
     for (run, option) in [
         (touching, "precompression"),

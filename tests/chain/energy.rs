@@ -86,7 +86,8 @@ fn val_identity_energies_balance_with_losses_drive_and_other_ends() {
     fixed.chain.law = Law::Spring {
         alpha: 0.25,
         beta: 0.1,
-    };
+    }
+    .into();
     let mut driven = fixed.clone();
     driven.velocity[0] = 0.0;
     driven.drive = Some(Drive::Wall(Waveform::Sine {
@@ -104,11 +105,12 @@ fn val_identity_energies_balance_with_losses_drive_and_other_ends() {
     ring.chain.law = Law::Spring {
         alpha: 0.0,
         beta: 0.5,
-    };
+    }
+    .into();
     let mut toda = ring.clone();
-    toda.chain.law = Law::Toda { steepness: 0.8 };
+    toda.chain.law = Law::toda(0.8).into();
     let mut morse = driven.clone();
-    morse.chain.law = Law::Morse { steepness: 0.5 };
+    morse.chain.law = Law::morse(0.5).into();
     // The closing contact of a ring loses energy once.
     let mut lossy_ring = ring.clone();
     lossy_ring.scheme = Scheme::RungeKutta;

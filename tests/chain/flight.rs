@@ -19,7 +19,7 @@ fn apart(mass: &[f64], gaps: &[f64], ends: Ends, end_time: f64) -> Simulation {
     let chain = Chain {
         mass: mass.to_vec(),
         coefficient: vec![1.0; if ends == Ends::Free { n - 1 } else { n }],
-        law: Law::Hertz,
+        law: Law::Hertz.into(),
         ends,
         precompression: 0.0,
         losses: Losses::default(),
@@ -278,6 +278,7 @@ fn random_scene(seed: u64) -> Simulation {
             simulation.chain.law = Law::Power {
                 exponent: random.between(1.2, 3.0),
             }
+            .into()
         }
         _ => {}
     }

@@ -77,7 +77,7 @@ fn val_double_double_three_bodies_collide() {
         let chain = Chain {
             mass: case.mass.clone(),
             coefficient: case.coefficient,
-            law: Law::Hertz,
+            law: Law::Hertz.into(),
             ends: Ends::Free,
             precompression: 0.0,
             losses: Losses::default(),
@@ -109,7 +109,7 @@ fn val_closed_form_two_bodies_exchange_momentum() {
         let chain = Chain {
             mass: vec![1.0, m],
             coefficient: vec![2.0],
-            law: Law::Hertz,
+            law: Law::Hertz.into(),
             ends: Ends::Free,
             precompression: 0.0,
             losses: Losses::default(),
@@ -157,7 +157,7 @@ fn val_double_double_flights_have_the_stated_error() {
         let chain = Chain {
             mass: case.mass,
             coefficient: case.coefficient,
-            law: Law::Hertz,
+            law: Law::Hertz.into(),
             ends: Ends::Free,
             precompression: 0.0,
             losses: Losses::default(),

@@ -11,7 +11,7 @@ fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
     Chain {
         mass: mass.to_vec(),
         coefficient: coefficient.to_vec(),
-        law,
+        law: law.into(),
         ends,
         precompression: 0.0,
         losses: Losses::default(),
@@ -60,7 +60,7 @@ fn val_normal_modes_of_a_linear_chain() {
         left_coefficient: 1.0,
     };
     for scheme in [Scheme::Nystrom, Scheme::RungeKutta] {
-        let linear = chain(&vec![1.0; n], &vec![1.0; n], ends, law);
+        let linear = chain(&vec![1.0; n], &vec![1.0; n], ends, law.clone());
         let mut simulation = Simulation::impact(linear, 1.0, 60.0, 31);
         simulation.scheme = scheme;
         let run = simulation.run(&Silent).unwrap();
@@ -154,7 +154,7 @@ fn val_order_of_every_scheme() {
         (Scheme::Symplectic4, [0.2, 0.1]),
         (Scheme::Symplectic6, [0.4, 0.2]),
     ] {
-        let springs = chain(&vec![1.0; n], &vec![1.0; n], ends, law);
+        let springs = chain(&vec![1.0; n], &vec![1.0; n], ends, law.clone());
         let mut simulation = Simulation::impact(springs, 1.0, 20.0, 2);
         simulation.end_time = EndTime::At(20.0);
         simulation.accuracy = Accuracy::LocalError(1e-15);
@@ -184,7 +184,8 @@ fn val_stability_an_unstable_step_is_told() {
     simulation.chain.law = Law::Spring {
         alpha: 0.0,
         beta: 0.0,
-    };
+    }
+    .into();
     let error = simulation.run(&Silent).unwrap_err().to_string();
     assert!(error.contains("stability limit"), "{error}");
 }
@@ -300,12 +301,7 @@ fn val_closed_form_soliton_of_toda() {
             let j = j as f64;
             kappa.sinh() * (theta(j + 1.0, t).tanh() - theta(j, t).tanh()) / b
         };
-        let toda = chain(
-            &vec![1.0; n],
-            &vec![1.0; n - 1],
-            Ends::Free,
-            Law::Toda { steepness: b },
-        );
+        let toda = chain(&vec![1.0; n], &vec![1.0; n - 1], Ends::Free, Law::toda(b));
         let mut launched = Simulation::impact(toda, 0.0, time / kappa, 5);
         launched.accuracy = Accuracy::Tolerance(1e-11);
         for j in 0..n {
@@ -338,7 +334,7 @@ fn val_closed_form_period_of_two_bodies_under_the_law_of_morse() {
     for share in [0.01f64, 0.5, 0.9] {
         let speed = (4.0 * share * depth).sqrt();
         let period = std::f64::consts::TAU * (0.5 / c).sqrt() / (1.0 - share).sqrt();
-        let pair = chain(&[1.0, 1.0], &[c], Ends::Free, Law::Morse { steepness: b });
+        let pair = chain(&[1.0, 1.0], &[c], Ends::Free, Law::morse(b));
         let mut bound = Simulation::impact(pair, speed, 3.0 * period, 4);
         bound.accuracy = Accuracy::Tolerance(1e-11);
         let run = bound.run(&Silent).unwrap();

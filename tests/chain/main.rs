@@ -5,6 +5,7 @@ mod energy;
 mod flight;
 mod high_precision;
 mod known;
+mod laws;
 mod many;
 mod peaks;
 mod reference;

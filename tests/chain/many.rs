@@ -47,7 +47,7 @@ fn mixture() -> Vec<Simulation> {
     let mut pressed = fixed(2.0, Scheme::VelocityVerlet);
     pressed.chain.precompression = 0.1;
     let mut power = fixed(2.0, Scheme::VelocityVerlet);
-    power.chain.law = Law::Power { exponent: 2.0 };
+    power.chain.law = Law::Power { exponent: 2.0 }.into();
     let mut adaptive = fixed(2.0, Scheme::Nystrom);
     adaptive.accuracy = Accuracy::Tolerance(1e-6);
     let mut lossy = adaptive.clone();

@@ -5,7 +5,7 @@ use wavecascade::observer::Silent;
 
 fn springs(n: usize, ends: Ends, alpha: f64, beta: f64) -> Simulation {
     let mut chain = Chain::dimer(n, 1.0);
-    chain.law = Law::Spring { alpha, beta };
+    chain.law = Law::Spring { alpha, beta }.into();
     chain.ends = ends;
     if ends == Ends::Free {
         chain.coefficient.pop();

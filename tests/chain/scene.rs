@@ -25,7 +25,7 @@ fn the_least_scene_is_the_uniform_chain_struck_at_unit_speed() {
     let s = setup.simulation;
     assert_eq!(s.chain.mass, [1.0; 5]);
     assert_eq!(s.chain.coefficient, [1.0; 5]);
-    assert_eq!((s.chain.law, s.chain.ends), (Law::Hertz, Ends::Wall));
+    assert_eq!((s.chain.law, s.chain.ends), (Law::Hertz.into(), Ends::Wall));
     assert_eq!(s.velocity, [1.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(s.accuracy, Accuracy::Tolerance(1e-9));
     assert_eq!(s.scheme, Scheme::Nystrom);

@@ -49,14 +49,15 @@ fn val_whole_chain_dimers() {
 #[test]
 fn val_whole_chain_other_laws_and_schemes() {
     let mut power = dimer(3.0);
-    power.chain.law = Law::Power { exponent: 2.5 };
+    power.chain.law = Law::Power { exponent: 2.5 }.into();
     let mut pressed = dimer(3.0);
     pressed.chain.precompression = 0.01;
     let mut linear = dimer(2.0);
     linear.chain.law = Law::Spring {
         alpha: 0.0,
         beta: 0.0,
-    };
+    }
+    .into();
     linear.end_time = EndTime::At(10.0);
     let mut free = dimer(4.9272);
     free.chain.ends = Ends::Free;

@@ -173,7 +173,10 @@ fn hard_chains() -> Vec<(&'static str, Chain)> {
             with(&|c| c.mass.iter_mut().step_by(2).for_each(|m| *m = 0.3)),
         ),
         ("pressed", with(&|c| c.precompression = 0.01)),
-        ("power law", with(&|c| c.law = Law::Power { exponent: 2.0 })),
+        (
+            "power law",
+            with(&|c| c.law = Law::Power { exponent: 2.0 }.into()),
+        ),
         (
             "free end",
             with(&|c| {

@@ -1,6 +1,5 @@
 //! Dispersion relations to hold `S(k, f)` against: of a lattice, of a formula, of a table.
 
-mod formula;
 mod table;
 
 use std::f64::consts::{PI, TAU};
@@ -10,13 +9,19 @@ use super::{Axes, Request};
 use crate::chain::UnitCell;
 use crate::error::{Error, Result};
 use crate::field::Field;
+pub use crate::formula::Constants;
+use crate::formula::{self, Words};
 use crate::sheet::Curve;
-pub use formula::Constants;
 use table::Table;
 
 /// Intervals of k on which curves are computed; a multiple of the bodies of common cells, so that
 /// the ends of their zones are among the points.
 const INTERVALS: usize = 960;
+
+const WORDS: Words = Words {
+    variable: "k",
+    option: "dispersion",
+};
 
 /// A dispersion relation `omega(k)`, not yet on the axes of a field.
 ///
@@ -143,7 +148,7 @@ impl Dispersion {
         };
         let mut constants = constants.clone();
         constants.entry("a".into()).or_insert(spacing);
-        formula::parse(text, &constants).map(Some)
+        formula::parse(text, &constants, WORDS).map(Some)
     }
 
     /// On the axes of a field.
@@ -187,7 +192,7 @@ impl Dispersion {
 /// # Errors
 /// [`Error::Request`] names the fault with its place.
 pub(crate) fn formula_values(text: &str, constants: &Constants, k: &[f64]) -> Result<Vec<f64>> {
-    let node = formula::parse(text, constants)?;
+    let node = formula::parse(text, constants, WORDS)?;
     Ok(k.iter().map(|k| node.at(*k)).collect())
 }
 
@@ -216,30 +221,7 @@ pub(super) fn curves(
 /// # Errors
 /// [`Error::Request`] for a name that a formula knows otherwise, or a value that is no number.
 pub fn parse_constants(text: &str) -> Result<Constants> {
-    let mut constants = Constants::new();
-    for typed in text
-        .split(',')
-        .map(str::trim)
-        .filter(|typed| !typed.is_empty())
-    {
-        let fault = |expected: &str| Error::Request {
-            option: "dispersion",
-            expected: expected.into(),
-            found: format!("`{typed}`"),
-        };
-        let (name, value) = typed
-            .split_once('=')
-            .ok_or_else(|| fault("constants as NAME=NUMBER, separated by commas"))?;
-        let (name, value) = (name.trim(), value.trim().parse::<f64>());
-        if !formula::is_free(name) {
-            return Err(fault("the name of a constant, not k, pi or a function's"));
-        }
-        match value {
-            Ok(value) if value.is_finite() => constants.insert(name.into(), value),
-            _ => return Err(fault("a finite number after =")),
-        };
-    }
-    Ok(constants)
+    formula::parse_constants(text, WORDS)
 }
 
 /// A lattice of one or of two bodies a cell, from its constants.

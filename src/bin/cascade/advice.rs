@@ -464,6 +464,7 @@ pub fn of_run(warning: &RunWarning) -> &'static str {
              single velocities are not to be had, compare energies and spectra, over several seeds"
         }
         RunWarning::Rounding { .. } => "state a larger `tolerance`",
+        RunWarning::OutsideLaw { .. } => "give the law over a wider range, or a weaker impact",
         RunWarning::EnergyBalance { .. } => {
             "state a smaller `tolerance`, or with a method of fixed steps a smaller `step`"
         }

@@ -96,20 +96,19 @@ impl<'a> QuadraticChain<'a> {
 
 /// The linear and the quadratic coefficient of the force about the static state.
 fn expansion(chain: &Chain, coefficient: f64) -> Result<(f64, f64)> {
-    let d0 = chain.law.static_overlap(coefficient, chain.precompression);
-    let stiffness = chain.law.stiffness(coefficient, d0, 0.0);
-    let power = |p: f64| 0.5 * stiffness * (p - 1.0) / d0;
-    let quadratic = match (chain.law, chain.law.quadratic()) {
-        (_, Some(factor)) => coefficient * factor,
-        (Law::Hertz, _) if d0 > 0.0 => power(1.5),
-        (Law::Power { exponent }, _) if d0 > 0.0 => power(exponent),
-        _ => {
-            return refuse(
-                "precompression",
-                "contacts with a quadratic term about their static state: precompressed ones, or springs with alpha",
-                "contacts that just touch, whose force has no expansion in powers",
-            );
-        }
+    let Some(law) = chain.law.only() else {
+        let expected =
+            "one law for all contacts, by which the quadratic term is the same everywhere";
+        return refuse("laws", expected, "several");
+    };
+    let d0 = law.static_overlap(coefficient, chain.precompression);
+    let stiffness = law.stiffness(coefficient, d0, 0.0);
+    let Some(quadratic) = law.quadratic(coefficient, d0) else {
+        return refuse(
+            "precompression",
+            "contacts with a quadratic term about their static state: precompressed ones, or springs with alpha",
+            "contacts that just touch, whose force has no expansion in powers",
+        );
     };
     if quadratic == 0.0 {
         let expected = "a force with a quadratic term, such as springs with alpha";
@@ -153,7 +152,10 @@ impl Source for QuadraticChain<'_> {
     }
 
     fn has_more(&self) -> bool {
-        !matches!(self.motion.chain.law, Law::Spring { beta: 0.0, .. })
+        !matches!(
+            self.motion.chain.law.only(),
+            Some(Law::Spring { beta: 0.0, .. })
+        )
     }
 
     fn components(&self, sample: usize) -> Components {

@@ -33,23 +33,6 @@ pub enum EndsTyped {
     Periodic,
 }
 
-/// A contact law.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LawTyped {
-    /// c d^1.5 in compression, else nothing.
-    #[default]
-    Hertz,
-    /// c d^p in compression, else nothing; p is `exponent`.
-    Power,
-    /// c (d - alpha d^2 + beta d^3), two-sided.
-    Spring,
-    /// c (e^(b d) - 1) / b, two-sided; b is `steepness`.
-    Toda,
-    /// c (e^(2 b d) - e^(b d)) / b, two-sided; b is `steepness`.
-    Morse,
-}
-
 /// Which contact of a dimer comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -114,6 +97,8 @@ pub struct Defect {
     pub factor: Option<f64>,
     /// By what it is replaced.
     pub value: Option<f64>,
+    /// The law of the contact, as the text of `law`.
+    pub law: Option<String>,
 }
 
 /// The end of a run.

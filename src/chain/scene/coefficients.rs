@@ -3,8 +3,8 @@
 use super::bodies::Bodies;
 use super::check::Check;
 use super::pattern::{along, check_cell};
-use super::{EndsTyped, FirstContact, LawTyped, Shape, Units};
-use crate::chain::{Ends, Pattern};
+use super::{EndsTyped, FirstContact, Shape, Units};
+use crate::chain::{Ends, Law, Laws, Pattern};
 use crate::error::Result;
 
 /// Alternative keys that determine the coefficients.
@@ -20,6 +20,7 @@ const COEFFICIENTS: [&str; 5] = [
 pub(super) fn coefficients(
     check: Check,
     bodies: Option<&Bodies>,
+    laws: &Laws,
     n: usize,
 ) -> Result<(Vec<f64>, Ends)> {
     let scene = check.scene;
@@ -28,7 +29,7 @@ pub(super) fn coefficients(
         EndsTyped::Free => n - 1,
         _ => n,
     };
-    let cell = cell(check, bodies, contacts)?;
+    let cell = cell(check, bodies, laws, contacts)?;
     check.only_with(
         &["first_contact"],
         scene.stiffness_ratio.is_some(),
@@ -64,12 +65,12 @@ pub(super) fn coefficients(
 }
 
 /// The coefficients that repeat along the chain, or all of them.
-fn cell(check: Check, bodies: Option<&Bodies>, contacts: usize) -> Result<Vec<f64>> {
+fn cell(check: Check, bodies: Option<&Bodies>, laws: &Laws, contacts: usize) -> Result<Vec<f64>> {
     let scene = check.scene;
     let decides = check.one_of(&COEFFICIENTS, "the coefficients")?;
     let is_geometric = !matches!(decides, Some("coefficient_cell" | "coefficients"));
     if let Some(bodies) = bodies.filter(|_| is_geometric) {
-        if scene.law.unwrap_or_default() != LawTyped::Hertz {
+        if laws.only() != Some(&Law::Hertz) {
             let expected = "hertz, since the contacts of bodies follow Hertz's law";
             return Err(check.fault("law", expected, "another law"));
         }
@@ -112,7 +113,9 @@ fn cell(check: Check, bodies: Option<&Bodies>, contacts: usize) -> Result<Vec<f6
         check.all_positive("coefficient_cell", cell)?;
         return Ok(cell.clone());
     }
-    if check.units == Units::Si {
+    // Tables and formulas of an SI scene are in N themselves.
+    let is_whole = laws.each().iter().all(|law| law.coefficient_unit() == "1");
+    if check.units == Units::Si && !is_whole {
         let expected = "it, `coefficients`, or a `material` in an SI scene";
         return Err(check.fault("coefficient_cell", expected, "nothing"));
     }

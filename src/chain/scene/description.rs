@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Setup, Units};
-use crate::chain::{Accuracy, Drive, EndTime, Ends, Law, Losses, Scheme, Waveform, Work};
+use crate::chain::{Accuracy, Drive, EndTime, Ends, Losses, Scheme, Waveform, Work};
 
 /// What a scene describes, known without a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -72,13 +72,7 @@ impl Setup {
             units: self.units,
             sites: n,
             contacts: chain.n_contacts(),
-            law: match chain.law {
-                Law::Hertz => "hertz".into(),
-                Law::Power { exponent } => format!("power {exponent}"),
-                Law::Spring { alpha, beta } => format!("spring, alpha {alpha}, beta {beta}"),
-                Law::Toda { steepness } => format!("toda, steepness {steepness}"),
-                Law::Morse { steepness } => format!("morse, steepness {steepness}"),
-            },
+            law: chain.law.text(),
             ends: match chain.ends {
                 Ends::Wall => "wall",
                 Ends::Free => "free",

@@ -76,6 +76,7 @@ pub(super) fn defects(check: Check, masses: &mut [f64], coefficients: &mut [f64]
             (Some(factor), None) => *value * check.positive(&key("factor"), factor)?,
             (None, Some(value)) => check.positive(&key("value"), value)?,
             (Some(_), Some(_)) => return Err(check.fault(&whole, "a factor or a value", "both")),
+            (None, None) if defect.law.is_some() => *value,
             (None, None) => return Err(check.fault(&whole, "a factor or a value", "neither")),
         };
         *value = check.positive(&whole, changed)?;

@@ -10,6 +10,7 @@ mod check;
 mod choices;
 mod coefficients;
 mod description;
+mod laws;
 mod masses;
 mod motion;
 mod pattern;
@@ -23,7 +24,7 @@ mod typed;
 pub use crate::error::{KeyPlace, Problem, SceneFault};
 pub use crate::measure;
 pub use choices::{
-    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Shape, Units,
+    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, Recorded, Shape, Units,
     WaveformTyped,
 };
 pub use description::Description;

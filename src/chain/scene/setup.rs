@@ -3,11 +3,9 @@
 use super::bodies::Bodies;
 use super::check::Check;
 use super::places::Places;
-use super::{
-    EndTimeTyped, EndsTyped, LawTyped, Recorded, Scene, Units, coefficients, masses, motion,
-};
+use super::{EndTimeTyped, EndsTyped, Recorded, Scene, Units, coefficients, laws, masses, motion};
 use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, SteppedSites,
+    Accuracy, Chain, EndTime, Ends, Losses, Record, Scheme, Simulation, SteppedSites,
 };
 use crate::error::{Error, Problem, Result, SceneFault};
 use crate::system::memory::available_memory;
@@ -38,21 +36,18 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
     if least > allowed {
         return Err(too_large(check, n, samples, least, allowed));
     }
-    let law = law(check)?;
+    let law = laws::laws(check)?;
     let bodies = match check.has_material() {
         true => Some(Bodies::new(check)?),
         false => None,
     };
     let bodies = bodies.as_ref();
-    let (mut coefficient, ends) = coefficients::coefficients(check, bodies, n)?;
+    let (mut coefficient, ends) = coefficients::coefficients(check, bodies, &law, n)?;
     let mut mass = masses::masses(check, bodies, n)?;
     masses::defects(check, &mut mass, &mut coefficient)?;
+    let law = laws::with_defects(check, law, coefficient.len())?;
     let precompression = scene.precompression.map_or(0.0, |force| force.value);
     check.not_negative("precompression", precompression)?;
-    if precompression > 0.0 && !law.is_one_sided() {
-        let expected = "none beside `spring`, `toda` or `morse`, which pull, too";
-        return Err(check.fault("precompression", expected, precompression));
-    }
     let losses = losses(check)?;
     let (velocity, displacement) = motion::start(check, n)?;
     let (scheme, accuracy) = stepping(check, &losses)?;
@@ -127,51 +122,6 @@ fn too_large(check: Check, sites: usize, samples: usize, needed: u64, allowed: u
             samples,
             needed,
             allowed,
-        },
-    })
-}
-
-fn law(check: Check) -> Result<Law> {
-    let scene = check.scene;
-    let law = scene.law.unwrap_or_default();
-    let is = |one| law == one;
-    check.only_with(&["exponent"], is(LawTyped::Power), "`law = \"power\"`")?;
-    check.only_with(
-        &["alpha", "beta"],
-        is(LawTyped::Spring),
-        "`law = \"spring\"`",
-    )?;
-    let is_exponential = is(LawTyped::Toda) || is(LawTyped::Morse);
-    check.only_with(
-        &["steepness"],
-        is_exponential,
-        "`law = \"toda\"` or `\"morse\"`",
-    )?;
-    let steepness = || {
-        let steepness = check.need("steepness", scene.steepness, "the steepness of the law")?;
-        match steepness > 0.0 && steepness.is_finite() {
-            true => Ok(steepness),
-            false => Err(check.fault("steepness", "a finite number above 0", steepness)),
-        }
-    };
-    Ok(match law {
-        LawTyped::Toda => Law::Toda {
-            steepness: steepness()?,
-        },
-        LawTyped::Morse => Law::Morse {
-            steepness: steepness()?,
-        },
-        LawTyped::Hertz => Law::Hertz,
-        LawTyped::Power => {
-            let exponent = check.need("exponent", scene.exponent, "the exponent of the law")?;
-            if !(exponent > 1.0 && exponent.is_finite()) {
-                return Err(check.fault("exponent", "a finite exponent above 1", exponent));
-            }
-            Law::Power { exponent }
-        }
-        LawTyped::Spring => Law::Spring {
-            alpha: check.finite("alpha", scene.alpha.unwrap_or(0.0))?,
-            beta: check.finite("beta", scene.beta.unwrap_or(0.0))?,
         },
     })
 }

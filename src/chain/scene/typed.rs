@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::choices::{
-    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, LawTyped, Recorded, Shape, Units,
+    Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, Recorded, Shape, Units,
     WaveformTyped,
 };
 use crate::chain::Scheme;
@@ -30,13 +30,20 @@ pub struct Scene {
     /// What holds the ends.
     #[schemars(extend("default" = "wall"))]
     pub ends: Option<EndsTyped>,
-    /// Force of a contact against its overlap d.
+    /// Force of a contact against its overlap d, times its coefficient: `hertz` (d^1.5), `power` (d^exponent), `spring`
+    /// (d - alpha d^2 + beta d^3), `toda` ((e^(b d) - 1) / b), `morse` ((e^(2 b d) - e^(b d)) / b), `polynomial 1 -0.3 0.05`
+    /// (d - 0.3 d^2 + 0.05 d^3), `table -1 -2, 0 0, 1 3` (overlap and force, in rows), or a formula such as
+    /// `k*d + a*d^3; k=1, a=0.3`. Hertz and power only press, the others pull, too; `one-sided` or `two-sided` before a law
+    /// says otherwise.
     #[schemars(extend("default" = "hertz"))]
-    pub law: Option<LawTyped>,
-    /// Exponent p > 1 of the law `power`.
+    pub law: Option<String>,
+    /// Laws repeated along the chain from contact 0 on, each as the text of `law`.
+    #[schemars(extend("examples" = [["d - 0.2*d^3", "d + 0.2*d^3"]]))]
+    pub laws: Option<Vec<String>>,
+    /// Exponent p, 1 or more, of the law `power`.
     #[schemars(extend("examples" = [1.5]))]
     pub exponent: Option<f64>,
-    /// Quadratic term of the law `spring`.
+    /// Quadratic term of the law `spring`. Formulas may use it, as `exponent`, `beta` and `steepness`, by name.
     #[schemars(extend("default" = 0.0))]
     pub alpha: Option<f64>,
     /// Cubic term of the law `spring`.

@@ -8,7 +8,7 @@ use super::pair::{Span, StepOutcome, StepScratch, set_end_forces};
 use super::stage::{outside, walk};
 use super::system::{State, System};
 use super::tableau::Composition;
-use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, widest};
+use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, WIDTH, widest};
 
 /// The kicks and drifts of a step, in shares of it.
 #[derive(Debug)]
@@ -157,7 +157,7 @@ impl<K: Kernel> SimdKernel for Drift<'_, K> {
             let d0 = L::load(&self.system.static_overlap.0[b]);
             self.system
                 .kernel
-                .force(c, d0, r)
+                .force(WIDTH * b, c, d0, r)
                 .store(&mut self.force.0[b]);
             before = at;
         }

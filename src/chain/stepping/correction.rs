@@ -76,6 +76,7 @@ pub(super) enum Pressing {
 /// Quadratures along an opening contact, for one power of the overlap.
 #[derive(Debug, Clone)]
 pub(super) struct Correction {
+    pub(super) power: f64,
     one_end: Rule,
     both_ends: Rule,
     smooth: Rule,
@@ -97,6 +98,7 @@ pub(super) struct Missed {
 impl Correction {
     pub(super) fn new(power: f64) -> Correction {
         Correction {
+            power,
             one_end: gauss_jacobi(NODES, power, 0.0),
             both_ends: gauss_jacobi(NODES, power, power),
             smooth: gauss_jacobi(SMOOTH_NODES, 0.0, 0.0),
@@ -107,7 +109,7 @@ impl Correction {
     #[inline]
     pub(super) fn along<K: Kernel>(
         &self,
-        kernel: K,
+        (kernel, contact): (&K, usize),
         tableau: &Tableau,
         (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
         speed: impl Fn(f64) -> f64,
@@ -124,21 +126,21 @@ impl Correction {
                     let length = end - opening;
                     for &(node, weight) in &self.one_end {
                         let s = opening + length * node;
-                        let ratio = (overlap.at(s) / node).max(0.0);
-                        add(s, length.abs() * weight * kernel.power(ratio));
+                        let force = kernel.onset(contact, overlap.at(s), node);
+                        add(s, length.abs() * weight * force);
                     }
                 }
                 Pressing::Between { from, to } => {
                     let length = to - from;
                     for &(node, weight) in &self.both_ends {
                         let s = from + length * node;
-                        let ratio = (overlap.at(s) / (node * (1.0 - node))).max(0.0);
-                        add(s, length * weight * kernel.power(ratio));
+                        let force = kernel.onset(contact, overlap.at(s), node * (1.0 - node));
+                        add(s, length * weight * force);
                     }
                 }
                 Pressing::Near { opening } if !is_close(opening) => {
                     for &(node, weight) in &self.smooth {
-                        add(node, weight * kernel.power(overlap.at(node).max(0.0)));
+                        add(node, weight * kernel.onset(contact, overlap.at(node), 1.0));
                     }
                 }
                 Pressing::Near { opening } => {
@@ -151,14 +153,14 @@ impl Correction {
                         let length: f64 = end - opening;
                         for &(node, weight) in &self.one_end {
                             let s = opening + length * node;
-                            let ratio = (overlap.at(s) / node).max(0.0);
-                            add(s, sign * length.abs() * weight * kernel.power(ratio));
+                            let force = kernel.onset(contact, overlap.at(s), node);
+                            add(s, sign * length.abs() * weight * force);
                         }
                     }
                 }
             }
         }
-        let force = |stage: usize| kernel.power(overlap.at(tableau.c[stage]).max(0.0));
+        let force = |stage: usize| kernel.onset(contact, overlap.at(tableau.c[stage]), 1.0);
         for &(stage, weight) in &tableau.bp {
             let weighted = weight * force(stage);
             missed.impulse -= weighted;
@@ -176,18 +178,19 @@ impl Correction {
     /// What the method misses up to each stage that it weighs.
     pub(super) fn up_to_stages<K: Kernel>(
         &self,
-        kernel: K,
+        (kernel, contact): (&K, usize),
         tableau: &Tableau,
         (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
     ) -> MissedByStages {
         let mut forces = [0.0; MOST_STAGES];
         for (force, &c) in forces.iter_mut().zip(&tableau.c) {
-            *force = kernel.power(overlap.at(c).max(0.0));
+            *force = kernel.onset(contact, overlap.at(c), 1.0);
         }
         let own = |weights: &Weights| -> f64 { weights.iter().map(|&(j, w)| w * forces[j]).sum() };
         let force = PressingForce {
             correction: self,
             kernel,
+            contact,
             overlap,
         };
         let mut missed = MissedByStages::default();
@@ -220,7 +223,8 @@ pub(super) struct MissedByStages {
 /// The force along an overlap, for integrals of it and of its product with `s`.
 struct PressingForce<'a, K> {
     correction: &'a Correction,
-    kernel: K,
+    kernel: &'a K,
+    contact: usize,
     overlap: &'a Quintic,
 }
 
@@ -231,7 +235,7 @@ impl<K: Kernel> PressingForce<'_, K> {
         let mut sums = [0.0; 2];
         for &(node, weight) in &self.correction.one_end {
             let s = opening + length * node;
-            let force = weight * self.kernel.power((self.overlap.at(s) / node).max(0.0));
+            let force = weight * self.kernel.onset(self.contact, self.overlap.at(s), node);
             sums = [sums[0] + force, sums[1] + force * s];
         }
         sums.map(|sum| length.abs() * sum)
@@ -277,7 +281,8 @@ impl<K: Kernel> PressingForce<'_, K> {
                 let mut sums = [0.0; 2];
                 for &(node, weight) in &self.correction.smooth {
                     let s = c * node;
-                    let force = c * weight * self.kernel.power(self.overlap.at(s).max(0.0));
+                    let force =
+                        c * weight * self.kernel.onset(self.contact, self.overlap.at(s), 1.0);
                     sums = [sums[0] + force, sums[1] + force * s];
                 }
                 sums

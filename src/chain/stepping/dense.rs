@@ -360,7 +360,7 @@ impl<K: Kernel> Driver<K> {
         let (
             Method::Pair {
                 tableau,
-                correction,
+                corrections,
             },
             StepControl::LocalError(tolerance),
         ) = (&self.method, self.control)
@@ -370,7 +370,7 @@ impl<K: Kernel> Driver<K> {
         let step = PairStep {
             system: &self.system,
             tableau,
-            correction: correction.as_ref(),
+            corrections,
             tolerance,
             span: Span {
                 t: from,

@@ -42,7 +42,7 @@ const HARDLY_ANY: f64 = 1e-3;
 pub(super) enum Method {
     Pair {
         tableau: Tableau,
-        correction: Option<Correction>,
+        corrections: Vec<Correction>,
     },
     Composition(Splitting),
 }
@@ -105,7 +105,7 @@ const REST: Waveform = Waveform::Sine {
 impl<K: Kernel> Driver<K> {
     pub(super) fn new(task: &Task, system: System<K>, method: Method, state: State) -> Self {
         let evaluations = method.evaluations();
-        let fading = system.kernel.opening_power().is_some() && task.chain.precompression == 0.0;
+        let fading = system.kernel.all_open() && task.chain.precompression == 0.0;
         // Forces of an open power law die out within a few sites ahead of the front.
         let ahead = if fading { 12 } else { 4 * evaluations + 1 };
         let step = match task.control {
@@ -216,11 +216,11 @@ impl<K: Kernel> Driver<K> {
             all = all.and(match &self.method {
                 Method::Pair {
                     tableau,
-                    correction,
+                    corrections,
                 } => PairStep {
                     system: &self.system,
                     tableau,
-                    correction: correction.as_ref(),
+                    corrections,
                     tolerance,
                     span,
                 }
@@ -510,10 +510,10 @@ pub(crate) fn stopping_time(chain: &Chain, j: usize, mass: f64, speed: f64) -> f
     if speed <= 0.0 {
         return 1.0;
     }
-    let (c, d0) = (chain.coefficient[j], chain.static_overlap(j));
+    let contact = chain.contact(j);
     let excess = |ln_time: f64| {
         let time = ln_time.exp();
-        (chain.law.force(c, d0, speed * time).abs() * time / (mass * speed)).ln()
+        (contact.force(speed * time).abs() * time / (mass * speed)).ln()
     };
     root::between(-230.0, 230.0, excess).exp()
 }

@@ -3,9 +3,7 @@
 use std::ops::Range;
 
 use super::super::law::Kernel;
-use super::correction::{
-    Correction, Missed, NEAR, Pressing, Quintic, opening_nearby, pressing_spans,
-};
+use super::correction::{Missed, NEAR, Pressing, Quintic, opening_nearby, pressing_spans};
 use super::islands::Island;
 use super::pair::{PairStep, Span};
 use super::resolved::{Crossing, Resolved};
@@ -129,7 +127,6 @@ impl Events {
     pub(super) fn find<K: Kernel>(
         &mut self,
         step: &PairStep<K>,
-        correction: &Correction,
         island: &Island,
         path: [&State; 2],
         force: &[AlignedRow],
@@ -156,6 +153,10 @@ impl Events {
         let contacts = blocks.iter().flat_map(|b| WIDTH * b..WIDTH * (b + 1));
         for s in contacts.skip_while(|&s| s < first) {
             let negligible = NEGLIGIBLE * tolerance;
+            let opens = system.kernel.opens(s);
+            let Some(correction) = step.corrections.iter().find(|c| Some(c.power) == opens) else {
+                continue;
+            };
             let Some(overlap) = crossing(system, negligible, s, span, path, forces) else {
                 continue;
             };
@@ -176,11 +177,11 @@ impl Events {
             let missed = if energy {
                 let paths = [s - 1, s].map(|s| place_path(system, s, span, path, forces));
                 let share = [system.flux_share[0][s], system.flux_share[1][s]];
-                correction.along(system.kernel, tableau, along, |at| {
+                correction.along((&system.kernel, s), tableau, along, |at| {
                     (share[0] * paths[0].slope_at(at) + share[1] * paths[1].slope_at(at)) / span.h
                 })
             } else {
-                correction.along(system.kernel, tableau, along, |_| 0.0)
+                correction.along((&system.kernel, s), tableau, along, |_| 0.0)
             };
             let crossing = Crossing {
                 contact: s,
@@ -188,7 +189,7 @@ impl Events {
                 overlap: &overlap,
                 spans: &spans,
             };
-            let stages = correction.up_to_stages(system.kernel, tableau, along);
+            let stages = correction.up_to_stages((&system.kernel, s), tableau, along);
             found.push(Event {
                 contact: s,
                 inside: !matches!(spans[0], Some(Pressing::Near { .. })),
@@ -286,7 +287,7 @@ fn crossing<K: Kernel>(
     }
     if !grazes {
         let mobility = system.mobility[s - 1].max(system.mobility[s]);
-        let force = system.coefficient[s] * system.kernel.power(start.max(finish));
+        let force = system.coefficient[s] * system.kernel.onset(s, start.max(finish), 1.0);
         if h * force * mobility <= negligible {
             return None;
         }
@@ -337,7 +338,7 @@ fn changes<K: Kernel>(
         for &(stage, _) in &tableau.bp {
             let stiffness = system
                 .kernel
-                .stiffness(c, d0, own.at(tableau.c[stage]) - d0);
+                .stiffness(k, c, d0, own.at(tableau.c[stage]) - d0);
             all[i][stage] = stiffness * part * scale * missed[stage];
         }
     }

@@ -239,22 +239,38 @@ pub(crate) fn prepare(task: &Task) -> Result<Box<dyn Stepping>> {
         let expected = "`runge-kutta`, which takes forces that depend on velocities";
         return Err(refuse("scheme", expected, format!("{:?}", task.scheme)));
     }
-    match task.chain.law {
-        Law::Hertz if task.chain.precompression == 0.0 => with_kernel(task, law::Hertz),
-        Law::Hertz => with_kernel(task, law::PressedHertz),
-        Law::Power { exponent } => with_kernel(task, law::Power { exponent }),
-        Law::Spring { alpha, beta } => with_kernel(task, law::Spring { alpha, beta }),
-        Law::Toda { steepness } => with_kernel(task, law::Toda { steepness }),
-        Law::Morse { steepness } => with_kernel(task, law::Morse { steepness }),
+    let pressed = task.chain.precompression > 0.0;
+    match task.chain.law.only() {
+        Some(Law::Hertz) if !pressed => with_kernel(task, law::Hertz),
+        Some(Law::Hertz) => with_kernel(task, law::PressedHertz),
+        Some(&Law::Power { exponent }) => with_kernel(task, law::Power { exponent }),
+        Some(&Law::Spring { alpha, beta }) if !pressed => {
+            with_kernel(task, law::Spring { alpha, beta })
+        }
+        _ => with_kernel(task, general(task.chain)),
     }
 }
 
+/// The laws of a chain's contacts at their places in rows.
+fn general(chain: &Chain) -> law::General {
+    let mut laws = vec![None; chain.n_sites() + FIRST_CONTACT];
+    for j in 0..chain.n_contacts() {
+        laws[j + FIRST_CONTACT] = Some(chain.law.of(j));
+    }
+    laws[1] = match chain.ends {
+        Ends::Fixed { .. } => Some(chain.law.before_first()),
+        Ends::Periodic => laws[chain.n_sites() + 1],
+        _ => None,
+    };
+    law::General::new(laws)
+}
+
 fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn Stepping>> {
-    let system = System::new(task.chain, kernel, task.drive);
+    let system = System::new(task.chain, kernel.clone(), task.drive);
     let state = initial_state(task, &system);
     let pair = |tableau| Method::Pair {
         tableau,
-        correction: kernel.opening_power().map(Correction::new),
+        corrections: kernel.powers().into_iter().map(Correction::new).collect(),
     };
     let method = match task.scheme.composition() {
         Some(composition) => Method::Composition(Splitting::new(composition)),
@@ -296,7 +312,7 @@ pub(crate) fn prepare_together(tasks: &[Task]) -> Option<(Together<law::Hertz>, 
 
 impl Task<'_> {
     fn goes_together(&self) -> bool {
-        self.chain.law == Law::Hertz
+        self.chain.law.only() == Some(&Law::Hertz)
             && self.chain.precompression == 0.0
             && !self.chain.losses.any()
             && self.chain.ends != Ends::Periodic

@@ -98,7 +98,7 @@ pub(super) struct PairStep<'a, K> {
     pub(super) system: &'a System<K>,
     pub(super) tableau: &'a Tableau,
     /// Corrects what openings and closings add to the error.
-    pub(super) correction: Option<&'a Correction>,
+    pub(super) corrections: &'a [Correction],
     /// Of the local error of a velocity; 0 for fixed steps.
     pub(super) tolerance: f64,
     pub(super) span: Span,
@@ -154,8 +154,8 @@ impl<K: Kernel> PairStep<'_, K> {
         }
         next.force.0[blocks.clone()].copy_from_slice(&force[last].0[blocks]);
 
-        if let Some(correction) = self.correction {
-            events.find(self, correction, island, [state, next], force, error);
+        if !self.corrections.is_empty() {
+            events.find(self, island, [state, next], force, error);
             if !events.is_empty() {
                 events.correct(self, island, next, force, error);
                 leaked |= island.leaks(&next.force) || events.reach_guards(island);

@@ -4,7 +4,7 @@ use super::super::law::Kernel;
 use super::hermite::Weights;
 use super::islands::Island;
 use super::system::{State, System};
-use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, widest};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Derivatives at a node: of each place, and of the energy that each contact passes on.
 #[derive(Debug)]
@@ -132,7 +132,7 @@ fn growth<K: Kernel, L: Lanes>(system: &System<K>, state: &State, b: usize, befo
         load(&system.coefficient, b),
         load(&system.static_overlap, b),
     );
-    system.kernel.stiffness(c, d0, r) * closing
+    system.kernel.stiffness(WIDTH * b, c, d0, r) * closing
 }
 
 /// The state before a step, at its start, and at its end.
@@ -232,7 +232,7 @@ impl<K: Kernel> SimdKernel for Press<'_, K> {
             let r = at.take_left(before) - at;
             let c = L::load(&self.system.coefficient.0[b]);
             let d0 = L::load(&self.system.static_overlap.0[b]);
-            let force = self.system.kernel.force(c, d0, r);
+            let force = self.system.kernel.force(WIDTH * b, c, d0, r);
             force.store(&mut self.force.0[b]);
             before = at;
         }

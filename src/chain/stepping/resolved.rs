@@ -61,7 +61,7 @@ impl Crossing<'_> {
         missed: &Missed,
         tolerance: f64,
     ) -> Resolved {
-        let power = system.kernel.opening_power().unwrap_or(1.0);
+        let power = system.kernel.opens(self.contact).unwrap_or(1.0);
         let mobility = system.mobility[self.contact - 1] + system.mobility[self.contact];
         let coefficient = system.coefficient[self.contact];
         let mut all = Resolved {
@@ -162,7 +162,7 @@ impl Crossing<'_> {
         let time = self.h * length;
         let stiffness = system
             .kernel
-            .stiffness(system.coefficient[s], d0, speed * length - d0);
+            .stiffness(s, system.coefficient[s], d0, speed * length - d0);
         let damping = system.losses.dashpot + system.losses.tangent * stiffness;
         [
             mobility * stiffness * time * time,

@@ -9,7 +9,7 @@ use super::super::law::Kernel;
 use super::islands::Island;
 use super::system::System;
 use super::tableau::{MOST_STAGES, Weights};
-use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, widest};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Sums over stages of weighted rows.
 #[derive(Debug, Clone, Copy)]
@@ -155,7 +155,7 @@ impl<K: Kernel> SimdKernel for MoveAndPress<'_, K> {
             ..
         } = self.system;
         let blocks = self.island.blocks.clone();
-        let n = blocks.len();
+        let (first, n) = (blocks.start, blocks.len());
         let (x, v) = (
             &self.x.0[blocks.clone()][..n],
             &self.v.0[blocks.clone()][..n],
@@ -180,28 +180,40 @@ impl<K: Kernel> SimdKernel for MoveAndPress<'_, K> {
                 let push = L::load(&mobility[b]) * (left - right);
                 let at = L::load(&x[b]) + (flight + push);
                 if b > 0 {
-                    press(*kernel, [c, d0], b - 1, r, force);
+                    press(
+                        kernel,
+                        first + b - 1,
+                        [&c[b - 1], &d0[b - 1]],
+                        r,
+                        &mut force[b - 1],
+                    );
                 }
                 r = at.take_left(before) - at;
                 at.store(&mut positions[b]);
                 before = at;
             },
         );
-        press(*kernel, [c, d0], n - 1, r, force);
+        press(
+            kernel,
+            first + n - 1,
+            [&c[n - 1], &d0[n - 1]],
+            r,
+            &mut force[n - 1],
+        );
     }
 }
 
 /// Forces of a block at the excess overlaps `r`.
 #[inline(always)]
 fn press<K: Kernel, L: Lanes>(
-    kernel: K,
-    [c, d0]: [&[LaneBlock]; 2],
-    b: usize,
+    kernel: &K,
+    block: usize,
+    [c, d0]: [&LaneBlock; 2],
     r: L,
-    force: &mut [LaneBlock],
+    force: &mut LaneBlock,
 ) {
-    let (c, d0) = (L::load(&c[b]), L::load(&d0[b]));
-    kernel.force(c, d0, r).store(&mut force[b]);
+    let force_there = kernel.force(WIDTH * block, L::load(c), L::load(d0), r);
+    force_there.store(force);
 }
 
 /// `base + reach slope + (S_s - S_{s+1} - P_s) / m`, P the sums of forces on the sites themselves.
@@ -278,7 +290,7 @@ impl<K: Kernel> SimdKernel for Damp<'_, K> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let System { kernel, losses, .. } = self.system;
+        let System { kernel, losses, .. } = &self.system;
         let Losses {
             dashpot,
             tangent,
@@ -286,25 +298,21 @@ impl<K: Kernel> SimdKernel for Damp<'_, K> {
         } = *losses;
         let (dashpot, tangent) = (L::splat(dashpot), L::splat(tangent));
         let (drag, zero) = (L::splat(drag), L::splat(0.0));
-        let opens = kernel.opening_power().is_some();
         let mut before = [outside::<L>(self.island), zero];
         for b in self.island.blocks.clone() {
-            let (at, speed) = (L::load(&self.x.0[b]), L::load(&self.v.0[b]));
-            let r = at.take_left(before[0]) - at;
+            let (x, speed) = (L::load(&self.x.0[b]), L::load(&self.v.0[b]));
+            let r = x.take_left(before[0]) - x;
             let closing = speed.take_left(before[1]) - speed;
             let c = L::load(&self.system.coefficient.0[b]);
             let d0 = L::load(&self.system.static_overlap.0[b]);
-            let closed = if opens {
-                (d0 + r).choose(dashpot, zero)
-            } else {
-                dashpot
-            };
-            let damper = closed + tangent * kernel.stiffness(c, d0, r);
+            let at = WIDTH * b;
+            let closed = kernel.touching(at, d0 + r).choose(dashpot, zero);
+            let damper = closed + tangent * kernel.stiffness(at, c, d0, r);
             let damping = c.choose(damper * closing, zero);
             damping.store(&mut self.damping.0[b]);
-            (kernel.force(c, d0, r) + damping).store(&mut self.force.0[b]);
+            (kernel.force(at, c, d0, r) + damping).store(&mut self.force.0[b]);
             (drag * speed).store(&mut self.pull.0[b]);
-            before = [at, speed];
+            before = [x, speed];
         }
     }
 }

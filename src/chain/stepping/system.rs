@@ -60,9 +60,7 @@ impl<K: Kernel> System<K> {
         let periodic = chain.ends == Ends::Periodic;
         if let Ends::Fixed { left_coefficient } = chain.ends {
             coefficient[1] = left_coefficient;
-            static_overlap[1] = chain
-                .law
-                .static_overlap(left_coefficient, chain.precompression);
+            static_overlap[1] = chain.left_static_overlap(left_coefficient);
         }
         if periodic {
             coefficient[1] = coefficient[n + 1];
@@ -137,9 +135,9 @@ impl<K: Kernel> System<K> {
         if c == 0.0 {
             return 0.0;
         }
-        let closed = d0 + r > 0.0 || self.kernel.opening_power().is_none();
+        let closed = d0 + r > 0.0 || self.kernel.opens(s).is_none();
         let dashpot = if closed { dashpot } else { 0.0 };
-        (dashpot + tangent * self.kernel.stiffness(c, d0, r)) * closing
+        (dashpot + tangent * self.kernel.stiffness(s, c, d0, r)) * closing
     }
 
     /// Force of contact s at time t, damping included, and the damping alone.
@@ -150,7 +148,7 @@ impl<K: Kernel> System<K> {
         }
         let r = self.excess_overlap(s, x);
         let (c, d0) = (self.coefficient[s], self.static_overlap[s]);
-        let elastic = self.kernel.force(c, d0, r);
+        let elastic = self.kernel.force(s, c, d0, r);
         if !self.losses.any() {
             return (elastic, 0.0);
         }

@@ -156,7 +156,7 @@ fn pass<K: Kernel, L: Lanes, const KICKS: usize>(
     kicks: [f64; KICKS],
 ) {
     let n = together.reached;
-    let kernel = together.kernel;
+    let kernel = together.kernel.clone();
     let (x, v) = (&mut together.x[..n], &mut together.v[..n]);
     let (force, mobility) = (&mut together.force[..n], &together.mobility[..n]);
     let (c, d0) = (&together.coefficient[..n], &together.static_overlap[..n]);
@@ -168,7 +168,7 @@ fn pass<K: Kernel, L: Lanes, const KICKS: usize>(
         let speed = L::load(&v[s]);
         let at = L::load(&x[s]) + drift * speed;
         at.store(&mut x[s]);
-        let f = kernel.force(L::load(&c[s]), L::load(&d0[s]), before - at);
+        let f = kernel.force(s, L::load(&c[s]), L::load(&d0[s]), before - at);
         f.store(&mut force[s]);
         if s > 0 {
             kicked(speed_before, mobility_before * (left - f), kicks).store(&mut v[s - 1]);

@@ -72,6 +72,9 @@ pub(crate) trait Number:
     /// By a function of single numbers.
     fn map3(self, b: Self, c: Self, f: impl Fn(f64, f64, f64) -> f64) -> Self;
 
+    /// The same, with the place of each number, of which the first is `at`.
+    fn at_each(self, at: usize, b: Self, c: Self, f: impl Fn(usize, f64, f64, f64) -> f64) -> Self;
+
     /// Itself where above 0, else 0.
     #[inline(always)]
     fn positive(self) -> Self {
@@ -182,6 +185,11 @@ impl Number for f64 {
     fn map3(self, b: f64, c: f64, f: impl Fn(f64, f64, f64) -> f64) -> f64 {
         f(self, b, c)
     }
+
+    #[inline(always)]
+    fn at_each(self, at: usize, b: f64, c: f64, f: impl Fn(usize, f64, f64, f64) -> f64) -> f64 {
+        f(at, self, b, c)
+    }
 }
 
 /// Lanes for any processor.
@@ -221,6 +229,19 @@ impl Number for Portable {
     #[inline(always)]
     fn map3(self, b: Portable, c: Portable, f: impl Fn(f64, f64, f64) -> f64) -> Portable {
         Portable(std::array::from_fn(|l| f(self.0[l], b.0[l], c.0[l])))
+    }
+
+    #[inline(always)]
+    fn at_each(
+        self,
+        at: usize,
+        b: Portable,
+        c: Portable,
+        f: impl Fn(usize, f64, f64, f64) -> f64,
+    ) -> Portable {
+        Portable(std::array::from_fn(|l| {
+            f(at + l, self.0[l], b.0[l], c.0[l])
+        }))
     }
 }
 

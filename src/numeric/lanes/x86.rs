@@ -60,12 +60,25 @@ macro_rules! map3 {
     () => {
         #[inline(always)]
         fn map3(self, b: Self, c: Self, f: impl Fn(f64, f64, f64) -> f64) -> Self {
+            self.at_each(0, b, c, |_, a, b, c| f(a, b, c))
+        }
+
+        #[inline(always)]
+        fn at_each(
+            self,
+            at: usize,
+            b: Self,
+            c: Self,
+            f: impl Fn(usize, f64, f64, f64) -> f64,
+        ) -> Self {
             let mut blocks = [LaneBlock::default(); 3];
             for (lanes, block) in [self, b, c].into_iter().zip(&mut blocks) {
                 lanes.store(block);
             }
             let [a, b, c] = blocks.map(|block| block.0);
-            Self::load(&LaneBlock(std::array::from_fn(|l| f(a[l], b[l], c[l]))))
+            Self::load(&LaneBlock(std::array::from_fn(|l| {
+                f(at + l, a[l], b[l], c[l])
+            })))
         }
     };
 }

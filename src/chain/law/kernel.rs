@@ -1,0 +1,248 @@
+//! Contact laws in the form that the stepping is compiled for.
+
+use std::sync::Arc;
+
+use super::{ContactLaw, Law};
+use crate::numeric::lanes::Number;
+
+/// A law in the form the stepping is compiled for.
+///
+/// Contacts are given by their place `at` in rows, that of the first one where there are many.
+pub(crate) trait Kernel: Clone + Send + Sync {
+    /// The power of the overlap with which a contact opens; `None` where it does not open.
+    fn opens(&self, _at: usize) -> Option<f64> {
+        None
+    }
+
+    /// Whether all contacts open.
+    fn all_open(&self) -> bool {
+        self.opens(0).is_some()
+    }
+
+    /// The powers with which contacts open.
+    fn powers(&self) -> Vec<f64> {
+        self.opens(0).into_iter().collect()
+    }
+
+    /// Above 0 where a contact of this overlap touches.
+    #[inline(always)]
+    fn touching<N: Number>(&self, at: usize, overlap: N) -> N {
+        match self.opens(at) {
+            Some(_) => overlap,
+            None => N::splat(1.0),
+        }
+    }
+
+    /// Excess force at the overlap `d0 + r`, of one contact or of many.
+    fn force<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N;
+
+    /// Derivative of the force along r.
+    fn stiffness<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N;
+
+    /// Force of a contact of unit coefficient that opens, over the power of `node` with which it does: `F(delta) / node^p`
+    /// for `delta >= 0`.
+    fn onset(&self, at: usize, delta: f64, node: f64) -> f64;
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hertz;
+
+impl Kernel for Hertz {
+    #[inline(always)]
+    fn opens(&self, _: usize) -> Option<f64> {
+        Some(1.5)
+    }
+
+    #[inline(always)]
+    fn force<N: Number>(&self, _: usize, c: N, _: N, r: N) -> N {
+        let d = r.positive();
+        c * (d * d.sqrt())
+    }
+
+    #[inline(always)]
+    fn stiffness<N: Number>(&self, _: usize, c: N, _: N, r: N) -> N {
+        N::splat(1.5) * c * r.positive().sqrt()
+    }
+
+    #[inline(always)]
+    fn onset(&self, _: usize, delta: f64, node: f64) -> f64 {
+        let ratio = (delta / node).max(0.0);
+        ratio * ratio.sqrt()
+    }
+}
+
+/// Hertz with a static overlap: `s^3 - s0^3 = r (s^2 + s s0 + s0^2) / (s + s0)`, s the root.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PressedHertz;
+
+impl Kernel for PressedHertz {
+    #[inline(always)]
+    fn opens(&self, _: usize) -> Option<f64> {
+        Some(1.5)
+    }
+
+    #[inline(always)]
+    fn force<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
+        let d = d0 + r;
+        let r = d.choose(r, N::splat(0.0) - d0);
+        let d = d.positive();
+        let (s, s0) = (d.sqrt(), d0.sqrt());
+        let sum = s + s0;
+        let sum = sum.choose(sum, N::splat(1.0));
+        c * (r * (d + s * s0 + d0) / sum)
+    }
+
+    #[inline(always)]
+    fn stiffness<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
+        Hertz.stiffness(0, c, d0, d0 + r)
+    }
+
+    #[inline(always)]
+    fn onset(&self, _: usize, delta: f64, node: f64) -> f64 {
+        let ratio = (delta / node).max(0.0);
+        ratio * ratio.sqrt()
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Power {
+    pub(crate) exponent: f64,
+}
+
+impl Kernel for Power {
+    #[inline(always)]
+    fn opens(&self, _: usize) -> Option<f64> {
+        Some(self.exponent)
+    }
+
+    #[inline(always)]
+    fn force<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
+        let p = self.exponent;
+        c.map3(d0, r, |c, d0, r| {
+            let d = d0 + r;
+            if d0 == 0.0 {
+                // Most contacts of a chain are open or not reached.
+                if d > 0.0 { c * d.powf(p) } else { 0.0 }
+            } else if d > 0.0 {
+                c * d0.powf(p) * (p * (r / d0).ln_1p()).exp_m1()
+            } else {
+                -c * d0.powf(p)
+            }
+        })
+    }
+
+    #[inline(always)]
+    fn stiffness<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
+        let p = self.exponent;
+        c.map3(d0, r, |c, d0, r| super::power::slope(p, c, d0 + r))
+    }
+
+    #[inline(always)]
+    fn onset(&self, _: usize, delta: f64, node: f64) -> f64 {
+        (delta / node).max(0.0).powf(self.exponent)
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spring {
+    pub(crate) alpha: f64,
+    pub(crate) beta: f64,
+}
+
+impl Kernel for Spring {
+    #[inline(always)]
+    fn force<N: Number>(&self, _: usize, c: N, _: N, r: N) -> N {
+        let [alpha, beta] = [self.alpha, self.beta].map(N::splat);
+        c * r * (N::splat(1.0) + r * (beta * r - alpha))
+    }
+
+    #[inline(always)]
+    fn stiffness<N: Number>(&self, _: usize, c: N, _: N, r: N) -> N {
+        let [alpha, beta] = [2.0 * self.alpha, 3.0 * self.beta].map(N::splat);
+        c * (N::splat(1.0) + r * (beta * r - alpha))
+    }
+
+    fn onset(&self, _: usize, delta: f64, _: f64) -> f64 {
+        delta
+    }
+}
+
+/// A law and the power with which it opens.
+type Opening = (Arc<dyn ContactLaw>, Option<f64>);
+
+/// Any laws, contact by contact.
+#[derive(Debug, Clone)]
+pub(crate) struct General {
+    /// At the place of each contact, its law and the power with which it opens.
+    contacts: Arc<[Option<Opening>]>,
+    powers: Arc<[f64]>,
+    all_open: bool,
+}
+
+impl General {
+    /// The laws of contacts at these places.
+    pub(crate) fn new(laws: Vec<Option<&Law>>) -> General {
+        let mut powers: Vec<f64> = laws
+            .iter()
+            .flatten()
+            .filter_map(|law| law.opens())
+            .collect();
+        powers.sort_by(f64::total_cmp);
+        powers.dedup();
+        let of = |law: &Law| (law.shared(), law.opens());
+        General {
+            powers: powers.into(),
+            all_open: laws.iter().flatten().all(|law| law.is_one_sided()),
+            contacts: laws.into_iter().map(|law| law.map(of)).collect(),
+        }
+    }
+
+    fn law(&self, at: usize) -> Option<&dyn ContactLaw> {
+        Some(&*self.contacts.get(at)?.as_ref()?.0)
+    }
+}
+
+impl Kernel for General {
+    fn opens(&self, at: usize) -> Option<f64> {
+        self.contacts.get(at)?.as_ref()?.1
+    }
+
+    fn all_open(&self) -> bool {
+        self.all_open
+    }
+
+    fn powers(&self) -> Vec<f64> {
+        self.powers.to_vec()
+    }
+
+    fn touching<N: Number>(&self, at: usize, overlap: N) -> N {
+        overlap.at_each(at, overlap, overlap, |at, overlap, _, _| {
+            match self.opens(at) {
+                Some(_) => overlap,
+                None => 1.0,
+            }
+        })
+    }
+
+    fn force<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
+        c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
+            // Contacts outside an island are infinitely far apart.
+            Some(law) if c != 0.0 && r.is_finite() => c * law.excess_force(d0, r),
+            _ => 0.0,
+        })
+    }
+
+    fn stiffness<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
+        c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
+            Some(law) if c != 0.0 && r.is_finite() => c * law.stiffness(d0 + r),
+            _ => 0.0,
+        })
+    }
+
+    fn onset(&self, at: usize, delta: f64, node: f64) -> f64 {
+        match (self.law(at), self.opens(at)) {
+            (Some(law), Some(power)) => law.force(delta.max(0.0)) / node.powf(power),
+            _ => 0.0,
+        }
+    }
+}

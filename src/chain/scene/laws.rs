@@ -1,0 +1,113 @@
+//! The laws of the contacts.
+
+use super::check::Check;
+use crate::chain::{Law, Laws};
+use crate::error::Result;
+
+/// Keys that give the numbers of a law, and the laws that have each by their names alone.
+const NUMBERS: [(&str, &[&str]); 4] = [
+    ("exponent", &["power"]),
+    ("alpha", &["spring"]),
+    ("beta", &["spring"]),
+    ("steepness", &["toda", "morse"]),
+];
+
+/// The law of all contacts, or those of a cell.
+pub(super) fn laws(check: Check) -> Result<Laws> {
+    let scene = check.scene;
+    check.one_of(&["law", "laws"], "the laws of the contacts")?;
+    let (key, texts) = match (&scene.laws, &scene.law) {
+        (Some(cell), _) => ("laws", cell.clone()),
+        (None, Some(law)) => ("law", vec![law.clone()]),
+        (None, None) => ("law", vec!["hertz".into()]),
+    };
+    let numbers = [scene.exponent, scene.alpha, scene.beta, scene.steepness];
+    let typed: Vec<(&str, f64, &[&str])> = NUMBERS
+        .iter()
+        .zip(numbers)
+        .filter_map(|((name, words), value)| Some((*name, value?, *words)))
+        .collect();
+    for (name, value, words) in &typed {
+        check.finite(name, *value)?;
+        let used = |text: &String| words.contains(&&**text) || has_word(text, name);
+        if !texts.iter().any(used) {
+            let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
+            let expected = format!(
+                "it only beside the law {} or a formula that uses it",
+                words.join(" or ")
+            );
+            return Err(check.fault(name, expected, "it alone"));
+        }
+    }
+    let each = texts.iter().enumerate().map(|(i, text)| {
+        let key = match key {
+            "laws" => format!("laws[{i}]"),
+            _ => key.to_owned(),
+        };
+        let text = whole(check, text.trim(), &typed)?;
+        parsed(check, &key, &text)
+    });
+    let cell = each.collect::<Result<_>>()?;
+    Laws::cell(cell).map_err(|error| check.named(error, key))
+}
+
+fn parsed(check: Check, key: &str, text: &str) -> Result<Law> {
+    Law::parse(text).map_err(|error| check.named(error, key))
+}
+
+/// Whether a name stands in a text as a word.
+fn has_word(text: &str, name: &str) -> bool {
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_'))
+        .any(|word| word == name)
+}
+
+/// A law with the numbers that keys give: a name alone is completed, and a formula gets its constants.
+fn whole(check: Check, text: &str, typed: &[(&str, f64, &[&str])]) -> Result<String> {
+    let number = |name: &str| typed.iter().find(|key| key.0 == name).map(|key| key.1);
+    let sides = ["one-sided ", "two-sided "];
+    let side = sides.into_iter().find(|side| text.starts_with(side));
+    let word = text[side.map_or(0, str::len)..].trim();
+    let need = |name: &str| check.need(name, number(name), &format!("the {name} of the law"));
+    Ok(match word {
+        "power" => format!("{text} {}", need("exponent")?),
+        "toda" | "morse" => format!("{text} {}", need("steepness")?),
+        "spring" => {
+            let of = |name| number(name).unwrap_or(0.0);
+            format!("{text} alpha={} beta={}", of("alpha"), of("beta"))
+        }
+        _ => {
+            let used = typed.iter().filter(|key| has_word(word, key.0));
+            let used: Vec<String> = used
+                .filter(|key| !word.contains(&format!("{}=", key.0)))
+                .map(|(name, value, _)| format!("{name}={value}"))
+                .collect();
+            match (used.is_empty(), text.contains(';')) {
+                (true, _) => text.to_owned(),
+                (false, true) => format!("{text}, {}", used.join(", ")),
+                (false, false) => format!("{text}; {}", used.join(", ")),
+            }
+        }
+    })
+}
+
+/// The laws with those of single contacts.
+pub(super) fn with_defects(check: Check, laws: Laws, contacts: usize) -> Result<Laws> {
+    let defects = check.scene.defect.iter().flatten().enumerate();
+    let own: Vec<_> = defects
+        .filter_map(|(i, defect)| Some((i, defect.contact, defect.law.as_ref()?)))
+        .collect();
+    if own.is_empty() {
+        return Ok(laws);
+    }
+    let mut all: Vec<Law> = (0..contacts).map(|j| laws.of(j).clone()).collect();
+    // The contact with a wall before site 0 follows the cell.
+    all.push(laws.before_first().clone());
+    for (i, contact, text) in own {
+        let key = format!("defect[{i}].law");
+        let Some(law) = contact.and_then(|contact| all.get_mut(contact)) else {
+            return Err(check.fault(&key, "it only beside a `contact`", "it alone"));
+        };
+        *law = parsed(check, &key, text)?;
+    }
+    Laws::cell(all)
+}
