@@ -8,6 +8,7 @@ mod known;
 mod laws;
 mod many;
 mod peaks;
+mod presets;
 mod reference;
 mod scale;
 mod scene;

@@ -224,10 +224,10 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
     (GOOD, "seed = 4", 3, "seed", "spread"),
     (
         GOOD,
-        "law = 'spring'\nprecompression = 0.1",
+        "law = 'polynomial 1 0 -0.3'\nprecompression = 0.8",
         4,
         "precompression",
-        "spring",
+        "can carry",
     ),
     (SI, "law = 'power'\nexponent = 2.0", 7, "law", "Hertz"),
     (SI, "units = 'none'", 7, "units", "material"),
@@ -336,10 +336,10 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
     ),
     (
         GOOD,
-        "law = 'power'\nexponent = 1.0",
+        "law = 'power'\nexponent = 0.9",
         4,
         "exponent",
-        "above 1",
+        "1 or more",
     ),
     (
         GOOD,

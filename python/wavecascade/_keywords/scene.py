@@ -14,7 +14,8 @@ class SceneKeys(TypedDict, total=False):
 
     sites: int
     ends: Literal["wall", "free", "fixed", "periodic"]
-    law: Literal["hertz", "power", "spring", "toda", "morse"]
+    law: str
+    laws: Sequence[str]
     exponent: float
     alpha: float
     beta: float

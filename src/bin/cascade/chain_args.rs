@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::PossibleValuesParser;
+use wavecascade::chain::scene::PRESETS;
 use wavecascade::sweep::Part;
 
 use crate::args::DetailArgs;
@@ -102,6 +104,16 @@ pub struct SceneCommand {
     /// Print the JSON schema of scene files instead.
     #[arg(long, conflicts_with = "check")]
     pub schema: bool,
+
+    /// List the scenes that come with the program, each of which reproduces a published result.
+    #[arg(long, conflicts_with_all = ["check", "schema"])]
+    pub presets: bool,
+
+    /// Print the scene of this name from that list, to be saved and changed.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["check", "schema", "presets"],
+          hide_possible_values = true,
+          value_parser = PossibleValuesParser::new(PRESETS.iter().map(|preset| preset.name)))]
+    pub preset: Option<String>,
 
     /// Describe the scene in this file, without running it.
     #[arg(long, value_name = "FILE")]

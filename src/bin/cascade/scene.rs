@@ -2,7 +2,9 @@
 
 use std::io::Write;
 
-use wavecascade::chain::scene::{Description, SceneSource, Units, schema, template};
+use wavecascade::chain::scene::{
+    Description, PRESETS, Preset, SceneSource, Units, preset, schema, template,
+};
 
 use crate::chain_args::SceneCommand;
 use crate::failure::Failure;
@@ -14,6 +16,16 @@ pub fn run(typed: SceneCommand) -> Result<(), Failure> {
     if typed.schema {
         let text = serde_json::to_string_pretty(&schema()).map_err(std::io::Error::from)?;
         return Ok(writeln!(out, "{text}")?);
+    }
+    if typed.presets {
+        let width = PRESETS.iter().map(|preset| preset.name.len()).max();
+        for Preset { name, shows, .. } in PRESETS {
+            writeln!(out, "{name:width$}  {shows}", width = width.unwrap_or(0))?;
+        }
+        return Ok(());
+    }
+    if let Some(preset) = typed.preset.as_deref().and_then(preset) {
+        return Ok(out.write_all(preset.text.as_bytes())?);
     }
     let Some(path) = typed.check else {
         return Ok(out.write_all(template().as_bytes())?);

@@ -29,7 +29,7 @@ pub(super) fn laws(check: Check) -> Result<Laws> {
         .collect();
     for (name, value, words) in &typed {
         check.finite(name, *value)?;
-        let used = |text: &String| words.contains(&&**text) || has_word(text, name);
+        let used = |text: &String| words.contains(&bare(text)) || has_word(text, name);
         if !texts.iter().any(used) {
             let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
             let expected = format!(
@@ -55,6 +55,14 @@ fn parsed(check: Check, key: &str, text: &str) -> Result<Law> {
     Law::parse(text).map_err(|error| check.named(error, key))
 }
 
+/// A law without what says on which sides it acts.
+fn bare(text: &str) -> &str {
+    let text = text.trim();
+    let sides = ["one-sided ", "two-sided "];
+    let bare = sides.into_iter().find_map(|side| text.strip_prefix(side));
+    bare.unwrap_or(text).trim()
+}
+
 /// Whether a name stands in a text as a word.
 fn has_word(text: &str, name: &str) -> bool {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_'))
@@ -64,9 +72,7 @@ fn has_word(text: &str, name: &str) -> bool {
 /// A law with the numbers that keys give: a name alone is completed, and a formula gets its constants.
 fn whole(check: Check, text: &str, typed: &[(&str, f64, &[&str])]) -> Result<String> {
     let number = |name: &str| typed.iter().find(|key| key.0 == name).map(|key| key.1);
-    let sides = ["one-sided ", "two-sided "];
-    let side = sides.into_iter().find(|side| text.starts_with(side));
-    let word = text[side.map_or(0, str::len)..].trim();
+    let word = bare(text);
     let need = |name: &str| check.need(name, number(name), &format!("the {name} of the law"));
     Ok(match word {
         "power" => format!("{text} {}", need("exponent")?),

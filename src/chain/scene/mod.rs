@@ -15,6 +15,7 @@ mod masses;
 mod motion;
 mod pattern;
 mod places;
+mod presets;
 mod properties;
 mod setup;
 mod source;
@@ -28,6 +29,7 @@ pub use choices::{
     WaveformTyped,
 };
 pub use description::Description;
+pub use presets::{PRESETS, Preset, preset};
 pub use properties::{Choice, Kind, Property, properties, schema};
 pub use setup::Setup;
 pub use source::{SceneSource, Setting};
