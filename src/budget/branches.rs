@@ -46,7 +46,9 @@ impl Branches {
     pub(super) fn of(contacts: &Contacts, modes: &Modes) -> Option<Branches> {
         let chain = contacts.chain();
         let n = chain.n_sites();
-        if modes.basis() != Basis::Fourier || n < 4 || n % 2 == 1 || !contacts.has_linear_limit() {
+        let held = chain.on_site.ground.is_some();
+        let odd = n < 4 || n % 2 == 1;
+        if modes.basis() != Basis::Fourier || odd || held || !contacts.has_linear_limit() {
             return None;
         }
         let periodic = chain.ends == Ends::Periodic;

@@ -50,6 +50,16 @@ pub(super) struct PowerRow {
     pub(super) speed: Vec<f64>,
 }
 
+fn below_rest(found: String) -> Error {
+    Error::Request {
+        option: "only",
+        expected: "`frequency` or `scale`, since energy by wavenumber needs contacts whose energy is never below that \
+                   at rest"
+            .into(),
+        found,
+    }
+}
+
 impl ContactState {
     fn resize(&mut self, contacts: usize) {
         let ContactState {
@@ -107,7 +117,7 @@ impl<'a> Contacts<'a> {
 
     /// Whether all contacts are Hertz's and just touch, so that whole rows are computed at once.
     fn just_touch(&self) -> bool {
-        self.chain.precompression == 0.0 && self.chain.law.only() == Some(&Law::Hertz)
+        !self.chain.is_pressed() && self.chain.law.only() == Some(&Law::Hertz)
     }
 
     /// The sites that contact i joins, `None` for a wall.
@@ -153,16 +163,17 @@ impl<'a> Contacts<'a> {
         left - right
     }
 
-    /// Accelerations of the sites by the contacts of `state`, drag and the external force.
-    pub(super) fn accelerations(&self, v: &[f64], state: &ContactState) -> Vec<f64> {
+    /// Accelerations of the sites by the contacts of `state`, drag, the ground and the external force.
+    pub(super) fn accelerations(&self, [x, v]: [&[f64]; 2], state: &ContactState) -> Vec<f64> {
         let forces = state.elastic.iter().zip(&state.damping);
         let force: Vec<f64> = forces.map(|(elastic, damping)| elastic + damping).collect();
         let masses = self.chain.mass.iter().enumerate();
         let push = |j: usize| if j == 0 { state.push } else { 0.0 };
+        let ground = self.chain.on_site.ground.as_ref();
+        let held = |j: usize| ground.map_or(0.0, |ground| ground.force(j, x[j]));
+        let pull = |j: usize| self.chain.losses.drag * v[j] + held(j);
         masses
-            .map(|(j, mass)| {
-                (self.push_on(j, &force) + push(j) - self.chain.losses.drag * v[j]) / mass
-            })
+            .map(|(j, mass)| (self.push_on(j, &force) + push(j) - pull(j)) / mass)
             .collect()
     }
 
@@ -211,7 +222,9 @@ impl<'a> Contacts<'a> {
     /// # Errors
     /// [`Error::Request`] that names the first.
     pub(super) fn check_roots(&self, motion: &Motion) -> Result<()> {
-        if (0..self.len()).all(|i| matches!(self.contact(i).law, Law::Hertz | Law::Power { .. })) {
+        let never_below = |i: usize| matches!(self.contact(i).law, Law::Hertz | Law::Power { .. });
+        let ground = self.chain.on_site.ground.as_ref();
+        if ground.is_none() && (0..self.len()).all(never_below) {
             return Ok(());
         }
         let mut state = ContactState::default();
@@ -220,18 +233,23 @@ impl<'a> Contacts<'a> {
             let at = motion.at(sample);
             self.evaluate(at.t, at.x, at.v, &mut state);
             largest = state.energy.iter().fold(largest, |a, b| a.max(b.abs()));
+            if let Some(ground) = ground {
+                let held = at.x.iter().enumerate();
+                let mut held = held.map(|(j, x)| (j, ground.energy(j, *x)));
+                if let Some((site, energy)) = held.find(|held| held.1 < -ROUNDING * largest) {
+                    let of = format!("{energy:.3e} in the ground's spring at site {site}");
+                    return Err(below_rest(format!("{of} at time {}", at.t)));
+                }
+            }
             let below = state
                 .energy
                 .iter()
                 .position(|energy| *energy < -ROUNDING * largest);
             if let Some(i) = below {
-                return Err(Error::Request {
-                    option: "only",
-                    expected: "`frequency` or `scale`, since energy by wavenumber needs contacts whose energy is \
-                               never below that at rest"
-                        .into(),
-                    found: format!("{:.3e} in contact {} at time {}", state.energy[i], i - self.offset.min(i), at.t),
-                });
+                let contact = i - self.offset.min(i);
+                let energy = state.energy[i];
+                let found = format!("{energy:.3e} in contact {contact} at time {}", at.t);
+                return Err(below_rest(found));
             }
         }
         Ok(())

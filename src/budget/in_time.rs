@@ -95,9 +95,18 @@ impl OfRun<'_> {
         self.modes.of_sites(&row, &mut scratch, &mut q);
         self.modes.of_contacts(&state.phi, &mut scratch, &mut phi);
         let pairs = q.iter().zip(&phi).enumerate();
-        pairs
+        let mut energies: Vec<f64> = pairs
             .map(|(m, (q, phi))| self.modes.weight(m) * (0.5 * q.norm_sqr() + phi.norm_sqr()))
-            .collect()
+            .collect();
+        if let Some(ground) = &self.motion.chain.on_site.ground {
+            let roots = at.x.iter().enumerate();
+            let roots: Vec<f64> = roots.map(|(j, x)| ground.root_energy(j, *x).0).collect();
+            self.modes.of_sites(&roots, &mut scratch, &mut q);
+            for (m, (energy, held)) in energies.iter_mut().zip(&q).enumerate() {
+                *energy += self.modes.weight(m) * held.norm_sqr();
+            }
+        }
+        energies
     }
 }
 

@@ -24,6 +24,7 @@ pub(super) struct SiteTerms {
     /// Part of it that a driven wall puts into its damper.
     pub(super) wall_heat: f64,
     pub(super) kinetic: f64,
+    /// In contacts, and in springs to the ground.
     pub(super) contact: f64,
 }
 
@@ -38,6 +39,15 @@ impl SiteTerms {
         energy.extend(kinetic.map(|(m, v)| 0.5 * m * v * v));
         self.kinetic = crate::numeric::sum(energy);
         self.contact = crate::numeric::sum(&state.energy);
+        if let Some(ground) = &chain.on_site.ground {
+            let held = at.x.iter().enumerate();
+            let held: Vec<f64> = held.map(|(j, x)| ground.energy(j, *x)).collect();
+            self.contact += crate::numeric::sum(&held);
+            energy
+                .iter_mut()
+                .zip(held)
+                .for_each(|(energy, held)| *energy += held);
+        }
         (self.input, self.wall_heat) = (0.0, 0.0);
         loss.clear();
         loss.extend(at.v.iter().map(|v| chain.losses.drag * v * v));

@@ -66,6 +66,11 @@ impl<'a> Scales<'a> {
         };
         let chain = contacts.chain();
         let n = chain.n_sites();
+        if chain.on_site.ground.is_some() {
+            let expected =
+                "a chain without springs to the ground, whose energies have no scale budget";
+            return Err(refuse("scale", expected, "springs to the ground".into()));
+        }
         let cell = unit_cell(stated).ok_or_else(|| {
             let expected =
                 "masses and contacts that repeat every eight sites or less, for a filter";

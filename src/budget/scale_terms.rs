@@ -78,7 +78,7 @@ impl Scales<'_> {
             ..
         } = scratch;
         self.contacts.evaluate(at.t, at.x, at.v, state);
-        let acceleration = self.contacts.accelerations(at.v, state);
+        let acceleration = self.contacts.accelerations([at.x, at.v], state);
         let contacts = self.contacts.offset..self.contacts.len();
         let apart = [at.x, at.v, &acceleration].map(|values| -> Vec<f64> {
             let apart = |i| self.contacts.apart(i, values);

@@ -69,7 +69,7 @@ pub(super) fn close(
     simulation.displacement = first.x.to_vec();
     simulation.velocity = first.v.to_vec();
     simulation.drive = motion.drive.copied();
-    if chain.losses.any() {
+    if chain.has_pulls() {
         simulation.scheme = Scheme::RungeKutta;
     }
     let modes = Modes::new(Basis::of(chain.ends), chain.n_sites());

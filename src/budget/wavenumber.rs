@@ -3,7 +3,7 @@
 //! `q_j = sqrt(m_j) v_j` and `phi_i = sign(r_i) sqrt(V_i)` turn the energy into a sum of squares,
 //! which a unitary transform preserves: `E(k) = |q^|^2 / 2 + |phi^|^2`. Its rate of change is `T(k)
 //! = Re(conj(q^) f^) + 2 Re(conj(phi^) phi'^)` with the elastic forces `f_j = (F_{j-1} - F_j) /
-//! sqrt(m_j)`, `phi'_i = F_i r'_i / (2 phi_i)`; less `L(k) = - Re(conj(q^) fd^)` with the forces of
+//! sqrt(m_j)`, `phi'_i = F_i r'_i / (2 phi_i)`, and springs to the ground as contacts at the sites; less `L(k) = - Re(conj(q^) fd^)` with the forces of
 //! dampers and drag; plus `I(k)`, the power of a driven end. `sum T = 0`: it is exchange between
 //! wavenumbers, whatever the state.
 
@@ -13,6 +13,7 @@ use super::branches::{BranchSplit, Branches};
 use super::contacts::{ContactState, Contacts};
 use super::modes::{Modes, ModesScratch};
 use super::motion::ChainState;
+use crate::chain::Ground;
 
 /// Scratch and constants used at every instant.
 #[derive(Debug)]
@@ -122,6 +123,12 @@ impl<'a> Transfers<'a> {
         }
         modes.of_sites(row, work, q);
         contacts.push_all(&state.elastic, row);
+        let ground = contacts.chain().on_site.ground.as_ref();
+        if let Some(ground) = ground {
+            for (j, (f, x)) in row.iter_mut().zip(at.x).enumerate() {
+                *f -= ground.force(j, *x);
+            }
+        }
         for (f, root) in row.iter_mut().zip(&self.root_mass) {
             *f /= root;
         }
@@ -158,6 +165,9 @@ impl<'a> Transfers<'a> {
             *transfer = weight * (dot(*q, *f) + 2.0 * dot(*phi, *rate));
             *size = weight * weight * (kinetic * f.norm_sqr() + 4.0 * held * rate.norm_sqr());
         }
+        if let Some(ground) = ground {
+            self.add_ground(ground, at, work, [energy, transfer, size]);
+        }
         *rounding = reconcile(transfer, size);
         *split = self
             .branches
@@ -193,6 +203,33 @@ impl<'a> Transfers<'a> {
             for (input, (weight, (phi, moved))) in input.iter_mut().zip(parts) {
                 *input += 2.0 * weight * dot(*phi, *moved);
             }
+        }
+    }
+}
+
+impl Transfers<'_> {
+    /// Adds the springs to the ground: their energies are squares at the sites.
+    fn add_ground(
+        &self,
+        ground: &Ground,
+        at: ChainState,
+        work: &mut ModesScratch,
+        [energy, transfer, size]: [&mut Vec<f64>; 3],
+    ) {
+        let roots = at.x.iter().enumerate();
+        let roots = roots.map(|(j, x)| ground.root_energy(j, *x));
+        let (root, slope): (Vec<f64>, Vec<f64>) = roots.unzip();
+        let rate: Vec<f64> = slope.iter().zip(at.v).map(|(slope, v)| slope * v).collect();
+        let line = || vec![Complex::default(); self.modes.len()];
+        let (mut held, mut grown) = (line(), line());
+        self.modes.of_sites(&root, work, &mut held);
+        self.modes.of_sites(&rate, work, &mut grown);
+        let out = energy.iter_mut().zip(transfer).zip(size);
+        let parts = held.iter().zip(&grown).zip(&self.weights);
+        for (((energy, transfer), size), ((held, grown), weight)) in out.zip(parts) {
+            *energy += weight * held.norm_sqr();
+            *transfer += 2.0 * weight * dot(*held, *grown);
+            *size += 4.0 * weight * weight * held.norm_sqr() * grown.norm_sqr();
         }
     }
 }

@@ -37,7 +37,7 @@ pub enum NoBranches {
 /// repeat every `p` bodies. Waves `u_j = A_j exp(i (q j - omega t))`, `A_{j+p} = A_j`, have `p`
 /// frequencies at each phase q per body. They are the singular values of the matrix B (p contacts
 /// by p bodies) with `B_{j,j} = -sqrt(c_j / m_j)`, `B_{j,j+1} = exp(i q) sqrt(c_j / m_{j+1})`,
-/// since `B^H B` is the dynamical matrix. With one body `omega = 2 sqrt(c / m) |sin(q / 2)|`.
+/// since `B^H B` is the dynamical matrix; a spring k_j to the ground adds a row with `sqrt(k_j / m_j)`. With one body `omega = 2 sqrt(c / m) |sin(q / 2)|`.
 ///
 /// Units: q in rad per body; omega in rad per unit of time.
 ///
@@ -48,6 +48,8 @@ pub struct UnitCell {
     mass: Vec<f64>,
     /// Of the spring from each body to the next one; the last leads to the next cell.
     stiffness: Vec<f64>,
+    /// Of the spring from each body to the ground.
+    ground: Vec<f64>,
 }
 
 impl UnitCell {
@@ -73,7 +75,11 @@ impl UnitCell {
         let is_wrong = |value: &&f64| !(value.is_finite() && **value > 0.0);
         match mass.iter().chain(&stiffness).find(is_wrong) {
             Some(value) => refuse("masses and stiffnesses above 0".into(), value.to_string()),
-            None => Ok(UnitCell { mass, stiffness }),
+            None => Ok(UnitCell {
+                ground: vec![0.0; mass.len()],
+                mass,
+                stiffness,
+            }),
         }
     }
 
@@ -93,6 +99,10 @@ impl UnitCell {
         if stiffness.iter().any(|k| !(k.is_finite() && *k > 0.0)) {
             return Err(NoBranches::NoLinearLimit);
         }
+        let ground: Vec<f64> = match &chain.on_site.ground {
+            Some(ground) => (0..chain.n_sites()).map(|j| ground.stiffness(j)).collect(),
+            None => vec![0.0; chain.n_sites()],
+        };
         let ends = usize::from(chain.ends != Ends::Periodic);
         let inner = |values: &[f64]| ends..values.len().saturating_sub(ends).max(ends);
         let (bodies, contacts) = (inner(&chain.mass), inner(&stiffness));
@@ -100,8 +110,13 @@ impl UnitCell {
             for period in 1..=MOST_BODIES.min(bodies.len().max(1)) {
                 let mass = repeated(&chain.mass, bodies.clone(), period, defects);
                 let springs = repeated(&stiffness, contacts.clone(), period, defects);
-                if let (Some(mass), Some(stiffness)) = (mass, springs) {
-                    return Ok(UnitCell { mass, stiffness });
+                let ground = repeated(&ground, bodies.clone(), period, defects);
+                if let (Some(mass), Some(stiffness), Some(ground)) = (mass, springs, ground) {
+                    return Ok(UnitCell {
+                        mass,
+                        stiffness,
+                        ground,
+                    });
                 }
             }
         }
@@ -113,10 +128,10 @@ impl UnitCell {
         self.mass.len()
     }
 
-    /// Mass and stiffness of a cell of one body.
+    /// Mass and stiffness of a cell of one body, without a spring to the ground.
     pub fn uniform(&self) -> Option<(f64, f64)> {
-        match (&self.mass[..], &self.stiffness[..]) {
-            (&[mass], &[stiffness]) => Some((mass, stiffness)),
+        match (&self.mass[..], &self.stiffness[..], &self.ground[..]) {
+            (&[mass], &[stiffness], &[0.0]) => Some((mass, stiffness)),
             _ => None,
         }
     }
@@ -126,6 +141,7 @@ impl UnitCell {
     pub fn with_time_unit(mut self, factor: f64) -> UnitCell {
         self.stiffness
             .iter_mut()
+            .chain(&mut self.ground)
             .for_each(|c| *c *= factor * factor);
         self
     }
@@ -134,8 +150,11 @@ impl UnitCell {
     pub fn frequencies(&self, phase: f64) -> Vec<f64> {
         let p = self.bodies();
         let turn = Complex::cis(phase % TAU);
-        // Column by column: the contacts that each body moves.
-        let mut columns = vec![vec![Complex::new(0.0, 0.0); p]; p];
+        // Column by column: the contacts that each body moves, then its spring to the ground.
+        let mut columns = vec![vec![Complex::new(0.0, 0.0); 2 * p]; p];
+        for (j, &stiffness) in self.ground.iter().enumerate() {
+            columns[j][p + j] = Complex::new((stiffness / self.mass[j]).sqrt(), 0.0);
+        }
         for (j, &stiffness) in self.stiffness.iter().enumerate() {
             let next = (j + 1) % p;
             columns[j][j] -= (stiffness / self.mass[j]).sqrt();
@@ -171,7 +190,7 @@ fn repeated(
     (count as f64 <= defects * range.len() as f64).then_some(cell)
 }
 
-/// Singular values of a square matrix, ascending, each to rounding of the largest.
+/// Singular values of a matrix with as many rows as columns or more, ascending, each to rounding of the largest.
 ///
 /// Rotations of pairs of columns make all of them orthogonal; their norms are the values. Source:
 /// M. R. Hestenes, J. SIAM 6, 51 (1958).

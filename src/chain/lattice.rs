@@ -79,6 +79,46 @@ impl Contact<'_> {
     }
 }
 
+/// Forces on the sites themselves.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct OnSite {
+    /// Acceleration towards +x, held by the wall after the last site. Displacements are from the static state.
+    pub gravity: f64,
+    /// Springs between each site and the ground, without force in the static state.
+    pub ground: Option<Ground>,
+}
+
+/// Springs between sites and the ground: the force `-c F(x)` on a site at the displacement x.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ground {
+    /// The law of each site.
+    pub law: Laws,
+    /// The coefficient of each site, 0 or more.
+    pub coefficient: Vec<f64>,
+}
+
+impl Ground {
+    /// Force of the spring of site j at a displacement x, towards -x.
+    pub(crate) fn force(&self, j: usize, x: f64) -> f64 {
+        self.law.of(j).force(self.coefficient[j], 0.0, x)
+    }
+
+    /// Its energy there.
+    pub(crate) fn energy(&self, j: usize, x: f64) -> f64 {
+        self.law.of(j).energy(self.coefficient[j], 0.0, x)
+    }
+
+    /// As [`Law::root_energy`].
+    pub(crate) fn root_energy(&self, j: usize, x: f64) -> (f64, f64) {
+        self.law.of(j).root_energy(self.coefficient[j], 0.0, x)
+    }
+
+    /// Its stiffness at rest.
+    pub(crate) fn stiffness(&self, j: usize) -> f64 {
+        self.law.of(j).stiffness(self.coefficient[j], 0.0, 0.0)
+    }
+}
+
 /// A chain of N sites.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
@@ -92,6 +132,7 @@ pub struct Chain {
     /// Static force in every contact, held at free ends by a constant force from outside.
     pub precompression: f64,
     pub losses: Losses,
+    pub on_site: OnSite,
 }
 
 impl Chain {
@@ -107,6 +148,7 @@ impl Chain {
             ends: Ends::Wall,
             precompression: 0.0,
             losses: Losses::default(),
+            on_site: OnSite::default(),
         }
     }
 
@@ -127,7 +169,25 @@ impl Chain {
     pub fn static_overlap(&self, contact: usize) -> f64 {
         self.law
             .of(contact)
-            .static_overlap(self.coefficient[contact], self.precompression)
+            .static_overlap(self.coefficient[contact], self.static_force(contact))
+    }
+
+    /// Static force in contact j: the precompression and the weight of the sites before it.
+    pub fn static_force(&self, contact: usize) -> f64 {
+        match self.on_site.gravity {
+            0.0 => self.precompression,
+            g => self.precompression + g * self.mass[..=contact].iter().sum::<f64>(),
+        }
+    }
+
+    /// Whether contacts are pressed in the static state.
+    pub(crate) fn is_pressed(&self) -> bool {
+        self.precompression > 0.0 || self.on_site.gravity > 0.0
+    }
+
+    /// Whether forces act on sites that are none of contacts: drag, or springs to the ground.
+    pub(crate) fn has_pulls(&self) -> bool {
+        self.losses.any() || self.on_site.ground.is_some()
     }
 
     /// Static overlap of the contact with a wall before site 0, of this coefficient.
@@ -264,6 +324,11 @@ impl Chain {
         if let Some(contact) = self.left_contact() {
             out[0] += contact.energy(wall - displacement[0]);
         }
+        if let Some(ground) = &self.on_site.ground {
+            for (j, (energy, x)) in out.iter_mut().zip(displacement).enumerate() {
+                *energy += ground.energy(j, *x);
+            }
+        }
     }
 
     /// Whether energy reaches the sites beyond a contact through that contact alone, and none is put in or
@@ -278,7 +343,12 @@ impl Chain {
         let left = left.map_or(0.0, |contact| contact.energy(-displacement[0]).abs());
         let energy = |j: usize| self.contact(j).energy(self.overlap(j, displacement));
         let sum: f64 = (0..self.n_contacts()).map(|j| energy(j).abs()).sum();
-        sum + left
+        let ground = self.on_site.ground.as_ref();
+        let held = |ground: &Ground| -> f64 {
+            let sites = displacement.iter().enumerate();
+            sites.map(|(j, x)| ground.energy(j, *x).abs()).sum()
+        };
+        sum + left + ground.map_or(0.0, held)
     }
 
     /// Total energy beyond the static state; `wall` as for [`Chain::site_energies`].
@@ -332,6 +402,7 @@ impl Chain {
                 _ => {}
             }
         }
+        self.check_on_site()?;
         if !(self.precompression >= 0.0 && self.precompression.is_finite()) {
             let expected = "a static force of 0 or more";
             return Err(refuse("precompression", expected, self.precompression));
@@ -354,6 +425,34 @@ impl Chain {
             }
         }
         Ok(())
+    }
+}
+
+impl Chain {
+    fn check_on_site(&self) -> Result<()> {
+        let gravity = self.on_site.gravity;
+        if !(gravity >= 0.0 && gravity.is_finite()) {
+            return Err(refuse("gravity", "an acceleration of 0 or more", gravity));
+        }
+        if gravity > 0.0 && !matches!(self.ends, Ends::Wall | Ends::Fixed { .. }) {
+            let expected = "ends with a wall after the last site, which carries the weight";
+            return Err(refuse("gravity", expected, "others"));
+        }
+        let Some(ground) = &self.on_site.ground else {
+            return Ok(());
+        };
+        if ground.coefficient.len() != self.n_sites() {
+            let expected = format!("{} coefficients, one a site", self.n_sites());
+            return Err(refuse("ground", &expected, ground.coefficient.len()));
+        }
+        match ground
+            .coefficient
+            .iter()
+            .find(|c| !(**c >= 0.0 && c.is_finite()))
+        {
+            Some(c) => Err(refuse("ground", "coefficients of 0 or more", c)),
+            None => Ok(()),
+        }
     }
 }
 

@@ -24,7 +24,7 @@ mod work;
 pub use dispersion::{NoBranches, UnitCell};
 pub use drive::{Drive, Waveform};
 pub(crate) use lattice::Contact;
-pub use lattice::{Chain, Ends, Losses, Pattern};
+pub use lattice::{Chain, Ends, Ground, Losses, OnSite, Pattern};
 pub use law::{ContactLaw, Law, Laws};
 pub(crate) use law::{hertz_energies, hertz_roots};
 pub(crate) use many::runs_a_thread;

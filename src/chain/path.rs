@@ -334,5 +334,7 @@ pub(super) fn acceleration(simulation: &Simulation, s: usize, state: &State) -> 
         };
     };
     let right = state.force.get(s + 1).copied().unwrap_or(0.0);
-    (state.force[s] - right - chain.losses.drag * state.v[s]) / mass
+    let ground = chain.on_site.ground.as_ref();
+    let held = ground.map_or(0.0, |ground| ground.force(s - FIRST_SITE, state.x[s]));
+    (state.force[s] - right - chain.losses.drag * state.v[s] - held) / mass
 }

@@ -157,7 +157,9 @@ impl Run {
                 _ => 0.0,
             },
         };
-        (left - right - chain.losses.drag * v) / chain.mass[site]
+        let ground = chain.on_site.ground.as_ref();
+        let held = ground.map_or(0.0, |ground| ground.force(site, x[[sample, site]]));
+        (left - right - chain.losses.drag * v - held) / chain.mass[site]
     }
 }
 

@@ -119,7 +119,7 @@ impl Simulation {
     /// after the time t. By so much bodies meet early or late that have flown for so long, a part of the contact time, and as
     /// large a part of the velocity that they pass on is not known. Two runs may share it by chance.
     fn rounding_of_flights(&self, run: &Run) -> f64 {
-        let flies = self.chain.law.all_open() && self.chain.precompression == 0.0;
+        let flies = self.chain.law.all_open() && !self.chain.is_pressed();
         let scale = run.report.velocity_scale;
         let (Some(end), true) = (run.time.last(), flies && scale > 0.0) else {
             return 0.0;

@@ -133,7 +133,7 @@ impl Simulation {
         } else if rate > 0.0 {
             lasts = lasts.min(SPREAD * (time / rate).sqrt());
         }
-        if chain.law.all_open() && chain.precompression == 0.0 {
+        if chain.law.all_open() && !chain.is_pressed() {
             a_time *= 1.0 + chain.n_sites() as f64 / BODIES_A_COLLISION;
             let is_open = matches!(chain.ends, Ends::Wall | Ends::Free) && self.drive.is_none();
             if is_open {

@@ -4,7 +4,7 @@ use ndarray::ArrayView1;
 
 use super::wave::{Ratio, Wave};
 use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, Record, Run, Scheme, Simulation,
+    Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, OnSite, Record, Run, Scheme, Simulation,
     SteppedSites,
 };
 use crate::observer::Observer;
@@ -123,6 +123,7 @@ impl Wave {
             ends: Ends::Wall,
             precompression: 0.0,
             losses: Losses::default(),
+            on_site: OnSite::default(),
         }
     }
 

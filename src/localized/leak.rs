@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use super::family::Family;
 use super::wave::Alternation;
-use crate::chain::{Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, Record, Run, Simulation};
+use crate::chain::{
+    Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, OnSite, Record, Run, Simulation,
+};
 use crate::observer::{Observer, Silent};
 use crate::{Error, Result};
 
@@ -145,6 +147,7 @@ impl LeakScan {
             ends: Ends::Wall,
             precompression: 0.0,
             losses: Losses::default(),
+            on_site: OnSite::default(),
         };
         let mut simulation = Simulation::impact(chain, 1.0, 1.0, 2);
         simulation.estimate_error = false;

@@ -43,6 +43,7 @@ fn lattice(mass: &[f64], sites: usize, ends: Ends, step: f64, samples: usize) ->
         ends,
         precompression: 0.0,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     };
     let simulation = Simulation {
         velocity: (0..sites).map(|_| noise.gaussian()).collect(),

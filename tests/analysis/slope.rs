@@ -187,6 +187,7 @@ fn val_fput_chain_at_and_after_its_shock() {
         ends: Ends::Periodic,
         precompression: 0.0,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     };
     let wave = |j: usize| k * j as f64;
     let simulation = Simulation {

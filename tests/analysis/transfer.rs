@@ -262,6 +262,7 @@ fn chain_run(precompression: f64, speed: f64, random: &mut Noise) -> Run {
         ends: Ends::default(),
         precompression,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     };
     let mut velocity = vec![0.0; n];
     for _ in 0..3 {

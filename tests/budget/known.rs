@@ -23,6 +23,7 @@ fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: Law, ends: Ends, static_for
         ends,
         precompression: static_force,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     }
 }
 

@@ -366,6 +366,7 @@ fn val_simulation_branches_of_uncertain_chains() {
         ends: Ends::Periodic,
         precompression: 0.0,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     };
     let mut simulation = Simulation::impact(chain, 1.0, 30.0, 601);
     simulation.estimate_error = false;

@@ -142,6 +142,7 @@ fn uniform(law: Law, ends: Ends) -> Chain {
         ends,
         precompression: 0.0,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     }
 }
 

@@ -22,6 +22,7 @@ fn alpha_chain(ends: Ends, sites: usize) -> Chain {
         ends,
         precompression: 0.0,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     }
 }
 

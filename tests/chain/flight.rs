@@ -23,6 +23,7 @@ fn apart(mass: &[f64], gaps: &[f64], ends: Ends, end_time: f64) -> Simulation {
         ends,
         precompression: 0.0,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     };
     let mut simulation = Simulation::impact(chain, 1.0, end_time, 2);
     let mut behind = 0.0;

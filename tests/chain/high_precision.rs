@@ -81,6 +81,7 @@ fn val_double_double_three_bodies_collide() {
             ends: Ends::Free,
             precompression: 0.0,
             losses: Losses::default(),
+            on_site: wavecascade::chain::OnSite::default(),
         };
         for scheme in [Scheme::Nystrom, Scheme::RungeKutta] {
             let mut simulation = Simulation::impact(chain.clone(), 1.0, 30.0, 2);
@@ -113,6 +114,7 @@ fn val_closed_form_two_bodies_exchange_momentum() {
             ends: Ends::Free,
             precompression: 0.0,
             losses: Losses::default(),
+            on_site: wavecascade::chain::OnSite::default(),
         };
         let mut simulation = Simulation::impact(chain, v0, 20.0, 2);
         simulation.velocity[1] = v1;
@@ -161,6 +163,7 @@ fn val_double_double_flights_have_the_stated_error() {
             ends: Ends::Free,
             precompression: 0.0,
             losses: Losses::default(),
+            on_site: wavecascade::chain::OnSite::default(),
         };
         let mut simulation = Simulation::impact(chain, 0.0, case.end_time, case.samples);
         simulation.velocity = case.velocity;

@@ -15,6 +15,7 @@ fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
         ends,
         precompression: 0.0,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     }
 }
 

@@ -17,6 +17,7 @@ fn free(n: usize, laws: impl Into<Laws>) -> Chain {
         ends: Ends::Free,
         precompression: 0.0,
         losses: Losses::default(),
+        on_site: wavecascade::chain::OnSite::default(),
     }
 }
 

@@ -7,6 +7,7 @@ mod high_precision;
 mod known;
 mod laws;
 mod many;
+mod on_site;
 mod peaks;
 mod presets;
 mod reference;

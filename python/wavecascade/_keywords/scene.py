@@ -21,6 +21,9 @@ class SceneKeys(TypedDict, total=False):
     beta: float
     steepness: float
     precompression: Measure
+    gravity: float
+    ground_cell: Sequence[float]
+    ground_law: str
     stiffness_ratio: float
     first_contact: Literal["soft", "stiff"]
     coefficient_cell: Sequence[float]

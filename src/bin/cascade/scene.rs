@@ -107,6 +107,18 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
         let force = format!("{}{}", number(d.precompression), unit("N"));
         lines.line("precompression", &force);
     }
+    if d.gravity > 0.0 {
+        lines.line(
+            "gravity",
+            &format!("{}{}", number(d.gravity), unit("m/s^2")),
+        );
+    }
+    if let Some((law, range)) = &d.ground {
+        lines.line(
+            "ground",
+            &format!("law {law}, coefficients {}", between(*range)),
+        );
+    }
     let losses = [
         ("dashpot", d.dashpot, "N s/m"),
         ("tangent", d.tangent, "s"),

@@ -94,8 +94,10 @@ impl Derived {
                 out.force[[i, j]] = force[j + offset];
             }
             for j in 0..n {
-                let drag = chain.losses.drag * at.v[j];
-                out.unbalanced[[i, j]] = contacts.push_on(j, &force) - drag;
+                let ground = chain.on_site.ground.as_ref();
+                let held = ground.map_or(0.0, |ground| ground.force(j, at.x[j]));
+                let pull = chain.losses.drag * at.v[j] + held;
+                out.unbalanced[[i, j]] = contacts.push_on(j, &force) - pull;
             }
             out.impulse
                 .row_mut(i)

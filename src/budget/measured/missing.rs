@@ -137,8 +137,11 @@ impl<'a> Gap<'a> {
             let mut before = force(0);
             for (i, out) in out.iter_mut().enumerate() {
                 let after = force(i + 1);
-                let drag = self.chain.losses.drag * state.v[i];
-                *out = (before - after - drag) / self.chain.mass[self.sites.start + i];
+                let site = self.sites.start + i;
+                let ground = self.chain.on_site.ground.as_ref();
+                let held = ground.map_or(0.0, |ground| ground.force(site, state.x[i]));
+                let pull = self.chain.losses.drag * state.v[i] + held;
+                *out = (before - after - pull) / self.chain.mass[site];
                 before = after;
             }
         };

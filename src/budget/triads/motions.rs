@@ -96,6 +96,10 @@ impl<'a> QuadraticChain<'a> {
 
 /// The linear and the quadratic coefficient of the force about the static state.
 fn expansion(chain: &Chain, coefficient: f64) -> Result<(f64, f64)> {
+    if chain.on_site.ground.is_some() {
+        let expected = "a chain without springs to the ground";
+        return refuse("ground", expected, "springs to the ground");
+    }
     let Some(law) = chain.law.only() else {
         let expected =
             "one law for all contacts, by which the quadratic term is the same everywhere";

@@ -317,8 +317,13 @@ impl Law {
             Law::Power { exponent: p } if static_overlap == 0.0 => {
                 let d = r.max(0.0);
                 let phi = (coefficient / (p + 1.0)).sqrt() * d.powf(0.5 * (p + 1.0));
-                let slope = 0.5 * (coefficient * (p + 1.0)).sqrt() * d.powf(0.5 * (p - 1.0));
-                (phi, slope)
+                // 0^0 would be 1.
+                let root = if r > 0.0 {
+                    d.powf(0.5 * (p - 1.0))
+                } else {
+                    0.0
+                };
+                (phi, 0.5 * (coefficient * (p + 1.0)).sqrt() * root)
             }
             _ => {
                 let energy = self.energy(coefficient, static_overlap, r);

@@ -31,6 +31,9 @@ pub struct Description {
     pub largest_displacement: f64,
     pub drive: Option<String>,
     pub precompression: f64,
+    pub gravity: f64,
+    /// Law of springs to the ground, and their smallest and largest coefficient.
+    pub ground: Option<(String, [f64; 2])>,
     pub dashpot: f64,
     pub tangent: f64,
     pub drag: f64,
@@ -91,6 +94,12 @@ impl Setup {
             largest_displacement: largest(&simulation.displacement),
             drive: simulation.drive.as_ref().map(|of| drive(of, self.units)),
             precompression: chain.precompression,
+            gravity: chain.on_site.gravity,
+            ground: chain
+                .on_site
+                .ground
+                .as_ref()
+                .and_then(|ground| Some((ground.law.text(), range(&ground.coefficient)?))),
             dashpot,
             tangent,
             drag,

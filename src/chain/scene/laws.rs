@@ -51,7 +51,7 @@ pub(super) fn laws(check: Check) -> Result<Laws> {
     Laws::cell(cell).map_err(|error| check.named(error, key))
 }
 
-fn parsed(check: Check, key: &str, text: &str) -> Result<Law> {
+pub(super) fn parsed(check: Check, key: &str, text: &str) -> Result<Law> {
     Law::parse(text).map_err(|error| check.named(error, key))
 }
 

@@ -2,10 +2,12 @@
 
 use super::bodies::Bodies;
 use super::check::Check;
+use super::pattern::check_cell;
 use super::places::Places;
 use super::{EndTimeTyped, EndsTyped, Recorded, Scene, Units, coefficients, laws, masses, motion};
 use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Losses, Record, Scheme, Simulation, SteppedSites,
+    Accuracy, Chain, EndTime, Ends, Ground, Losses, OnSite, Record, Scheme, Simulation,
+    SteppedSites,
 };
 use crate::error::{Error, Problem, Result, SceneFault};
 use crate::system::memory::available_memory;
@@ -49,8 +51,9 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
     let precompression = scene.precompression.map_or(0.0, |force| force.value);
     check.not_negative("precompression", precompression)?;
     let losses = losses(check)?;
+    let on_site = on_site(check, n)?;
     let (velocity, displacement) = motion::start(check, n)?;
-    let (scheme, accuracy) = stepping(check, &losses)?;
+    let (scheme, accuracy) = stepping(check, losses.any() || on_site.ground.is_some())?;
     let simulation = Simulation {
         chain: Chain {
             mass,
@@ -59,6 +62,7 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
             ends,
             precompression,
             losses,
+            on_site,
         },
         drive: motion::drive(check)?,
         scheme,
@@ -136,15 +140,45 @@ fn losses(check: Check) -> Result<Losses> {
     })
 }
 
-fn stepping(check: Check, losses: &Losses) -> Result<(Scheme, Accuracy)> {
+/// Weight, and springs to the ground.
+fn on_site(check: Check, n: usize) -> Result<OnSite> {
+    let scene = check.scene;
+    let gravity = check.not_negative("gravity", scene.gravity.unwrap_or(0.0))?;
+    check.only_with(
+        &["ground_law"],
+        scene.ground_cell.is_some(),
+        "`ground_cell`",
+    )?;
+    let Some(cell) = &scene.ground_cell else {
+        return Ok(OnSite {
+            gravity,
+            ground: None,
+        });
+    };
+    for (i, coefficient) in cell.iter().enumerate() {
+        check.not_negative(&format!("ground_cell[{i}]"), *coefficient)?;
+    }
+    check_cell(check, "ground_cell", cell)?;
+    let text = scene.ground_law.as_deref().unwrap_or("spring");
+    let law = laws::parsed(check, "ground_law", text)?;
+    Ok(OnSite {
+        gravity,
+        ground: Some(Ground {
+            law: law.into(),
+            coefficient: cell.iter().copied().cycle().take(n).collect(),
+        }),
+    })
+}
+
+fn stepping(check: Check, has_pulls: bool) -> Result<(Scheme, Accuracy)> {
     let scene = check.scene;
     let scheme = match scene.scheme {
-        None if losses.any() => Scheme::RungeKutta,
+        None if has_pulls => Scheme::RungeKutta,
         None => Scheme::default(),
-        Some(scheme) if losses.any() && !scheme.takes_losses() => {
-            let keys = ["dashpot", "tangent", "drag"];
+        Some(scheme) if has_pulls && !scheme.takes_losses() => {
+            let keys = ["dashpot", "tangent", "drag", "ground_cell"];
             let loss = keys.iter().find(|key| check.places.has(key));
-            let expected = "runge-kutta, which takes forces that depend on velocities";
+            let expected = "runge-kutta, which takes losses and springs to the ground";
             let beside = check.places.mention(loss.unwrap_or(&keys[0]));
             return Err(check.fault("scheme", expected, format!("another beside {beside}")));
         }

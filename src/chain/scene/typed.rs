@@ -55,6 +55,16 @@ pub struct Scene {
     /// Static force in every contact, in N in an SI scene; at free ends a constant force holds it.
     #[schemars(extend("default" = 0.0))]
     pub precompression: Option<Measure<Force>>,
+    /// Acceleration towards the last site, in m/s^2 in an SI scene: the weight of the bodies presses the contacts, and a wall after
+    /// the last site carries it.
+    #[schemars(extend("default" = 0.0))]
+    pub gravity: Option<f64>,
+    /// Springs between the sites and the ground: their coefficients, repeated along the chain; 0 is none.
+    #[schemars(extend("examples" = [[0.2]]))]
+    pub ground_cell: Option<Vec<f64>>,
+    /// Force of these springs against the displacement, as the text of `law` [default: spring].
+    #[schemars(extend("examples" = ["d + 0.2*d^3"]))]
+    pub ground_law: Option<String>,
 
     /// Coefficients alternate between 1 and this, which is 1 or more. With a material, between that
     /// of cylinders crossed at 90 degrees and this times as much.

@@ -236,7 +236,7 @@ impl<K: Kernel> Driver<K> {
         let StepControl::LocalError(tolerance) = self.control else {
             return Inside::Stepped;
         };
-        if self.system.losses.any() {
+        if self.system.has_pulls() {
             return Inside::Stepped;
         }
         let states = [&self.next, &*start, &self.state];

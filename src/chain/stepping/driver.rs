@@ -105,7 +105,7 @@ const REST: Waveform = Waveform::Sine {
 impl<K: Kernel> Driver<K> {
     pub(super) fn new(task: &Task, system: System<K>, method: Method, state: State) -> Self {
         let evaluations = method.evaluations();
-        let fading = system.kernel.all_open() && task.chain.precompression == 0.0;
+        let fading = system.kernel.all_open() && !task.chain.is_pressed();
         // Forces of an open power law die out within a few sites ahead of the front.
         let ahead = if fading { 12 } else { 4 * evaluations + 1 };
         let step = match task.control {
@@ -142,7 +142,7 @@ impl<K: Kernel> Driver<K> {
             dense: None,
             caution: 1.0,
             next: state.clone(),
-            scratch: StepScratch::new(system.places(), evaluations + 1, task.chain.losses.any()),
+            scratch: StepScratch::new(system.places(), evaluations + 1, task.chain.has_pulls()),
             state,
             cost: Cost::default(),
             system,

@@ -292,13 +292,13 @@ fn crossing<K: Kernel>(
             return None;
         }
     }
-    let bend = |t: f64, force: &[f64]| {
-        h * h * (system.acceleration(s - 1, t, force) - system.acceleration(s, t, force))
+    let bend = |t: f64, x: &[f64], force: &[f64]| {
+        h * h * (system.acceleration(s - 1, t, x, force) - system.acceleration(s, t, x, force))
     };
-    let path = [start, closing, bend(t, force)];
+    let path = [start, closing, bend(t, &state.x, force)];
     Some(Quintic::hermite(
         path,
-        [finish, closing_end, bend(t + h, force_end)],
+        [finish, closing_end, bend(t + h, &next.x, force_end)],
     ))
 }
 
@@ -354,7 +354,8 @@ fn overlap_path<K: Kernel>(
     [force, force_end]: [&AlignedRow; 2],
 ) -> Quintic {
     let at = |state: &State, t: f64, force: &[f64]| {
-        let bend = system.acceleration(s - 1, t, force) - system.acceleration(s, t, force);
+        let of = |s: usize| system.acceleration(s, t, &state.x, force);
+        let bend = of(s - 1) - of(s);
         [
             system.overlap(s, &state.x),
             h * (state.v[s - 1] - state.v[s]),
@@ -372,9 +373,9 @@ fn place_path<K: Kernel>(
     [state, next]: [&State; 2],
     [force, force_end]: [&AlignedRow; 2],
 ) -> Quintic {
-    let bend = |t: f64, force: &[f64]| h * h * system.acceleration(s, t, force);
+    let bend = |t: f64, x: &[f64], force: &[f64]| h * h * system.acceleration(s, t, x, force);
     Quintic::hermite(
-        [state.x[s], h * state.v[s], bend(t, force)],
-        [next.x[s], h * next.v[s], bend(t + h, force_end)],
+        [state.x[s], h * state.v[s], bend(t, &state.x, force)],
+        [next.x[s], h * next.v[s], bend(t + h, &next.x, force_end)],
     )
 }

@@ -103,7 +103,8 @@ impl Islands {
         self.at_rest = (reached + 2).next_multiple_of(WIDTH).min(places) + WIDTH;
         self.active.clear();
         self.gaps.clear();
-        let opens = system.kernel.all_open() && system.losses.drag == 0.0;
+        let opens =
+            system.kernel.all_open() && system.losses.drag == 0.0 && system.ground.is_none();
         if self.window == SteppedSites::Whole || system.periodic {
             self.push(0..places, places);
         } else if !opens || system.static_overlap[system.contacts.start] > 0.0 {

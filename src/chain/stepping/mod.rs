@@ -235,11 +235,11 @@ pub(crate) fn gauss(nodes: usize) -> Vec<(f64, f64)> {
 /// [`crate::Error::Request`] for losses with a scheme that does not support them, and for step
 /// control that does not fit the scheme.
 pub(crate) fn prepare(task: &Task) -> Result<Box<dyn Stepping>> {
-    if task.chain.losses.any() && !task.scheme.takes_losses() {
-        let expected = "`runge-kutta`, which takes forces that depend on velocities";
+    if task.chain.has_pulls() && !task.scheme.takes_losses() {
+        let expected = "`runge-kutta`, which takes losses and springs to the ground";
         return Err(refuse("scheme", expected, format!("{:?}", task.scheme)));
     }
-    let pressed = task.chain.precompression > 0.0;
+    let pressed = task.chain.is_pressed();
     match task.chain.law.only() {
         Some(Law::Hertz) if !pressed => with_kernel(task, law::Hertz),
         Some(Law::Hertz) => with_kernel(task, law::PressedHertz),
@@ -313,8 +313,8 @@ pub(crate) fn prepare_together(tasks: &[Task]) -> Option<(Together<law::Hertz>, 
 impl Task<'_> {
     fn goes_together(&self) -> bool {
         self.chain.law.only() == Some(&Law::Hertz)
-            && self.chain.precompression == 0.0
-            && !self.chain.losses.any()
+            && !self.chain.is_pressed()
+            && !self.chain.has_pulls()
             && self.chain.ends != Ends::Periodic
             && self.drive.is_none()
             && !self.energy

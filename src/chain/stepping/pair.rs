@@ -132,7 +132,7 @@ impl<K: Kernel> PairStep<'_, K> {
             ..
         } = scratch;
         let rows = |weights, rows| StageSums::new(weights, h, rows, island);
-        let lossy = system.losses.any();
+        let lossy = system.has_pulls();
         let pulls = lossy.then(|| [rows(&tableau.bp, pull), rows(&tableau.error, pull)]);
         let mut largest = Finish {
             mobility: &system.mobility,
@@ -190,7 +190,7 @@ impl<K: Kernel> PairStep<'_, K> {
         } = *self;
         let Span { t, h } = self.span;
         let blocks = island.blocks.clone();
-        let lossy = system.losses.any();
+        let lossy = system.has_pulls();
         let moving_ends = system.has_moving_ends() && blocks.start == 0;
         let last = tableau.stages() - 1;
         let StepScratch {
@@ -294,6 +294,11 @@ fn damp<K: Kernel>(
         pull,
     }
     .work();
+    if system.ground.is_some() {
+        for s in island.places() {
+            pull[s] += system.held(s, x[s]);
+        }
+    }
     if system.has_moving_ends() && island.blocks.start == 0 {
         set_end_forces(system, t, [x, v], force);
     }

@@ -6,7 +6,7 @@
 //! coefficient or a mobility of 0 marks a missing contact or site.
 
 use super::super::drive::Drive;
-use super::super::lattice::{Chain, Ends, Losses};
+use super::super::lattice::{Chain, Ends, Ground, Losses};
 use super::super::law::Kernel;
 use crate::numeric::lanes::AlignedRow;
 
@@ -20,6 +20,7 @@ pub(super) struct System<K> {
     /// 1/m; 0 for ghosts.
     pub(super) mobility: AlignedRow,
     pub(super) losses: Losses,
+    pub(super) ground: Option<Ground>,
     pub(super) periodic: bool,
     pub(super) drive: Option<Drive>,
     /// The contacts that exist, the last excluded.
@@ -90,6 +91,7 @@ impl<K: Kernel> System<K> {
             static_overlap,
             mobility,
             losses: chain.losses,
+            ground: chain.on_site.ground.clone(),
             periodic,
             drive,
             contacts: first..FIRST_CONTACT + m,
@@ -114,15 +116,32 @@ impl<K: Kernel> System<K> {
         self.static_overlap[s] + self.excess_overlap(s, x)
     }
 
+    /// Whether forces act on sites that are none of contacts.
+    pub(super) fn has_pulls(&self) -> bool {
+        self.losses.any() || self.ground.is_some()
+    }
+
+    /// Force of the ground on the site at place s, towards -x.
+    pub(super) fn held(&self, s: usize, x: f64) -> f64 {
+        match (&self.ground, s.checked_sub(FIRST_SITE)) {
+            (Some(ground), Some(j)) if j < self.sites => ground.force(j, x),
+            _ => 0.0,
+        }
+    }
+
     /// Acceleration of place s at time t, by contacts of these forces or, of a driven wall, as it
     /// is moved.
     #[inline(always)]
-    pub(super) fn acceleration(&self, s: usize, t: f64, force: &[f64]) -> f64 {
+    pub(super) fn acceleration(&self, s: usize, t: f64, x: &[f64], force: &[f64]) -> f64 {
         if let (0, Some(Drive::Wall(wave))) = (s, &self.drive) {
             return wave.acceleration_at(t);
         }
         let right = force.get(s + 1).copied().unwrap_or(0.0);
-        self.mobility[s] * (force[s] - right)
+        let push = force[s] - right;
+        match self.ground.is_some() {
+            true => self.mobility[s] * (push - self.held(s, x[s])),
+            false => self.mobility[s] * push,
+        }
     }
 
     /// Damping force of contact s, of excess overlap r, that closes with this speed.
