@@ -270,3 +270,21 @@ def test_the_package_ships_the_program(program):
     assert said.returncode == 1 and "missing.npy" in said.stderr
     said = subprocess.run([program, "analyze", "--dt=x", "f.npy"], capture_output=True, text=True)
     assert said.returncode == 2
+
+
+def test_val_closed_form_a_law_from_a_function():
+    # Toda's law in two wordings.
+    keys = {"sites": 12, "ends": "free", "end_time": 8.0, "samples": 33}
+    expected = wc.simulate(keys, law="toda", steepness=1.0)
+    found = wc.simulate(keys, law=wc.law(np.expm1, -1.0, 1.0, error=1e-7))
+    off = np.abs(np.asarray(found["velocity"]) - np.asarray(expected["velocity"])).max()
+    assert 0.0 < off < 1e-6
+    both = wc.simulate(keys, laws=["d + pow(d, 3)", "hertz"])
+    assert both.attrs if hasattr(both, "attrs") else both
+    for bad, expected in [
+        (lambda: wc.law(np.cosh, -1.0, 1.0), "no force at the overlap 0"),
+        (lambda: wc.law(np.sinh, 1.0, 2.0), "a range with the overlap 0"),
+        (lambda: wc.law(lambda d: np.sign(d), -1.0, 1.0), "points follow"),
+    ]:
+        with pytest.raises(ValueError, match=expected):
+            bad()

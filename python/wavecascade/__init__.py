@@ -39,6 +39,7 @@ from wavecascade._commands.estimates import (
     slope,
     spectrum,
 )
+from wavecascade._commands.laws import law
 from wavecascade._commands.parts import combine, partial
 from wavecascade._keywords.words import CascadeWarning
 from wavecascade._native import Partial
@@ -60,6 +61,7 @@ __all__ = [
     "filter",
     "increments",
     "inspect",
+    "law",
     "localize",
     "modes",
     "open",

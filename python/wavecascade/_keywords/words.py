@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import json
 import os
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -149,6 +150,8 @@ def words(
             said.append(f"{option}={range_word(value)}")
         elif isinstance(value, str) or not isinstance(value, Iterable) or measured(value):
             said.append(f"{option}={one_word(value)}")
+        elif name == "laws":
+            said.append(f"{option}=[{', '.join(json.dumps(one_word(one)) for one in value)}]")
         elif name in _REPEATED:
             said += [f"{option}={_table(one)}" for one in value]
         else:
