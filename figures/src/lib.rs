@@ -74,7 +74,18 @@ pub fn experiment(keys: &[(&str, &str)]) -> Outcome<Setup> {
 /// Draws the panels in rows of `columns` into `figures/out/<name>.png` and `.svg`, and writes their
 /// curves into `<name>.csv`.
 pub fn save(name: &'static str, columns: usize, panels: &[Panel]) -> Outcome<()> {
-    let charts: Vec<Chart> = panels.iter().map(Panel::chart).collect();
+    save_as(name, columns, panels, |_, chart| chart)
+}
+
+/// The same with changes to the chart of each panel, by its place.
+pub fn save_as(
+    name: &'static str,
+    columns: usize,
+    panels: &[Panel],
+    change: impl Fn(usize, Chart) -> Chart,
+) -> Outcome<()> {
+    let charts = panels.iter().map(Panel::chart).enumerate();
+    let charts: Vec<Chart> = charts.map(|(i, chart)| change(i, chart)).collect();
     save_charts(name, columns, &charts)?;
     write(&format!("{name}.csv"), &table(panels)?)
 }
