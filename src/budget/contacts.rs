@@ -87,10 +87,7 @@ impl<'a> Contacts<'a> {
     pub(super) fn of(motion: &Motion<'a>) -> Contacts<'a> {
         let chain = motion.chain;
         let left = chain.left_contact();
-        let all = || {
-            left.into_iter()
-                .chain((0..chain.n_contacts()).map(|j| chain.contact(j)))
-        };
+        let all = || left.into_iter().chain(chain.contacts());
         Contacts {
             chain,
             drive: motion.drive,

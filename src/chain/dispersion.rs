@@ -91,9 +91,9 @@ impl UnitCell {
     /// # Errors
     /// [`NoBranches`].
     pub fn of(chain: &Chain) -> std::result::Result<UnitCell, NoBranches> {
-        let contacts = || (0..chain.n_contacts()).map(|j| chain.contact(j));
-        let stiffness: Vec<f64> = contacts().map(|contact| contact.stiffness(0.0)).collect();
-        if !contacts().all(|contact| contact.has_linear_limit()) {
+        let stiffness = chain.contacts().map(|contact| contact.stiffness(0.0));
+        let stiffness: Vec<f64> = stiffness.collect();
+        if !chain.contacts().all(|contact| contact.has_linear_limit()) {
             return Err(NoBranches::NoLinearLimit);
         }
         if stiffness.iter().any(|k| !(k.is_finite() && *k > 0.0)) {

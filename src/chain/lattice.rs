@@ -196,6 +196,21 @@ impl Chain {
         law.static_overlap(coefficient, self.precompression)
     }
 
+    /// All contacts in order, that with a wall before site 0 left out.
+    pub(crate) fn contacts(&self) -> impl Iterator<Item = Contact<'_>> {
+        let mut weight = 0.0;
+        let contacts = self.coefficient.iter().zip(&self.mass).enumerate();
+        contacts.map(move |(j, (&coefficient, mass))| {
+            weight += self.on_site.gravity * mass;
+            let law = self.law.of(j);
+            Contact {
+                law,
+                coefficient,
+                static_overlap: law.static_overlap(coefficient, self.precompression + weight),
+            }
+        })
+    }
+
     /// The law, the coefficient and the static overlap of contact j.
     pub(crate) fn contact(&self, j: usize) -> Contact<'_> {
         Contact {
@@ -303,9 +318,8 @@ impl Chain {
         for (j, energy) in out.iter_mut().enumerate() {
             *energy = 0.5 * self.mass[j] * velocity[j] * velocity[j];
         }
-        for j in 0..self.n_contacts() {
-            let r = self.overlap(j, displacement);
-            let energy = self.contact(j).energy(r);
+        for (j, contact) in self.contacts().enumerate() {
+            let energy = contact.energy(self.overlap(j, displacement));
             let right = if j + 1 < n {
                 Some(j + 1)
             } else if self.ends == Ends::Periodic {
@@ -341,8 +355,9 @@ impl Chain {
     pub(super) fn stored_energy(&self, displacement: &[f64]) -> f64 {
         let left = self.left_contact();
         let left = left.map_or(0.0, |contact| contact.energy(-displacement[0]).abs());
-        let energy = |j: usize| self.contact(j).energy(self.overlap(j, displacement));
-        let sum: f64 = (0..self.n_contacts()).map(|j| energy(j).abs()).sum();
+        let contacts = self.contacts().enumerate();
+        let energy = contacts.map(|(j, of)| of.energy(self.overlap(j, displacement)));
+        let sum: f64 = energy.map(f64::abs).sum();
         let ground = self.on_site.ground.as_ref();
         let held = |ground: &Ground| -> f64 {
             let sites = displacement.iter().enumerate();
@@ -407,8 +422,7 @@ impl Chain {
             let expected = "a static force of 0 or more";
             return Err(refuse("precompression", expected, self.precompression));
         }
-        let contacts = (0..self.n_contacts()).map(|j| self.contact(j));
-        for contact in contacts.chain(self.left_contact()) {
+        for contact in self.contacts().chain(self.left_contact()) {
             if contact.static_overlap.is_nan() {
                 let expected = format!("a static force that `{}` can carry", contact.law.text());
                 return Err(refuse("precompression", &expected, self.precompression));

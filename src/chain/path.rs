@@ -83,7 +83,9 @@ impl Simulation {
             smooth: stepping::gauss(SMOOTH_NODES),
             beside: stepping::gauss(NODES),
             opened: None,
+            contacts: vec![None, self.chain.left_contact()],
         };
+        walk.contacts.extend(self.chain.contacts().map(Some));
         let mut time = 0.0;
         for (sample, &target) in times.iter().enumerate() {
             while time < target {
@@ -109,6 +111,8 @@ struct Walk<'a> {
     beside: Vec<(f64, f64)>,
     /// The last time at which a contact opened or closed.
     opened: Option<f64>,
+    /// The contacts, each at its place in rows.
+    contacts: Vec<Option<Contact<'a>>>,
 }
 
 impl Walk<'_> {
@@ -245,10 +249,7 @@ impl Walk<'_> {
             FIRST_CONTACT
         };
         for s in first..FIRST_CONTACT + chain.n_contacts() {
-            if !self
-                .contact(s)
-                .is_some_and(|contact| contact.law.is_one_sided())
-            {
+            if !self.contacts[s].is_some_and(|contact| contact.law.is_one_sided()) {
                 continue;
             }
             let d0 = self.static_overlap(s);
@@ -303,23 +304,14 @@ impl Walk<'_> {
         Ok(times)
     }
 
-    fn contact(&self, s: usize) -> Option<Contact<'_>> {
-        let chain = &self.simulation.chain;
-        match s.checked_sub(FIRST_CONTACT) {
-            Some(j) => Some(chain.contact(j)),
-            None => chain.left_contact(),
-        }
-    }
-
     fn static_overlap(&self, s: usize) -> f64 {
-        self.contact(s)
-            .map_or(0.0, |contact| contact.static_overlap)
+        self.contacts[s].map_or(0.0, |contact| contact.static_overlap)
     }
 
     /// Energy of contact s at an overlap.
     fn energy(&self, s: usize, overlap: f64) -> f64 {
         let energy = |of: Contact| of.law.energy(of.coefficient, 0.0, overlap);
-        self.contact(s).map_or(0.0, energy)
+        self.contacts[s].map_or(0.0, energy)
     }
 }
 

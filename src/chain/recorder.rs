@@ -70,8 +70,8 @@ pub(super) struct Recorder {
     /// Largest energy and largest unexplained change of it.
     energy: [f64; 3],
     explained: bool,
-    /// The contacts whose laws are known in a range, and the overlap of each farthest outside.
-    ranges: Vec<(usize, [f64; 2], Option<f64>)>,
+    /// The contacts whose laws are known in a range, their static overlaps, and the overlap of each farthest outside.
+    ranges: Vec<(usize, [f64; 2], f64, Option<f64>)>,
 }
 
 impl Recorder {
@@ -86,8 +86,9 @@ impl Recorder {
         let array = |wanted: bool, columns| wanted.then(|| Array2::zeros((rows, columns)));
         let lossy = chain.losses.any();
         let driven = simulation.drive.is_some();
-        let ranges = (0..m).map(|j| (j, chain.law.of(j).range(), None));
-        let ranges = ranges.filter(|(_, range, _)| range.iter().any(|end| end.is_finite()));
+        let ranges = chain.contacts().enumerate();
+        let ranges = ranges.map(|(j, of)| (j, of.law.range(), of.static_overlap, None));
+        let ranges = ranges.filter(|of| of.1.iter().any(|end| end.is_finite()));
         Recorder {
             ranges: ranges.collect(),
             samples,
@@ -152,8 +153,8 @@ impl Recorder {
         if let Some(array) = energy_input {
             array[sample] = state.passed[1];
         }
-        for (j, [least, most], farthest) in &mut self.ranges {
-            let overlap = chain.static_overlap(*j) + chain.overlap(*j, x);
+        for (j, [least, most], rest, farthest) in &mut self.ranges {
+            let overlap = *rest + chain.overlap(*j, x);
             let beyond = |overlap: f64| (*least - overlap).max(overlap - *most);
             if beyond(overlap) > farthest.map_or(0.0, beyond) {
                 *farthest = Some(overlap);
@@ -191,7 +192,7 @@ impl Recorder {
         let [_, largest, drift] = self.energy;
         self.run.report.cost = cost;
         let outside = self.ranges.iter();
-        let outside = outside.filter_map(|(contact, range, overlap)| {
+        let outside = outside.filter_map(|(contact, range, _, overlap)| {
             Some(RunWarning::OutsideLaw {
                 contact: *contact,
                 overlap: (*overlap)?,

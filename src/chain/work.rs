@@ -1,5 +1,6 @@
 //! The work of a run, estimated before it begins.
 
+use super::lattice::Contact;
 use super::lattice::{Ends, refuse};
 use super::simulation::{Accuracy, EndTime, Simulation};
 use super::stepping;
@@ -81,9 +82,8 @@ impl Simulation {
     fn contact_rates(&self, time: f64) -> Vec<ContactRates> {
         let chain = &self.chain;
         let (speed, losses) = (self.velocity_scale(time), chain.losses);
-        let of_contact = |(j, stop): (usize, f64)| {
+        let of_contact = |(j, (stop, contact)): (usize, (f64, Contact))| {
             let mass = chain.reduced_mass(j);
-            let contact = chain.contact(j);
             let mut compressed = speed * stop;
             if losses.tangent > 0.0 && speed > 0.0 {
                 // Its damping alone takes the momentum `tangent F`.
@@ -98,15 +98,15 @@ impl Simulation {
                 tangent: 2.0 * losses.tangent * stiffness / mass,
             }
         };
-        let stops = self.stopping_times(speed).enumerate();
-        stops.map(of_contact).collect()
+        let stops = self.stopping_times(speed).zip(chain.contacts());
+        stops.enumerate().map(of_contact).collect()
     }
 
     /// The time in which each contact stops two bodies that meet at this speed.
     pub(super) fn stopping_times(&self, speed: f64) -> impl Iterator<Item = f64> {
         let chain = &self.chain;
-        let of_contact = move |j| stepping::stopping_time(chain, j, chain.reduced_mass(j), speed);
-        (0..chain.n_contacts()).map(of_contact)
+        let contacts = chain.contacts().enumerate();
+        contacts.map(move |(j, of)| stepping::stopping_time(of, chain.reduced_mass(j), speed))
     }
 
     /// Steps that the motion needs, where contacts relax at `rate` or more slowly. Calibrated at 300 random scenes, of which

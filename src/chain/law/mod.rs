@@ -367,23 +367,29 @@ impl Law {
 
 /// The first overlap from 0 on at which a law presses by this force.
 fn pressed(law: &dyn ContactLaw, force: f64) -> f64 {
-    /// Steps by a factor of 2^(1/8) from far below to far above what the stiffness at 0 makes of it.
-    const STEPS: i32 = 8 * 120;
+    /// Octaves below and above the overlap that the stiffness at 0 makes of the force, and steps in each: where a law turns,
+    /// the first overlap counts.
+    const BELOW: i32 = 10;
+    const ABOVE: i32 = 60;
+    const STEPS: i32 = 8;
     let stiffness = law.stiffness(0.0);
-    let first = if stiffness > 0.0 {
-        force / stiffness
-    } else {
-        force
+    let guess = match stiffness > 0.0 {
+        true => force / stiffness,
+        false => force,
     };
-    let at = |step: i32| first * (f64::from(step) / 8.0).exp2();
-    let found = (-STEPS / 2..STEPS / 2).find(|step| law.force(at(*step)) >= force);
-    let Some(step) = found else { return f64::NAN };
-    let below = if step == -STEPS / 2 {
-        0.0
-    } else {
-        at(step - 1)
-    };
-    root::between(below, at(step), |delta| law.force(delta) - force)
+    let mut below = guess * f64::from(-BELOW).exp2();
+    while below > 0.0 && law.force(below) >= force {
+        below *= 0.5;
+    }
+    let step = (1.0 / f64::from(STEPS)).exp2();
+    for _ in 0..STEPS * (BELOW + ABOVE) {
+        let above = below * step;
+        if law.force(above) >= force {
+            return root::between(below, above, |delta| law.force(delta) - force);
+        }
+        below = above;
+    }
+    f64::NAN
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::system::{State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, Samples, StepControl, Stepping, Task};
 use crate::chain::drive::{Drive, Waveform};
-use crate::chain::lattice::{Chain, refuse};
+use crate::chain::lattice::{Chain, Contact, refuse};
 use crate::chain::law::Kernel;
 use crate::numeric::root;
 use crate::observer::Observer;
@@ -502,15 +502,14 @@ pub(crate) fn contact_time(chain: &Chain, speed: f64, which: Extreme) -> f64 {
         Extreme::Fastest => (masses.fold(f64::INFINITY, f64::min), contacts.max_by(by)),
         Extreme::Slowest => (masses.fold(0.0, f64::max), contacts.min_by(by)),
     };
-    contact.map_or(1.0, |j| stopping_time(chain, j, mass, speed))
+    contact.map_or(1.0, |j| stopping_time(chain.contact(j), mass, speed))
 }
 
-/// The time in which contact j stops a body of this mass and speed.
-pub(crate) fn stopping_time(chain: &Chain, j: usize, mass: f64, speed: f64) -> f64 {
+/// The time in which a contact stops a body of this mass and speed.
+pub(crate) fn stopping_time(contact: Contact, mass: f64, speed: f64) -> f64 {
     if speed <= 0.0 {
         return 1.0;
     }
-    let contact = chain.contact(j);
     let excess = |ln_time: f64| {
         let time = ln_time.exp();
         (contact.force(speed * time).abs() * time / (mass * speed)).ln()

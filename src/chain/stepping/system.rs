@@ -52,8 +52,9 @@ impl<K: Kernel> System<K> {
         let row = || AlignedRow::zeros(n + 2);
         let (mut coefficient, mut static_overlap, mut mobility) = (row(), row(), row());
         coefficient[FIRST_CONTACT..][..m].copy_from_slice(&chain.coefficient);
-        for (j, overlap) in static_overlap[FIRST_CONTACT..][..m].iter_mut().enumerate() {
-            *overlap = chain.static_overlap(j);
+        let overlaps = static_overlap[FIRST_CONTACT..][..m].iter_mut();
+        for (overlap, contact) in overlaps.zip(chain.contacts()) {
+            *overlap = contact.static_overlap;
         }
         for (inverse, mass) in mobility[FIRST_SITE..].iter_mut().zip(&chain.mass) {
             *inverse = 1.0 / mass;
