@@ -7,7 +7,8 @@ use wavecascade::analyze::{Request, plan, run};
 use wavecascade::arrays::Precision;
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Observer;
-use wavecascade::report::{Archive, write_small_arrays};
+use wavecascade::report::Archive;
+use wavecascade::sheet::Describe;
 
 /// Counts what is done; a program would draw it.
 #[derive(Default)]
@@ -46,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let archive = Archive::create(&place.path().join("spectra.npz"), Precision::F64)?;
     let counter = Counter::default();
     let analysis = run(&field, &plan, &archive, &counter)?;
-    write_small_arrays(&analysis, &archive)?;
+    analysis.describe().write_to(&archive)?;
     archive.finish()?;
 
     let written = std::fs::metadata(place.path().join("spectra.npz"))?.len();

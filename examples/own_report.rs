@@ -7,9 +7,8 @@ use wavecascade::analyze::{Request, plan, run};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
 use wavecascade::plot::{Format, Style, draw_all};
-use wavecascade::report::{
-    Archive, Provenance, ResultDirectory, Summary, html, write_small_arrays,
-};
+use wavecascade::report::{Archive, Provenance, ResultDirectory, analysis_html};
+use wavecascade::sheet::Describe;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let place = tempfile::tempdir()?;
@@ -21,7 +20,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let directory = ResultDirectory::create(&place.path().join("impact"), false)?;
     let archive = Archive::create(&directory.path().join("spectra.npz"), request.precision)?;
     let analysis = run(&field, &plan(&field, &request)?, &archive, &Silent)?;
-    write_small_arrays(&analysis, &archive)?;
+    let sheet = analysis.describe();
+    sheet.write_to(&archive)?;
     archive.finish()?;
     let command = vec!["own_report".to_owned()];
     let provenance = Provenance::new(
@@ -29,11 +29,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some(input.display().to_string()),
         analysis.content_hash.clone(),
     );
-    directory.write(
-        "summary.json",
-        Summary::new(&analysis, &provenance).to_json()?,
-    )?;
-    directory.write("report.html", html(&analysis, &|_| None, &Style::default()))?;
+    directory.write("summary.json", sheet.summary(&provenance)?)?;
+    let page = analysis_html(&analysis, &sheet, &provenance, &Style::default())?;
+    directory.write("report.html", page)?;
     draw_all(
         &analysis,
         &directory.path().join("figures"),

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use numpy::{PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use wavecascade::analyze::{Request, Warning, filtered, plan, run as run_plan};
+use wavecascade::analyze::{Request, filtered, plan, run as run_plan};
 use wavecascade::arrays::Precision;
 use wavecascade::chain::scene::{SceneSource, Setup};
 use wavecascade::field::{Axis, is_run_file};
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
-use wavecascade::report::{Provenance, Summary, html, write_labelled_arrays};
+use wavecascade::report::{Provenance, analysis_html, describe_analysis};
+use wavecascade::sheet::{Describe, Warning};
 use wavecascade::{Error, Field};
 use wavecascade_system::threads::in_pool;
 
@@ -22,10 +23,10 @@ use super::page::Page;
 use super::samples::{Opener, Source};
 use super::typed::{provenance, typed};
 use super::watch;
-use crate::analyze::{advised, conclusions, in_time_of, in_time_of_run, request};
+use crate::analyze::{conclusions, in_time_of, in_time_of_run, request};
 use crate::args::Analyze;
 use crate::failure::Failure;
-use crate::{advice, dispersion, effect};
+use crate::{dispersion, effect};
 
 /// Runs on the threads that were typed.
 pub fn on_threads<T: Send>(
@@ -41,8 +42,8 @@ pub fn on_threads<T: Send>(
 /// `(code, message, advice)` of each.
 fn warnings<'py>(py: Python<'py>, found: &[Warning]) -> PyResult<Bound<'py, PyList>> {
     let told = found.iter().map(|warning| {
-        let advice = keywords(advice::of_warning(warning));
-        (warning.code(), keywords(&warning.message()), advice)
+        let advice = keywords(&warning.advice);
+        (warning.code, keywords(&warning.message), advice)
     });
     PyList::new(py, told)
 }
@@ -90,17 +91,19 @@ pub fn analyze<'py>(
             read_as: conclusions(&field),
             ..Provenance::new(provenance(&words), input, hash)
         };
-        write_labelled_arrays(&analysis, &provenance, &kept)?;
-        let summary = Summary::new(&analysis, &provenance).with_advice(&advised);
-        let summary = summary.to_json().map_err(std::io::Error::from)?;
-        Ok((analysis, kept, summary))
+        analysis.describe().write_to(&kept)?;
+        let sheet = analysis.words();
+        describe_analysis(&analysis, &sheet.summary_value(&provenance), &kept);
+        Ok((analysis, kept, sheet, provenance))
     };
     let done = watch::run(py, progress.as_ref(), work)?;
-    let (analysis, kept, summary) = done.map_err(|error| faults::of_failure(py, error, from))?;
+    let (analysis, kept, sheet, provenance) =
+        done.map_err(|error| faults::of_failure(py, error, from))?;
     let out = kept.into_python(py)?;
+    let summary = sheet.summary(&provenance).map_err(std::io::Error::from)?;
     out.set_item("summary", summary)?;
-    out.set_item("warnings", warnings(py, &analysis.warnings)?)?;
-    let page = Page::new(move || Ok(html(&analysis, &advised, &Style::screen())));
+    out.set_item("warnings", warnings(py, &sheet.warnings)?)?;
+    let page = Page::new(move || analysis_html(&analysis, &sheet, &provenance, &Style::screen()));
     out.set_item("page", Bound::new(py, page)?)?;
     Ok(out)
 }
@@ -183,7 +186,7 @@ fn described<'py>(py: Python<'py>, field: &Field) -> PyResult<Bound<'py, PyDict>
     out.set_item("dispersion", &field.dispersion)?;
     out.set_item("hash", &field.content_hash)?;
     let notes = field.notes.iter().map(|note| {
-        let advice = advice::of_note(note).map(keywords);
+        let advice = note.advice().map(keywords);
         (keywords(&note.message()), note.is_doubtful(), advice)
     });
     out.set_item("notes", PyList::new(py, notes)?)?;

@@ -10,7 +10,7 @@ use wavecascade::arrays::Precision;
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
 use wavecascade::report::{Provenance, sheet_html};
-use wavecascade::sheet::{Describe, Sheet, Warning};
+use wavecascade::sheet::{Describe, Warning};
 
 use super::faults::{self, keywords};
 use super::kept::Kept;
@@ -18,7 +18,6 @@ use super::page::Page;
 use super::samples::{Opener, Source};
 use super::typed::{command, provenance};
 use super::watch;
-use crate::advice;
 use crate::args::Command;
 use crate::estimates::{OnEstimate, Typed};
 use crate::failure::Failure;
@@ -86,16 +85,14 @@ pub struct Made {
 }
 
 impl Made {
-    /// `findings` are those about the fields.
     pub fn new<D: Describe + Send + Sync + 'static>(
         command: &'static str,
         found: D,
-        findings: Vec<Warning>,
         name: &str,
         provenance: Provenance,
     ) -> Result<Made, Failure> {
         let arrays = Kept::new(Precision::F64);
-        let sheet = described(&found, &findings);
+        let sheet = found.describe();
         sheet.write_to(&arrays)?;
         let summary = sheet.summary(&provenance).map_err(std::io::Error::from)?;
         let warnings = sheet.warnings;
@@ -106,8 +103,13 @@ impl Made {
             summary,
             doubts: Vec::new(),
             page: Page::new(move || {
-                let sheet = described(&found, &findings);
-                sheet_html(&found, &sheet, &name, &provenance, &Style::screen())
+                sheet_html(
+                    &found,
+                    &found.describe(),
+                    &name,
+                    &provenance,
+                    &Style::screen(),
+                )
             }),
             warnings,
         })
@@ -126,13 +128,6 @@ impl Made {
         out.set_item("page", Bound::new(py, self.page)?)?;
         Ok(out)
     }
-}
-
-/// A result as data, with the findings about its fields.
-fn described<'a>(found: &'a dyn Describe, findings: &[Warning]) -> Sheet<'a> {
-    let mut sheet = found.describe();
-    sheet.warnings.extend_from_slice(findings);
-    sheet
 }
 
 /// The fields in memory or in files, of which patterns of paths may be several.
@@ -171,7 +166,7 @@ where
     let fields: Vec<Field> = fields.collect::<Result<_, _>>()?;
     let doubts = fields.iter().flat_map(|field| &field.notes);
     let doubts = doubts.filter(|note| note.is_doubtful()).map(|note| {
-        let advice = advice::of_note(note).unwrap_or_default();
+        let advice = note.advice().unwrap_or_default();
         (note.message(), advice.to_owned())
     });
     let doubts = doubts.collect();
@@ -182,9 +177,8 @@ where
     let named = name.file_stem().unwrap_or_default().to_string_lossy();
     let hash = fields.first().and_then(|field| field.content_hash.clone());
     let provenance = Provenance::new(provenance(words), input, hash);
-    let findings = typed.findings(&found);
     Ok(Made {
         doubts,
-        ..Made::new(T::COMMAND, found, findings, &named, provenance)?
+        ..Made::new(T::COMMAND, found, &named, provenance)?
     })
 }

@@ -211,7 +211,7 @@ fn made<D: Describe + Send + Sync + 'static>(found: D, fields: &[String]) -> Res
     let words = [format!("{command}.combine")];
     let provenance = Provenance::new(provenance(&words), Some(fields.join(", ")), None);
     let name = fields.first().map_or("field", |name| name);
-    Made::new(command, found, Vec::new(), name, provenance)
+    Made::new(command, found, name, provenance)
 }
 
 fn result(found: Combined, fields: &[String]) -> Result<Made, Failure> {

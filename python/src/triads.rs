@@ -61,7 +61,7 @@ pub fn triads<'py>(
         };
         let input = path.map(|path| path.display().to_string());
         let provenance = Provenance::new(provenance(&words), input, None);
-        Made::new("triads", found, Vec::new(), "run", provenance)
+        Made::new("triads", found, "run", provenance)
     };
     let done = watch::run(py, progress.as_ref(), work)?;
     let done = done.map_err(|error| faults::of_failure(py, error, from))?;

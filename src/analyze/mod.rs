@@ -22,6 +22,7 @@ mod request;
 mod result;
 mod rows;
 mod run;
+pub(crate) mod sheet;
 mod short_time;
 mod spacetime;
 mod stages;

@@ -6,6 +6,7 @@ use super::Axes;
 use super::quality::COMMON_SHARE;
 use crate::field::Note;
 use crate::measure::digits;
+use crate::sheet;
 
 /// How much louder than those beside it a site is that is too loud.
 pub(super) const LOUD: f64 = 100.0;
@@ -346,6 +347,83 @@ impl Warning {
             }
             Warning::NoEnergy => "the prepared field is zero everywhere".into(),
             Warning::Reading { note } => note.message(),
+        }
+    }
+
+    /// What the user can do about it.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Warning::AliasingTime { .. } => {
+                "sample faster, or low-pass before sampling; energy above Nyquist folds down"
+            }
+            Warning::AliasingSpace { .. } => {
+                "measure at sites closer together; wavenumbers beyond Nyquist fold and may seem to \
+                 travel backwards"
+            }
+            Warning::DeadChannels { .. } | Warning::QuietChannels { .. } => {
+                "check the sensors; leave the sites out of spectra along time with `--without-sites`"
+            }
+            Warning::NoisyChannels { .. } => {
+                "check the sensors; if it is noise, leave the sites out with `--without-sites`"
+            }
+            Warning::NoiseSubtracted { .. } => {
+                "`summary.json` has the noise of each site with its interval, and what clipping added"
+            }
+            Warning::SitesLeftOut { .. } => {
+                "for the wavenumbers of the sites that are left save them with their positions, and bring them to even \
+                 ones with `--resample cubic`"
+            }
+            Warning::SaturatedChannels { .. } => {
+                "lower the gain or the amplitude; clipping makes harmonics that are not there"
+            }
+            Warning::LoudChannels { .. } => {
+                "check their gains and units: their energy decides spectra and directions; leave them out \
+                 with `--without-sites`, or scale them first"
+            }
+            Warning::GainSteps { .. } | Warning::GainChanges { .. } => {
+                "scale the records before energies of sites are compared"
+            }
+            Warning::ZeroTimes { .. } => {
+                "where the recording dropped out, state `nan` there and `--gaps interpolate`"
+            }
+            Warning::StartUp { .. } => {
+                "if it is the instrument that settles, begin later with `--times FROM:`"
+            }
+            Warning::CommonMode { .. } => {
+                "if it is noise of the instrument, remove it with `--detrend-space mean`"
+            }
+            Warning::Static { .. } => {
+                "if they are offsets of the instrument, remove them with `--detrend-time mean`"
+            }
+            Warning::LeakageTime { .. } => {
+                "for a stationary record use `--window-time hann` or remove the trend; for a \
+                 transient record until it has died down"
+            }
+            Warning::LeakageSpace { .. } => {
+                "use `--window-space hann`, or remove the trend with `--detrend-space linear`"
+            }
+            Warning::Gaps { .. } => "read spectra of these sites with care",
+            Warning::TransientCut { .. } => {
+                "record from before the arrival until the motion has died down; a cut transient \
+                 has no energy spectrum of its own"
+            }
+            Warning::Unrepresentable { .. } => {
+                "change the unit of the field so that amplitudes come near 1"
+            }
+            Warning::NoKineticEnergy => {
+                "differentiate or integrate to the velocity first, or leave the flux out with `--only`"
+            }
+            Warning::NoEnergy => "check the range, the layout and the detrending",
+            Warning::Reading { note } => note.advice().unwrap_or_default(),
+        }
+    }
+
+    /// The same for a sheet.
+    pub(crate) fn described(&self) -> sheet::Warning {
+        sheet::Warning {
+            code: self.code(),
+            numbers: Some(self.numbers()),
+            ..sheet::Warning::new(self.message(), self.advice())
         }
     }
 

@@ -126,6 +126,51 @@ pub enum Note {
 }
 
 impl Note {
+    /// What the user can do about it.
+    pub fn advice(&self) -> Option<&'static str> {
+        match self {
+            Note::Delays => Some("take the times that all have in common with `--delays align`"),
+            Note::Resampled { .. } | Note::Aligned { .. } if self.is_doubtful() => Some(
+                "where high frequencies or wavenumbers count, use `--resample cubic`, or sample evenly",
+            ),
+            Note::FirstColumn { .. } => Some("where it holds samples, state `--time-column none`"),
+            Note::Wide { .. } => Some(
+                "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \
+                 times",
+            ),
+            Note::RisingSite { .. } => Some(
+                "if it holds times, save the array without it and state `--dt`, or save the times \
+                 apart: `numpy.savez(path, v=array, t=times)`",
+            ),
+            Note::UnknownUnit { what: "times", .. } => {
+                Some("state a unit of time, such as `--time-unit s`")
+            }
+            Note::UnknownUnit {
+                what: "positions", ..
+            } => Some("state a unit of length, such as `--space-unit m`"),
+            Note::UnknownUnit { .. } => Some("state another unit, such as `--unit m/s`"),
+            Note::OtherUnit { what: "times", .. } => {
+                Some("state `--layout` if the axes are exchanged, or `--time-unit`")
+            }
+            Note::OtherUnit {
+                what: "positions", ..
+            } => Some("state `--layout` if the axes are exchanged, or `--space-unit`"),
+            Note::OtherUnit { quantity, .. } => Some(match quantity {
+                Some(Quantity::Velocity) => "state `--quantity velocity`, or another `--unit`",
+                Some(Quantity::Displacement) => {
+                    "state `--quantity displacement`, or another `--unit`"
+                }
+                Some(Quantity::Acceleration) => {
+                    "state `--quantity acceleration`, or another `--unit`"
+                }
+                Some(Quantity::StrainRate) => "state `--quantity strain-rate`, or another `--unit`",
+                Some(Quantity::Force) => "state `--quantity force`, or another `--unit`",
+                None => "state the unit of the samples, such as `--unit m/s`",
+            }),
+            _ => None,
+        }
+    }
+
     /// Stable name, for programs.
     pub fn code(&self) -> &'static str {
         match self {

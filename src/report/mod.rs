@@ -1,7 +1,6 @@
 //! Results to files: `summary.json`, `spectra.npz` or `spectra.nc`, `report.html`, in a directory that appears
 //! whole or not at all; run files; localized waves.
 
-mod answer;
 mod archive;
 mod array_file;
 mod arrays;
@@ -17,19 +16,17 @@ mod page;
 #[cfg(feature = "figures")]
 mod pages;
 mod partial;
+mod provenance;
 mod run_file;
 mod samples;
 mod scan_records;
-mod sentences;
 mod sheet;
 mod snippet;
-mod summary;
 
 pub use crate::sheet::{number, percent};
-pub use answer::{AnswerLine, AnswerWords, blocks};
 pub use archive::{Archive, NamedArrays};
 pub use array_file::{ArrayFile, ArrayFormat};
-pub use arrays::{LabelledArrays, write_labelled_arrays, write_small_arrays};
+pub use arrays::{LabelledArrays, describe_analysis};
 pub use budget_arrays::{describe_budget, write_budget_arrays, write_measured_arrays};
 pub use directory::{ResultDirectory, write_beside};
 pub use field_file::{FIELD_SCHEMA, FieldFile};
@@ -39,13 +36,12 @@ pub use field_set::{
 pub use headlines::{Headlines, MovedShares};
 pub use netcdf::{ArrayLabels, Attribute, NetCdf};
 #[cfg(feature = "figures")]
-pub use pages::{analysis_html as html, budget_html, fields_html, sheet_html};
+pub use pages::{analysis_html, budget_html, fields_html, sheet_html};
 pub use partial::{PARTIAL_SCHEMA, PartialArrays, read_partial, read_partial_about, write_partial};
+pub use provenance::Provenance;
 pub use run_file::{RUN_SCHEMA, RunFile, RunParts};
 pub use scan_records::records_csv;
-pub use sentences::{Sentence, Unresolved, sentences};
 pub use snippet::{
     analysis_snippet, attenuation_snippet, budget_snippet, localized_snippet, sweep_snippet,
     transmission_snippet,
 };
-pub use summary::{Advice, Doubt, Provenance, SCHEMA, Summary};

@@ -85,6 +85,10 @@ impl Describe for Ridges {
         if self.is_single() {
             sheet.warnings.push(self.independence.transient("field"));
         }
+        let findings = self.analysis.warnings.iter();
+        sheet
+            .warnings
+            .extend(findings.map(|warning| warning.described()));
         let level = match self.is_single() {
             true => format!("{level}: {}", self.independence.why()),
             false => format!("{level} at {}", percent(self.alpha)),

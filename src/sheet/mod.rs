@@ -68,21 +68,42 @@ pub struct Fact {
     pub text: String,
     /// Whether `--verbose` alone prints it.
     pub is_detail: bool,
+    /// One number a place, for a small profile; may be empty.
+    pub profile: Vec<f64>,
+}
+
+impl Fact {
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Fact {
+        Fact {
+            name: name.into(),
+            text: text.into(),
+            is_detail: false,
+            profile: Vec::new(),
+        }
+    }
 }
 
 /// What the user should know, and what to do about it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Warning {
+    /// Stable name, for programs; may be empty.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    pub code: &'static str,
     pub message: String,
     /// Empty if nothing can be done.
     pub advice: String,
+    /// Those behind the message, where they are stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub numbers: Option<Map<String, Value>>,
 }
 
 impl Warning {
     pub fn new(message: impl Into<String>, advice: impl Into<String>) -> Warning {
         Warning {
+            code: "",
             message: message.into(),
             advice: advice.into(),
+            numbers: None,
         }
     }
 }
@@ -187,18 +208,13 @@ impl PlotRow {
 
 impl<'a> Sheet<'a> {
     pub fn fact(&mut self, name: impl Into<String>, text: impl Into<String>) {
-        self.facts.push(Fact {
-            name: name.into(),
-            text: text.into(),
-            is_detail: false,
-        });
+        self.facts.push(Fact::new(name, text));
     }
 
     pub fn detail(&mut self, name: impl Into<String>, text: impl Into<String>) {
         self.facts.push(Fact {
-            name: name.into(),
-            text: text.into(),
             is_detail: true,
+            ..Fact::new(name, text)
         });
     }
 

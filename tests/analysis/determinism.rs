@@ -5,6 +5,7 @@ use wavecascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
 use wavecascade::arrays::Precision;
 use wavecascade::plot::{Format, Style};
 use wavecascade::prepare::{Detrend, Gaps, Window};
+use wavecascade::report::{Provenance, analysis_html};
 use wavecascade::{Field, analyze};
 
 fn field() -> Field {
@@ -262,8 +263,10 @@ fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), wavecascade::Er
             .map(Option::is_some)
         };
         assert_eq!((maps(&with), maps(&without)), ([true; 5], [false; 5]));
-        let pages = [&with, &without]
-            .map(|analysis| wavecascade::report::html(analysis, &|_| None, &Style::default()));
+        let pages = [&with, &without].map(|analysis| {
+            let provenance = Provenance::new(Vec::new(), None, None);
+            analysis_html(analysis, &analysis.words(), &provenance, &Style::default()).unwrap()
+        });
         assert!(pages[1].contains("</html>") && pages[1].len() < pages[0].len());
         let folder = tempfile::tempdir().unwrap();
         let drawn = |analysis| {

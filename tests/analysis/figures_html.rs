@@ -5,7 +5,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde_json::Value;
 use wavecascade::analyze::Analysis;
 use wavecascade::plot::Style;
-use wavecascade::report;
+use wavecascade::report::{Provenance, analysis_html};
 
 /// Text of the first `<name ...>` element whose opening tag contains `mark`.
 fn element<'a>(page: &'a str, name: &str, mark: &str) -> &'a str {
@@ -19,8 +19,13 @@ fn element<'a>(page: &'a str, name: &str, mark: &str) -> &'a str {
         .unwrap_or_else(|| panic!("no {name} with {mark}"))
 }
 
+fn html(analysis: &Analysis) -> String {
+    let provenance = Provenance::new(Vec::new(), None, None);
+    analysis_html(analysis, &analysis.words(), &provenance, &Style::default()).unwrap()
+}
+
 fn payload(analysis: &Analysis) -> Value {
-    let page = report::html(analysis, &|_| None, &Style::default());
+    let page = html(analysis);
     serde_json::from_str(element(&page, "script", "id=\"data\"")).unwrap()
 }
 
@@ -80,7 +85,7 @@ fn markup(page: &str) -> String {
 fn nothing_is_loaded_from_elsewhere() {
     // The library's code mentions what the policy of the page forbids.
     let library = include_str!("../../assets/plotly/plotly-cartesian.min.js");
-    let page = report::html(&test_support::figures::full(), &|_| None, &Style::default());
+    let page = html(&test_support::figures::full());
     assert!(page.contains(library));
     let page = page.replace(library, "");
     for load in [
@@ -101,10 +106,10 @@ fn nothing_is_loaded_from_elsewhere() {
 fn names_are_escaped() {
     let mut analysis = test_support::figures::full();
     analysis.name = "</script><script>alert(1)</script>".into();
-    analysis.unit = Some("<b>".into());
+    analysis.unit = Some("<em>".into());
     analysis.field_map.as_mut().unwrap().label = "</script><i>".into();
-    let page = report::html(&analysis, &|_| None, &Style::default());
-    assert!(!page.contains("<script>alert") && !page.contains("<b>") && !page.contains("<i>"));
+    let page = html(&analysis);
+    assert!(!page.contains("<script>alert") && !page.contains("<em>") && !page.contains("<i>"));
     assert!(page.contains("&lt;/script&gt;&lt;script&gt;alert(1)"));
     let label = &payload(&analysis)["pictures"][0]["label"];
     assert_eq!(label, "</script><i>");
@@ -118,7 +123,7 @@ fn tags_are_balanced() {
         .chain([("full", test_support::figures::full())])
         .chain([("field only", test_support::figures::field_only())])
     {
-        let page = markup(&report::html(&analysis, &|_| None, &Style::default()));
+        let page = markup(&html(&analysis));
         let mut open: Vec<&str> = Vec::new();
         for piece in page
             .split('<')
@@ -204,14 +209,13 @@ fn moved() -> Analysis {
 fn the_verdict_comes_first_then_its_picture_then_warnings_and_numbers() {
     let mut analysis = moved();
     analysis.warnings = test_support::figures::full().warnings;
-    let page = report::html(&analysis, &|_| None, &Style::default());
-    let words = report::AnswerWords::of(&analysis).unwrap();
-    assert!(words.verdict.starts_with("energy moves up"), "{words:?}");
+    let page = html(&analysis);
+    let verdict = analysis.words().answer;
+    assert!(verdict.starts_with("energy moves up"), "{verdict}");
     let heading = element(&page, "h1", "").replace('\u{a0}', " ");
-    assert_eq!(heading.to_lowercase(), words.verdict.to_lowercase());
+    assert_eq!(heading.to_lowercase(), verdict.to_lowercase());
     let places = [
         "<h1>",
-        "class=\"numbers\"",
         "id=\"moved-along-x\"",
         "class=\"facts\"",
         "id=\"warnings\"",

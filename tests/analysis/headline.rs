@@ -398,8 +398,9 @@ fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
 fn an_unresolved_edge_says_what_to_do() {
     let field = struck(60, 60.0, 1024).to_field();
     let analysis = analyzed(&field, &Request::default());
-    let said = wavecascade::report::sentences(&analysis);
-    let edge = said.iter().find(|line| line.name == "band edge").unwrap();
+    let said = analysis.words().facts;
+    let is_edge = |fact: &&wavecascade::sheet::Fact| fact.name == "band edge in f";
+    let edge = said.iter().find(is_edge).unwrap();
     let Some(BandEdge::Unresolved { index: 1, .. }) = analysis.frequency_edge else {
         return assert!(edge.text.contains("at site 1 below"), "{}", edge.text);
     };

@@ -248,9 +248,11 @@ fn val_centroids_and_shares_without_the_noise() {
     for site in [3, 30] {
         assert!(rows.high_share[site].is_nan() && rows.centroid[site].is_nan());
     }
-    let said: Vec<String> = wavecascade::report::sentences(&compared)
+    let said: Vec<String> = compared
+        .words()
+        .facts
         .into_iter()
-        .map(|sentence| sentence.text)
+        .map(|fact| fact.text)
         .collect();
     let expected = "; of 50 sites, 1 is left out, 1 has noise that is not known";
     assert!(said.iter().any(|text| text.contains(expected)), "{said:?}");

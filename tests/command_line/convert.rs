@@ -257,7 +257,7 @@ fn regress_graded_runs_say_the_same_in_both_formats() {
         place.good(&["simulate", "graded.toml", "--out", name, "--quiet"]);
         let words = ["analyze", name, "--figures", "none", "--quiet", "--out"];
         place.good(&[&words[..], &[&format!("of-{name}")]].concat());
-        place.json(&format!("of-{name}/summary.json"))["answer"].clone()
+        place.json(&format!("of-{name}/summary.json"))["moved"].clone()
     });
     assert_eq!(answers[0], answers[1]);
     let [a, b] = ["run.npz", "run.nc"].map(|name| open(&place, name));

@@ -51,7 +51,7 @@ fn each_field_has_a_directory_and_one_page_lists_them() {
 
     let rows = index(&place, "all");
     let headlines = &rows[0]["headlines"];
-    let answer = &place.json("all/one/summary.json")["answer"];
+    let answer = &place.json("all/one/summary.json")["moved"];
     let direction = &answer["direction"]["toward_plus_x"];
     assert_eq!(&headlines["toward_plus_x"], direction);
     for kind in ["frequency", "wavenumber"] {

@@ -80,8 +80,9 @@ def analyze(
 
         The answer is attributes: ``frequency_verdict``, ``frequency_up``, ``frequency_up_at``,
         ``frequency_bound``, ``frequency_launch_up``, ``wavenumber_verdict``,
-        ``direction_toward_plus_x`` and all others of ``answer`` in ``summary.json`` that are known, and
-        the whole as JSON in ``answer``; settings, Parseval residuals and accuracy beside them. Of
+        ``direction_toward_plus_x`` and all others of ``moved`` in ``summary.json`` that are known, the
+        whole as JSON in ``moved``, the verdict in words in ``answer``; settings, Parseval residuals and
+        accuracy beside them. Of
         further dimensions each place is analysed, and attributes that differ are variables. Without
         xarray a dictionary of the arrays, whose attributes are under ``"attrs"``. Bits are those of
         the program.
@@ -108,8 +109,10 @@ def _found(field: Any, options: dict[str, object], progress: Progress, maps: boo
 
 def _arranged(found: dict[str, Any]) -> Any:
     """The arrays of an analysis."""
-    attrs = summary_attrs(found["summary"], ("answer", "accuracy", "direction", "low_high", "warnings"))
-    for name, value in _said(json.loads(attrs.get("answer", "{}"))):
+    attrs = summary_attrs(
+        found["summary"], ("answer", "moved", "accuracy", "direction", "low_high", "warnings")
+    )
+    for name, value in _said(json.loads(attrs.get("moved", "{}"))):
         attrs[name] = int(value) if isinstance(value, bool) else value
     out = dataset(found, attrs)
     hold(out, found["page"])

@@ -1,14 +1,11 @@
 //! What the user can do about errors and warnings, with the options that mend them.
 
 use wavecascade::Error;
-use wavecascade::analyze::Warning;
 use wavecascade::chain::RunWarning;
 use wavecascade::error::{
     CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, Problem, ScanFault,
     SceneFault,
 };
-use wavecascade::field::{Note, Quantity};
-use wavecascade::report::Unresolved;
 
 /// Of an error, where there is something to do.
 pub fn of_error(error: &Error) -> Option<String> {
@@ -317,138 +314,6 @@ fn conversion(format: ForeignFormat) -> &'static str {
              numpy.save(\"field.npy\", v.astype(float))`, and state `--rate`"
         }
         _ => "convert it with `numpy.save(\"field.npy\", array)`",
-    }
-}
-
-/// Of a conclusion about a file.
-pub fn of_note(note: &Note) -> Option<&'static str> {
-    match note {
-        Note::Delays => Some("take the times that all have in common with `--delays align`"),
-        Note::Resampled { .. } | Note::Aligned { .. } if note.is_doubtful() => Some(
-            "where high frequencies or wavenumbers count, use `--resample cubic`, or sample evenly",
-        ),
-        Note::FirstColumn { .. } => Some("where it holds samples, state `--time-column none`"),
-        Note::Wide { .. } => Some(
-            "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \
-             times",
-        ),
-        Note::RisingSite { .. } => Some(
-            "if it holds times, save the array without it and state `--dt`, or save the times \
-             apart: `numpy.savez(path, v=array, t=times)`",
-        ),
-        Note::UnknownUnit { what: "times", .. } => {
-            Some("state a unit of time, such as `--time-unit s`")
-        }
-        Note::UnknownUnit {
-            what: "positions", ..
-        } => Some("state a unit of length, such as `--space-unit m`"),
-        Note::UnknownUnit { .. } => Some("state another unit, such as `--unit m/s`"),
-        Note::OtherUnit { what: "times", .. } => {
-            Some("state `--layout` if the axes are exchanged, or `--time-unit`")
-        }
-        Note::OtherUnit {
-            what: "positions", ..
-        } => Some("state `--layout` if the axes are exchanged, or `--space-unit`"),
-        Note::OtherUnit { quantity, .. } => Some(match quantity {
-            Some(Quantity::Velocity) => "state `--quantity velocity`, or another `--unit`",
-            Some(Quantity::Displacement) => "state `--quantity displacement`, or another `--unit`",
-            Some(Quantity::Acceleration) => "state `--quantity acceleration`, or another `--unit`",
-            Some(Quantity::StrainRate) => "state `--quantity strain-rate`, or another `--unit`",
-            Some(Quantity::Force) => "state `--quantity force`, or another `--unit`",
-            None => "state the unit of the samples, such as `--unit m/s`",
-        }),
-        _ => None,
-    }
-}
-
-/// Of a finding about the data.
-pub fn of_warning(warning: &Warning) -> &'static str {
-    match warning {
-        Warning::AliasingTime { .. } => {
-            "sample faster, or low-pass before sampling; energy above Nyquist folds down"
-        }
-        Warning::AliasingSpace { .. } => {
-            "measure at sites closer together; wavenumbers beyond Nyquist fold and may seem to \
-             travel backwards"
-        }
-        Warning::DeadChannels { .. } | Warning::QuietChannels { .. } => {
-            "check the sensors; leave the sites out of spectra along time with `--without-sites`"
-        }
-        Warning::NoisyChannels { .. } => {
-            "check the sensors; if it is noise, leave the sites out with `--without-sites`"
-        }
-        Warning::NoiseSubtracted { .. } => {
-            "`summary.json` has the noise of each site with its interval, and what clipping added"
-        }
-        Warning::SitesLeftOut { .. } => {
-            "for the wavenumbers of the sites that are left save them with their positions, and bring them to even \
-             ones with `--resample cubic`"
-        }
-        Warning::SaturatedChannels { .. } => {
-            "lower the gain or the amplitude; clipping makes harmonics that are not there"
-        }
-        Warning::LoudChannels { .. } => {
-            "check their gains and units: their energy decides spectra and directions; leave them out \
-             with `--without-sites`, or scale them first"
-        }
-        Warning::GainSteps { .. } | Warning::GainChanges { .. } => {
-            "scale the records before energies of sites are compared"
-        }
-        Warning::ZeroTimes { .. } => {
-            "where the recording dropped out, state `nan` there and `--gaps interpolate`"
-        }
-        Warning::StartUp { .. } => {
-            "if it is the instrument that settles, begin later with `--times FROM:`"
-        }
-        Warning::CommonMode { .. } => {
-            "if it is noise of the instrument, remove it with `--detrend-space mean`"
-        }
-        Warning::Static { .. } => {
-            "if they are offsets of the instrument, remove them with `--detrend-time mean`"
-        }
-        Warning::LeakageTime { .. } => {
-            "for a stationary record use `--window-time hann` or remove the trend; for a \
-             transient record until it has died down"
-        }
-        Warning::LeakageSpace { .. } => {
-            "use `--window-space hann`, or remove the trend with `--detrend-space linear`"
-        }
-        Warning::Gaps { .. } => "read spectra of these sites with care",
-        Warning::TransientCut { .. } => {
-            "record from before the arrival until the motion has died down; a cut transient \
-             has no energy spectrum of its own"
-        }
-        Warning::Unrepresentable { .. } => {
-            "change the unit of the field so that amplitudes come near 1"
-        }
-        Warning::NoKineticEnergy => {
-            "differentiate or integrate to the velocity first, or leave the flux out with `--only`"
-        }
-        Warning::NoEnergy => "check the range, the layout and the detrending",
-        Warning::Reading { note } => of_note(note).unwrap_or_default(),
-        _ => "",
-    }
-}
-
-/// Of a number that a summary lacks.
-pub fn of_unresolved(reason: Unresolved) -> String {
-    match reason {
-        Unresolved::FrequencyEdge { resolved_at } => {
-            let such_as = resolved_at.map(|site| format!(" (such as {site})"));
-            format!(
-                "name another `--reference-site`{}, give `--band-edge-frequency`, or, if it is an \
-                 offset, remove it with `--detrend-time mean`",
-                such_as.unwrap_or_default()
-            )
-        }
-        Unresolved::WavenumberEdge => {
-            "name another `--reference-time`, give `--band-edge-wavenumber`, or, if it is noise \
-             common to all sites, remove it with `--detrend-space mean`"
-                .into()
-        }
-        Unresolved::NoPulseWidth => "give `--front-window`".into(),
-        Unresolved::LongWindow => "give a shorter `--front-window`".into(),
-        _ => String::new(),
     }
 }
 

@@ -15,8 +15,9 @@ use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
 use wavecascade::measure::{Dimension, Measure};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
-    Doubt, Provenance, ResultDirectory, RunFile, Summary, analysis_snippet, html, records_csv,
+    Provenance, ResultDirectory, RunFile, analysis_html, analysis_snippet, records_csv,
 };
+use wavecascade::sheet::Sheet;
 use wavecascade::{Error, Field};
 
 use crate::args::{Analyze, Input, ResultArg};
@@ -28,9 +29,10 @@ use crate::further;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
 use crate::show_args::{AxisUnits, of_axis};
+use crate::summary::Summary;
 use crate::terminal::Tone;
 use crate::words::quoted;
-use crate::{advice, dispersion, terminal};
+use crate::{dispersion, terminal};
 
 /// What to draw, if the options fit each other.
 pub fn check(typed: &Analyze) -> Result<Drawing, Failure> {
@@ -53,14 +55,12 @@ pub struct Task<'a> {
 /// A field that has been analysed.
 pub struct Finished {
     pub analysis: Analysis,
-    read_as: Vec<String>,
+    sheet: Sheet<'static>,
     pub json: String,
     /// Directory of the results.
     pub published: PathBuf,
     /// Whether the field is that of a run.
     is_run: bool,
-    /// What else may be computed of it.
-    further: Option<String>,
 }
 
 impl Finished {
@@ -150,34 +150,39 @@ impl Task<'_> {
         let read_as = conclusions(&field);
         let provenance = self.provenance(&analysis, &read_as);
         // Unmapping a file takes about as long as writing the remaining results.
-        let (written, ()) = rayon::join(|| spectra.finish(&analysis, &provenance), || drop(field));
+        let mut sheet = analysis.words();
+        for conclusion in &read_as {
+            sheet.fact("read as", conclusion);
+        }
+        let is_scan = typed.scan.position_from.is_some();
+        let further = (!is_scan).then(|| further::sentence(&analysis, is_run, path));
+        if let Some(further) = further.flatten() {
+            sheet.detail("further", further);
+        }
+        let (written, ()) = rayon::join(
+            || spectra.finish(&analysis, &sheet.summary_value(&provenance)),
+            || drop(field),
+        );
         written?;
         progress.check()?;
         // All that reads or hashes the file has done so.
         opened.as_ref().map_or(Ok(()), FileState::check)?;
-        let json = Summary::new(&analysis, &provenance)
-            .with_advice(&advised)
-            .to_json()
-            .map_err(std::io::Error::from)?;
+        let json = sheet.summary(&provenance).map_err(std::io::Error::from)?;
         directory.write("summary.json", &json)?;
         if let Some(records) = &records {
             directory.write("records.csv", records_csv(records))?;
         }
         directory.write("plot.py", analysis_snippet(&analysis, format))?;
         if drawing.is_wanted() {
-            draw(&analysis, &drawing, &directory, typed.work.memory, progress)?;
+            let result = (&analysis, &sheet, &provenance);
+            draw(result, &drawing, &directory, typed.work.memory, progress)?;
         }
-        let further = match typed.scan.position_from {
-            Some(_) => None,
-            None => further::sentence(&analysis, is_run, path),
-        };
         progress.check()?;
         let published = directory.publish()?;
         progress.clear();
         Ok(Finished {
-            further,
             analysis,
-            read_as,
+            sheet,
             json,
             published,
             is_run,
@@ -221,7 +226,7 @@ const ROOM_FOR_FIGURES: u64 = 128 << 20;
 
 /// Draws figures and the report in parallel.
 fn draw(
-    analysis: &Analysis,
+    (analysis, sheet, provenance): (&Analysis, &Sheet, &Provenance),
     drawing: &Drawing,
     directory: &ResultDirectory,
     memory: Option<u64>,
@@ -235,7 +240,11 @@ fn draw(
     let both = || {
         rayon::join(
             || draw_all(analysis, &figures, &drawing.formats, &drawing.style),
-            || directory.write("report.html", html(analysis, &advised, &drawing.style)),
+            || {
+                let page = analysis_html(analysis, sheet, provenance, &drawing.style);
+                let page = page.map_err(std::io::Error::from)?;
+                Ok::<_, Failure>(directory.write("report.html", page)?)
+            },
         )
     };
     let threads = one_by_one.then_some(1);
@@ -264,10 +273,7 @@ fn tell(
         return Ok(());
     }
     drop(out);
-    let mut summary = terminal::summary(&finished.analysis, &finished.read_as);
-    if let Some(further) = &finished.further {
-        summary.detail("further", further);
-    }
+    let mut summary = Summary::of(&finished.analysis.name, &finished.sheet);
     let seconds = started.elapsed().as_secs_f64();
     let main = finished.main();
     let budget = match finished.is_run {
@@ -329,19 +335,11 @@ pub fn print_plan(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
 /// How a field was read where nothing states it and nothing speaks against it.
 pub fn conclusions(field: &Field) -> Vec<String> {
     let settled = field.notes.iter().filter(|note| !note.is_doubtful());
-    let in_words = |note: &Note| match advice::of_note(note) {
+    let in_words = |note: &Note| match note.advice() {
         Some(advice) => format!("{}; {advice}", note.message()),
         None => note.message(),
     };
     settled.map(in_words).collect()
-}
-
-/// What to do about a doubt of an analysis.
-pub fn advised(doubt: Doubt) -> Option<String> {
-    Some(match doubt {
-        Doubt::Warning(warning) => advice::of_warning(warning).into(),
-        Doubt::Unresolved(reason) => advice::of_unresolved(reason),
-    })
 }
 
 /// Prints to standard error how a field was read.
@@ -355,7 +353,7 @@ pub fn print_notes(field: &Field, quiet: bool) {
             false => Tone::Note,
         };
         terminal::message(kind, &note.message());
-        if let Some(advice) = advice::of_note(note) {
+        if let Some(advice) = note.advice() {
             terminal::message(Tone::Help, advice);
         }
     }

@@ -5,9 +5,10 @@ use wavecascade::analyze::Analysis;
 use wavecascade::arrays::Precision;
 use wavecascade::budget::Budget;
 use wavecascade::report::{
-    Archive, ArrayFile, ArrayFormat, NetCdf, Provenance, ResultDirectory, describe_budget,
-    write_budget_arrays, write_labelled_arrays, write_small_arrays,
+    Archive, ArrayFile, ArrayFormat, NetCdf, ResultDirectory, describe_analysis, describe_budget,
+    write_budget_arrays,
 };
+use wavecascade::sheet::Describe;
 
 /// A file of arrays while they are computed.
 pub enum ArraysFile {
@@ -39,14 +40,12 @@ impl ArraysFile {
     }
 
     /// Adds all that is known once an analysis is done.
-    pub fn finish(self, analysis: &Analysis, provenance: &Provenance) -> Result<()> {
+    pub fn finish(self, analysis: &Analysis, summary: &serde_json::Value) -> Result<()> {
+        analysis.describe().write_to(self.arrays())?;
         match self {
-            ArraysFile::Npz(archive) => {
-                write_small_arrays(analysis, &archive)?;
-                archive.finish()
-            }
+            ArraysFile::Npz(archive) => archive.finish(),
             ArraysFile::NetCdf(file) => {
-                write_labelled_arrays(analysis, provenance, &file)?;
+                describe_analysis(analysis, summary, &file);
                 file.finish()
             }
         }

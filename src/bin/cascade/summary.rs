@@ -13,6 +13,9 @@ const MOST_LINES: usize = 12;
 /// Lines of a table that is cut, at least: names of columns, a row, and how many are left.
 const LEAST_OF_TABLE: usize = 4;
 
+/// Blocks of a profile.
+const PROFILE: usize = 16;
+
 /// What a line of a summary is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Rank {
@@ -62,7 +65,12 @@ impl Summary {
             } else {
                 Rank::Fact
             };
-            summary.line(rank, &fact.name, &fact.text);
+            let profile = match has_blocks() {
+                true => blocks(&fact.profile, PROFILE),
+                false => String::new(),
+            };
+            let text = format!("{profile} {}", fact.text);
+            summary.line(rank, &fact.name, text.trim_start());
         }
         for table in sheet.tables.iter().filter(|table| !table.is_fact) {
             summary.table(table);
@@ -75,10 +83,6 @@ impl Summary {
 
     pub fn fact(&mut self, name: &str, value: &str) {
         self.line(Rank::Fact, name, value);
-    }
-
-    pub fn detail(&mut self, name: &str, value: &str) {
-        self.line(Rank::Detail, name, value);
     }
 
     /// A table of a result: its rows, or names with their values.
@@ -225,6 +229,33 @@ impl Summary {
     }
 }
 
+/// Whether the terminal has block characters.
+fn has_blocks() -> bool {
+    let stated = ["LC_ALL", "LC_CTYPE", "LANG"]
+        .into_iter()
+        .filter_map(std::env::var_os);
+    let first = stated
+        .map(|value| value.to_string_lossy().to_lowercase())
+        .find(|value| !value.is_empty());
+    first.is_some_and(|locale| locale.contains("utf-8") || locale.contains("utf8"))
+}
+
+/// A profile in block characters, each from 0 to the largest; `width` of them at most.
+fn blocks(profile: &[f64], width: usize) -> String {
+    const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let largest = profile.iter().copied().fold(0.0, f64::max);
+    if largest <= 0.0 {
+        return String::new();
+    }
+    let count = width.min(profile.len());
+    let block = |i: usize| {
+        let part = &profile[i * profile.len() / count..(i + 1) * profile.len() / count];
+        let mean = part.iter().sum::<f64>() / part.len() as f64;
+        BLOCKS[((mean / largest * 8.0) as usize).min(7)]
+    };
+    (0..count).map(block).collect()
+}
+
 /// Lines that a message takes.
 fn lines_of(tone: Tone, text: &str, width: usize) -> usize {
     let indent = tone.label().len() + 2;
@@ -285,13 +316,20 @@ mod tests {
         let mut summary = Summary::new("run.npz", "it is so");
         for n in 0..20 {
             summary.fact(&format!("fact {n}"), "a value");
-            summary.detail("detail", "a value");
+            summary.line(Rank::Detail, "detail", "a value");
         }
         for n in 0..9 {
             summary.warning(&format!("finding {n}"), "what to do");
         }
         summary.last("open page");
         summary
+    }
+
+    #[test]
+    fn val_blocks_are_means_over_the_largest() {
+        assert_eq!(blocks(&[0.0, 1.0, 2.0, 4.0], 4), "▁▃▅█");
+        assert_eq!(blocks(&[0.0, 2.0, 4.0, 4.0], 2), "▃█");
+        assert_eq!(blocks(&[0.0; 3], 8), "");
     }
 
     #[test]

@@ -70,70 +70,16 @@ struct Payload<'a> {
 }
 
 impl Page {
-    /// The page as HTML that needs no network. Maps are embedded as little-endian `f32` (NaN where
-    /// there is no value), curves as `f64`, so that hovering and the curves beside each map read the
-    /// same numbers that the colours show.
-    pub fn html(&self) -> String {
-        let opening = markup! {
-            header {
-                h1 { (self.title) }
-                p { (self.sentence) }
-            }
-            section id="answer" { (self.answers) }
-            (self.no_script())
-        };
-        self.whole(
-            opening,
-            markup! {
-                (self.warnings)
-                @for pictures in &self.rows { (row(pictures)) }
-            },
-        )
-    }
-
-    /// The same under a verdict and its numbers. What it rests on, the first pictures, follows at once, with the
-    /// answers beside it; then come warnings.
-    pub fn html_headed(&self, verdict: &str, numbers: &str) -> String {
-        let opening = markup! {
-            header {
-                p { b { (self.title) } ": " (self.sentence) }
-                h1 { (prose(verdict)) }
-                @if !numbers.is_empty() { p class="numbers" { (prose(numbers)) } }
-            }
-            (self.no_script())
-        };
+    /// The page as HTML that needs no network, under a verdict and its numbers. What the verdict rests on, the first
+    /// pictures, follows at once, with the answers beside it; then come warnings.
+    ///
+    /// Maps are embedded as little-endian `f32` (NaN where there is no value), curves as `f64`, so that hovering and the
+    /// curves beside each map read the same numbers that the colours show.
+    pub fn html(&self, verdict: &str, numbers: &str) -> String {
         let (first, others) = match self.rows.split_first() {
             Some((first, others)) => (&first[..], others),
             None => (&[][..], &[][..]),
         };
-        self.whole(
-            opening,
-            markup! {
-                @if self.answers.0.is_empty() { (row(first)) } @else {
-                    div class="lead" {
-                        (row(first))
-                        section id="answer" { (self.answers) }
-                    }
-                }
-                (self.warnings)
-                @for pictures in others { (row(pictures)) }
-            },
-        )
-    }
-
-    fn no_script(&self) -> Markup {
-        markup! {
-            @if !self.rows.is_empty() {
-                noscript {
-                    p class="warning" {
-                        "The pictures need JavaScript, which is off; tables and definitions do not."
-                    }
-                }
-            }
-        }
-    }
-
-    fn whole(&self, opening: Markup, content: Markup) -> String {
         let page = markup! {
             (DOCTYPE)
             html lang="en" {
@@ -146,9 +92,27 @@ impl Page {
                     style { (PreEscaped(STYLE)) }
                 }
                 body {
-                    (opening)
+                    header {
+                        p { b { (self.title) } ": " (self.sentence) }
+                        h1 { (prose(verdict)) }
+                        @if !numbers.is_empty() { p class="numbers" { (prose(numbers)) } }
+                    }
+                    @if !self.rows.is_empty() {
+                        noscript {
+                            p class="warning" {
+                                "The pictures need JavaScript, which is off; tables and definitions do not."
+                            }
+                        }
+                    }
                     main {
-                        (content)
+                        @if self.answers.0.is_empty() { (row(first)) } @else {
+                            div class="lead" {
+                                (row(first))
+                                section id="answer" { (self.answers) }
+                            }
+                        }
+                        (self.warnings)
+                        @for pictures in others { (row(pictures)) }
                         (self.rest)
                     }
                     @if !self.rows.is_empty() {

@@ -33,7 +33,7 @@ pub fn fields_html(rows: &[FieldRow]) -> String {
         }),
         style: Style::default(),
     };
-    page.html_headed(
+    page.html(
         &format!("{fields}: {verdicts}"),
         "all numbers are in headlines.csv",
     )

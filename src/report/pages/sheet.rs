@@ -60,15 +60,18 @@ pub(super) fn page_of(
         rows,
         rest: markup! {
             (page::numbers(markup! {
-                @for one in &sheet.tables { (table(one)) }
-                @if !of(true).is_empty() { (page::table("Details", &of(true))) }
+                div class="tables" {
+                    @for one in sheet.tables.iter().filter(|table| table.is_fact) { (table(one)) }
+                    @if !of(true).is_empty() { (page::table("Details", &of(true))) }
+                    @for one in sheet.tables.iter().filter(|table| !table.is_fact) { (table(one)) }
+                }
             }))
             @if !definitions.is_empty() { (page::how_to_read(&definitions)) }
             (page::folded("json", "summary.json", markup! { pre { (json) } }))
         },
         style: *style,
     };
-    Ok(page.html_headed(&sentence_case(&sheet.answer), ""))
+    Ok(page.html(&sentence_case(&sheet.answer), ""))
 }
 
 /// The n-th plot; a map whose axes count nothing known is drawn in figures alone.

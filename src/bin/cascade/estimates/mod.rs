@@ -20,7 +20,7 @@ use clap::{Args, Subcommand};
 use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::observer::Observer;
 use wavecascade::report::{Provenance, ResultDirectory};
-use wavecascade::sheet::{Describe, Warning};
+use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
 use crate::analyze::{named_after, open_options, print_notes, use_threads};
@@ -167,11 +167,6 @@ pub trait Typed {
     /// For what is missing, or contradicts itself, whatever the fields are.
     fn computation(&self) -> Result<impl Computation<Self::Found>, Error>;
 
-    /// Findings about the fields, beside those about the result.
-    fn findings(&self, _found: &Self::Found) -> Vec<Warning> {
-        Vec::new()
-    }
-
     /// Runs the command.
     fn run(&self) -> Result<(), Failure>
     where
@@ -285,8 +280,7 @@ pub fn publish<T: Typed>(
     progress: &Progress,
 ) -> Result<(), Failure> {
     let typed = command_typed.shared();
-    let mut sheet = found.describe();
-    sheet.warnings.extend(command_typed.findings(found));
+    let sheet = found.describe();
     let described = Described {
         found,
         sheet: &sheet,

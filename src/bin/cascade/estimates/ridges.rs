@@ -6,10 +6,8 @@ use clap::{Args, ValueEnum};
 use wavecascade::observer::Observer;
 use wavecascade::prepare::Window;
 use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges as Found, RidgesRequest, ridges};
-use wavecascade::sheet::Warning;
 use wavecascade::{Error, Field};
 
-use crate::advice;
 use crate::args::{DetrendArg, GapsArg};
 use crate::estimates::{Computation, EstimateArgs, Typed};
 use crate::parse;
@@ -127,13 +125,6 @@ impl Typed for Ridges {
             memory: search.memory,
         };
         Ok(move |fields: &[&Field], observer: &dyn Observer| ridges(fields, &request, observer))
-    }
-
-    fn findings(&self, found: &Found) -> Vec<Warning> {
-        let findings = found.analysis.warnings.iter();
-        findings
-            .map(|warning| Warning::new(warning.message(), advice::of_warning(warning)))
-            .collect()
     }
 
     fn write_beside(&self, found: &Found, directory: &Path) -> Result<(), Error> {

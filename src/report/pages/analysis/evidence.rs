@@ -2,9 +2,9 @@
 
 use super::words;
 use crate::analyze::Analysis;
+use crate::analyze::sheet::Words;
 use crate::moved::{Evidence, GroupSpectrum, Movement, Place, Verdict};
 use crate::plot::labels;
-use crate::report::answer::PictureWords;
 use crate::report::page::{Chart, CurveGroup, Look, Role, Series, Weight};
 
 /// Groups drawn at most, beside those compared.
@@ -21,7 +21,7 @@ const WIDE: f64 = 40.0;
 
 /// The groups along x, then those in time, where there are some.
 pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
-    let (Some(answer), Some(words)) = (&analysis.answer, PictureWords::of(analysis)) else {
+    let (Some(answer), Some(words)) = (&analysis.answer, Words::of(analysis)) else {
         return Vec::new();
     };
     let has_groups = |evidence: &&Evidence| !evidence.groups.is_empty();
@@ -46,7 +46,7 @@ pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
             bold: bold(evidence, &compared),
             gap: ends(evidence, shown),
             marks,
-            name: &|place| words.sites(place),
+            name: &|place| words.named_sites(place),
         }
         .group()
     });
@@ -61,7 +61,7 @@ pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
             bold: bold(evidence, &[of]),
             gap: ends(evidence, of),
             marks: moved(of, words.in_wavenumber(of)),
-            name: &|place| words.time(place),
+            name: &|place| words.named_time(place),
         }
         .group()
     });

@@ -1,17 +1,6 @@
-//! Titles, captions and definitions.
+//! Titles and captions of pictures.
 
-use maud::Markup;
-
-use crate::analyze::{Analysis, Scaling, ShortTimeSpectra};
-use crate::report::page;
-
-/// A share as a percentage.
-pub(super) fn percent(share: f64) -> String {
-    match share.is_finite() {
-        true => format!("{:.2} %", 100.0 * share),
-        false => "undefined (no energy)".into(),
-    }
-}
+use crate::analyze::ShortTimeSpectra;
 
 pub(super) fn title(id: &str) -> &'static str {
     match id {
@@ -99,76 +88,4 @@ pub(super) fn curve_caption(id: &str) -> &'static str {
              lies on f = 0, on k = 0 or on a Nyquist line."
         }
     }
-}
-
-pub(super) fn how_to_read(analysis: &Analysis) -> Markup {
-    let scaling = match analysis.conventions.scaling {
-        Scaling::Energy => {
-            "Energy spectral density of a transient: its integral is the sum of squares times the \
-             sample spacing."
-        }
-        Scaling::Density => "Power spectral density: its integral is the mean square.",
-        Scaling::Spectrum => "Power spectrum: a sine of amplitude A peaks at A²/2.",
-    };
-    let definitions = [
-        (
-            "Moved share",
-            "The largest difference of two cumulative spectra: the share of energy that lies above a frequency at \
-             one place and below it at the other (up), or the reverse (down).",
-        ),
-        (
-            "Front, tail",
-            "The front is the energy within ten widths of the pulse from each arrival on; the tail is what follows.",
-        ),
-        (
-            "Launch, travel, settled",
-            "The front of a struck chain has settled at the first bodies from which no later ones differ; the launch \
-             is the way there, the travel the way from there on.",
-        ),
-        ("Spectra", scaling),
-        (
-            "Frequency and wavenumber",
-            "f counts cycles, k counts rad; k a / π = 1 is the Nyquist wavenumber of sites spaced \
-             a apart.",
-        ),
-        (
-            "Direction",
-            "Waves exp(i (k x − ω t)): for f > 0, k > 0 travels towards +x.",
-        ),
-        (
-            "Centroid, median, 90 %",
-            "The mean of f (or k) weighted by energy, every bin counted; where the cumulative energy \
-             reaches 50 % and 90 %, read off at the ends of bins, each of which stands for half a bin \
-             to both sides.",
-        ),
-        (
-            "Effective bandwidth",
-            "exp(− ∫ p ln p df) of the spectrum p of unit integral: the width of a flat spectrum of the \
-             same entropy.",
-        ),
-        (
-            "Bands",
-            "The low band ends at the band edge, stated above; the high band is the rest.",
-        ),
-        (
-            "Front passage",
-            "Shares over a window of the same length at all sites, from each arrival on (the magnitude \
-             first exceeds a hundredth of the site's largest). Shares of the whole record depend on how \
-             long it is.",
-        ),
-        (
-            "Parseval residual",
-            "Energy in the transform domain over energy of the prepared samples, less 1.",
-        ),
-        (
-            "Flux surrogate",
-            "Π_K(k, t) = − d/dt of the kinetic energy in wavenumbers up to k.",
-        ),
-        (
-            "Undefined",
-            "A site or time with less than a millionth of the largest energy, or less than the noise \
-             where that is known, has no centroid and no shares: a gap in the curves.",
-        ),
-    ];
-    page::how_to_read(&definitions)
 }

@@ -2,47 +2,22 @@
 
 use serde_json::{Value, json};
 
-use crate::analyze::{Analysis, Axes, Undirected};
+use super::super::{Analysis, Axes, Undirected};
 use crate::moved::{Answer, Evidence, GroupSpectrum, Movement, Place, Verdict};
+use crate::sheet::Fact;
 
-/// A question of an analysis with its answer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AnswerLine {
-    pub name: &'static str,
-    pub text: String,
-    /// One number a group of sites or a window of times, for a small profile.
-    pub profile: Vec<f64>,
-}
-
-/// The verdict of an analysis in words, its numbers, and a line for each further question.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AnswerWords {
-    pub verdict: String,
-    pub numbers: String,
-    pub lines: Vec<AnswerLine>,
-}
-
-impl AnswerWords {
-    /// `None` where no answer was asked for.
-    pub fn of(analysis: &Analysis) -> Option<AnswerWords> {
-        let answer = analysis.answer.as_ref()?;
-        let words = Words {
-            axes: &analysis.axes,
-            answer,
-        };
-        let lines = [
-            words.along_x(),
-            words.in_time(),
-            words.direction(analysis),
-            words.attenuation(),
-            words.front_and_tail(),
-        ];
-        Some(AnswerWords {
-            verdict: words.verdict(),
-            numbers: words.numbers(),
-            lines: lines.into_iter().flatten().collect(),
-        })
-    }
+/// The verdict, and a fact for its numbers and for each further question; `None` where no answer was asked for.
+pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
+    let words = Words::of(analysis)?;
+    let facts = [
+        Some(Fact::new("moved", words.numbers())),
+        words.along_x(),
+        words.in_time(),
+        words.direction(analysis),
+        words.attenuation(),
+        words.front_and_tail(),
+    ];
+    Some((words.verdict(), facts.into_iter().flatten().collect()))
 }
 
 /// Difference of the shares by direction, as a part of both, up to which they are alike.
@@ -53,7 +28,8 @@ const SPAN: f64 = 0.75;
 /// Part of its energy from which on a front keeps it: windows hold a longer pulse to a tenth less.
 const KEEPS: f64 = 0.88;
 
-struct Words<'a> {
+/// The words of an answer.
+pub(crate) struct Words<'a> {
     axes: &'a Axes,
     answer: &'a Answer,
 }
@@ -76,7 +52,15 @@ fn short(x: f64) -> String {
     crate::measure::digits(format!("{x:.2e}").parse().unwrap_or(x))
 }
 
-impl Words<'_> {
+impl<'a> Words<'a> {
+    /// `None` where no answer was asked for.
+    pub fn of(analysis: &'a Analysis) -> Option<Words<'a>> {
+        Some(Words {
+            axes: &analysis.axes,
+            answer: analysis.answer.as_ref()?,
+        })
+    }
+
     fn frequency(&self, f: f64) -> String {
         let (scale, unit) = match self.axes.frequency_unit().as_str() {
             "Hz" if f >= 1e6 => (1e-6, "MHz".to_owned()),
@@ -294,7 +278,7 @@ impl Words<'_> {
         }
     }
 
-    fn along_x(&self) -> Option<AnswerLine> {
+    fn along_x(&self) -> Option<Fact> {
         let evidence = self.answer.along_x.as_ref()?;
         let of = &self.answer.frequency;
         if of.verdict == Verdict::Unchanged && !self.answer.is_struck {
@@ -307,43 +291,40 @@ impl Words<'_> {
         let profile = evidence.above(edge);
         let [a, b] = evidence.compared;
         let [from, to] = [a, b].map(|group| evidence.groups[group].place);
-        Some(AnswerLine {
-            name: "along x",
-            text: format!(
-                "{} of the energy lies above {} at {} {}, {} at {}",
-                share(profile[a]),
-                self.frequency(edge),
-                self.body(),
-                from.rows[0],
-                share(profile[b]),
-                to.rows[0]
-            ),
+        let text = format!(
+            "{} of the energy lies above {} at {} {}, {} at {}",
+            share(profile[a]),
+            self.frequency(edge),
+            self.body(),
+            from.rows[0],
+            share(profile[b]),
+            to.rows[0]
+        );
+        Some(Fact {
             profile,
+            ..Fact::new("along x", text)
         })
     }
 
     /// Half of the energy lies below which frequency, at the places compared.
-    fn medians(&self, evidence: &Evidence) -> Option<AnswerLine> {
+    fn medians(&self, evidence: &Evidence) -> Option<Fact> {
         let [a, b] = evidence.compared.map(|group| &evidence.groups[group]);
         let median = |group: &GroupSpectrum| {
             let at = group.cumulative.iter().position(|c| *c >= 0.5)?;
             Some(self.frequency(evidence.upper[at]))
         };
-        Some(AnswerLine {
-            name: "along x",
-            text: format!(
-                "half of the energy lies below {} at site {}, below {} at {}",
-                median(a)?,
-                a.place.rows[0],
-                median(b)?,
-                b.place.rows[0]
-            ),
-            profile: Vec::new(),
-        })
+        let text = format!(
+            "half of the energy lies below {} at site {}, below {} at {}",
+            median(a)?,
+            a.place.rows[0],
+            median(b)?,
+            b.place.rows[0]
+        );
+        Some(Fact::new("along x", text))
     }
 
     /// The energy at the last place over that at the first, where one wave passes both.
-    fn attenuation(&self) -> Option<AnswerLine> {
+    fn attenuation(&self) -> Option<Fact> {
         let of = &self.answer.frequency;
         let (from, to) = of.from.zip(of.to)?;
         let ratio = of.energy_ratio;
@@ -360,25 +341,22 @@ impl Words<'_> {
             .along_x
             .as_ref()
             .map(|evidence| &evidence.groups);
-        Some(AnswerLine {
-            name: "attenuation",
-            text: format!(
-                "{what} energy at {} {} is {} of that at {} ({:+.1} dB)",
-                self.body(),
-                to.rows[0],
-                share(ratio),
-                from.rows[0],
-                10.0 * ratio.log10()
-            ),
-            profile: groups
-                .into_iter()
-                .flatten()
-                .map(|group| group.energy)
-                .collect(),
+        let text = format!(
+            "{what} energy at {} {} is {} of that at {} ({:+.1} dB)",
+            self.body(),
+            to.rows[0],
+            share(ratio),
+            from.rows[0],
+            10.0 * ratio.log10()
+        );
+        let energies = groups.into_iter().flatten().map(|group| group.energy);
+        Some(Fact {
+            profile: energies.collect(),
+            ..Fact::new("attenuation", text)
         })
     }
 
-    fn in_time(&self) -> Option<AnswerLine> {
+    fn in_time(&self) -> Option<Fact> {
         let of = &self.answer.wavenumber;
         let edge = Self::edge(of, None);
         let span = of.from.zip(of.to);
@@ -406,14 +384,13 @@ impl Words<'_> {
             }
         };
         let evidence = self.answer.along_t.as_ref().filter(|_| edge.is_finite());
-        Some(AnswerLine {
-            name: "in time",
-            text,
+        Some(Fact {
             profile: evidence.map_or(Vec::new(), |evidence| evidence.above(edge)),
+            ..Fact::new("in time", text)
         })
     }
 
-    fn direction(&self, analysis: &Analysis) -> Option<AnswerLine> {
+    fn direction(&self, analysis: &Analysis) -> Option<Fact> {
         let direction = analysis.direction.as_ref()?;
         let length = self.axes.space.unit.as_deref();
         let speed = self.answer.speed.map(|speed| {
@@ -458,14 +435,10 @@ impl Words<'_> {
                 )
             }
         };
-        Some(AnswerLine {
-            name: "direction",
-            text,
-            profile: Vec::new(),
-        })
+        Some(Fact::new("direction", text))
     }
 
-    fn front_and_tail(&self) -> Option<AnswerLine> {
+    fn front_and_tail(&self) -> Option<Fact> {
         let (front, tail) = (self.answer.front?, self.answer.tail?);
         let least = if self.answer.is_struck { 0.005 } else { 0.1 };
         if tail.energy_share < least {
@@ -475,17 +448,14 @@ impl Words<'_> {
             true => (tail.up, "higher"),
             false => (tail.down, "lower"),
         };
-        Some(AnswerLine {
-            name: "front, tail",
-            text: format!(
-                "{} and {} of the energy; the tail lies around {}, {} of it {way}",
-                share(front.energy_share),
-                share(tail.energy_share),
-                self.frequency(tail.peak_frequency),
-                share(moved)
-            ),
-            profile: Vec::new(),
-        })
+        let text = format!(
+            "{} and {} of the energy; the tail lies around {}, {} of it {way}",
+            share(front.energy_share),
+            share(tail.energy_share),
+            self.frequency(tail.peak_frequency),
+            share(moved)
+        );
+        Some(Fact::new("front, tail", text))
     }
 }
 
@@ -505,24 +475,8 @@ fn undirected(reason: Undirected, axes: &Axes) -> String {
     }
 }
 
-/// A profile in block characters, each from 0 to the largest; `width` of them at most.
-pub fn blocks(profile: &[f64], width: usize) -> String {
-    const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
-    let largest = profile.iter().copied().fold(0.0, f64::max);
-    if largest <= 0.0 {
-        return String::new();
-    }
-    let count = width.min(profile.len());
-    let block = |i: usize| {
-        let part = &profile[i * profile.len() / count..(i + 1) * profile.len() / count];
-        let mean = part.iter().sum::<f64>() / part.len() as f64;
-        BLOCKS[((mean / largest * 8.0) as usize).min(7)]
-    };
-    (0..count).map(block).collect()
-}
-
-/// `answer` of `summary.json`. Frequencies and wavenumbers are in the units of the axes, sites count in the file.
-pub(super) fn as_json(analysis: &Analysis) -> Option<Value> {
+/// `moved` of `summary.json`. Frequencies and wavenumbers are in the units of the axes, sites count in the file.
+pub(super) fn numbers(analysis: &Analysis) -> Option<Value> {
     let answer = analysis.answer.as_ref()?;
     let site = |place: &Place| json!(place.rows[0]);
     let last_site = |place: &Place| json!(place.rows[1]);
@@ -585,48 +539,38 @@ fn movement(
     })
 }
 
-/// The words of pictures of what moved.
+/// Of pictures.
 #[cfg(feature = "figures")]
-pub(super) struct PictureWords<'a>(Words<'a>);
-
-#[cfg(feature = "figures")]
-impl PictureWords<'_> {
-    pub fn of(analysis: &Analysis) -> Option<PictureWords<'_>> {
-        Some(PictureWords(Words {
-            axes: &analysis.axes,
-            answer: analysis.answer.as_ref()?,
-        }))
-    }
-
+impl Words<'_> {
     /// The name of a group of sites.
-    pub fn sites(&self, place: &Place) -> String {
-        let name = match (self.0.answer.is_struck, place.rows[0] == place.rows[1]) {
+    pub fn named_sites(&self, place: &Place) -> String {
+        let name = match (self.answer.is_struck, place.rows[0] == place.rows[1]) {
             (true, true) => "body",
             (true, false) => "bodies",
             (false, true) => "site",
             (false, false) => "sites",
         };
-        format!("{name} {}", self.0.sites(place))
+        format!("{name} {}", self.sites(place))
     }
 
-    pub fn time(&self, place: &Place) -> String {
-        format!("t = {}", self.0.time(place))
+    pub fn named_time(&self, place: &Place) -> String {
+        format!("t = {}", self.time(place))
     }
 
     /// The shares that moved, and where: `24 % up past 4.1 Hz`.
     pub fn in_frequency(&self, of: &Movement) -> [(f64, String); 2] {
-        if of.transfer == Some(false) && !self.0.answer.is_struck {
+        if of.transfer == Some(false) && !self.answer.is_struck {
             let changed =
-                |share: String, at| format!("share above {}: {share}", self.0.frequency(at));
+                |share: String, at| format!("share above {}: {share}", self.frequency(at));
             let up = changed(format!("+{}", share(of.up)), of.up_at);
             let down = changed(format!("−{}", share(of.down)), of.down_at);
             return [(of.up_at, up), (of.down_at, down)];
         }
-        moves(of, |f| self.0.frequency(f))
+        moves(of, |f| self.frequency(f))
     }
 
     pub fn in_wavenumber(&self, of: &Movement) -> [(f64, String); 2] {
-        moves(of, |k| self.0.wavenumber(k))
+        moves(of, |k| self.wavenumber(k))
     }
 }
 
@@ -635,16 +579,4 @@ fn moves(of: &Movement, place: impl Fn(f64) -> String) -> [(f64, String); 2] {
     let up = format!("{} up past {}", share(of.up), place(of.up_at));
     let down = format!("{} down below {}", share(of.down), place(of.down_at));
     [(of.up_at, up), (of.down_at, down)]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn val_blocks_are_means_over_the_largest() {
-        assert_eq!(blocks(&[0.0, 1.0, 2.0, 4.0], 4), "▁▃▅█");
-        assert_eq!(blocks(&[0.0, 2.0, 4.0, 4.0], 2), "▃█");
-        assert_eq!(blocks(&[0.0; 3], 8), "");
-    }
 }

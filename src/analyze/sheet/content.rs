@@ -1,45 +1,15 @@
-//! The sentences of an analysis, the same on the terminal and on the page.
+//! How content is distributed along x and along t, in words.
 
-use crate::analyze::{
+use super::super::{
     Analysis, Axes, BandEdge, Front, FrontLength, Headline, Moments, Spot, UndefinedRows,
 };
-use crate::sheet::{number, percent};
-
-/// A line of a summary.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sentence {
-    /// Its subject.
-    pub name: &'static str,
-    /// Whether it belongs to the line before.
-    pub is_detail: bool,
-    pub text: String,
-    /// Why a number is not given, where the caller can change that.
-    pub unresolved: Option<Unresolved>,
-}
-
-/// Why a summary lacks a number that another request would give.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Unresolved {
-    /// The band edge in frequency lies within three bins of 0.
-    FrequencyEdge {
-        /// The next site whose edge does not.
-        resolved_at: Option<usize>,
-    },
-    /// The band edge in wavenumber lies within three bins of 0.
-    WavenumberEdge,
-    /// No pulse at the reference, from whose width the front window would follow.
-    NoPulseWidth,
-    /// The front window is longer than the record.
-    LongWindow,
-}
+use crate::sheet::{Sheet, number, percent};
 
 /// Where the content moves, along x and along t, and how well that is resolved.
 ///
 /// Shares of the high band are given at the reference, at their largest after it, and at the last
 /// site (time) with energy, each with its position.
-pub fn sentences(analysis: &Analysis) -> Vec<Sentence> {
-    let mut said = Vec::new();
+pub(super) fn describe(analysis: &Analysis, sheet: &mut Sheet) {
     let axes = &analysis.axes;
     if let Some(moments) = &analysis.along_space {
         let along = Along::space(axes);
@@ -50,48 +20,36 @@ pub fn sentences(analysis: &Analysis) -> Vec<Sentence> {
             .as_ref()
             .and_then(|front| front.headline.last);
         let last = whole.or(headline.last);
-        along.say(&mut said, moments, headline, last, analysis.frequency_edge);
-        if let (Some(front), Some(band)) = (&analysis.front, said.last_mut()) {
+        let mut band = along.describe(sheet, moments, headline, last, analysis.frequency_edge);
+        if let Some(front) = &analysis.front {
             let cut = headline.last.filter(|last| !front.fits[last.row]);
             if let (FrontLength::Window { .. }, Some(last)) = (front.length, cut) {
                 let place = (along.place)(&last);
-                band.text += &format!("; the record ends while the front passes {place}");
+                band += &format!("; the record ends while the front passes {place}");
                 if headline.largest.is_none() && headline.reference.is_some() {
-                    band.text +=
-                        ", and every other from the reference on, so that no largest is named";
+                    band += ", and every other from the reference on, so that no largest is named";
                 }
             }
-            said.push(Sentence {
-                unresolved: match front.length {
-                    FrontLength::NoPulse => Some(Unresolved::NoPulseWidth),
-                    FrontLength::TooLong { .. } => Some(Unresolved::LongWindow),
-                    _ => None,
-                },
-                ..detail("front passage", along.front(front, axes))
-            });
+        }
+        sheet.detail(along.band[1], band);
+        if let Some(front) = &analysis.front {
+            sheet.detail("front passage", along.front(front, axes));
         }
     }
     if let Some(moments) = &analysis.along_time {
         let along = Along::time(axes);
         let headline = &analysis.headline_time;
         let last = headline.last;
-        along.say(&mut said, moments, headline, last, analysis.wavenumber_edge);
-    }
-    said
-}
-
-fn detail(name: &'static str, text: String) -> Sentence {
-    Sentence {
-        name,
-        is_detail: true,
-        text,
-        unresolved: None,
+        let band = along.describe(sheet, moments, headline, last, analysis.wavenumber_edge);
+        sheet.detail(along.band[1], band);
     }
 }
 
 /// The words for one of the axes.
 struct Along<'a> {
     name: &'static str,
+    /// Names of the edge and of the shares of the band above it.
+    band: [&'static str; 2],
     rows: &'static str,
     content_unit: String,
     /// What a row without content is.
@@ -105,6 +63,7 @@ impl<'a> Along<'a> {
     fn space(axes: &'a Axes) -> Self {
         Along {
             name: "frequency along x",
+            band: ["band edge in f", "high band in f"],
             rows: "sites",
             content_unit: axes.frequency_unit(),
             single: "a single time has no frequencies",
@@ -119,6 +78,7 @@ impl<'a> Along<'a> {
     fn time(axes: &'a Axes) -> Self {
         Along {
             name: "wavenumber along t",
+            band: ["band edge in k", "high band in k"],
             rows: "times",
             content_unit: axes.wavenumber_unit(),
             single: "a single site has no wavenumbers",
@@ -130,25 +90,18 @@ impl<'a> Along<'a> {
         }
     }
 
-    fn say(
+    /// Adds the content and the edge; returns the shares of the band above it.
+    fn describe(
         &self,
-        said: &mut Vec<Sentence>,
+        sheet: &mut Sheet,
         moments: &Moments,
         headline: &Headline,
         last: Option<Spot>,
         edge: Option<BandEdge>,
-    ) {
-        said.push(Sentence {
-            name: self.name,
-            is_detail: false,
-            text: self.content(moments, headline, last),
-            unresolved: None,
-        });
+    ) -> String {
+        sheet.detail(self.name, self.content(moments, headline, last));
         if let Some(edge) = edge {
-            said.push(Sentence {
-                unresolved: self.unresolved(edge, moments, headline),
-                ..detail("band edge", self.edge(edge, headline))
-            });
+            sheet.detail(self.band[0], self.edge(edge, moments, headline));
         }
         let mut text = shares(headline, &*self.place, "the last with energy")
             .unwrap_or_else(|| "undefined: no band edge".into());
@@ -158,7 +111,7 @@ impl<'a> Along<'a> {
         {
             text += &format!("; of {all} {}, {why}", self.rows);
         }
-        said.push(detail("high band", text));
+        text
     }
 
     /// Centroid, 90 % and effective bandwidth at the reference and at the row `last`.
@@ -190,7 +143,7 @@ impl<'a> Along<'a> {
         }
     }
 
-    fn edge(&self, edge: BandEdge, headline: &Headline) -> String {
+    fn edge(&self, edge: BandEdge, moments: &Moments, headline: &Headline) -> String {
         let unit = &self.content_unit;
         let at = |index: usize, at: f64| {
             (self.place)(&Spot {
@@ -218,10 +171,11 @@ impl<'a> Along<'a> {
                 bin,
             } => format!(
                 "unresolved: 90 % of the energy at {} lies below {} {unit}, within three bins of 0, \
-                 which are {} apart",
+                 which are {} apart; {}",
                 at(index, x),
                 number(value),
-                number(bin)
+                number(bin),
+                self.resolved(bin, moments, headline)
             ),
             BandEdge::Undefined if headline.last.is_some() => {
                 let reason = match headline.reference {
@@ -234,24 +188,23 @@ impl<'a> Along<'a> {
         }
     }
 
-    fn unresolved(
-        &self,
-        edge: BandEdge,
-        moments: &Moments,
-        headline: &Headline,
-    ) -> Option<Unresolved> {
-        let BandEdge::Unresolved { bin, .. } = edge else {
-            return None;
-        };
+    /// How an edge is had that is resolved.
+    fn resolved(&self, bin: f64, moments: &Moments, headline: &Headline) -> String {
         if self.rows != "sites" {
-            return Some(Unresolved::WavenumberEdge);
+            return "name another `--reference-time`, give `--band-edge-wavenumber`, or, if it is noise \
+                    common to all sites, remove it with `--detrend-space mean`"
+                .into();
         }
-        let resolved_at = headline.reference.and_then(|spot| {
+        let such_as = headline.reference.and_then(|spot| {
             let mut quantiles = moments.quantile_90.iter().skip(spot.row);
             let further = quantiles.position(|&quantile| quantile > 3.0 * bin)?;
-            Some(spot.index + further)
+            Some(format!(" (such as {})", spot.index + further))
         });
-        Some(Unresolved::FrequencyEdge { resolved_at })
+        format!(
+            "name another `--reference-site`{}, give `--band-edge-frequency`, or, if it is an offset, \
+             remove it with `--detrend-time mean`",
+            such_as.unwrap_or_default()
+        )
     }
 
     fn front(&self, front: &Front, axes: &Axes) -> String {
@@ -281,10 +234,10 @@ impl<'a> Along<'a> {
             }
             FrontLength::NoReference => "undefined: no energy at the reference".into(),
             FrontLength::NoPulse => {
-                "undefined: the reference has no pulse whose width would give a length".into()
+                "undefined: the reference has no pulse whose width would give a length; give `--front-window`".into()
             }
             FrontLength::TooLong { window } => format!(
-                "undefined: a window of {} is longer than the record",
+                "undefined: a window of {} is longer than the record; give a shorter `--front-window`",
                 time(window)
             ),
             FrontLength::NoArrival {
