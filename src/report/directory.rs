@@ -16,75 +16,110 @@ pub struct ResultDirectory {
     replace: bool,
 }
 
-/// Whether a directory of results may hold a file of this name; anything else in it is not ours to remove.
-fn may_hold(name: &str) -> bool {
-    let is_wave = || {
-        let digits = name.strip_prefix("wave-")?.strip_suffix(".npz")?;
-        (!digits.is_empty()).then(|| digits.bytes().all(|b| b.is_ascii_digit()))
-    };
-    // What its script draws.
-    let is_plot = name == "plot.py" || name.starts_with("plot-") && name.ends_with(".png");
-    is_plot || NAMES.contains(&name) || is_wave() == Some(true)
-}
+/// What any result may have beside files of its own name.
+const COMMON: [&str; 6] = [
+    "summary.json",
+    "report.html",
+    "figures",
+    "table.csv",
+    "records.csv",
+    "plot.py",
+];
 
 /// The file that describes the others.
 const SUMMARY: &str = "summary.json";
 
-const NAMES: &[&str] = &[
-    "summary.json",
-    "records.csv",
-    "spectra.npz",
-    "spectra.nc",
-    "bicoherence.npz",
-    "coherence.npz",
-    "ridges.csv",
-    "ridges.npz",
-    "modes.npz",
-    "increments.npz",
-    "part.npz",
-    "slope.npz",
-    "triads.npz",
-    "spectrum.npz",
-    "budget.npz",
-    "budget.nc",
-    "table.csv",
-    "wave.npz",
-    "launch.npz",
-    "report.html",
-    "figures",
+/// The results whose files or figures are not called as they are.
+const OTHERWISE: [Names; 5] = [
+    Names {
+        result: "analyze",
+        arrays: "spectra",
+        figures: &[
+            "space-time",
+            "temporal-spectrum",
+            "spatial-spectrum",
+            "spacetime-spectrum",
+            "along-x",
+            "along-t",
+            "short-time",
+            "short-space",
+            "flux-surrogate",
+        ],
+    },
+    Names {
+        result: "budget",
+        arrays: "budget",
+        figures: &[
+            "energies",
+            "energy-flux",
+            "energy-passed",
+            "power-flow",
+            "energy-spectrum",
+            "spectral-flux",
+            "scale-flux",
+            "views",
+        ],
+    },
+    Names {
+        result: "compare",
+        arrays: "",
+        figures: &["views"],
+    },
+    Names {
+        result: "localize",
+        arrays: "wave-",
+        figures: &["localize"],
+    },
+    Names {
+        result: "spacetime",
+        arrays: "spectrum",
+        figures: &["spectrum"],
+    },
 ];
-/// What `figures` may hold, as PNG and SVG.
-const FIGURES: &[&str] = &[
-    "space-time",
-    "temporal-spectrum",
-    "spatial-spectrum",
-    "spacetime-spectrum",
-    "along-x",
-    "along-t",
-    "short-time",
-    "short-space",
-    "flux-surrogate",
-    "energies",
-    "energy-flux",
-    "energy-passed",
-    "power-flow",
-    "energy-spectrum",
-    "spectral-flux",
-    "scale-flux",
-    "views",
-    "bicoherence",
-    "coherence",
-    "ridges",
-    "modes",
-    "increments",
-    "slope",
-    "transfer",
-    "triads",
-    "spectrum",
-    "localize",
-    "wave",
-    "launch",
-];
+
+/// Names of the files of a result.
+struct Names {
+    /// That of its schema.
+    result: &'static str,
+    /// Of its arrays, without extension; before a dash numbers follow.
+    arrays: &'static str,
+    figures: &'static [&'static str],
+}
+
+/// Whether the directory of a result, by the name of its schema, may hold a file of this name; anything else in it is not
+/// ours to remove.
+fn may_hold(result: &str, name: &str) -> bool {
+    let is_plot = name.starts_with("plot-") && name.ends_with(".png");
+    if COMMON.contains(&name) || is_plot {
+        return true;
+    }
+    let Some((stem, "npz" | "nc" | "csv")) = name.rsplit_once('.') else {
+        return false;
+    };
+    let named = OTHERWISE.iter().find(|names| names.result == result);
+    let arrays = named.map_or(result, |names| names.arrays);
+    match stem.strip_prefix(arrays) {
+        Some(digits) if arrays.ends_with('-') => {
+            !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
+        }
+        rest => rest == Some(""),
+    }
+}
+
+/// The same of its folder of figures.
+fn may_draw(result: &str, name: &str) -> bool {
+    let Some((stem, "png" | "svg")) = name.rsplit_once('.') else {
+        return false;
+    };
+    let named = OTHERWISE.iter().find(|names| names.result == result);
+    named.map_or(stem == result, |names| names.figures.contains(&stem))
+}
+
+/// The name of a result in the schema of its summary.
+fn result_of(summary: &str) -> Option<&str> {
+    let (_, after) = summary.split_once("\"schema\": \"cascade.")?;
+    Some(after.split_once('/')?.0)
+}
 
 impl ResultDirectory {
     /// Makes the working directory of an analysis; fails before any work is done.
@@ -175,13 +210,12 @@ fn check_free(path: &Path, replace: bool) -> Result<Destination> {
     if names.is_empty() {
         return Ok(Destination::Free);
     }
-    let stranger = names.iter().find(|name| !may_hold(name));
-    if let Some(name) = stranger {
-        return occupied(format!("holds {name:?}, which no run has written"));
-    }
     let summary = read_text(&path.join(SUMMARY))?;
-    if !summary.contains("\"schema\": \"cascade.") {
-        return occupied(format!("holds no {SUMMARY} of a run"));
+    let Some(result) = result_of(&summary) else {
+        return occupied(format!("holds {:?} and no {SUMMARY} of a run", names[0]));
+    };
+    if let Some(name) = names.iter().find(|name| !may_hold(result, name)) {
+        return occupied(format!("holds {name:?}, which no run has written"));
     }
     let figures = path.join("figures");
     let drawn = if figures.is_dir() {
@@ -189,11 +223,7 @@ fn check_free(path: &Path, replace: bool) -> Result<Destination> {
     } else {
         Vec::new()
     };
-    let is_ours = |name: &&String| match name.rsplit_once('.') {
-        Some((stem, "png" | "svg")) => FIGURES.contains(&stem),
-        _ => false,
-    };
-    if let Some(name) = drawn.iter().find(|name| !is_ours(name)) {
+    if let Some(name) = drawn.iter().find(|name| !may_draw(result, name)) {
         return occupied(format!(
             "holds \"figures/{name}\", which no run has written"
         ));
