@@ -11,6 +11,7 @@ Functions on arrays of NumPy, xarray and Dask with the results of the program ``
 from importlib.util import find_spec as _find_spec
 
 from wavecascade import distributed, fft
+from wavecascade._commands import estimates as _estimates
 from wavecascade._commands.analysis import (
     analyze,
     filter,
@@ -30,15 +31,7 @@ from wavecascade._commands.chains import (
     sweep,
     triads,
 )
-from wavecascade._commands.estimates import (
-    bicoherence,
-    coherence,
-    increments,
-    modes,
-    ridges,
-    slope,
-    spectrum,
-)
+from wavecascade._commands.estimates import *  # noqa: F403
 from wavecascade._commands.laws import law
 from wavecascade._commands.parts import combine, partial
 from wavecascade._keywords.words import CascadeWarning
@@ -51,32 +44,26 @@ __all__ = [
     "__version__",
     "analyze",
     "attenuate",
-    "bicoherence",
     "budget",
-    "coherence",
     "combine",
     "compare",
     "distributed",
     "fft",
     "filter",
-    "increments",
     "inspect",
     "law",
     "localize",
-    "modes",
     "open",
     "partial",
     "plan",
     "report",
-    "ridges",
     "simulate",
-    "slope",
     "spatial_spectrum",
-    "spectrum",
     "sweep",
     "temporal_spectrum",
     "triads",
 ]
+__all__ += _estimates.__all__
 
 if _find_spec("xarray") is not None:
     from wavecascade._accessor import FieldAccessor as FieldAccessor

@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-import functools
 import os
-from collections.abc import Callable, Sequence
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from collections.abc import Sequence
+from typing import Any
 
 import xarray as xr
 
 from wavecascade import _plot
-from wavecascade._commands import analysis, estimates
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def _method(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[FieldAccessor, P], R]:
-    """A function on fields as a method of the accessor, with its keywords."""
-
-    @functools.wraps(function)
-    def method(self: FieldAccessor, /, *others: P.args, **options: P.kwargs) -> R:
-        return function(self._field, *others, **options)
-
-    return method
+from wavecascade._commands import analysis
+from wavecascade._commands.estimates import EstimateMethods
+from wavecascade._commands.methods import method
 
 
-class FieldAccessor:
+class FieldAccessor(EstimateMethods):
     """A field with its functions: ``da.cascade.analyze()`` is ``wavecascade.analyze(da)``.
 
     Checkers of types see its keywords through ``field: wc.FieldAccessor = da.cascade``, since xarray's
@@ -36,18 +24,11 @@ class FieldAccessor:
     def __init__(self, field: xr.DataArray) -> None:
         self._field = field
 
-    analyze = _method(analysis.analyze)
-    filter = _method(analysis.filter)
-    plan = _method(analysis.plan)
-    temporal_spectrum = _method(analysis.temporal_spectrum)
-    spatial_spectrum = _method(analysis.spatial_spectrum)
-    bicoherence = _method(estimates.bicoherence)
-    coherence = _method(estimates.coherence)
-    increments = _method(estimates.increments)
-    modes = _method(estimates.modes)
-    ridges = _method(estimates.ridges)
-    slope = _method(estimates.slope)
-    spectrum = _method(estimates.spectrum)
+    analyze = method(analysis.analyze)
+    filter = method(analysis.filter)
+    plan = method(analysis.plan)
+    temporal_spectrum = method(analysis.temporal_spectrum)
+    spatial_spectrum = method(analysis.spatial_spectrum)
 
 
 class ResultAccessor:

@@ -1,72 +1,79 @@
 """Estimates: averages over realisations, with their significance.
 
-All are commands of the program on one or several fields; each function names its command,
-:func:`_made` does the rest, and :func:`documented` adds what all docstrings have in common.
+All are commands of the program on one or several fields. Each has its options and its function here, and
+a line in :class:`EstimateMethods`; :func:`_made` does the rest, and :func:`documented` adds what all
+docstrings have in common.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Unpack
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from wavecascade import _native
 from wavecascade._arrays.fields import pair, shots, source
 from wavecascade._arrays.mapped import over
 from wavecascade._arrays.results import dataset, hold, summary_attrs, warn
 from wavecascade._commands.documented import documented
+from wavecascade._commands.methods import FieldMethods, method
 from wavecascade._keywords.advice import advising
 from wavecascade._keywords.options import (
-    BicoherenceOptions,
-    CoherenceOptions,
+    AverageOptions,
     FieldOptions,
-    IncrementsOptions,
-    ModesOptions,
-    RidgesOptions,
-    SlopeOptions,
-    SpectrumOptions,
+    Measure,
+    Range,
+    SegmentOptions,
+    ShotOptions,
+    Sites,
+    TripleOptions,
+    Window,
 )
 from wavecascade._keywords.words import Progress, observed, words
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_OPTIONS: dict[str, Any] = {
-    "bicoherence": BicoherenceOptions,
-    "coherence": CoherenceOptions,
-    "increments": IncrementsOptions,
-    "modes": ModesOptions,
-    "ridges": RidgesOptions,
-    "slope": SlopeOptions,
-    "spectrum": SpectrumOptions,
-}
-#: The sites of two records, of which the first is the input.
-_PAIRS: dict[str, dict[str, int]] = {
-    "bicoherence": {"site": 0, "output": 1},
-    "coherence": {"reference": 0},
-}
+__all__ = ["bicoherence", "coherence", "increments", "modes", "ridges", "slope", "spectrum"]
+
 #: Parts of summaries that repeat arrays.
 _IN_ARRAYS = frozenset({"columns", "delays", "outputs", "speeds"})
 
 
 def _made(
-    command: str, field: Any, options: Mapping[str, object], progress: Progress, other: Any = None
+    command: str,
+    known: Any,
+    field: Any,
+    options: Mapping[str, object],
+    progress: Progress,
+    other: Any = None,
+    sites: Mapping[str, int] = MappingProxyType({}),
 ) -> Any:
-    """The estimate of a field, of several, or of two records."""
+    """The estimate of a field, of several, or of two records.
+
+    ``known`` are the options of the command; ``sites`` those for which two records stand, of which the
+    first is the input.
+    """
     if other is not None:
-        return _estimated(command, field, options, progress, other)
-    of = partial(_estimated, command, options=options, progress=progress)
+        return _estimated(command, known, field, options, progress, other, sites)
+    of = partial(_estimated, command, known, options=options, progress=progress)
     return over(of, field, options, is_of_shots=True)
 
 
 def _estimated(
-    command: str, field: Any, options: Mapping[str, object], progress: Progress, other: Any = None
+    command: str,
+    known: Any,
+    field: Any,
+    options: Mapping[str, object],
+    progress: Progress,
+    other: Any = None,
+    sites: Mapping[str, int] = MappingProxyType({}),
 ) -> Any:
     given = dict(options)
     dim = given.pop("shot_dim", None)
     fields = shots(field, given, dim, other is not None)
     if other is not None:
-        sites = _PAIRS[command]
         for option in sites:
             if given.get(option) is not None:
                 raise ValueError(
@@ -81,7 +88,7 @@ def _estimated(
             )
         fields = [pair(one, two) for one, two in zip(fields, others, strict=True)]
     sources, typed = opened(fields, given)
-    allowed = frozenset(_OPTIONS[command].__annotations__) | frozenset(FieldOptions.__annotations__)
+    allowed = frozenset(known.__annotations__) | frozenset(FieldOptions.__annotations__)
     names = ["field"] * len(sources)
     said = words(command, typed, allowed, names)
     with advising(allowed, sources[0] if sources else None):
@@ -108,6 +115,19 @@ def arranged(found: Mapping[str, Any]) -> Any:
     if "page" in found:
         hold(out, found["page"])
     return out
+
+
+class BicoherenceOptions(TripleOptions, total=False):
+    """The options of ``cascade bicoherence``."""
+
+    site: int
+    output: int
+    along: Sites
+    every: int
+    transfer: int
+    lag: int
+    highest: Measure
+    resamplings: int
 
 
 @documented
@@ -146,7 +166,15 @@ def bicoherence(
         ``(transfer_frequency)``; ``transfer_pair_first``, ``transfer_pair_re`` and their neighbours of
         each ``transfer_pair``; shares of the output's power are in the attribute ``transfer``.
     """
-    return _made("bicoherence", field, options, progress, other)
+    return _made(
+        "bicoherence", BicoherenceOptions, field, options, progress, other, {"site": 0, "output": 1}
+    )
+
+
+class CoherenceOptions(AverageOptions, total=False):
+    """The options of ``cascade coherence``."""
+
+    reference: int
 
 
 @documented
@@ -175,7 +203,17 @@ def coherence(
         behind the reference; ``phase_velocity`` and its neighbours ``(speed_frequency)``. Averages
         (``independence``), the level of significance and the ``velocity`` of the waves are attributes.
     """
-    return _made("coherence", field, options, progress, other)
+    return _made("coherence", CoherenceOptions, field, options, progress, other, {"reference": 0})
+
+
+class IncrementsOptions(ShotOptions, total=False):
+    """The options of ``cascade increments``."""
+
+    separations: int | Sequence[int]
+    lags: int | Sequence[int]
+    band: Range
+    lag_band: Range
+    histograms: int
 
 
 @documented
@@ -201,7 +239,14 @@ def increments(
         intervals (``_half``); ``space_histogram_density``; and the same with ``time_``. Exponents are in
         the attribute ``axes``.
     """
-    return _made("increments", field, options, progress)
+    return _made("increments", IncrementsOptions, field, options, progress)
+
+
+class ModesOptions(AverageOptions, total=False):
+    """The options of ``cascade modes``."""
+
+    frequencies: float | Sequence[float]
+    modes: int
 
 
 @documented
@@ -225,7 +270,18 @@ def modes(field: Any, *, progress: Progress = None, **options: Unpack[ModesOptio
         integrated over x, descending; ``total`` ``(frequency)``; ``interval`` ``(frequency, end)``,
         factors of the ends; ``mode_real``, ``mode_imag`` ``(mode_frequency, kept_mode, position)``.
     """
-    return _made("modes", field, options, progress)
+    return _made("modes", ModesOptions, field, options, progress)
+
+
+class RidgesOptions(SegmentOptions, total=False):
+    """The options of ``cascade ridges``."""
+
+    fit: str | Sequence[str]
+    window_time: Window
+    window_space: Window
+    cut: Literal["auto", "frequency", "wavenumber"]
+    range: float
+    points: int
 
 
 @documented
@@ -250,7 +306,16 @@ def ridges(field: Any, *, progress: Progress = None, **options: Unpack[RidgesOpt
         ``fit_0_frequency`` ``(fit_0_branch, fit_0_wavenumber)``. Fitted parameters are in the attribute
         ``fits``.
     """
-    return _made("ridges", field, options, progress)
+    return _made("ridges", RidgesOptions, field, options, progress)
+
+
+class SlopeOptions(AverageOptions, total=False):
+    """The options of ``cascade slope``."""
+
+    along: Literal["space", "time"]
+    band: Range
+    breaks: int
+    frames: int
 
 
 @documented
@@ -274,7 +339,19 @@ def slope(field: Any, *, progress: Progress = None, **options: Unpack[SlopeOptio
         ``frame_slope``, ``frame_slope_half``, ``frame_gradient`` ``(frame_time)``. The law with half of
         its interval is the attribute ``law``; ``breaks`` and ``steepening`` beside it.
     """
-    return _made("slope", field, options, progress)
+    return _made("slope", SlopeOptions, field, options, progress)
+
+
+class SpectrumOptions(AverageOptions, total=False):
+    """The options of ``cascade spectrum``."""
+
+    along: Literal["time", "space", "both"]
+    periodogram: bool
+    equal_weights: bool
+    no_jackknife: bool
+    space_window: Window
+    space_multitaper: str | tuple[float, int]
+    subtract_noise: bool
 
 
 @documented
@@ -302,4 +379,16 @@ def spectrum(field: Any, *, progress: Progress = None, **options: Unpack[Spectru
         wavenumber)`` of both signs; NaN where no interval can be stated. Lines that the test finds are
         in the attribute ``line_test``.
     """
-    return _made("spectrum", field, options, progress)
+    return _made("spectrum", SpectrumOptions, field, options, progress)
+
+
+class EstimateMethods(FieldMethods):
+    """Functions of this module as methods of the accessor of a field."""
+
+    bicoherence = method(bicoherence)
+    coherence = method(coherence)
+    increments = method(increments)
+    modes = method(modes)
+    ridges = method(ridges)
+    slope = method(slope)
+    spectrum = method(spectrum)

@@ -8,13 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 from wavecascade import _native
 from wavecascade._arrays.fields import shots
 from wavecascade._arrays.results import warn
-from wavecascade._commands.estimates import arranged, opened
-from wavecascade._keywords.options import (
-    CoherenceOptions,
-    FieldOptions,
-    PartialOptions,
-    SpectrumOptions,
-)
+from wavecascade._commands.estimates import CoherenceOptions, SpectrumOptions, arranged, opened
+from wavecascade._keywords.options import FieldOptions, PartialOptions
 from wavecascade._keywords.words import Progress, observed, words
 
 if TYPE_CHECKING:

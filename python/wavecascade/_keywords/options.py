@@ -158,26 +158,8 @@ class AverageOptions(TripleOptions, total=False):
     multitaper: str | tuple[float, int]
 
 
-class CoherenceOptions(AverageOptions, total=False):
-    """The options of ``cascade coherence``."""
-
-    reference: int
-
-
-class SpectrumOptions(AverageOptions, total=False):
-    """The options of ``cascade spectrum``."""
-
-    along: Literal["time", "space", "both"]
-    periodogram: bool
-    equal_weights: bool
-    no_jackknife: bool
-    space_window: Window
-    space_multitaper: str | tuple[float, int]
-    subtract_noise: bool
-
-
 class DividedOptions(AverageOptions, total=False):
-    """Those of the estimates that are summed in parts: spectra and coherence."""
+    """Those of the estimates that are summed in parts."""
 
     equal_weights: bool
 
@@ -186,56 +168,6 @@ class PartialOptions(DividedOptions, total=False):
     """The same, with a reference by its index."""
 
     reference: int
-
-
-class ModesOptions(AverageOptions, total=False):
-    """The options of ``cascade modes``."""
-
-    frequencies: float | Sequence[float]
-    modes: int
-
-
-class SlopeOptions(AverageOptions, total=False):
-    """The options of ``cascade slope``."""
-
-    along: Literal["space", "time"]
-    band: Range
-    breaks: int
-    frames: int
-
-
-class BicoherenceOptions(TripleOptions, total=False):
-    """The options of ``cascade bicoherence``."""
-
-    site: int
-    output: int
-    along: Sites
-    every: int
-    transfer: int
-    lag: int
-    highest: Measure
-    resamplings: int
-
-
-class RidgesOptions(SegmentOptions, total=False):
-    """The options of ``cascade ridges``."""
-
-    fit: str | Sequence[str]
-    window_time: Window
-    window_space: Window
-    cut: Literal["auto", "frequency", "wavenumber"]
-    range: float
-    points: int
-
-
-class IncrementsOptions(ShotOptions, total=False):
-    """The options of ``cascade increments``."""
-
-    separations: int | Sequence[int]
-    lags: int | Sequence[int]
-    band: Range
-    lag_band: Range
-    histograms: int
 
 
 class BudgetOptions(FieldOptions, total=False):
