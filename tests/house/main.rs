@@ -1,4 +1,5 @@
-//! The repository itself: which room uses which, and where links lead.
+//! The repository itself: which room uses which, what an estimate takes, and where links lead.
 
+mod estimates;
 mod links;
 mod rooms;

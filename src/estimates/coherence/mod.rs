@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, first_of,
+    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, first_of, phase_spread,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
@@ -208,12 +208,6 @@ pub fn coherence(
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
         request.pass(&grid, &realisations, fields.len()).run(&shots)
     })
-}
-
-/// `t^2 / (2 K - 2)` of K independent realisations: the variance of a phase at `1 - alpha`, but for `(1 - g) / g`.
-pub(crate) fn phase_spread(alpha: f64, independent: f64) -> f64 {
-    let degrees = 2.0 * independent - 2.0;
-    crate::numeric::student_two_sided(alpha, degrees).powi(2) / degrees
 }
 
 impl Coherence {

@@ -5,9 +5,8 @@ use super::pass::Pass;
 use super::spectra::last_bin;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
-use crate::estimates::coherence::phase_spread;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Realisations, Shots, Tapers, first_of,
+    Averaging, Grid, Independence, Realisations, Shots, Tapers, first_of, phase_spread,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;

@@ -1,8 +1,9 @@
 //! Intervals of spectra from their degrees of freedom.
 
+use super::SIGNIFICANCE;
 use super::averaging::effective_segments;
 use super::ensemble::{Independence, steadiness};
-use crate::numeric::{chi_square_quantile, sum_of_squares};
+use crate::numeric::{chi_square_quantile, student_two_sided, sum_of_squares};
 use crate::prepare::{Detrend, Trend};
 use crate::transform::Segments;
 
@@ -25,7 +26,6 @@ impl SpectrumInterval {
     /// Of the average over `segments` of a record under a window; `None` where the record is constant but for
     /// rounding, and where no frequency lies between 0 and the Nyquist frequency.
     pub(crate) fn of_record(record: &[f64], window: &[f64], segments: Segments) -> Option<Self> {
-        const ALPHA: f64 = 0.05;
         const ROUNDING: f64 = 1e-28;
         if segments.length < 3 {
             return None;
@@ -43,9 +43,9 @@ impl SpectrumInterval {
         Some(SpectrumInterval {
             steadiness: independence.steadiness,
             effective_segments: effective,
-            alpha: ALPHA,
+            alpha: SIGNIFICANCE,
             degrees_of_freedom: degrees,
-            factors: degrees.map(|degrees| interval_factors(degrees, ALPHA)),
+            factors: degrees.map(|degrees| interval_factors(degrees, SIGNIFICANCE)),
         })
     }
 }
@@ -117,6 +117,12 @@ impl FactorTable {
         }
         [0, 1].map(|i| (self.coefficients[0][i] + x * next[i] - after[i]).exp())
     }
+}
+
+/// `t^2 / (2 K - 2)` of K independent realisations: the variance of a phase at `1 - alpha`, but for `(1 - g) / g`.
+pub(crate) fn phase_spread(alpha: f64, independent: f64) -> f64 {
+    let degrees = 2.0 * independent - 2.0;
+    student_two_sided(alpha, degrees).powi(2) / degrees
 }
 
 #[cfg(test)]

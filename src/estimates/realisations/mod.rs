@@ -23,7 +23,7 @@ pub(crate) use averaging::{Realisations, SegmentScratch, no_segment_left};
 pub use ensemble::Independence;
 pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_of_sites, steadiness_without};
 pub use grid::Grid;
-pub(crate) use interval::FactorTable;
+pub(crate) use interval::{FactorTable, phase_spread};
 pub use interval::{SpectrumInterval, interval_factors};
 pub use kept::SegmentsLeft;
 pub(crate) use kept::{KeptSegments, SegmentPairs};
