@@ -253,7 +253,7 @@ impl Stages<'_> {
 const EDGE: f64 = 0.9;
 
 /// Bins from 0 within which an edge is not resolved.
-const RESOLVED: f64 = 3.0;
+pub(super) const RESOLVED: f64 = 3.0;
 
 /// Results at a reference.
 struct Edge {

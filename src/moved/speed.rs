@@ -2,6 +2,7 @@
 
 use super::Speed;
 use super::share::Spectrum;
+use crate::estimates::SIGNIFICANCE;
 use crate::numeric::student_two_sided;
 
 /// Sites that a speed is found from, at least.
@@ -104,7 +105,7 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
         false => 0.0,
     };
     let error = (squares / (n - 2.0) / xx * (1.0 + follows) / (1.0 - follows)).sqrt();
-    let bound = student_two_sided(0.05, n - 2.0) * error;
+    let bound = student_two_sided(SIGNIFICANCE, n - 2.0) * error;
     // A tenth of a sample over the array is not told.
     (slowness, bound.max(0.1 / xx.sqrt() / n.sqrt()))
 }

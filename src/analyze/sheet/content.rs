@@ -1,5 +1,6 @@
 //! How content is distributed along x and along t, in words.
 
+use super::super::stages::RESOLVED;
 use super::super::{
     Analysis, Axes, BandEdge, Front, FrontLength, Headline, Moments, Spot, UndefinedRows,
 };
@@ -170,7 +171,7 @@ impl<'a> Along<'a> {
                 at: x,
                 bin,
             } => format!(
-                "unresolved: 90 % of the energy at {} lies below {} {unit}, within three bins of 0, \
+                "unresolved: 90 % of the energy at {} lies below {} {unit}, within {RESOLVED} bins of 0, \
                  which are {} apart; {}",
                 at(index, x),
                 number(value),
@@ -197,7 +198,7 @@ impl<'a> Along<'a> {
         }
         let such_as = headline.reference.and_then(|spot| {
             let mut quantiles = moments.quantile_90.iter().skip(spot.row);
-            let further = quantiles.position(|&quantile| quantile > 3.0 * bin)?;
+            let further = quantiles.position(|&quantile| quantile > RESOLVED * bin)?;
             Some(format!(" (such as {})", spot.index + further))
         });
         format!(

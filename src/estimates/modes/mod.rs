@@ -61,7 +61,7 @@ impl Default for ModesRequest {
 }
 
 /// Probability by which noise has a mode at any of the frequencies.
-const CHANCE: f64 = 0.05;
+const CHANCE: f64 = SIGNIFICANCE;
 
 /// What [`modes`] finds.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use crate::error::Error;
-use crate::estimates::realisations::interval_factors;
+use crate::estimates::realisations::{SIGNIFICANCE, interval_factors};
 use crate::numeric::{LineFit, chi_square_level, student_two_sided, sum_of_squares};
 use crate::transform::fold;
 
@@ -381,7 +381,7 @@ impl Spectra<'_> {
         let span = ((first + BANDS * width) as f64 / first as f64).ln();
         Some(Change {
             value: line.slope * span,
-            half: span * line.slope_error * student_two_sided(0.05, (BANDS - 2) as f64),
+            half: span * line.slope_error * student_two_sided(SIGNIFICANCE, (BANDS - 2) as f64),
             scatter: (line.squares / (BANDS - 2) as f64).sqrt(),
         })
     }

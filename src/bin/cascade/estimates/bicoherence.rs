@@ -23,7 +23,7 @@ pub struct BicoherenceArgs {
     pub fields: Vec<PathBuf>,
 
     /// Index of the site of the two frequencies that are added.
-    #[arg(long, short, value_name = "SITE", default_value_t = 0)]
+    #[arg(long, short, value_name = "SITE", default_value_t = BicoherenceRequest::default().site)]
     pub site: usize,
 
     /// Index of the site of their sum and difference [default: the same, where differences repeat sums].

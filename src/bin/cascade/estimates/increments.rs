@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use wavecascade::estimates::SIGNIFICANCE;
-use wavecascade::estimates::{Increments as Found, IncrementsRequest, increments};
+use wavecascade::estimates::{Increments as Found, IncrementsRequest, SIGNIFICANCE, increments};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
@@ -32,7 +31,7 @@ pub struct Increments {
     #[arg(long, value_name = "FROM:TO", value_parser = parse::interval)]
     pub lag_band: Option<(f64, f64)>,
     /// Scales of each axis with a histogram.
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(long, value_name = "N", default_value_t = IncrementsRequest::default().histograms)]
     pub histograms: usize,
     /// Probability by which intervals do not hold.
     #[arg(long, value_name = "SHARE", default_value_t = SIGNIFICANCE, value_parser = parse::share)]

@@ -24,7 +24,7 @@ pub struct Modes {
     pub frequencies: Vec<f64>,
 
     /// Modes that are written of each of these frequencies.
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, value_name = "N", default_value_t = ModesRequest::default().modes)]
     pub modes: usize,
 
     #[command(flatten)]

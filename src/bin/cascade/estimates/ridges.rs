@@ -65,7 +65,7 @@ pub struct SearchArgs {
     #[arg(long, value_enum, default_value_t = GapsArg::Refuse)]
     pub gaps: GapsArg,
     /// Probability by which noise has a peak anywhere in the spectrum.
-    #[arg(long, value_name = "SHARE", default_value = "0.01", value_parser = parse::share)]
+    #[arg(long, value_name = "SHARE", default_value_t = RidgesRequest::default().alpha, value_parser = parse::share)]
     pub significance: f64,
     /// Working memory, such as 500MB or 2GiB [default: half of the free memory].
     #[arg(long, value_name = "SIZE", value_parser = parse::bytes)]

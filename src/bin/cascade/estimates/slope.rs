@@ -28,10 +28,10 @@ pub struct Slope {
     #[arg(long, value_name = "FROM:TO", value_parser = band)]
     pub band: Option<[BandEnd; 2]>,
     /// Breaks of the law that are searched in the band, at most 2.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = SlopeRequest::default().breaks)]
     pub breaks: usize,
     /// Frames of the times with a slope of their own, along x.
-    #[arg(long, value_name = "N", default_value_t = 64)]
+    #[arg(long, value_name = "N", default_value_t = SlopeRequest::default().frames)]
     pub frames: usize,
 
     #[command(flatten)]
