@@ -36,7 +36,7 @@ pub(super) struct ContactState {
     pub(super) phi: Vec<f64>,
     /// `d phi / d r = F / (2 phi)`, with its limit where phi is 0.
     pub(super) phi_slope: Vec<f64>,
-    /// Velocity of the wall before site 0, and the external force on site 0.
+    /// Velocity of the wall before site 0, and the external force on [`Contacts::pushed`].
     pub(super) wall_velocity: f64,
     pub(super) push: f64,
 }
@@ -117,6 +117,19 @@ impl<'a> Contacts<'a> {
         !self.chain.is_pressed() && self.chain.law.only() == Some(&Law::Hertz)
     }
 
+    /// The site on which the external force acts, if there is one.
+    pub(super) fn pushed(&self) -> usize {
+        self.drive.map_or(0, Drive::site)
+    }
+
+    /// That site where it is any body of the chain, not its free end.
+    pub(super) fn pushed_inside(&self) -> Option<usize> {
+        match self.drive {
+            Some(Drive::Body(site, _)) => Some(*site),
+            _ => None,
+        }
+    }
+
     /// The sites that contact i joins, `None` for a wall.
     pub(super) fn sites(&self, i: usize) -> [Option<usize>; 2] {
         let n = self.chain.n_sites();
@@ -165,7 +178,8 @@ impl<'a> Contacts<'a> {
         let forces = state.elastic.iter().zip(&state.damping);
         let force: Vec<f64> = forces.map(|(elastic, damping)| elastic + damping).collect();
         let masses = self.chain.mass.iter().enumerate();
-        let push = |j: usize| if j == 0 { state.push } else { 0.0 };
+        let pushed = self.pushed();
+        let push = |j: usize| if j == pushed { state.push } else { 0.0 };
         let ground = self.chain.on_site.ground.as_ref();
         let held = |j: usize| ground.map_or(0.0, |ground| ground.force(j, x[j]));
         let pull = |j: usize| self.chain.losses.drag * v[j] + held(j);
@@ -185,7 +199,7 @@ impl<'a> Contacts<'a> {
         state.resize(self.len());
         let (wall, wall_velocity, push) = match self.drive {
             Some(Drive::Wall(wave)) => (wave.at(t), wave.rate_at(t), 0.0),
-            Some(Drive::Force(wave)) => (0.0, 0.0, wave.at(t)),
+            Some(drive) => (0.0, 0.0, drive.push_at(t)),
             None => (0.0, 0.0, 0.0),
         };
         (state.wall_velocity, state.push) = (wall_velocity, push);

@@ -9,6 +9,7 @@ use std::ops::Range;
 use super::balance::worst_of;
 use super::contacts::{ContactState, Contacts};
 use super::motion::ChainState;
+use crate::chain::Ends;
 
 /// Energies and rates at one instant.
 #[derive(Debug, Clone, Default)]
@@ -94,7 +95,7 @@ impl SiteTerms {
                 }
             }
         }
-        self.input += state.push * at.v.first().copied().unwrap_or(0.0);
+        self.input += state.push * at.v.get(contacts.pushed()).copied().unwrap_or(0.0);
     }
 }
 
@@ -124,6 +125,8 @@ pub(super) struct Balance {
     times: Range<usize>,
     sites: Range<usize>,
     periodic: bool,
+    /// The site inside the chain that a force drives.
+    pushed: Option<usize>,
     start: Option<(Vec<f64>, Exchanged)>,
     came: Vec<f64>,
     off: Vec<f64>,
@@ -131,11 +134,12 @@ pub(super) struct Balance {
 }
 
 impl Balance {
-    pub(super) fn new(times: Range<usize>, sites: Range<usize>, periodic: bool) -> Balance {
+    pub(super) fn new(times: Range<usize>, sites: Range<usize>, contacts: &Contacts) -> Balance {
         Balance {
             times,
             sites,
-            periodic,
+            pushed: contacts.pushed_inside(),
+            periodic: contacts.chain().ends == Ends::Periodic,
             start: None,
             came: Vec::new(),
             off: Vec::new(),
@@ -160,7 +164,8 @@ impl Balance {
         came.push(match sites.start.checked_sub(1) {
             Some(left) => passed(left),
             None if self.periodic => passed(contacts - 1),
-            None => now.input - then.input,
+            None if self.pushed.is_none() => now.input - then.input,
+            None => 0.0,
         });
         came.extend((sites.start..sites.end.min(contacts)).map(passed));
         came.resize(sites.len() + 1, 0.0);
@@ -172,6 +177,9 @@ impl Balance {
                 .zip(came.windows(2))
                 .map(|((now, first), came)| now - first - came[0] + came[1]),
         );
+        if let Some(site) = self.pushed.filter(|site| sites.contains(site)) {
+            off[site - sites.start] -= now.input - then.input;
+        }
         if !now.lost.is_empty() {
             let lost = now.lost[sites.clone()].iter().zip(&then.lost[sites]);
             for (off, (now, then)) in off.iter_mut().zip(lost) {

@@ -139,7 +139,7 @@ impl<'a> MotionPass<'a> {
             motion,
             dt: motion.step(),
             waiting,
-            balance: Balance::new(times, sites, chain.ends == crate::chain::Ends::Periodic),
+            balance: Balance::new(times, sites, transfers.contacts),
             exchanged: Exchanged {
                 passed: vec![0.0; m],
                 lost: vec![0.0; if lossy { n } else { 0 }],

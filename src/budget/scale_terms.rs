@@ -11,10 +11,12 @@ use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 #[derive(Debug, Clone, Default)]
 pub(super) struct ScaleScratch {
     pub(super) contacts: ContactState,
-    /// Force, overlap, velocity, damping.
+    /// Force, overlap, velocity, damping, push.
     rows: Filtered,
     /// Elastic force plus damping.
     force: Vec<f64>,
+    /// Force on each site from outside.
+    push: Vec<f64>,
     /// Force of the contact law at the filtered overlaps.
     law_force: Vec<f64>,
     at_sites: AtSites,
@@ -49,17 +51,25 @@ impl Scales<'_> {
             contacts: state,
             rows,
             force,
+            push,
             ..
         } = scratch;
         self.contacts.evaluate(at.t, at.x, at.v, state);
         let inside = self.contacts.offset..;
         let [elastic, overlap, damping] =
             [&state.elastic, &state.overlap, &state.damping].map(|row| &row[inside.clone()]);
-        if self.lossy {
+        let pushed = self.contacts.pushed_inside();
+        if self.lossy || pushed.is_some() {
             force.clear();
             force.extend(elastic.iter().zip(damping).map(|(a, b)| a + b));
-            let kinds = [&force[..], overlap, at.v, damping];
-            self.sublattices.transform(&kinds, rows);
+            push.clear();
+            if let Some(site) = pushed {
+                push.resize(at.v.len(), 0.0);
+                push[site] = state.push;
+            }
+            let kinds = [&force[..], overlap, at.v, damping, push];
+            let kinds = &kinds[..if pushed.is_some() { 5 } else { 4 }];
+            self.sublattices.transform(kinds, rows);
         } else {
             self.sublattices.transform(&[elastic, overlap, at.v], rows);
         }
@@ -112,6 +122,7 @@ impl Scales<'_> {
         let mut filtered = self.sublattices.filter(&planned.gains, rows);
         let mut row = || filtered.next().unwrap_or_default();
         let (force, overlap, speed, damping) = (row(), row(), row(), row());
+        let push = row();
         law_force.resize(m, 0.0);
         let AtSites {
             energy,
@@ -166,6 +177,13 @@ impl Scales<'_> {
             energy: energies,
             rate: energy_rate,
         });
+        if !push.is_empty() {
+            let sites = planned.sites.clone();
+            let powers = push[sites.clone()].iter().zip(&speed[sites]);
+            for (rate, (push, speed)) in energy_rate.iter_mut().zip(powers) {
+                *rate += push * speed;
+            }
+        }
     }
 }
 

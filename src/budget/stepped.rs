@@ -68,7 +68,7 @@ pub(super) fn close(
     let mut simulation = Simulation::impact(chain.clone(), 0.0, motion.duration(), 2);
     simulation.displacement = first.x.to_vec();
     simulation.velocity = first.v.to_vec();
-    simulation.drive = motion.drive.copied();
+    simulation.drive = motion.drive.cloned();
     if chain.has_pulls() {
         simulation.scheme = Scheme::RungeKutta;
     }

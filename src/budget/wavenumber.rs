@@ -188,7 +188,8 @@ impl<'a> Transfers<'a> {
         if self.driven {
             row.clear();
             row.resize(n, 0.0);
-            row[0] = state.push / self.root_mass[0];
+            let pushed = contacts.pushed();
+            row[pushed] = state.push / self.root_mass[pushed];
             modes.of_sites(row, work, other);
             let parts = self.weights.iter().zip(q.iter().zip(&*other));
             input.clear();

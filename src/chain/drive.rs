@@ -1,24 +1,262 @@
-//! What moves or pushes the first end.
+//! What moves or pushes a chain from outside.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use super::lattice::refuse;
+use super::spline::Spline;
+use crate::Result;
+use crate::numeric::{split_mix, unit_interval};
+
+/// Sines of which noise is the sum.
+const NOISE_LINES: usize = 128;
+
+/// Points a cycle from which a chirp is integrated, and at most in all.
+const POINTS_A_CYCLE: f64 = 128.0;
+const MOST_POINTS: f64 = 4e6;
+
+/// What the push of a body is once its drive is over.
+const REST: Waveform = Waveform::Sine {
+    amplitude: 0.0,
+    frequency: 0.0,
+};
 
 /// A waveform in time, zero before t = 0.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Waveform {
     /// `amplitude * sin(2 pi frequency t)`, frequency in cycles per time unit.
     Sine { amplitude: f64, frequency: f64 },
     /// `amplitude * sin(pi t / duration)` up to `duration`, 0 after.
     HalfSine { amplitude: f64, duration: f64 },
+    /// Any other.
+    Curve(Curve),
+}
+
+/// A waveform with a start and an end, constant before and after.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    form: Arc<Form>,
+    span: [f64; 2],
+    /// Values before the start and after the end.
+    outside: [f64; 2],
+    /// Largest magnitude, and the angular frequency of its fastest part.
+    size: f64,
+    fastest: f64,
+}
+
+/// What a [`Curve`] is between its start and its end, and smooth beyond.
+#[derive(Debug, PartialEq)]
+enum Form {
+    /// `offset + sum a sin(w t + phase)`, each sine as `[a, w, phase]`.
+    Sines {
+        offset: f64,
+        sines: Vec<[f64; 3]>,
+    },
+    /// `amplitude * sin(2 pi (from + rate t / 2) t)`.
+    Chirp {
+        amplitude: f64,
+        from: f64,
+        rate: f64,
+    },
+    Spline(Spline),
+}
+
+impl Form {
+    /// The derivative of this order, 0 to 2, at time t.
+    fn derivative(&self, order: usize, t: f64) -> f64 {
+        match self {
+            Form::Sines { offset, sines } => {
+                let offset = if order == 0 { *offset } else { 0.0 };
+                let each = sines.iter().map(|[a, w, phase]| {
+                    let angle = w * t + phase;
+                    match order {
+                        0 => a * angle.sin(),
+                        1 => a * w * angle.cos(),
+                        _ => -a * w * w * angle.sin(),
+                    }
+                });
+                offset + each.sum::<f64>()
+            }
+            Form::Chirp {
+                amplitude,
+                from,
+                rate,
+            } => {
+                let turns = 2.0 * PI;
+                let (sin, cos) = (turns * (from + 0.5 * rate * t) * t).sin_cos();
+                let speed = turns * (from + rate * t);
+                amplitude
+                    * match order {
+                        0 => sin,
+                        1 => speed * cos,
+                        _ => turns * rate * cos - speed * speed * sin,
+                    }
+            }
+            Form::Spline(spline) => spline.derivative(order, t),
+        }
+    }
+}
+
+impl Curve {
+    fn derivative(&self, order: usize, t: f64) -> f64 {
+        let outside = |value: f64| if order == 0 { value } else { 0.0 };
+        match self.span {
+            [start, _] if t < start => outside(self.outside[0]),
+            [_, end] if t > end => outside(self.outside[1]),
+            _ => self.form.derivative(order, t),
+        }
+    }
 }
 
 impl Waveform {
+    /// `cycles` cycles of a sine under Hann's window: `amplitude sin(2 pi f t) sin^2(pi f t / cycles)` up to
+    /// `cycles / f`, 0 after.
+    pub fn tone_burst(amplitude: f64, frequency: f64, cycles: f64) -> Waveform {
+        let w = 2.0 * PI * frequency;
+        let beside = w / cycles;
+        let sines = vec![
+            [0.5 * amplitude, w, 0.0],
+            [-0.25 * amplitude, w + beside, 0.0],
+            [-0.25 * amplitude, w - beside, 0.0],
+        ];
+        sum_of_sines(sines, cycles / frequency, [amplitude.abs(), w + beside])
+    }
+
+    /// `amplitude sin(2 pi (f0 t + (f1 - f0) t^2 / (2 duration)))` up to `duration`, 0 after: the
+    /// frequency goes evenly from f0 to f1.
+    pub fn chirp(amplitude: f64, [from, to]: [f64; 2], duration: f64) -> Waveform {
+        Waveform::Curve(Curve {
+            form: Arc::new(Form::Chirp {
+                amplitude,
+                from,
+                rate: (to - from) / duration,
+            }),
+            span: [f64::NEG_INFINITY, duration],
+            outside: [0.0; 2],
+            size: amplitude.abs(),
+            fastest: 2.0 * PI * from.max(to),
+        })
+    }
+
+    /// Noise of this root mean square in a band of frequencies, up to `duration`, 0 after: the sum of 128 sines
+    /// of equal amplitudes, one at a random frequency in each of as many equal parts of the band, with random
+    /// phases; the same on every machine for a seed.
+    pub fn noise(rms: f64, [low, high]: [f64; 2], seed: u64, duration: f64) -> Waveform {
+        let mut state = seed;
+        let mut random = || {
+            let (next, bits) = split_mix(state);
+            state = next;
+            unit_interval(bits)
+        };
+        let (part, amplitude) = (
+            (high - low) / NOISE_LINES as f64,
+            rms * (2.0 / NOISE_LINES as f64).sqrt(),
+        );
+        let sines = (0..NOISE_LINES).map(|i| {
+            let frequency = low + part * (i as f64 + random());
+            [amplitude, 2.0 * PI * frequency, 2.0 * PI * random()]
+        });
+        sum_of_sines(
+            sines.collect(),
+            duration,
+            [3.0 * rms.abs(), 2.0 * PI * high],
+        )
+    }
+
+    /// The spline of degree five through values at rising times; see [`Spline`]. Before and after them it is 0.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] for fewer than six values, times that do not rise, and values that are not finite.
+    pub fn through(times: &[f64], values: &[f64]) -> Result<Waveform> {
+        let spline = Spline::through(times, values)?;
+        let first = values.first().copied().unwrap_or(0.0);
+        Ok(of_spline(spline, first))
+    }
+
+    /// The integral from 0 on, which stays as it is when the waveform is over: the displacement that belongs to a
+    /// velocity.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] for a chirp of too many cycles to be integrated.
+    pub fn integral(&self) -> Result<Waveform> {
+        let one = |amplitude: f64, w: f64, end: f64| {
+            sum_of_sines(vec![[amplitude, w, 0.0]], end, [amplitude.abs(), w]).integral()
+        };
+        let curve = match self {
+            Waveform::Sine { amplitude, .. } => {
+                return one(*amplitude, self.angular_frequency(), f64::INFINITY);
+            }
+            Waveform::HalfSine {
+                amplitude,
+                duration,
+            } => return one(*amplitude, self.angular_frequency(), *duration),
+            Waveform::Curve(curve) => curve,
+        };
+        match &*curve.form {
+            Form::Sines { sines, .. } => {
+                let sines: Vec<[f64; 3]> = sines
+                    .iter()
+                    .filter(|[_, w, _]| *w != 0.0)
+                    .map(|[a, w, phase]| [a / w, *w, phase - 0.5 * PI])
+                    .collect();
+                let offset: f64 = sines.iter().map(|[a, _, phase]| -a * phase.sin()).sum();
+                let form = Form::Sines { offset, sines };
+                Ok(Waveform::Curve(Curve {
+                    form: Arc::new(form),
+                    span: curve.span,
+                    outside: [0.0; 2],
+                    size: curve.size / curve.fastest,
+                    fastest: curve.fastest,
+                })
+                .held())
+            }
+            Form::Chirp { .. } => {
+                let [_, end] = curve.span;
+                let points = (end * curve.fastest / (2.0 * PI) * POINTS_A_CYCLE).ceil();
+                if points > MOST_POINTS {
+                    let expected = "a chirp of at most 30000 cycles for the velocity of a wall";
+                    let found = format!("{:.0}", points / POINTS_A_CYCLE);
+                    return Err(refuse("drive_duration", expected, found));
+                }
+                let points = points.max(16.0) as usize;
+                let times = (0..=points).map(|i| end * (i as f64 / points as f64));
+                let times: Vec<f64> = times.collect();
+                let values: Vec<f64> = times.iter().map(|t| curve.form.derivative(0, *t)).collect();
+                Waveform::through(&times, &values)?.integral()
+            }
+            Form::Spline(spline) => Ok(of_spline(spline.integral(), 0.0).held()),
+        }
+    }
+
+    /// The same, which stays as it is at its ends: a displacement.
+    #[must_use]
+    pub fn held(self) -> Waveform {
+        let Waveform::Curve(mut curve) = self else {
+            return self;
+        };
+        if let Form::Spline(_) = &*curve.form {
+            curve.outside[0] = curve.form.derivative(0, curve.span[0]);
+        }
+        if curve.span[1].is_finite() {
+            curve.outside[1] = curve.form.derivative(0, curve.span[1]);
+        }
+        Waveform::Curve(curve)
+    }
+
     /// Value at time t.
     pub fn at(&self, t: f64) -> f64 {
+        if let Waveform::Curve(curve) = self {
+            return curve.derivative(0, t);
+        }
         let (amplitude, phase) = self.phase(t);
         amplitude * phase.sin()
     }
 
     /// Derivative in time at time t.
     pub fn rate_at(&self, t: f64) -> f64 {
+        if let Waveform::Curve(curve) = self {
+            return curve.derivative(1, t);
+        }
         let (amplitude, phase) = self.phase(t);
         if amplitude == 0.0 {
             return 0.0;
@@ -28,7 +266,10 @@ impl Waveform {
 
     /// Second derivative in time at time t.
     pub fn acceleration_at(&self, t: f64) -> f64 {
-        -self.angular_frequency().powi(2) * self.at(t)
+        match self {
+            Waveform::Curve(curve) => curve.derivative(2, t),
+            _ => -self.angular_frequency().powi(2) * self.at(t),
+        }
     }
 
     /// The time at which the waveform ends; infinite for a sine.
@@ -36,33 +277,63 @@ impl Waveform {
         match self {
             Waveform::Sine { .. } => f64::INFINITY,
             Waveform::HalfSine { duration, .. } => *duration,
+            Waveform::Curve(curve) => curve.span[1],
         }
     }
 
-    /// The same up to its end, and smooth beyond: what a step that ends there sees.
-    pub(crate) fn onward(&self) -> Waveform {
-        match *self {
+    /// The times after 0 at which it, or a derivative, jumps.
+    pub(crate) fn kinks(&self) -> impl Iterator<Item = f64> {
+        let start = match self {
+            Waveform::Curve(curve) => curve.span[0],
+            _ => 0.0,
+        };
+        [start, self.end()]
+            .into_iter()
+            .filter(|t| *t > 0.0 && t.is_finite())
+    }
+
+    /// What it is from time t on, smooth beyond its next kink, and when that is; `None` once it is over.
+    /// A step that ends at a kink sees its own side of it.
+    pub(crate) fn onward(&self, t: f64) -> (Waveform, Option<f64>) {
+        match self {
+            Waveform::Sine { .. } => (self.clone(), Some(f64::INFINITY)),
             Waveform::HalfSine {
                 amplitude,
                 duration,
-            } => Waveform::Sine {
-                amplitude,
-                frequency: 0.5 / duration,
+            } if t < *duration => {
+                let sine = Waveform::Sine {
+                    amplitude: *amplitude,
+                    frequency: 0.5 / duration,
+                };
+                (sine, Some(*duration))
+            }
+            Waveform::HalfSine { .. } => (REST, None),
+            Waveform::Curve(curve) => match curve.span {
+                [start, _] if t < start => (constant(curve.outside[0]), Some(start)),
+                [_, end] if t < end => {
+                    let mut smooth = curve.clone();
+                    smooth.span = [f64::NEG_INFINITY, f64::INFINITY];
+                    (Waveform::Curve(smooth), Some(end))
+                }
+                _ => (constant(curve.outside[1]), None),
             },
-            sine => sine,
         }
     }
 
+    /// The angular frequency of its fastest part.
     pub fn angular_frequency(&self) -> f64 {
         match self {
-            Waveform::Sine { frequency, .. } => 2.0 * std::f64::consts::PI * frequency,
-            Waveform::HalfSine { duration, .. } => std::f64::consts::PI / duration,
+            Waveform::Sine { frequency, .. } => 2.0 * PI * frequency,
+            Waveform::HalfSine { duration, .. } => PI / duration,
+            Waveform::Curve(curve) => curve.fastest,
         }
     }
 
+    /// Its largest magnitude; of noise three times its root mean square.
     pub fn amplitude(&self) -> f64 {
         match self {
             Waveform::Sine { amplitude, .. } | Waveform::HalfSine { amplitude, .. } => *amplitude,
+            Waveform::Curve(curve) => curve.size,
         }
     }
 
@@ -74,27 +345,90 @@ impl Waveform {
     }
 }
 
-/// A driven first end.
-#[derive(Debug, Clone, Copy, PartialEq)]
+fn sum_of_sines(sines: Vec<[f64; 3]>, end: f64, [size, fastest]: [f64; 2]) -> Waveform {
+    Waveform::Curve(Curve {
+        form: Arc::new(Form::Sines { offset: 0.0, sines }),
+        span: [f64::NEG_INFINITY, end],
+        outside: [0.0; 2],
+        size,
+        fastest,
+    })
+}
+
+fn of_spline(spline: Spline, first: f64) -> Waveform {
+    let span = spline.span();
+    let [size, rate, bend] = spline.largest(first);
+    // Of a spline that is constant nothing is fast.
+    let length = span[1] - span[0];
+    let fastest = match size > 0.0 {
+        true => (rate / size).max((bend / size).sqrt()),
+        false => 0.0,
+    };
+    Waveform::Curve(Curve {
+        form: Arc::new(Form::Spline(spline)),
+        span,
+        outside: [0.0; 2],
+        size: size.max(first.abs()),
+        fastest: fastest.max(PI / length),
+    })
+}
+
+fn constant(value: f64) -> Waveform {
+    match value == 0.0 {
+        true => REST,
+        false => Waveform::Curve(Curve {
+            form: Arc::new(Form::Sines {
+                offset: value,
+                sines: Vec::new(),
+            }),
+            span: [f64::NEG_INFINITY, f64::INFINITY],
+            outside: [0.0; 2],
+            size: value.abs(),
+            fastest: 0.0,
+        }),
+    }
+}
+
+/// What is driven, and how.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Drive {
-    /// A force on site 0, positive towards +x.
+    /// A force on site 0, whose end is free, positive towards +x.
     Force(Waveform),
     /// The displacement of the wall before site 0, positive towards +x.
     Wall(Waveform),
+    /// A force on the body of this index, positive towards +x.
+    Body(usize, Waveform),
 }
 
 impl Drive {
     /// With another waveform.
-    pub(crate) fn with(self, waveform: Waveform) -> Drive {
+    pub(crate) fn with(&self, waveform: Waveform) -> Drive {
         match self {
             Drive::Force(_) => Drive::Force(waveform),
             Drive::Wall(_) => Drive::Wall(waveform),
+            Drive::Body(site, _) => Drive::Body(*site, waveform),
         }
     }
 
     pub fn waveform(&self) -> &Waveform {
         match self {
-            Drive::Force(waveform) | Drive::Wall(waveform) => waveform,
+            Drive::Force(waveform) | Drive::Wall(waveform) | Drive::Body(_, waveform) => waveform,
+        }
+    }
+
+    /// The body that is pushed, or that touches the wall that is moved.
+    pub fn site(&self) -> usize {
+        match self {
+            Drive::Body(site, _) => *site,
+            Drive::Force(_) | Drive::Wall(_) => 0,
+        }
+    }
+
+    /// The force on that body from outside, at time t.
+    pub(crate) fn push_at(&self, t: f64) -> f64 {
+        match self {
+            Drive::Force(waveform) | Drive::Body(_, waveform) => waveform.at(t),
+            Drive::Wall(_) => 0.0,
         }
     }
 }

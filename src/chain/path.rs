@@ -7,7 +7,7 @@
 //! between these times. Near an opening at `t_o` the variable is `s` with `t - t_o ~ s^4`, in which
 //! all multiples of the power 1/4 are smooth.
 
-use super::drive::{Drive, Waveform};
+use super::drive::Drive;
 use super::lattice::Contact;
 use super::law::Law;
 use super::simulation::Simulation;
@@ -161,11 +161,9 @@ impl Walk<'_> {
         let mut inside = self.openings(&mark, to)?;
         self.stepping.reset(&mark);
         inside.extend(cusps);
-        if let Some(Waveform::HalfSine { duration, .. }) =
-            self.simulation.drive.map(|d| *d.waveform())
-        {
+        if let Some(drive) = &self.simulation.drive {
             // The push, or the speed of the wall, breaks off there.
-            inside.extend((from < duration && duration < to).then_some(duration));
+            inside.extend(drive.waveform().kinks().filter(|t| from < *t && *t < to));
         }
         inside.sort_by(f64::total_cmp);
         let opening = |t: f64, times: &[f64]| times.iter().copied().find(|other| *other > t);
@@ -267,14 +265,14 @@ impl Walk<'_> {
             if self.energy(s, most) < self.noticed {
                 continue;
             }
-            let bend = |state: &State| {
+            let bend = |t: f64, state: &State| {
                 h * h
-                    * (acceleration(self.simulation, s - 1, state)
-                        - acceleration(self.simulation, s, state))
+                    * (acceleration(self.simulation, s - 1, t, state)
+                        - acceleration(self.simulation, s, t, state))
             };
             let path = Quintic::hermite(
-                [before, closing, bend(start)],
-                [after, closing_end, bend(end)],
+                [before, closing, bend(mark.time, start)],
+                [after, closing_end, bend(to, end)],
             );
             found.extend(openings(&path).map(|share| (mark.time + h * share, s)));
         }
@@ -315,18 +313,21 @@ impl Walk<'_> {
     }
 }
 
-/// Acceleration of place s.
-pub(super) fn acceleration(simulation: &Simulation, s: usize, state: &State) -> f64 {
+/// Acceleration of place s at time t.
+pub(super) fn acceleration(simulation: &Simulation, s: usize, t: f64, state: &State) -> f64 {
     let chain = &simulation.chain;
     let Some(mass) = s.checked_sub(FIRST_SITE).and_then(|j| chain.mass.get(j)) else {
-        // A wall moves as a sine does, if it moves.
-        return match simulation.drive {
-            Some(Drive::Wall(wave)) if s == 0 => -wave.angular_frequency().powi(2) * state.x[0],
+        return match &simulation.drive {
+            Some(Drive::Wall(wave)) if s == 0 => wave.acceleration_at(t),
             _ => 0.0,
         };
     };
     let right = state.force.get(s + 1).copied().unwrap_or(0.0);
+    let push = match &simulation.drive {
+        Some(Drive::Body(site, wave)) if FIRST_SITE + site == s => wave.at(t),
+        _ => 0.0,
+    };
     let ground = chain.on_site.ground.as_ref();
     let held = ground.map_or(0.0, |ground| ground.force(s - FIRST_SITE, state.x[s]));
-    (state.force[s] - right - chain.losses.drag * state.v[s] - held) / mass
+    (state.force[s] - right + push - chain.losses.drag * state.v[s] - held) / mass
 }

@@ -157,9 +157,13 @@ impl Run {
                 _ => 0.0,
             },
         };
+        let push = match &self.drive {
+            Some(Drive::Body(driven, wave)) if *driven == site => wave.at(time[sample]),
+            _ => 0.0,
+        };
         let ground = chain.on_site.ground.as_ref();
         let held = ground.map_or(0.0, |ground| ground.force(site, x[[sample, site]]));
-        (left - right - chain.losses.drag * v - held) / chain.mass[site]
+        (left - right + push - chain.losses.drag * v - held) / chain.mass[site]
     }
 }
 

@@ -104,7 +104,7 @@ impl Recorder {
                 energy_lost: array(record.energy && lossy, n),
                 energy_input: (record.energy && driven).then(|| Array1::zeros(rows)),
                 chain,
-                drive: simulation.drive,
+                drive: simulation.drive.clone(),
                 report: RunReport {
                     velocity_scale: scale,
                     error: None,
@@ -151,7 +151,7 @@ impl Recorder {
             copy(array, &state.lost[FIRST_SITE..][..n]);
         }
         if let Some(array) = energy_input {
-            array[sample] = state.passed[1];
+            array[sample] = state.put_in();
         }
         for (j, [least, most], rest, farthest) in &mut self.ranges {
             let overlap = *rest + chain.overlap(*j, x);
@@ -175,7 +175,7 @@ impl Recorder {
         if self.lossy {
             energy += state.lost.iter().sum::<f64>();
         }
-        energy -= state.passed.get(1).copied().unwrap_or(0.0);
+        energy -= state.put_in();
         if sample == 0 {
             *first = energy;
         }

@@ -104,8 +104,9 @@ impl Run {
         let velocity = moves(self.velocity.outer_iter().next());
         let displacement = self.displacement.as_ref();
         let displacement = moves(displacement.and_then(|all| all.outer_iter().next()));
-        // Where nothing moves at first, the first end is driven.
-        field.struck = Some(velocity.max(displacement).unwrap_or(0));
+        // Where nothing moves at first, something is driven.
+        let driven = self.drive.as_ref().map_or(0, Drive::site);
+        field.struck = Some(velocity.max(displacement).unwrap_or(driven));
         field.masses = graded_masses(&self.chain.mass, &self.chain.coefficient);
     }
 }

@@ -456,7 +456,7 @@ impl Simulation {
     pub(super) fn task(&self, control: StepControl, scale: f64, energy: bool) -> Task<'_> {
         Task {
             chain: &self.chain,
-            drive: self.drive,
+            drive: self.drive.as_ref(),
             velocity: &self.velocity,
             displacement: &self.displacement,
             scheme: self.scheme,

@@ -138,6 +138,15 @@ impl Simulation {
             let expected = "a chain whose first end is free for a driving force";
             return Err(refuse("drive", expected, format!("{:?}", self.chain.ends)));
         }
+        if let Some(Drive::Body(site, _)) = self.drive
+            && site >= n
+        {
+            return Err(refuse(
+                "drive_site",
+                &format!("a body from 0 to {}", n - 1),
+                site,
+            ));
+        }
         let (needed, allowed) = (
             self.bytes(),
             self.memory
@@ -183,12 +192,14 @@ impl Simulation {
         let masses = self.chain.mass.iter().copied();
         let lightest = masses.fold(f64::INFINITY, f64::min);
         let stored = self.chain.stored_energy(&self.displacement);
-        let driven = self.drive.map_or(0.0, |drive| {
+        let driven = self.drive.as_ref().map_or(0.0, |drive| {
             let amplitude = drive.waveform().amplitude().abs();
             let frequency = drive.waveform().angular_frequency();
             match drive {
                 Drive::Wall(_) => amplitude * frequency,
-                Drive::Force(_) => amplitude / lightest * end.min(1.0 / frequency),
+                Drive::Force(_) | Drive::Body(..) => {
+                    amplitude / lightest * end.min(1.0 / frequency)
+                }
             }
         });
         largest(&self.velocity)

@@ -176,22 +176,22 @@ impl<'a> ObservedRun<'a> {
             v: &state.v[FIRST_SITE..][..n],
             passed: &state.passed[FIRST_CONTACT..][..m],
             lost: &state.lost[FIRST_SITE..][..n],
-            input: state.passed[FIRST_CONTACT - 1],
+            input: state.put_in(),
             wall: state.x[0],
         }
     }
 
     fn between(&self, signal: Signal, from: &Mark, to: &Mark) -> Interpolant<'a> {
         let h = to.time - from.time;
-        let place = |s: usize, state: &State| {
-            let a = acceleration(self.simulation, s, state);
+        let place = |s: usize, t: f64, state: &State| {
+            let a = acceleration(self.simulation, s, t, state);
             [state.x[s], h * state.v[s], h * h * a]
         };
-        let ends = [&from.state, &to.state].map(|state| match signal {
-            Signal::Velocity(site) => place(FIRST_SITE + site, state),
+        let ends = [from, to].map(|Mark { time: t, state, .. }| match signal {
+            Signal::Velocity(site) => place(FIRST_SITE + site, *t, state),
             Signal::Force(contact) => {
                 let s = FIRST_CONTACT + contact;
-                let (left, right) = (place(s - 1, state), place(s, state));
+                let (left, right) = (place(s - 1, *t, state), place(s, *t, state));
                 std::array::from_fn(|i| left[i] - right[i])
             }
         });

@@ -97,7 +97,29 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         ),
         ("drag", with(Losses { drag: 0.02, ..none }), None, 60.0),
         ("masses", masses(0.4), None, 40.0),
-        ("free and pushed", free, Some(Drive::Force(wave)), 30.0),
+        (
+            "free and pushed",
+            free.clone(),
+            Some(Drive::Force(wave.clone())),
+            30.0,
+        ),
+        (
+            "pushed inside",
+            free,
+            Some(Drive::Body(7, wave.clone())),
+            30.0,
+        ),
+        (
+            "ring pushed by a burst",
+            Chain {
+                ends: Ends::Periodic,
+                law: spring,
+                losses: Losses { drag: 0.02, ..none },
+                ..Chain::dimer(n, 2.0)
+            },
+            Some(Drive::Body(7, Waveform::tone_burst(0.3, 0.15, 3.0))),
+            30.0,
+        ),
         (
             "driven wall",
             Chain {

@@ -99,7 +99,7 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
             ..Chain::dimer(n, 3.0)
         };
         free.coefficient.pop();
-        all.push((free.clone(), Some(Drive::Force(wave))));
+        all.push((free.clone(), Some(Drive::Force(wave.clone()))));
         all.push((free, None));
         let even = n + n % 2;
         let ring = Chain {
@@ -128,7 +128,7 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
                 ends: fixed,
                 ..Chain::dimer(n, 1.5)
             },
-            Some(Drive::Wall(wave)),
+            Some(Drive::Wall(wave.clone())),
         ));
         all.push((
             Chain {
@@ -136,7 +136,7 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
                 losses: lossy,
                 ..Chain::dimer(n, 1.5)
             },
-            Some(Drive::Wall(wave)),
+            Some(Drive::Wall(wave.clone())),
         ));
         let power = Law::Power { exponent: 2.2 };
         let mut masses = Chain {

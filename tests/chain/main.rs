@@ -1,6 +1,7 @@
 //! Chains: scenes, contacts, stepping, and sweeps of them.
 
 mod contact;
+mod drives;
 mod energy;
 mod flight;
 mod high_precision;
@@ -15,6 +16,7 @@ mod scale;
 mod scene;
 mod scene_hostile;
 mod solitary;
+mod states;
 mod sweep;
 mod window;
 mod work;

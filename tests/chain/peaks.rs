@@ -50,7 +50,7 @@ fn val_convergence_peaks_of_sixth_order() {
     for (name, ends, drive, losses) in [
         ("wall", Ends::Wall, None, none),
         ("lossy", Ends::Wall, None, lossy),
-        ("pushed", Ends::Wall, Some(Drive::Force(wave)), none),
+        ("pushed", Ends::Wall, Some(Drive::Force(wave.clone())), none),
         ("driven", fixed, Some(Drive::Wall(wave)), lossy),
         ("ring", Ends::Periodic, None, none),
     ] {
@@ -61,7 +61,7 @@ fn val_convergence_peaks_of_sixth_order() {
                 ..Chain::dimer(6, 1.5)
             };
             let mut s = Simulation::impact(chain, 1.0, 12.0, samples);
-            s.drive = drive;
+            s.drive = drive.clone();
             s.scheme = if losses.any() {
                 Scheme::RungeKutta
             } else {

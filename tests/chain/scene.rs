@@ -62,7 +62,7 @@ fn stated_defaults_are_what_holds_without_them() {
         let lone = [
             "alpha",
             "beta",
-            "drive_waveform",
+            "drive_site",
             "shape",
             "ellipse",
             "seed",

@@ -252,7 +252,14 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "drive",
         "fixed",
     ),
-    (GOOD, "ends = 'fixed'\ndrive = 'force'", 4, "drive", "free"),
+    (GOOD, "drive = 'wall'", 3, "drive", "fixed"),
+    (
+        GOOD,
+        "ends = 'fixed'\ndrive = 'wall'\ndrive_site = 2",
+        5,
+        "drive_site",
+        "of bodies forces",
+    ),
     (
         GOOD,
         "drive_amplitude = 1.0",

@@ -60,13 +60,24 @@ class SceneKeys(TypedDict, total=False):
     striker_velocity: Measure
     velocities: Sequence[float]
     displacements: Sequence[float]
+    state: str
     mode: int
+    modes: Sequence[int]
+    mode_energy: float
     mode_amplitude: Measure
-    drive: Literal["force", "wall"]
-    drive_waveform: Literal["sine", "half-sine"]
+    drive: Literal["force", "wall", "wall-velocity"]
+    drive_site: int
+    drive_waveform: Literal["sine", "half-sine", "tone-burst", "chirp", "noise", "values"]
     drive_amplitude: float
     drive_frequency: Measure
+    drive_end_frequency: Measure
+    drive_cycles: float
+    drive_band: Sequence[float]
+    drive_seed: int
     drive_duration: Measure
+    drive_file: str
+    drive_times: Sequence[float]
+    drive_values: Sequence[float]
     dashpot: float
     tangent: Measure
     drag: float

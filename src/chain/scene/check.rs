@@ -158,6 +158,10 @@ impl<'a> Check<'a> {
             ("striker_velocity", s.striker_velocity.map(|m| m.has_unit)),
             ("mode_amplitude", s.mode_amplitude.map(|m| m.has_unit)),
             ("drive_frequency", s.drive_frequency.map(|m| m.has_unit)),
+            (
+                "drive_end_frequency",
+                s.drive_end_frequency.map(|m| m.has_unit),
+            ),
             ("drive_duration", s.drive_duration.map(|m| m.has_unit)),
             ("tangent", s.tangent.map(|m| m.has_unit)),
             ("step", s.step.map(|m| m.has_unit)),

@@ -56,10 +56,12 @@ pub enum Shape {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DriveTyped {
-    /// A force on site 0, positive towards +x; its end is free.
+    /// A force on a body, positive towards +x.
     Force,
-    /// The wall before site 0 is moved; both ends are fixed.
+    /// The displacement of the wall before site 0; both ends are fixed.
     Wall,
+    /// The velocity of this wall.
+    WallVelocity,
 }
 
 /// The waveform of a drive.
@@ -71,6 +73,14 @@ pub enum WaveformTyped {
     Sine,
     /// amplitude sin(pi t / duration) up to the duration, then nothing.
     HalfSine,
+    /// cycles of a sine under Hann's window, then nothing.
+    ToneBurst,
+    /// a sine whose frequency goes evenly from the first to the last within the duration.
+    Chirp,
+    /// 128 sines of random phases in a band.
+    Noise,
+    /// The spline through values at times.
+    Values,
 }
 
 /// An array of the run file that can be left out.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Setup, Units};
-use crate::chain::{Accuracy, Drive, EndTime, Ends, Losses, Scheme, Waveform, Work};
+use crate::chain::{Accuracy, EndTime, Ends, Losses, Scheme, Work};
 
 /// What a scene describes, known without a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -92,7 +92,7 @@ impl Setup {
             moving_sites: simulation.velocity.iter().filter(|v| **v != 0.0).count(),
             largest_velocity: largest(&simulation.velocity),
             largest_displacement: largest(&simulation.displacement),
-            drive: simulation.drive.as_ref().map(|of| drive(of, self.units)),
+            drive: self.drive.clone(),
             precompression: chain.precompression,
             gravity: chain.on_site.gravity,
             ground: chain
@@ -130,31 +130,6 @@ impl Setup {
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, v| v.abs().max(largest))
-}
-
-fn drive(drive: &Drive, units: Units) -> String {
-    let (what, unit) = match drive {
-        Drive::Force(_) => ("force on site 0", " N"),
-        Drive::Wall(_) => ("displacement of the first wall", " m"),
-    };
-    let [unit, hertz, seconds] = match units {
-        Units::Si => [unit, " Hz", " s"],
-        Units::None => [""; 3],
-    };
-    match *drive.waveform() {
-        Waveform::Sine {
-            amplitude,
-            frequency,
-        } => {
-            format!("{what}, sine of amplitude {amplitude}{unit} and frequency {frequency}{hertz}")
-        }
-        Waveform::HalfSine {
-            amplitude,
-            duration,
-        } => format!(
-            "{what}, half-sine of amplitude {amplitude}{unit} and duration {duration}{seconds}"
-        ),
-    }
 }
 
 fn range(values: &[f64]) -> Option<[f64; 2]> {

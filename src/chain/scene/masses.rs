@@ -47,11 +47,16 @@ pub(super) fn masses(check: Check, bodies: Option<&Bodies>, n: usize) -> Result<
     if let Some(own) = scene.striker_mass.map(|mass| mass.value).or(sphere) {
         values[0] = check.positive("striker_mass", own)?;
     }
-    let is_random = scene.mass_spread.is_some() || scene.coefficient_spread.is_some();
+    let random = [
+        "mass_spread",
+        "coefficient_spread",
+        "modes",
+        "drive_band",
+    ];
     check.only_with(
         &["seed"],
-        is_random,
-        "`mass_spread` or `coefficient_spread`",
+        random.iter().any(|key| check.places.has(key)),
+        "what it decides: `mass_spread`, `coefficient_spread`, `modes` or noise",
     )?;
     Ok(values)
 }

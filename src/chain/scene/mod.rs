@@ -10,6 +10,8 @@ mod check;
 mod choices;
 mod coefficients;
 mod description;
+mod drive;
+mod files;
 mod laws;
 mod masses;
 mod motion;

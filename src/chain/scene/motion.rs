@@ -1,21 +1,24 @@
-//! How a chain starts and what drives it.
+//! How a chain starts.
 
 use std::f64::consts::PI;
 
 use super::check::Check;
-use super::{DriveTyped, EndsTyped, Units, WaveformTyped};
-use crate::chain::{Drive, Waveform};
+use super::{EndsTyped, Units};
+use crate::chain::Chain;
 use crate::error::Result;
 
 /// Initial velocities and displacements.
-pub(super) fn start(check: Check, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
-    let scene = check.scene;
+pub(super) fn start(check: Check, chain: &Chain) -> Result<(Vec<f64>, Vec<f64>)> {
+    let (scene, n) = (check.scene, chain.n_sites());
     check.one_of(
-        &["striker_velocity", "velocities"],
+        &["striker_velocity", "velocities", "modes"],
         "the velocity of the striker",
     )?;
-    check.one_of(&["displacements", "mode"], "the displacements")?;
+    check.one_of(&["displacements", "mode", "modes"], "the displacements")?;
+    check.one_of(&["mode_amplitude", "mode_energy"], "the size of the mode")?;
     check.only_with(&["mode_amplitude"], scene.mode.is_some(), "`mode`")?;
+    let is_mode = scene.mode.is_some() || scene.modes.is_some();
+    check.only_with(&["mode_energy"], is_mode, "`mode` or `modes`")?;
     let mut velocity = vec![0.0; n];
     let mut displacement = vec![0.0; n];
     for (key, typed, values) in [
@@ -28,10 +31,20 @@ pub(super) fn start(check: Check, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
             *to = check.finite(&format!("{key}[{i}]"), from)?;
         }
     }
-    if let Some(mode) = scene.mode {
+    if let (Some(mode), Some(energy)) = (scene.mode, scene.mode_energy) {
+        [displacement, velocity] = excited(check, "mode", [mode; 2], energy, chain)?;
+    } else if let Some(mode) = scene.mode {
         displacement = shape_of_mode(check, mode, n)?;
+    } else if let Some(modes) = &scene.modes {
+        let expected = "two modes, the first and the last";
+        let &[first, last] = modes.as_slice() else {
+            return Err(check.fault("modes", expected, format!("{} numbers", modes.len())));
+        };
+        let expected = "the energy of each mode";
+        let energy = check.need("mode_energy", scene.mode_energy, expected)?;
+        [displacement, velocity] = excited(check, "modes", [first, last], energy, chain)?;
     }
-    let something = ["velocities", "displacements", "mode", "drive"];
+    let something = ["velocities", "displacements", "mode", "modes", "drive"];
     let something = something.iter().any(|key| check.places.has(key));
     if let Some(speed) = scene.striker_velocity {
         velocity[0] = check.finite("striker_velocity", speed.value)?;
@@ -61,6 +74,31 @@ pub(super) fn start(check: Check, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
     Ok((velocity, displacement))
 }
 
+/// Displacements and velocities of modes of the chain itself.
+fn excited(
+    check: Check,
+    key: &str,
+    [first, last]: [usize; 2],
+    energy: f64,
+    chain: &Chain,
+) -> Result<[Vec<f64>; 2]> {
+    check.positive("mode_energy", energy)?;
+    let modes = chain.normal_modes();
+    let modes = modes.map_err(|error| check.named(error, key))?;
+    let most = chain.n_sites() - modes.free;
+    if !(1 <= first && first <= last && last <= most) {
+        let expected = format!("modes from 1 to {most}, the first one before the last");
+        let found = if first == last {
+            first.to_string()
+        } else {
+            format!("{first}, {last}")
+        };
+        return Err(check.fault(key, expected, found));
+    }
+    let seed = (key == "modes").then(|| check.scene.seed.unwrap_or(0));
+    Ok(modes.excite(first..=last, energy, seed))
+}
+
 /// The mode of the uniform linear chain of unit springs with these ends.
 ///
 /// Fixed: `sin(pi k (j+1)/(N+1))`; free: `cos(pi k (j+1/2)/N)`; free at the striker, fixed at the
@@ -86,60 +124,4 @@ fn shape_of_mode(check: Check, mode: usize, n: usize) -> Result<Vec<f64>> {
         EndsTyped::Periodic => (2.0 * PI * k * j / sites).sin(),
     };
     Ok((0..n).map(|j| amplitude * shape(j as f64)).collect())
-}
-
-/// The drive, if there is one.
-pub(super) fn drive(check: Check) -> Result<Option<Drive>> {
-    let scene = check.scene;
-    let Some(typed) = scene.drive else {
-        let keys = [
-            "drive_waveform",
-            "drive_amplitude",
-            "drive_frequency",
-            "drive_duration",
-        ];
-        check.only_with(&keys, false, "`drive`")?;
-        return Ok(None);
-    };
-    let ends = scene.ends.unwrap_or_default();
-    match typed {
-        DriveTyped::Wall if ends != EndsTyped::Fixed => {
-            let expected = "it only beside `ends = \"fixed\"`: there is a wall before site 0";
-            return Err(check.fault("drive", expected, "other ends"));
-        }
-        DriveTyped::Force if !matches!(ends, EndsTyped::Wall | EndsTyped::Free) => {
-            let expected = "it only beside `ends` wall or free: the end that it pushes is free";
-            return Err(check.fault("drive", expected, "other ends"));
-        }
-        _ => {}
-    }
-    let expected = "the amplitude of the drive";
-    let amplitude = check.need("drive_amplitude", scene.drive_amplitude, expected)?;
-    if !(amplitude != 0.0 && amplitude.is_finite()) {
-        let expected = "a finite number other than 0";
-        return Err(check.fault("drive_amplitude", expected, amplitude));
-    }
-    let is_sine = scene.drive_waveform.unwrap_or_default() == WaveformTyped::Sine;
-    check.only_with(&["drive_frequency"], is_sine, "`drive_waveform = \"sine\"`")?;
-    let half = "`drive_waveform = \"half-sine\"`";
-    check.only_with(&["drive_duration"], !is_sine, half)?;
-    let waveform = if is_sine {
-        let key = "drive_frequency";
-        let frequency = check.need(key, scene.drive_frequency, "the frequency of the sine")?;
-        Waveform::Sine {
-            amplitude,
-            frequency: check.positive(key, frequency.value)?,
-        }
-    } else {
-        let key = "drive_duration";
-        let duration = check.need(key, scene.drive_duration, "the duration of the half-sine")?;
-        Waveform::HalfSine {
-            amplitude,
-            duration: check.positive(key, duration.value)?,
-        }
-    };
-    Ok(Some(match typed {
-        DriveTyped::Force => Drive::Force(waveform),
-        DriveTyped::Wall => Drive::Wall(waveform),
-    }))
 }

@@ -35,6 +35,15 @@ impl Places {
             .is_some()
     }
 
+    /// Has `key` named, in messages, as `other`, whose value it was made from.
+    pub(super) fn stands_for(&mut self, key: &str, other: &str) {
+        if let Some(source) = self.settings.get(other).cloned() {
+            self.settings.insert(key.to_owned(), source);
+        } else if let Some(line) = self.lines.get(other).copied() {
+            self.lines.insert(key.to_owned(), line);
+        }
+    }
+
     /// The place of a key, or of the innermost thing that holds it.
     pub(super) fn of(&self, key: &str) -> KeyPlace {
         let top = key.split(['.', '[']).next().unwrap_or(key);

@@ -4,7 +4,9 @@ use super::bodies::Bodies;
 use super::check::Check;
 use super::pattern::check_cell;
 use super::places::Places;
-use super::{EndTimeTyped, EndsTyped, Recorded, Scene, Units, coefficients, laws, masses, motion};
+use super::{
+    EndTimeTyped, EndsTyped, Recorded, Scene, Units, coefficients, drive, laws, masses, motion,
+};
 use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Ground, Losses, OnSite, Record, Scheme, Simulation,
     SteppedSites,
@@ -17,6 +19,8 @@ use crate::system::memory::available_memory;
 pub struct Setup {
     pub simulation: Simulation,
     pub units: Units,
+    /// The drive in words.
+    pub(super) drive: Option<String>,
     /// Distance of neighbouring bodies in m, if the scene determines it.
     pub pitch: Option<f64>,
     /// A text that describes this very scene.
@@ -52,19 +56,21 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
     check.not_negative("precompression", precompression)?;
     let losses = losses(check)?;
     let on_site = on_site(check, n)?;
-    let (velocity, displacement) = motion::start(check, n)?;
-    let (scheme, accuracy) = stepping(check, losses.any() || on_site.ground.is_some())?;
+    let chain = Chain {
+        mass,
+        coefficient,
+        law,
+        ends,
+        precompression,
+        losses,
+        on_site,
+    };
+    let (velocity, displacement) = motion::start(check, &chain)?;
+    let (scheme, accuracy) = stepping(check, chain.has_pulls())?;
+    let (drive, about) = drive::drive(check, n)?.unzip();
     let simulation = Simulation {
-        chain: Chain {
-            mass,
-            coefficient,
-            law,
-            ends,
-            precompression,
-            losses,
-            on_site,
-        },
-        drive: motion::drive(check)?,
+        chain,
+        drive,
         scheme,
         estimate_error: estimate_error(check, accuracy)?,
         accuracy,
@@ -86,6 +92,7 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
     Ok(Setup {
         simulation,
         units: check.units,
+        drive: about,
         pitch: bodies.map(Bodies::pitch),
         text,
     })

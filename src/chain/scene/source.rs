@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use super::places::{Places, line_at};
 use super::properties::{Kind, properties};
-use super::{Scene, Setup, setup};
+use super::{Scene, Setup, files, setup};
 use crate::error::{Error, KeyPlace, Problem, Result, SceneFault, nearest_key, reworded};
 use crate::field::regular_file;
 
@@ -110,7 +110,8 @@ impl SceneSource {
     /// # Errors
     /// [`Error::Scene`] for a text that is no TOML, an unknown key, a value of another type.
     pub fn scene(&self) -> Result<Scene> {
-        Ok(self.typed()?.0)
+        let (table, places) = self.table()?;
+        Self::typed(table, &places)
     }
 
     /// The scene checked and worked out.
@@ -118,8 +119,10 @@ impl SceneSource {
     /// # Errors
     /// [`Error::Scene`] naming the first key at fault with its place.
     pub fn setup(&self) -> Result<Setup> {
-        let (scene, places) = self.typed()?;
-        setup::work_out(&scene, &places, self.whole_text()?)
+        let (mut table, mut places) = self.table()?;
+        let reads = files::read_in(&mut table, &mut places)?;
+        let scene = Self::typed(table.clone(), &places)?;
+        setup::work_out(&scene, &places, self.text_of(reads, &table, &places)?)
     }
 
     /// A fault that a run found in a value, with the place of its key.
@@ -149,13 +152,18 @@ impl SceneSource {
         Ok(self.table()?.0.keys().cloned().collect())
     }
 
-    /// The complete scene as one text: that of the file, or, with settings, all keys written anew.
+    /// The complete scene as one text: that of the file, or, with settings or other files, all keys written anew.
     pub(crate) fn whole_text(&self) -> Result<String> {
-        if self.settings.is_empty() {
+        let (mut table, mut places) = self.table()?;
+        let reads = files::read_in(&mut table, &mut places)?;
+        self.text_of(reads, &table, &places)
+    }
+
+    fn text_of(&self, reads: bool, table: &Table, places: &Places) -> Result<String> {
+        if !reads && self.settings.is_empty() {
             return Ok(self.text.clone());
         }
-        let (table, places) = self.table()?;
-        toml::to_string(&table).map_err(|error| {
+        toml::to_string(table).map_err(|error| {
             Error::scene(SceneFault::new(
                 places.of(""),
                 "",
@@ -165,8 +173,7 @@ impl SceneSource {
         })
     }
 
-    fn typed(&self) -> Result<(Scene, Places)> {
-        let (table, places) = self.table()?;
+    fn typed(table: Table, places: &Places) -> Result<Scene> {
         if let Some(key) = table.keys().find(|key| !is_known(key)) {
             let expected = match similar(key) {
                 Some(name) => format!("a key of scenes (`{name}`?)"),
@@ -175,15 +182,14 @@ impl SceneSource {
             let fault = SceneFault::new(places.of(key), key, expected, format!("`{key}`"));
             return Err(Error::scene(fault));
         }
-        let scene = serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
+        serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
             let key = error.path().to_string();
             Error::scene(SceneFault {
                 place: places.of(&key),
                 key,
                 problem: reworded(error.inner().message()),
             })
-        })?;
-        Ok((scene, places))
+        })
     }
 
     /// All keys with their values.

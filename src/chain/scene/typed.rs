@@ -116,7 +116,7 @@ pub struct Scene {
     /// Mass of the striker [default: that of the pattern, or of its sphere].
     #[schemars(extend("examples" = [1.0]))]
     pub striker_mass: Option<Measure<Mass>>,
-    /// Seed of the random masses and coefficients.
+    /// Seed of all that is random.
     #[schemars(extend("default" = 0))]
     pub seed: Option<u64>,
     /// Single sites or contacts that differ, after all patterns, as tables `[[defect]]` of `site` or
@@ -186,9 +186,23 @@ pub struct Scene {
     /// The initial displacement of every site from the static state.
     #[schemars(extend("examples" = [[0.1, 0.0, -0.1]]))]
     pub displacements: Option<Vec<f64>>,
-    /// Initial displacements in the shape of this mode of the uniform linear chain, from 1 on.
+    /// File with the initial state, beside the scene's file: a run (`run.npz` or `run.nc`), which goes on from its
+    /// last sample, or a table (or `.npy`) of displacements and velocities, a row a site. A run file holds them as
+    /// `displacements` and `velocities`.
+    #[schemars(extend("examples" = ["run.npz"]))]
+    pub state: Option<String>,
+    /// Initial displacements in the shape of this mode, from 1 on: with `mode_amplitude` of the uniform linear
+    /// chain, with `mode_energy` of this chain linearized about its static state, counted from the lowest frequency
+    /// above 0.
     #[schemars(extend("examples" = [1]))]
     pub mode: Option<usize>,
+    /// First and last of the modes of this chain, linearized, that start with random phases (`seed`), each with
+    /// `mode_energy`.
+    #[schemars(extend("examples" = [[1, 8]]))]
+    pub modes: Option<Vec<usize>>,
+    /// Energy of each mode, in J in an SI scene.
+    #[schemars(extend("examples" = [0.1]))]
+    pub mode_energy: Option<f64>,
     /// Amplitude of the sine or cosine that the mode samples, in m in an SI scene.
     #[schemars(extend("examples" = [1.0]))]
     pub mode_amplitude: Option<Measure<Length>>,
@@ -196,18 +210,47 @@ pub struct Scene {
     /// What is driven from time 0 on.
     #[schemars(extend("x-group" = "Drive"), extend("examples" = ["force"]))]
     pub drive: Option<DriveTyped>,
-    /// Interpolant of the drive in time.
-    #[schemars(extend("default" = "sine"))]
+    /// The body that a force drives, from 0 on.
+    #[schemars(extend("default" = 0))]
+    pub drive_site: Option<usize>,
+    /// The drive in time [default: sine, or values where they are given].
+    #[schemars(extend("examples" = ["tone-burst"]))]
     pub drive_waveform: Option<WaveformTyped>,
-    /// Amplitude of the drive: a force, in N in an SI scene, or the displacement of the wall, in m.
+    /// Amplitude of the drive: a force, in N in an SI scene, or the displacement of the wall, in m, or its
+    /// velocity, in m/s; of noise the root mean square; a factor of values, by default 1.
     #[schemars(extend("examples" = [0.1]))]
     pub drive_amplitude: Option<f64>,
-    /// Frequency of a sine, in cycles per unit of time (Hz in an SI scene).
+    /// Frequency of a sine or a tone burst, and the first one of a chirp, in cycles per unit of time (Hz in an SI
+    /// scene).
     #[schemars(extend("examples" = [0.05]))]
     pub drive_frequency: Option<Measure<Frequency>>,
-    /// Duration of a half-sine, in s in an SI scene.
+    /// Last frequency of a chirp.
+    #[schemars(extend("examples" = [0.5]))]
+    pub drive_end_frequency: Option<Measure<Frequency>>,
+    /// Cycles of a tone burst.
+    #[schemars(extend("examples" = [5.0]))]
+    pub drive_cycles: Option<f64>,
+    /// Lowest and highest frequency of noise, in cycles per unit of time (Hz in an SI scene).
+    #[schemars(extend("examples" = [[0.05, 0.2]]))]
+    pub drive_band: Option<Vec<f64>>,
+    /// Seed of noise [default: `seed`].
+    #[schemars(extend("examples" = [1]))]
+    pub drive_seed: Option<u64>,
+    /// Duration of a half-sine, a chirp or noise, in s in an SI scene [default for noise: no end].
     #[schemars(extend("examples" = [10.0]))]
     pub drive_duration: Option<Measure<Time>>,
+    /// Table of the drive, beside the scene's file: a column of times and one of values, separated by commas,
+    /// semicolons, tabs or blanks, with units where the header has them (`time [ms], force [kN]`). A run file
+    /// holds them as `drive_times` and `drive_values`.
+    #[schemars(extend("examples" = ["force.csv"]))]
+    pub drive_file: Option<String>,
+    /// Times of the drive's values, rising, six or more. Between them runs a spline of degree five. Before and
+    /// after them a force and a velocity are 0, and a displacement stays as it is at the ends.
+    #[schemars(extend("examples" = [[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]]))]
+    pub drive_times: Option<Vec<f64>>,
+    /// The drive at these times.
+    #[schemars(extend("examples" = [[0.0, 0.1, 0.3, 0.3, 0.1, 0.0]]))]
+    pub drive_values: Option<Vec<f64>>,
 
     /// Dashpot in every closed contact, force over closing speed (N s/m in an SI scene).
     #[schemars(extend("x-group" = "Losses"), extend("default" = 0.0))]

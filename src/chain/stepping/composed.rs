@@ -62,9 +62,16 @@ pub(super) fn advance<K: Kernel>(
         v,
         force,
         passed,
+        input,
         ..
     } = next;
-    let push = |time: f64, force: &AlignedRow, v: &mut AlignedRow| {
+    let pushed = system
+        .pushed()
+        .filter(|(place, _)| island.places().contains(place));
+    if pushed.is_some() {
+        *input = state.input;
+    }
+    let push = |time: f64, t: f64, force: &AlignedRow, v: &mut AlignedRow| {
         Kick {
             mobility: &system.mobility,
             island,
@@ -73,6 +80,9 @@ pub(super) fn advance<K: Kernel>(
             v,
         }
         .work();
+        if let Some((place, wave)) = pushed {
+            v[place] += time * system.mobility[place] * wave.at(t);
+        }
     };
     let mut leaked = false;
     for (i, kick) in splitting.kicks.iter().enumerate() {
@@ -99,7 +109,7 @@ pub(super) fn advance<K: Kernel>(
             // During a kick the force is constant and the velocity linear in time.
             let middle = &mut scratch.v;
             copy(middle, v);
-            push(0.5 * time, force, middle);
+            push(0.5 * time, t, force, middle);
             if moving_ends {
                 system.place_ghosts(t, &mut scratch.x, middle);
             }
@@ -112,8 +122,11 @@ pub(super) fn advance<K: Kernel>(
                 passed,
             }
             .work();
+            if let Some((place, wave)) = pushed {
+                *input += time * wave.at(t) * middle[place];
+            }
         }
-        push(time, force, v);
+        push(time, t, force, v);
     }
     if moving_ends {
         system.place_ghosts(t, x, v);

@@ -9,7 +9,7 @@ use super::pair::{PairStep, Span, StepOutcome, StepScratch};
 use super::system::{State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, Samples, StepControl, Stepping, Task};
-use crate::chain::drive::{Drive, Waveform};
+use crate::chain::drive::Drive;
 use crate::chain::lattice::{Chain, Contact, refuse};
 use crate::chain::law::Kernel;
 use crate::numeric::root;
@@ -90,17 +90,12 @@ pub(super) struct Driver<K> {
     pub(super) opened: Vec<usize>,
     /// Where states between steps are wanted.
     pub(super) dense: Option<Box<Dense>>,
-    /// Until when an end is driven, and the longest step until then. Steps end there, and see their own side of it.
+    /// Until when the drive is smooth, 0 once it is over, and the longest step until then. Steps end there, and see
+    /// their own side of it.
     pub(super) drive_ends: f64,
     drive_step: f64,
     drive: Option<Drive>,
 }
-
-/// What drives the first end once the drive is over.
-const REST: Waveform = Waveform::Sine {
-    amplitude: 0.0,
-    frequency: 0.0,
-};
 
 impl<K: Kernel> Driver<K> {
     pub(super) fn new(task: &Task, system: System<K>, method: Method, state: State) -> Self {
@@ -118,10 +113,11 @@ impl<K: Kernel> Driver<K> {
                 1e-3 * contact.min(drive)
             }
         };
-        let waveform = task.drive.map(|drive| *drive.waveform());
+        let waveform = task.drive.map(Drive::waveform);
+        let lossy_or_pushed = system.has_pulls();
         let mut driver = Driver {
-            drive: task.drive,
-            drive_ends: waveform.map_or(0.0, |wave| wave.end()),
+            drive: task.drive.cloned(),
+            drive_ends: 0.0,
             drive_step: waveform
                 .map_or(f64::INFINITY, |wave| DRIVE_STEP / wave.angular_frequency()),
             islands: Islands::new(task.window, ahead),
@@ -142,7 +138,7 @@ impl<K: Kernel> Driver<K> {
             dense: None,
             caution: 1.0,
             next: state.clone(),
-            scratch: StepScratch::new(system.places(), evaluations + 1, task.chain.has_pulls()),
+            scratch: StepScratch::new(system.places(), evaluations + 1, lossy_or_pushed),
             state,
             cost: Cost::default(),
             system,
@@ -184,16 +180,15 @@ impl<K: Kernel> Driver<K> {
         }
     }
 
-    /// Sets what drives the first end from now on.
+    /// Sets what drives the chain from now on.
     fn set_drive(&mut self) {
-        let waveform = match (&self.drive, self.time < self.drive_ends) {
-            (Some(drive), true) => drive.waveform().onward(),
-            _ => REST,
-        };
-        self.system.drive = self.drive.map(|drive| drive.with(waveform));
+        let Some(drive) = &self.drive else { return };
+        let (waveform, until) = drive.waveform().onward(self.time);
+        self.drive_ends = until.unwrap_or(0.0);
+        self.system.drive = Some(drive.with(waveform));
     }
 
-    /// The velocity of a driven wall jumps where the drive ends.
+    /// The velocity of a driven wall jumps where the drive begins or ends.
     fn end_drive(&mut self) {
         if self.drive.is_none() || self.time != self.drive_ends {
             return;

@@ -33,6 +33,12 @@ pub(super) fn pass_on<K: Kernel>(
     if lossy {
         next.lost.0[blocks.clone()].copy_from_slice(&state.lost.0[blocks]);
     }
+    let pushed = system
+        .pushed()
+        .filter(|(place, _)| island.places().contains(place));
+    if pushed.is_some() {
+        next.input = state.input;
+    }
     for &(stage, weight) in tableau.bp.iter().filter(|(_, weight)| *weight != 0.0) {
         let weights = &tableau.velocity[stage];
         push(
@@ -58,6 +64,9 @@ pub(super) fn pass_on<K: Kernel>(
             passed: &mut next.passed,
         }
         .work();
+        if let Some((place, wave)) = pushed {
+            next.input += weight * wave.at(t + tableau.c[stage] * h) * v[place];
+        }
         if lossy {
             lose_energy(system, island, weight, [&damping[stage], v], &mut next.lost);
         }

@@ -97,6 +97,8 @@ impl Islands {
             .rev()
             .find(|&s| state.x[s] != 0.0 || state.v[s] != 0.0)
             .map_or(0, |last| last + 1);
+        let pushed = system.pushed().map(|(place, _)| place);
+        let front = front.max(pushed.map_or(0, |place| place + 1));
         let ahead = (caution * self.ahead as f64) as usize;
         let reached = front.saturating_add(ahead).min(places);
         // Islands may end two places farther, and end with a whole block.
@@ -143,8 +145,14 @@ impl Islands {
             masks: &mut masks,
         }
         .find();
-        if system.drive.is_some() {
+        if system.drives_end() {
             masks[0] |= 2;
+        }
+        if let Some((place, _)) = system.pushed() {
+            // A push changes how soon its contacts close.
+            for contact in [place, place + 1] {
+                masks[contact / WIDTH] |= 1 << (contact % WIDTH);
+            }
         }
         let places = system.places();
         let mut run: Option<Range<usize>> = None;

@@ -213,7 +213,7 @@ pub(crate) struct Mark {
 #[derive(Debug, Clone)]
 pub(crate) struct Task<'a> {
     pub(crate) chain: &'a Chain,
-    pub(crate) drive: Option<Drive>,
+    pub(crate) drive: Option<&'a Drive>,
     pub(crate) velocity: &'a [f64],
     pub(crate) displacement: &'a [f64],
     pub(crate) scheme: Scheme,
@@ -266,7 +266,7 @@ fn general(chain: &Chain) -> law::General {
 }
 
 fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn Stepping>> {
-    let system = System::new(task.chain, kernel.clone(), task.drive);
+    let system = System::new(task.chain, kernel.clone(), task.drive.cloned());
     let state = initial_state(task, &system);
     let pair = |tableau| Method::Pair {
         tableau,
@@ -346,5 +346,6 @@ fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {
         force,
         passed: followed(),
         lost: followed(),
+        input: 0.0,
     }
 }

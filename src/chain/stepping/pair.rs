@@ -299,6 +299,11 @@ fn damp<K: Kernel>(
             pull[s] += system.held(s, x[s]);
         }
     }
+    if let Some((place, wave)) = system.pushed()
+        && island.places().contains(&place)
+    {
+        pull[place] -= wave.at(t);
+    }
     if system.has_moving_ends() && island.blocks.start == 0 {
         set_end_forces(system, t, [x, v], force);
     }
@@ -316,7 +321,7 @@ pub(super) fn set_end_forces<K: Kernel>(
         let image = system.force(n + 1, t, x, v).0;
         (force[1], force[n + 1]) = (image, image);
     }
-    if system.drive.is_some() {
+    if system.drives_end() {
         force[1] = system.force(1, t, x, v).0;
     }
 }

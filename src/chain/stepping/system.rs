@@ -5,7 +5,7 @@
 //! j + 2, one with a wall before site 0 at 1. All rows are padded with zeros to whole blocks: a
 //! coefficient or a mobility of 0 marks a missing contact or site.
 
-use super::super::drive::Drive;
+use super::super::drive::{Drive, Waveform};
 use super::super::lattice::{Chain, Ends, Ground, Losses};
 use super::super::law::Kernel;
 use crate::numeric::lanes::AlignedRow;
@@ -40,6 +40,15 @@ pub(crate) struct State {
     pub(crate) passed: AlignedRow,
     /// Energy lost at each place; empty where it is not followed.
     pub(crate) lost: AlignedRow,
+    /// Energy put in by a force on a body.
+    pub(crate) input: f64,
+}
+
+impl State {
+    /// Energy put in by whatever drives the chain; 0 where it is not followed.
+    pub(crate) fn put_in(&self) -> f64 {
+        self.passed.get(1).copied().unwrap_or(0.0) + self.input
+    }
 }
 
 /// Where place s, or contact s on its left, is among the sites, or contacts, of the chain.
@@ -78,9 +87,10 @@ impl<K: Kernel> System<K> {
         match drive {
             Some(Drive::Wall(_)) => flux_share[0][1] = 1.0,
             Some(Drive::Force(_)) => flux_share[1][1] = 1.0,
-            None => {}
+            Some(Drive::Body(..)) | None => {}
         }
-        let first = if coefficient[1] == 0.0 && drive.is_none() {
+        let ends = matches!(drive, Some(Drive::Force(_) | Drive::Wall(_)));
+        let first = if coefficient[1] == 0.0 && !ends {
             FIRST_CONTACT
         } else {
             1
@@ -117,11 +127,6 @@ impl<K: Kernel> System<K> {
         self.static_overlap[s] + self.excess_overlap(s, x)
     }
 
-    /// Whether forces act on sites that are none of contacts.
-    pub(super) fn has_pulls(&self) -> bool {
-        self.losses.any() || self.ground.is_some()
-    }
-
     /// Force of the ground on the site at place s, towards -x.
     pub(super) fn held(&self, s: usize, x: f64) -> f64 {
         match (&self.ground, s.checked_sub(FIRST_SITE)) {
@@ -138,11 +143,35 @@ impl<K: Kernel> System<K> {
             return wave.acceleration_at(t);
         }
         let right = force.get(s + 1).copied().unwrap_or(0.0);
-        let push = force[s] - right;
+        let mut push = force[s] - right;
+        if let Some((place, wave)) = self.pushed()
+            && place == s
+        {
+            push += wave.at(t);
+        }
         match self.ground.is_some() {
             true => self.mobility[s] * (push - self.held(s, x[s])),
             false => self.mobility[s] * push,
         }
+    }
+
+    /// The place of a body that a force drives, and the force.
+    #[inline(always)]
+    pub(super) fn pushed(&self) -> Option<(usize, &Waveform)> {
+        match &self.drive {
+            Some(Drive::Body(site, wave)) => Some((FIRST_SITE + site, wave)),
+            _ => None,
+        }
+    }
+
+    /// Whether bodies feel other forces than those of their contacts.
+    pub(super) fn has_pulls(&self) -> bool {
+        self.losses.any() || self.ground.is_some() || self.pushed().is_some()
+    }
+
+    /// Whether something drives the first end.
+    pub(super) fn drives_end(&self) -> bool {
+        matches!(self.drive, Some(Drive::Force(_) | Drive::Wall(_)))
     }
 
     /// Damping force of contact s, of excess overlap r, that closes with this speed.
@@ -195,7 +224,7 @@ impl<K: Kernel> System<K> {
 
     /// Whether an end moves or is another end's image, which a block alone does not know.
     pub(super) fn has_moving_ends(&self) -> bool {
-        self.periodic || self.drive.is_some()
+        self.periodic || self.drives_end()
     }
 
     /// Sets the ghosts from the boundary conditions at time t.

@@ -158,7 +158,7 @@ fn read_run(members: &mut dyn Parts, setup: &Setup, report: RunReport) -> Result
         energy_lost,
         energy_input,
         chain,
-        drive: simulation.drive,
+        drive: simulation.drive.clone(),
         report,
     })
 }

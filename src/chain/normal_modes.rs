@@ -1,0 +1,159 @@
+//! Normal modes of a chain about its static state.
+
+use std::f64::consts::PI;
+
+use ndarray::Array2;
+use num_complex::Complex;
+
+use super::lattice::{Chain, Ends, refuse};
+use crate::Result;
+use crate::numeric::hermitian::eigen;
+use crate::numeric::{split_mix, unit_interval};
+
+/// Sites beyond which the matrix of a chain is not diagonalized.
+const MOST_SITES: usize = 2000;
+
+/// Squares of frequencies below this share of the largest are those of a free motion of the whole chain.
+const FREE: f64 = 1e-12;
+
+/// The modes of a chain whose contacts are springs of the stiffness that they have in the static state.
+///
+/// With `q_j = m_j^{1/2} x_j` the chain is `q'' = -D q`, `D` symmetric; `D e_k = w_k^2 e_k` with unit vectors. A
+/// mode has the energy `E_k = (Q'^2 + w_k^2 Q^2) / 2`, `Q = e_k . q`.
+#[derive(Debug, Clone)]
+pub struct NormalModes {
+    /// Angular frequencies, rising.
+    pub frequency: Vec<f64>,
+    /// The vector `e_k` of each, its first element that is not 0 positive.
+    pub shape: Vec<Vec<f64>>,
+    root_mass: Vec<f64>,
+    /// Modes of frequency 0: the chain as a whole.
+    pub free: usize,
+}
+
+impl Chain {
+    /// The modes of small motion about the static state.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] for a chain without small linear motion, such as Hertz contacts that are not
+    /// compressed, and for more than 2000 sites.
+    pub fn normal_modes(&self) -> Result<NormalModes> {
+        let n = self.n_sites();
+        let contacts = || self.left_contact().into_iter().chain(self.contacts());
+        if !contacts().all(|contact| contact.has_linear_limit()) {
+            let expected = "a chain with linear small motion: one with precompression, or of a law that pulls, too";
+            return Err(refuse("mode", expected, "contacts that only touch"));
+        }
+        if n > MOST_SITES {
+            return Err(refuse("mode", "at most 2000 sites for modes", n));
+        }
+        if contacts().any(|contact| contact.stiffness(0.0) < 0.0) {
+            let expected = "a chain that is stable at rest, for modes";
+            return Err(refuse("mode", expected, "contacts of negative stiffness"));
+        }
+        let root_mass: Vec<f64> = self.mass.iter().map(|m| m.sqrt()).collect();
+        let mut matrix = Array2::<Complex<f64>>::zeros((n, n));
+        let mut add = |i: usize, j: usize, value: f64| {
+            matrix[[i, j]] += value / (root_mass[i] * root_mass[j]);
+        };
+        if let Some(ground) = &self.on_site.ground {
+            (0..n).for_each(|j| add(j, j, ground.stiffness(j)));
+        }
+        for (j, contact) in self.contacts().enumerate() {
+            let k = contact.stiffness(0.0);
+            add(j, j, k);
+            let right = match (j + 1 < n, self.ends) {
+                (true, _) => j + 1,
+                (false, Ends::Periodic) => 0,
+                (false, _) => continue,
+            };
+            add(right, right, k);
+            add(j, right, -k);
+            add(right, j, -k);
+        }
+        if let Some(contact) = self.left_contact() {
+            add(0, 0, contact.stiffness(0.0));
+        }
+        let found = eigen(&matrix);
+        let most = found.values.first().copied().unwrap_or(0.0);
+        let mut frequency: Vec<f64> = Vec::with_capacity(n);
+        let mut shape = Vec::with_capacity(n);
+        for (square, vector) in found.values.iter().zip(found.vectors).rev() {
+            frequency.push(if *square < FREE * most {
+                0.0
+            } else {
+                square.sqrt()
+            });
+            shape.push(real(&vector));
+        }
+        Ok(NormalModes {
+            free: frequency.iter().filter(|w| **w == 0.0).count(),
+            frequency,
+            shape,
+            root_mass,
+        })
+    }
+}
+
+/// An eigenvector of a real matrix, its phase taken off.
+fn real(vector: &[Complex<f64>]) -> Vec<f64> {
+    let largest = vector
+        .iter()
+        .fold(Complex::default(), |a: Complex<f64>, b| {
+            if b.norm_sqr() > a.norm_sqr() { *b } else { a }
+        });
+    let phase = largest.conj() / largest.norm();
+    let mut row: Vec<f64> = vector.iter().map(|value| (value * phase).re).collect();
+    let size = row.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let first = row.iter().find(|v| v.abs() > 1e-9 * size).copied();
+    let scale = size.copysign(first.unwrap_or(1.0));
+    row.iter_mut().for_each(|value| *value /= scale);
+    row
+}
+
+impl NormalModes {
+    /// Energies of all modes, those of frequency 0 included.
+    pub fn energies(&self, displacement: &[f64], velocity: &[f64], out: &mut [f64]) {
+        let modes = self.frequency.iter().zip(&self.shape);
+        for (energy, (w, shape)) in out.iter_mut().zip(modes) {
+            let project = |values: &[f64]| -> f64 {
+                let sites = shape.iter().zip(&self.root_mass).zip(values);
+                sites.map(|((e, root), value)| e * root * value).sum()
+            };
+            let (at, rate) = (project(displacement), project(velocity));
+            *energy = 0.5 * (rate * rate + w * w * at * at);
+        }
+    }
+
+    /// Displacements and velocities of modes, counted from 1 from the lowest frequency above 0, with this energy
+    /// each, and random phases of a seed or, without one, at rest.
+    pub(crate) fn excite(
+        &self,
+        modes: std::ops::RangeInclusive<usize>,
+        energy: f64,
+        seed: Option<u64>,
+    ) -> [Vec<f64>; 2] {
+        let n = self.root_mass.len();
+        let mut state = seed.unwrap_or(0);
+        let (mut x, mut v) = (vec![0.0; n], vec![0.0; n]);
+        for mode in modes {
+            let k = self.free + mode - 1;
+            let phase = match seed {
+                None => 0.0,
+                Some(_) => {
+                    let (next, bits) = split_mix(state);
+                    state = next;
+                    2.0 * PI * unit_interval(bits)
+                }
+            };
+            let size = (2.0 * energy).sqrt();
+            let (at, rate) = (size / self.frequency[k] * phase.cos(), size * phase.sin());
+            let sites = self.shape[k].iter().zip(&self.root_mass);
+            for ((x, v), (e, root)) in x.iter_mut().zip(&mut v).zip(sites) {
+                *x += at * e / root;
+                *v += rate * e / root;
+            }
+        }
+        [x, v]
+    }
+}

@@ -1,0 +1,255 @@
+//! What drives a chain.
+
+use super::check::Check;
+use super::{DriveTyped, EndsTyped, Units, WaveformTyped};
+use crate::chain::{Drive, Waveform};
+use crate::error::Result;
+
+/// Keys of each waveform, which have no effect beside another.
+const KEYS: [(&str, &[WaveformTyped], &str); 7] = [
+    (
+        "drive_frequency",
+        &[
+            WaveformTyped::Sine,
+            WaveformTyped::ToneBurst,
+            WaveformTyped::Chirp,
+        ],
+        "sine, tone-burst or chirp",
+    ),
+    ("drive_end_frequency", &[WaveformTyped::Chirp], "chirp"),
+    ("drive_cycles", &[WaveformTyped::ToneBurst], "tone-burst"),
+    ("drive_band", &[WaveformTyped::Noise], "noise"),
+    ("drive_seed", &[WaveformTyped::Noise], "noise"),
+    (
+        "drive_duration",
+        &[
+            WaveformTyped::HalfSine,
+            WaveformTyped::Chirp,
+            WaveformTyped::Noise,
+        ],
+        "half-sine, chirp or noise",
+    ),
+    ("drive_times", &[WaveformTyped::Values], "values"),
+];
+
+/// Parts of a time between values, in units of their median: a longer one is a gap.
+const GAP: f64 = 20.0;
+
+/// The drive, if there is one, and the same in words.
+pub(super) fn drive(check: Check, n: usize) -> Result<Option<(Drive, String)>> {
+    let scene = check.scene;
+    let Some(typed) = scene.drive else {
+        let own = [
+            "drive_waveform",
+            "drive_amplitude",
+            "drive_site",
+            "drive_values",
+        ];
+        let keys: Vec<&str> = own.into_iter().chain(KEYS.map(|(key, ..)| key)).collect();
+        check.only_with(&keys, false, "`drive`")?;
+        return Ok(None);
+    };
+    let ends = scene.ends.unwrap_or_default();
+    let is_wall = typed != DriveTyped::Force;
+    if is_wall && scene.drive_site.is_some() {
+        let expected = "it only beside `drive = \"force\"`: of bodies forces can be stated, and of the wall \
+                        before site 0 its motion";
+        return Err(check.fault("drive_site", expected, "a wall"));
+    }
+    if is_wall && ends != EndsTyped::Fixed {
+        let expected = "it only beside `ends = \"fixed\"`: there is a wall before site 0";
+        return Err(check.fault("drive", expected, "other ends"));
+    }
+    let site = scene.drive_site.unwrap_or(0);
+    if site >= n {
+        return Err(check.fault("drive_site", format!("a body from 0 to {}", n - 1), site));
+    }
+    let (waveform, about) = waveform(check, typed)?;
+    let (drive, what) = match typed {
+        DriveTyped::Wall => (
+            Drive::Wall(waveform.held()),
+            "displacement of the first wall".to_owned(),
+        ),
+        DriveTyped::WallVelocity => {
+            let displacement = waveform.integral();
+            let displacement =
+                displacement.map_err(|error| check.named(error, "drive_waveform"))?;
+            (
+                Drive::Wall(displacement),
+                "velocity of the first wall".to_owned(),
+            )
+        }
+        DriveTyped::Force => {
+            let is_end = site == 0 && matches!(ends, EndsTyped::Wall | EndsTyped::Free);
+            let drive = match is_end {
+                true => Drive::Force(waveform),
+                false => Drive::Body(site, waveform),
+            };
+            (drive, format!("force on site {site}"))
+        }
+    };
+    Ok(Some((drive, format!("{what}, {about}"))))
+}
+
+fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
+    let scene = check.scene;
+    let has_values = scene.drive_times.is_some() || scene.drive_values.is_some();
+    let kind = scene.drive_waveform.unwrap_or(match has_values {
+        true => WaveformTyped::Values,
+        false => WaveformTyped::Sine,
+    });
+    for (key, kinds, names) in KEYS {
+        let with = format!("`drive_waveform` {names}");
+        check.only_with(&[key], kinds.contains(&kind), &with)?;
+    }
+    let is_values = kind == WaveformTyped::Values;
+    check.only_with(&["drive_values"], is_values, "`drive_waveform` values")?;
+    let amplitude = match (scene.drive_amplitude, is_values) {
+        (None, true) => 1.0,
+        (typed, _) => check.need("drive_amplitude", typed, "the amplitude of the drive")?,
+    };
+    if !(amplitude != 0.0 && amplitude.is_finite()) {
+        let expected = "a finite number other than 0";
+        return Err(check.fault("drive_amplitude", expected, amplitude));
+    }
+    let [unit, hertz, seconds] = match (check.units, typed) {
+        (Units::None, _) => [""; 3],
+        (Units::Si, DriveTyped::Force) => [" N", " Hz", " s"],
+        (Units::Si, DriveTyped::Wall) => [" m", " Hz", " s"],
+        (Units::Si, DriveTyped::WallVelocity) => [" m/s", " Hz", " s"],
+    };
+    let frequency = |what: &str| {
+        let key = "drive_frequency";
+        let typed = check.need(key, scene.drive_frequency, what)?;
+        check.positive(key, typed.value)
+    };
+    let duration = |what: &str| {
+        let key = "drive_duration";
+        let typed = check.need(key, scene.drive_duration, what)?;
+        check.positive(key, typed.value)
+    };
+    Ok(match kind {
+        WaveformTyped::Sine => {
+            let frequency = frequency("the frequency of the sine")?;
+            let waveform = Waveform::Sine {
+                amplitude,
+                frequency,
+            };
+            let about =
+                format!("sine of amplitude {amplitude}{unit} and frequency {frequency}{hertz}");
+            (waveform, about)
+        }
+        WaveformTyped::HalfSine => {
+            let duration = duration("the duration of the half-sine")?;
+            let waveform = Waveform::HalfSine {
+                amplitude,
+                duration,
+            };
+            let about = format!(
+                "half-sine of amplitude {amplitude}{unit} and duration {duration}{seconds}"
+            );
+            (waveform, about)
+        }
+        WaveformTyped::ToneBurst => {
+            let frequency = frequency("the frequency of the burst")?;
+            let cycles = check.need(
+                "drive_cycles",
+                scene.drive_cycles,
+                "the cycles of the burst",
+            )?;
+            if !(cycles >= 1.0 && cycles.is_finite()) {
+                return Err(check.fault("drive_cycles", "1 cycle or more", cycles));
+            }
+            let about = format!(
+                "{cycles} cycles of amplitude {amplitude}{unit} and frequency {frequency}{hertz} under Hann's window"
+            );
+            (Waveform::tone_burst(amplitude, frequency, cycles), about)
+        }
+        WaveformTyped::Chirp => {
+            let from = frequency("the first frequency of the chirp")?;
+            let key = "drive_end_frequency";
+            let to = check.need(
+                key,
+                scene.drive_end_frequency,
+                "the last frequency of the chirp",
+            )?;
+            let to = check.positive(key, to.value)?;
+            let duration = duration("the duration of the chirp")?;
+            let about = format!(
+                "chirp of amplitude {amplitude}{unit} from {from} to {to}{hertz} in {duration}{seconds}"
+            );
+            (Waveform::chirp(amplitude, [from, to], duration), about)
+        }
+        WaveformTyped::Noise => {
+            let key = "drive_band";
+            let band = check.need(key, scene.drive_band.as_ref(), "the band of the noise")?;
+            let &[low, high] = band.as_slice() else {
+                let expected = "two frequencies, the lowest and the highest";
+                return Err(check.fault(key, expected, format!("{} values", band.len())));
+            };
+            if !(low >= 0.0 && high > low && high.is_finite()) {
+                let expected = "a lowest frequency of 0 or more and a higher one";
+                return Err(check.fault(key, expected, format!("{low}, {high}")));
+            }
+            let (duration, until) = match scene.drive_duration {
+                None => (f64::INFINITY, String::new()),
+                Some(_) => {
+                    let duration = duration("the duration of the noise")?;
+                    (duration, format!(" up to {duration}{seconds}"))
+                }
+            };
+            let seed = scene.drive_seed.or(scene.seed).unwrap_or(0);
+            let about =
+                format!("noise of {amplitude}{unit} rms from {low} to {high}{hertz}{until}");
+            (
+                Waveform::noise(amplitude, [low, high], seed, duration),
+                about,
+            )
+        }
+        WaveformTyped::Values => values(check, amplitude, seconds)?,
+    })
+}
+
+/// The spline through typed values.
+fn values(check: Check, factor: f64, seconds: &str) -> Result<(Waveform, String)> {
+    let scene = check.scene;
+    let times = check.need(
+        "drive_times",
+        scene.drive_times.as_ref(),
+        "the times of the values",
+    )?;
+    let expected = "the drive at the times, or a `drive_file`";
+    let values = check.need("drive_values", scene.drive_values.as_ref(), expected)?;
+    if values.len() != times.len() {
+        let expected = format!("{} values, one a time", times.len());
+        return Err(check.fault("drive_values", expected, values.len()));
+    }
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let median = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    if let Some(at) = times
+        .windows(2)
+        .find(|at| at[1] - at[0] > GAP * median && median > 0.0)
+    {
+        let expected = format!("times at most {GAP} times as far apart as most of them");
+        let found = format!("a gap from {} to {}", at[0], at[1]);
+        return Err(check.fault("drive_times", expected, found));
+    }
+    let scaled: Vec<f64> = values.iter().map(|value| factor * value).collect();
+    let waveform = Waveform::through(times, &scaled);
+    let waveform = waveform.map_err(|error| check.named(error, "drive_values"))?;
+    if waveform.end() <= 0.0 {
+        let expected = "times after 0, when the run begins";
+        return Err(check.fault(
+            "drive_times",
+            expected,
+            format!("all before {}", waveform.end()),
+        ));
+    }
+    if scaled.iter().all(|value| *value == 0.0) {
+        return Err(check.fault("drive_values", "a value other than 0", "zeros alone"));
+    }
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let about = format!("{} values from {first} to {last}{seconds}", times.len());
+    Ok((waveform, about))
+}

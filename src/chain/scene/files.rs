@@ -1,0 +1,301 @@
+//! Files that a scene names, put into it as values: a run then carries them.
+
+use std::path::{Path, PathBuf};
+
+use toml::{Table, Value};
+
+use super::places::Places;
+use super::{SceneSource, Units};
+use crate::error::{Error, KeyPlace, Result, SceneFault};
+use crate::field::{
+    Field, OpenOptions, is_run_archive, read_container, read_members, regular_file,
+};
+use crate::measure::{Dimension, Force, Length, Speed, Time, size, units};
+use crate::unit::split;
+
+/// Bytes and rows of a table that are read at most.
+const MOST_BYTES: u64 = 16 << 20;
+const MOST_ROWS: usize = 100_000;
+
+/// A file named by a key.
+struct Named<'a> {
+    key: &'static str,
+    path: PathBuf,
+    places: &'a Places,
+    is_si: bool,
+}
+
+/// Shape and values of an array.
+type Samples = (Vec<u64>, Vec<f64>);
+
+/// A column of a table.
+struct Column {
+    name: String,
+    unit: String,
+    values: Vec<f64>,
+}
+
+/// Puts what files hold in place of the keys that name them; whether there were any.
+pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
+    let is_si = table.get("units").and_then(Value::as_str) == Some("si")
+        || ["material", "young"]
+            .iter()
+            .any(|key| table.contains_key(*key));
+    let mut any = false;
+    for (key, own, what) in [
+        (
+            "drive_file",
+            ["drive_times", "drive_values"],
+            "the values of the drive",
+        ),
+        (
+            "state",
+            ["displacements", "velocities"],
+            "the initial state",
+        ),
+    ] {
+        let Some(path) = table.get(key).and_then(Value::as_str) else {
+            continue;
+        };
+        let file = Named {
+            key,
+            path: places.beside(key, path),
+            places,
+            is_si,
+        };
+        if let Some(other) = own.iter().find(|key| table.contains_key(**key)) {
+            let found = format!("it beside {}", places.mention(other));
+            let expected = format!("one key that decides {what}");
+            return Err(file.fault(expected, found));
+        }
+        let values = match key {
+            "state" => file.state()?,
+            _ => file.drive(table.get("drive").and_then(Value::as_str))?,
+        };
+        table.remove(key);
+        for (own, values) in own.into_iter().zip(values) {
+            table.insert(own.to_owned(), numbers(values));
+            places.stands_for(own, key);
+        }
+        any = true;
+    }
+    Ok(any)
+}
+
+fn numbers(values: Vec<f64>) -> Value {
+    Value::Array(values.into_iter().map(Value::Float).collect())
+}
+
+impl Named<'_> {
+    fn fault(&self, expected: impl Into<String>, found: impl Into<String>) -> Error {
+        let found = format!("{} in {}", found.into(), self.path.display());
+        Error::scene(SceneFault::new(
+            self.places.of(self.key),
+            self.key,
+            expected,
+            found,
+        ))
+    }
+
+    /// The values of a column in the unit of the scene.
+    fn in_si<D: Dimension>(&self, column: &Column) -> Result<Vec<f64>> {
+        if column.unit.is_empty() {
+            return Ok(column.values.clone());
+        }
+        let found = format!("[{}] of {}", column.unit, column.name);
+        if !self.is_si {
+            let expected = "columns without units, since the scene is not in SI (`units = \"si\"`)";
+            return Err(self.fault(expected, found));
+        }
+        let Some(factor) = size::<D>(&column.unit) else {
+            return Err(self.fault(format!("a unit of {}", units::<D>()), found));
+        };
+        Ok(column.values.iter().map(|value| factor * value).collect())
+    }
+
+    /// Times and values.
+    fn drive(&self, kind: Option<&str>) -> Result<[Vec<f64>; 2]> {
+        let [mut first, mut second] = self.pair("times and values")?;
+        if second.name.to_lowercase().starts_with('t') && !first.name.is_empty() {
+            std::mem::swap(&mut first, &mut second);
+        }
+        let times = self.in_si::<Time>(&first)?;
+        if let Some(row) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let found = format!("{} after {} in row {}", times[row + 1], times[row], row + 2);
+            return Err(self.fault("times that rise", found));
+        }
+        let values = match kind {
+            Some("wall") => self.in_si::<Length>(&second)?,
+            Some("wall-velocity") => self.in_si::<Speed>(&second)?,
+            _ => self.in_si::<Force>(&second)?,
+        };
+        Ok([times, values])
+    }
+
+    /// Displacements and velocities.
+    fn state(&self) -> Result<[Vec<f64>; 2]> {
+        regular_file(&self.path)?;
+        if is_run_archive(&self.path)? {
+            return read_members(&self.path, |run| {
+                let rows = [run.array("displacement")?, run.array("velocity")?];
+                let scene = run.text("scene")?;
+                self.last_rows(rows, scene)
+            });
+        }
+        if let Some((texts, mut arrays)) = read_container(&self.path)? {
+            let rows = ["displacement", "velocity"].map(|name| arrays.remove(name));
+            return self.last_rows(rows, texts.get("scene").cloned());
+        }
+        if self
+            .path
+            .extension()
+            .is_some_and(|extension| extension == "npy")
+        {
+            let field = Field::open(&self.path, &OpenOptions::default())?;
+            let (rows, columns) = (field.n_times(), field.n_sites());
+            if columns != 2 {
+                let found = format!("the shape ({rows}, {columns})");
+                return Err(self.fault("the shape (sites, 2), displacements and velocities", found));
+            }
+            let mut values = vec![0.0; 2 * rows];
+            field.read_time_major(0..rows, 0..2, &mut values);
+            let column = |of: usize| values.iter().skip(of).step_by(2).copied().collect();
+            return Ok([column(0), column(1)]);
+        }
+        let [mut first, mut second] = self.pair("displacements and velocities")?;
+        if first.name.to_lowercase().starts_with('v') && !second.name.is_empty() {
+            std::mem::swap(&mut first, &mut second);
+        }
+        Ok([self.in_si::<Length>(&first)?, self.in_si::<Speed>(&second)?])
+    }
+
+    /// The last displacements and velocities of a run.
+    fn last_rows(
+        &self,
+        arrays: [Option<Samples>; 2],
+        scene: Option<String>,
+    ) -> Result<[Vec<f64>; 2]> {
+        let expected = "a run that recorded displacements (`record` with \"displacement\")";
+        let last = arrays.map(|array| {
+            let (shape, values) = array?;
+            let sites = *shape.last()? as usize;
+            values
+                .len()
+                .checked_sub(sites)
+                .map(|from| values[from..].to_vec())
+        });
+        let [Some(displacement), Some(velocity)] = last else {
+            return Err(self.fault(expected, "none"));
+        };
+        let scene = scene.and_then(|text| SceneSource::new(None, text).setup().ok());
+        if let Some(setup) = scene
+            && (setup.units == Units::Si) != self.is_si
+        {
+            let word = |is_si: bool| if is_si { "in SI" } else { "without units" };
+            let expected = format!("a run {}, as this scene is", word(self.is_si));
+            return Err(self.fault(expected, format!("one {}", word(!self.is_si))));
+        }
+        Ok([displacement, velocity])
+    }
+
+    /// The two columns of a table of text.
+    fn pair(&self, what: &str) -> Result<[Column; 2]> {
+        let columns = self.columns()?;
+        let number = columns.len();
+        <[Column; 2]>::try_from(columns)
+            .map_err(|_| self.fault(format!("two columns, {what}"), format!("{number} columns")))
+    }
+
+    /// The columns of a table of text.
+    fn columns(&self) -> Result<Vec<Column>> {
+        let length = regular_file(&self.path)?.len();
+        if length > MOST_BYTES {
+            return Err(self.fault(
+                format!("a table of at most {MOST_BYTES} bytes"),
+                length.to_string(),
+            ));
+        }
+        let read = std::fs::read_to_string(&self.path);
+        let text = read.map_err(Error::read("read", &self.path))?;
+        let text = text.trim_start_matches('\u{feff}');
+        let separator = [';', '\t', ','].into_iter().find(|c| text.contains(*c));
+        let cells = |line: &str| -> Vec<String> {
+            let line = line.trim_start_matches('#').trim();
+            match separator {
+                Some(separator) => line
+                    .split(separator)
+                    .map(|cell| cell.trim().to_owned())
+                    .collect(),
+                None => line.split_whitespace().map(str::to_owned).collect(),
+            }
+        };
+        let number = |cell: &str| -> Option<f64> {
+            match separator {
+                // A comma that separates no cells is that of a decimal.
+                Some(',') | None => cell.parse().ok(),
+                Some(_) => cell.replace(',', ".").parse().ok(),
+            }
+        };
+        let (mut head, mut columns) = (Vec::new(), Vec::<Column>::new());
+        for (line, text) in text.lines().enumerate() {
+            if text.trim().is_empty() {
+                continue;
+            }
+            let cells = cells(text);
+            let numbers: Vec<Option<f64>> = cells.iter().map(|cell| number(cell)).collect();
+            let is_comment = text.trim_start().starts_with('#');
+            if columns.is_empty() && (is_comment || numbers.iter().all(Option::is_none)) {
+                head = cells;
+                continue;
+            }
+            if is_comment {
+                continue;
+            }
+            if columns.is_empty() {
+                let is_head = head.len() == cells.len();
+                columns.extend((0..cells.len()).map(|i| {
+                    let (name, unit) = split(if is_head { &head[i] } else { "" });
+                    let (name, unit) = (name.trim().to_owned(), unit.to_owned());
+                    Column {
+                        name,
+                        unit,
+                        values: Vec::new(),
+                    }
+                }));
+            }
+            let at = format!("in line {}", line + 1);
+            if cells.len() != columns.len() {
+                let expected = format!("{} columns in every row", columns.len());
+                return Err(self.fault(expected, format!("{} {at}", cells.len())));
+            }
+            for ((column, number), cell) in columns.iter_mut().zip(numbers).zip(&cells) {
+                match number.filter(|number| number.is_finite()) {
+                    Some(number) => column.values.push(number),
+                    None => return Err(self.fault("a finite number", format!("{cell:?} {at}"))),
+                }
+            }
+            if columns[0].values.len() > MOST_ROWS {
+                let expected =
+                    format!("at most {MOST_ROWS} rows; keep every second or tenth of them");
+                return Err(self.fault(expected, "more"));
+            }
+        }
+        if columns.is_empty() {
+            return Err(self.fault("rows of numbers", "none"));
+        }
+        Ok(columns)
+    }
+}
+
+impl Places {
+    /// A path that a key holds: typed in a scene's file, it is beside that file.
+    fn beside(&self, key: &str, path: &str) -> PathBuf {
+        match self.of(key) {
+            KeyPlace::File { path: scene, .. } => match scene.parent() {
+                Some(folder) => folder.join(path),
+                None => PathBuf::from(path),
+            },
+            _ => Path::new(path).to_owned(),
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! What drives a chain, against DOP853 and splines of SciPy (`tests/data/make_drives.py`).
+
+use std::fs;
+
+use serde_json::Value;
+use wavecascade::chain::scene::{SceneSource, Setting};
+use wavecascade::chain::{Run, Waveform};
+use wavecascade::observer::Silent;
+use wavecascade::report::RunFile;
+
+fn known() -> Value {
+    serde_json::from_str(&fs::read_to_string("tests/data/drives.json").unwrap()).unwrap()
+}
+
+fn run(text: &str) -> Run {
+    let setup = SceneSource::new(None, text).setup().unwrap();
+    setup.simulation.run(&Silent).unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let values = value.as_array().unwrap().iter();
+    values.map(|value| value.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn val_scipy_driven_chains() {
+    let known = known();
+    for (name, case) in known["cases"].as_object().unwrap() {
+        let run = run(case["scene"].as_str().unwrap());
+        let last = run.time.len() - 1;
+        let row = run.velocity.row(last);
+        let off = row.iter().zip(numbers(&case["velocity"]));
+        let off = off.fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+        let work = run.energy_input.as_ref().unwrap()[last];
+        let work_off = (work / case["work"].as_f64().unwrap() - 1.0).abs();
+        let (scale, drift) = (run.report.velocity_scale, run.report.energy_drift.unwrap());
+        println!(
+            "{name}: {:.1e} work {work_off:.1e} drift {drift:.1e}",
+            off / scale
+        );
+        // DOP853 steps over openings.
+        let most = if name.ends_with("open chain") {
+            2e-11
+        } else {
+            5e-13
+        };
+        assert!(off < most * scale, "{name}: {:e}", off / scale);
+        assert!(work_off < 2e-12, "{name}: {work_off:e}");
+        assert!(drift < 2e-14, "{name}: {drift:e}");
+    }
+}
+
+#[test]
+fn val_scipy_splines() {
+    let known = known();
+    let spline = Waveform::through(&numbers(&known["times"]), &numbers(&known["values"])).unwrap();
+    let at = numbers(&known["at"]);
+    for (order, most) in [(0, 1e-15), (1, 3e-15), (2, 2e-14)] {
+        let of = [Waveform::at, Waveform::rate_at, Waveform::acceleration_at][order];
+        let pairs = at.iter().zip(numbers(&known["spline"][order]));
+        let off = pairs.fold(0.0f64, |m, (t, b)| m.max((of(&spline, *t) - b).abs()));
+        println!("{order}: {off:e}");
+        assert!(off < most, "{order}: {off:e}");
+    }
+}
+
+/// Schemes of fixed steps push bodies, too, at their orders.
+#[test]
+fn val_convergence_of_fixed_steps_with_a_pushed_body() {
+    let scene = |how: &str| {
+        format!(
+            "sites = 12\nsamples = 2\nlaw = \"spring\"\nalpha = 0.25\nends = \"fixed\"\nend_time = 12.0\n\
+             drive = \"force\"\ndrive_site = 4\ndrive_amplitude = 0.2\ndrive_frequency = 0.08\n{how}\n"
+        )
+    };
+    let truth = run(&scene("tolerance = 1e-11"));
+    let off = |how: &str| {
+        let run = run(&scene(how));
+        let pairs = run.velocity.row(1).into_iter().zip(truth.velocity.row(1));
+        let off = pairs.fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+        let work = run.energy_input.unwrap()[1] - truth.energy_input.as_ref().unwrap()[1];
+        [off, work.abs()]
+    };
+    for (scheme, order) in [("velocity-verlet", 2.0), ("runge-kutta", 8.0)] {
+        let at = |step: f64| off(&format!("scheme = \"{scheme}\"\nstep = {step}"));
+        let (coarse, fine) = (at(0.4), at(0.2));
+        let slopes = [0, 1].map(|i| (coarse[i] / fine[i]).log2());
+        println!("{scheme}: {coarse:?} {fine:?} {slopes:?}");
+        assert!((slopes[0] - order).abs() < 0.7, "{scheme}: {slopes:?}");
+        assert!(slopes[1] > order - 1.0, "{scheme}: {slopes:?}");
+    }
+}
+
+/// Noise has the power stated, in its band alone.
+#[test]
+fn val_definition_noise() {
+    let noise = Waveform::noise(0.3, [0.1, 0.2], 3, f64::INFINITY);
+    let (dt, n) = (0.5, 1 << 17);
+    let values: Vec<f64> = (0..n).map(|i| noise.at(dt * f64::from(i))).collect();
+    let square = values.iter().map(|v| v * v).sum::<f64>() / f64::from(n);
+    assert!((square / 0.09 - 1.0).abs() < 2e-3, "{square}");
+    // Sums over the band of the squares of Fourier coefficients at multiples of 1 / (n dt).
+    let outside: f64 = [0.05, 0.08, 0.22, 0.4]
+        .iter()
+        .map(|f| {
+            let angle = |i: usize| 2.0 * std::f64::consts::PI * f * dt * i as f64;
+            let each = values.iter().enumerate();
+            let (c, s) = each.fold((0.0, 0.0), |(c, s), (i, v)| {
+                (c + v * angle(i).cos(), s + v * angle(i).sin())
+            });
+            (c * c + s * s).sqrt() / f64::from(n)
+        })
+        .fold(0.0, f64::max);
+    assert!(outside < 2e-4, "{outside:e}");
+}
+
+const TABLE: &str = "# recorded\nzeit\ntime [ms], force [kN]\n";
+
+fn rows() -> String {
+    let rows = (0..40).map(|i| {
+        let t = f64::from(i);
+        format!("{t}, {}\n", 0.01 * (0.2 * t).sin().powi(2))
+    });
+    rows.collect()
+}
+
+/// A run file carries the waveform: it gives the same run, without the table.
+#[test]
+fn regress_a_run_carries_the_table_of_its_drive() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("force.csv");
+    fs::write(&table, TABLE.replace("zeit\n", "") + &rows()).unwrap();
+    let scene = folder.path().join("scene.toml");
+    let text = "sites = 6\nunits = \"si\"\ncoefficient_cell = [1e9]\nmasses = [1e-2, 1e-2, 1e-2, 1e-2, 1e-2, 1e-2]\n\
+                samples = 50\nend_time = \"50 ms\"\ndrive = \"force\"\ndrive_site = 2\ndrive_file = \"force.csv\"\n";
+    fs::write(&scene, text).unwrap();
+    let setup = SceneSource::read(&scene).unwrap().setup().unwrap();
+    assert_eq!(
+        setup.description().drive.unwrap(),
+        "force on site 2, 40 values from 0 to 0.039 s"
+    );
+    let found = setup.simulation.run(&Silent).unwrap();
+    let force = setup.simulation.drive.as_ref().unwrap().waveform();
+    assert!((force.at(5e-3) - 10.0 * 1f64.sin().powi(2)).abs() < 1e-9);
+    assert_eq!(force.at(0.04), 0.0);
+    fs::remove_file(&table).unwrap();
+    for name in ["run.npz", "run.nc"] {
+        let path = folder.path().join(name);
+        RunFile::write(&path, false, &setup, &found, &Silent).unwrap();
+        let file = RunFile::read(&path).unwrap();
+        let again = file.setup.simulation.run(&Silent).unwrap();
+        assert_eq!(again.velocity, found.velocity, "{name}");
+        assert_eq!(file.run.drive, found.drive, "{name}");
+    }
+    let gone = SceneSource::read(&scene).unwrap().setup().unwrap_err();
+    assert!(gone.to_string().starts_with("cannot read"), "{gone}");
+}
+
+/// What is wrong with a drive is named with its place.
+#[test]
+fn val_definition_faults_of_drives() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let fault = |table: &str, keys: &str| {
+        fs::write(folder.path().join("t.csv"), table).unwrap();
+        fs::write(
+            &scene,
+            format!("sites = 6\nend_time = 3.0\ndrive = \"force\"\n{keys}\n"),
+        )
+        .unwrap();
+        let fault = SceneSource::read(&scene).unwrap().setup().unwrap_err();
+        fault
+            .to_string()
+            .replace(&folder.path().display().to_string(), "")
+    };
+    let file = "drive_file = \"t.csv\"";
+    for (table, keys, expected) in [
+        (
+            "time [ms], force [N]\n0, 1\n",
+            file,
+            "/scene.toml:4: drive_file: expected columns without units, since the scene is not in SI (`units = \"si\"`), found [ms] of time in /t.csv",
+        ),
+        (
+            "0 1\n1 2\n1 3\n",
+            file,
+            "/scene.toml:4: drive_file: expected times that rise, found 1 after 1 in row 3 in /t.csv",
+        ),
+        (
+            "0;1,5\n1;2,5\n2;x\n",
+            file,
+            "/scene.toml:4: drive_file: expected a finite number, found \"x\" in line 3 in /t.csv",
+        ),
+        (
+            "0 1\n1 2\n2 1\n",
+            file,
+            "/scene.toml:4: drive_values: expected 6 or more values, one a time, found 3 values at 3 times",
+        ),
+        (
+            "0 1\n1 2\n2 1\n3 2\n4 3\n5 4\n30 4\n",
+            file,
+            "/scene.toml:4: drive_times: expected times at most 20 times as far apart as most of them, found a gap from 5 to 30",
+        ),
+        (
+            "0 1 2\n",
+            file,
+            "/scene.toml:4: drive_file: expected two columns, times and values, found 3 columns in /t.csv",
+        ),
+        (
+            "",
+            "drive_site = 6\ndrive_amplitude = 1.0\ndrive_frequency = 1.0",
+            "/scene.toml:4: drive_site: expected a body from 0 to 5, found 6",
+        ),
+        (
+            "",
+            "drive_waveform = \"chirp\"\ndrive_amplitude = 1.0\ndrive_cycles = 3.0",
+            "/scene.toml:6: drive_cycles: expected it only beside `drive_waveform` tone-burst, found it alone",
+        ),
+    ] {
+        assert_eq!(fault(table, keys), expected);
+    }
+    let set = Setting::new("drive_file", "nowhere.csv", "--drive-file");
+    let source = SceneSource::new(None, "sites = 6\ndrive = \"force\"").with([set]);
+    assert!(
+        source
+            .setup()
+            .unwrap_err()
+            .to_string()
+            .contains("nowhere.csv")
+    );
+}
