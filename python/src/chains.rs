@@ -209,7 +209,7 @@ pub fn sweep(
     let threads = typed.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> Result<_> {
         let source = scene(text, typed.scene.as_deref(), &typed.keys.settings)?;
-        let sweep = Sweep::new(source, &typed.vary)?;
+        let sweep = Sweep::new(source, &typed.varied())?;
         on_threads(threads, || match &typed.out {
             None => sweep.compute(observer),
             Some(out) => {
@@ -239,7 +239,8 @@ pub fn sweep(
         .into_iter()
         .flat_map(|c| c.keys())
         .collect();
-    let table = json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene });
+    let table = json!({ "keys": keys, "columns": columns, "rows": rows, "scene": request.scene,
+        "ensembles": request.ensembles(&outcomes) });
     let table = table.to_string();
     let swept = Swept { request, outcomes };
     let provenance = Provenance::new(provenance(&words), None, None);

@@ -6,6 +6,7 @@
 //! table is the same, byte for byte.
 
 mod axis;
+mod ensemble;
 mod measures;
 mod request;
 mod sheet;
@@ -17,6 +18,7 @@ use std::sync::{Mutex, PoisonError};
 use crate::system::memory::available_memory;
 
 pub use axis::SweptKey;
+pub use ensemble::{Ensemble, Spread};
 pub use measures::{Measures, Needs};
 pub use request::{Outcome, Outcomes, Request, read};
 pub use sheet::Swept;
@@ -31,6 +33,9 @@ use crate::{Error, Result};
 
 /// The name of the table in a sweep's directory.
 pub const TABLE: &str = "table.csv";
+
+/// The name of the table of its ensembles, where the seed is varied.
+pub const ENSEMBLES: &str = "ensembles.csv";
 
 /// Members that are prepared together; preparing a scene costs little compared with its run.
 const BATCH: usize = 256;
@@ -300,6 +305,13 @@ impl Sweep {
             let path = directory.join(TABLE);
             let text = table::csv(&self.request, &outcomes)
                 .map_err(|error| Error::write("write", &path)(error.into()))?;
+            let ensembles = self.request.ensembles(&outcomes);
+            if !ensembles.is_empty() {
+                let path = directory.join(ENSEMBLES);
+                let text = ensemble::csv(&self.request, &ensembles)
+                    .map_err(|error| Error::write("write", &path)(error.into()))?;
+                write_whole(directory, ENSEMBLES, text.as_bytes())?;
+            }
             Some(write_whole(directory, TABLE, text.as_bytes())?)
         } else {
             None

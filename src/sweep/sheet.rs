@@ -3,7 +3,8 @@
 use serde_json::json;
 
 use super::axis::quantity;
-use super::{Measures, Needs, Outcome, Outcomes, Request, SweptKey};
+use super::ensemble::SEED;
+use super::{Ensemble, Measures, Needs, Outcome, Outcomes, Request, SweptKey};
 use crate::sheet::{Chart, Describe, PlotRow, Series, Sheet, Table, number};
 use crate::unit::label;
 
@@ -13,6 +14,9 @@ const CURVES: usize = 12;
 const ROWS: usize = 200;
 /// Ends of an axis of this ratio make it logarithmic.
 const WIDE: f64 = 30.0;
+
+/// Abscissa and median, and the band there.
+type Curve = Vec<((f64, f64), (f64, f64))>;
 
 /// The members of a sweep that are known.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +29,9 @@ pub struct Swept {
 struct Measure {
     /// Of its chart.
     title: &'static str,
-    /// Of its column.
+    /// Of its column, and of that in the file.
     name: &'static str,
+    column: &'static str,
     quantity: &'static str,
     /// Its unit in a scene of SI units.
     unit: &'static str,
@@ -38,6 +43,7 @@ const MEASURES: [Measure; 6] = [
     Measure {
         title: "Largest force at the last contact",
         name: "force, last contact",
+        column: "peak_force_last",
         quantity: "force",
         unit: "N",
         log: false,
@@ -46,6 +52,7 @@ const MEASURES: [Measure; 6] = [
     Measure {
         title: "When the force at the last contact is largest",
         name: "its time",
+        column: "peak_force_last_time",
         quantity: "time",
         unit: "s",
         log: false,
@@ -54,6 +61,7 @@ const MEASURES: [Measure; 6] = [
     Measure {
         title: "Largest force at the first contact",
         name: "force, first contact",
+        column: "peak_force_first",
         quantity: "force",
         unit: "N",
         log: false,
@@ -62,6 +70,7 @@ const MEASURES: [Measure; 6] = [
     Measure {
         title: "Energy passed through the last contact between sites",
         name: "energy passed",
+        column: "energy_passed_last",
         quantity: "energy",
         unit: "J",
         log: false,
@@ -70,6 +79,7 @@ const MEASURES: [Measure; 6] = [
     Measure {
         title: "Energy lost",
         name: "energy lost",
+        column: "energy_lost",
         quantity: "energy",
         unit: "J",
         log: false,
@@ -78,12 +88,19 @@ const MEASURES: [Measure; 6] = [
     Measure {
         title: "Estimated error of the velocities",
         name: "error",
+        column: "error",
         quantity: "error",
         unit: "m/s",
         log: true,
         of: |m| m.error,
     },
 ];
+
+const DEFINITIONS: [[&str; 2]; 1] = [[
+    "Ensemble",
+    "Members that differ in the seed alone. 5 to 95 %: what nine tenths of them lie between, by order statistics; spread: \
+     their standard deviation. Where a chain amplifies rounding, no digit of a member means anything, but these do.",
+]];
 
 /// A member's values of all keys as text, and its measures.
 struct Member<'a> {
@@ -95,6 +112,7 @@ impl Describe for Swept {
     fn describe(&self) -> Sheet<'_> {
         let keys = self.request.vary.iter();
         let keys: Vec<&str> = keys.map(|axis| &*axis.key).collect();
+        let ensembles = self.request.ensembles(&self.outcomes);
         let mut sheet = Sheet {
             name: "sweep",
             version: 1,
@@ -103,7 +121,10 @@ impl Describe for Swept {
                 "{} chains of one scene; all numbers are in table.csv",
                 self.count()
             ),
-            answer: self.answer(),
+            answer: match ensembles.as_slice() {
+                [] => self.answer(),
+                ensembles => self.answer_of(ensembles),
+            },
             tables: vec![self.table()],
             ..Sheet::default()
         };
@@ -118,11 +139,19 @@ impl Describe for Swept {
             "known": self.outcomes.len(),
             "failed": sheet.warnings.len(),
         }));
+        if !ensembles.is_empty() {
+            sheet.tables.insert(0, self.table_of(&ensembles));
+            sheet.numbers(json!({ "ensembles": ensembles }));
+            sheet.definitions = DEFINITIONS.to_vec();
+        }
         sheet
     }
 
     /// A chart for each measure that some member has.
     fn pictures(&self) -> Vec<PlotRow> {
+        if self.request.seed().is_some() {
+            return self.bands();
+        }
         let Some(along) = Abscissa::of(&self.request) else {
             return Vec::new();
         };
@@ -245,6 +274,165 @@ impl Swept {
         }
     }
 
+    /// How the measures of ensembles spread.
+    fn table_of(&self, ensembles: &[Ensemble]) -> Table {
+        let is_si = self.request.is_si();
+        let keys = self.request.vary.iter().map(|axis| axis.key.clone());
+        let keys = keys.filter(|key| key != SEED);
+        let head = ["measure", "members", "5 %", "median", "95 %", "spread"].map(str::to_owned);
+        let rows = ensembles.iter().flat_map(|ensemble| {
+            MEASURES.iter().filter_map(move |measure| {
+                let spread = ensemble.of(measure.column)?;
+                let numbers = [spread.p05, spread.median, spread.p95, spread.deviation];
+                let values = ensemble.values.iter().map(|value| short(value));
+                let name = label(measure.name, measure.unit(is_si));
+                let row = values.chain([name, spread.members.to_string()]);
+                Some(row.chain(numbers.map(number)).collect())
+            })
+        });
+        Table {
+            title: format!("Ensembles; {} has every column", super::ENSEMBLES),
+            head: keys.chain(head).collect(),
+            rows: rows.take(ROWS).collect(),
+            is_fact: ensembles.len() == 1,
+        }
+    }
+
+    /// Median and band of the force that comes through: of one ensemble, or of those of least and largest median.
+    fn answer_of(&self, ensembles: &[Ensemble]) -> String {
+        let unit = if self.request.is_si() { " N" } else { "" };
+        let forces = ensembles.iter();
+        let mut forces: Vec<_> = forces
+            .filter_map(|ensemble| Some((ensemble, ensemble.of("peak_force_last")?)))
+            .collect();
+        forces.sort_by(|a, b| a.1.median.total_cmp(&b.1.median));
+        let at = |(ensemble, spread): &(&Ensemble, &super::Spread)| {
+            let keys = self.request.vary.iter().map(|axis| axis.key.as_str());
+            let keys = keys.filter(|key| *key != SEED);
+            let named = keys.zip(&ensemble.values);
+            let named =
+                named.map(|(key, value)| format!("{} {}", key.replace('_', " "), short(value)));
+            let named: Vec<String> = named.collect();
+            let place = if named.is_empty() {
+                String::new()
+            } else {
+                format!(" at {}", named.join(", "))
+            };
+            format!(
+                "{}{unit} ({} to {} in 90 % of {} members){place}",
+                number(spread.median),
+                number(spread.p05),
+                number(spread.p95),
+                spread.members
+            )
+        };
+        let missing = self.missing(&self.members());
+        match forces.as_slice() {
+            [] => format!("the largest force at the last contact is known in no member{missing}"),
+            [one] => format!("median force at the last contact {}{missing}", at(one)),
+            [least, .., most] => format!(
+                "median force at the last contact from {} to {}{missing}",
+                at(least),
+                at(most)
+            ),
+        }
+    }
+
+    /// Medians with their bands against a key, or, of the seed alone, all values in order.
+    fn bands(&self) -> Vec<PlotRow> {
+        let ensembles = self.request.ensembles(&self.outcomes);
+        let along =
+            Abscissa::of(&self.request).filter(|along| self.request.vary[along.index].key != SEED);
+        let others: Vec<&SweptKey> = self
+            .request
+            .vary
+            .iter()
+            .filter(|axis| axis.key != SEED)
+            .collect();
+        let place = along.as_ref().and_then(|along| {
+            others
+                .iter()
+                .position(|axis| axis.key == self.request.vary[along.index].key)
+        });
+        let is_si = self.request.is_si();
+        let charts = MEASURES.iter().filter_map(|measure| {
+            let ordinate = label(measure.quantity, measure.unit(is_si));
+            let (Some(along), Some(place)) = (&along, place) else {
+                let mut values: Vec<f64> = self
+                    .members()
+                    .iter()
+                    .filter_map(|m| (measure.of)(m.measures))
+                    .collect();
+                values.sort_by(f64::total_cmp);
+                let n = values.len() as f64;
+                let points = values.iter().enumerate();
+                let points: Vec<(f64, f64)> = points
+                    .map(|(i, v)| (100.0 * (i as f64 + 0.5) / n, *v))
+                    .collect();
+                let title = format!("{}, in order", measure.title);
+                return (!points.is_empty()).then(|| {
+                    Chart::of(
+                        title,
+                        "share of members (%)",
+                        ordinate,
+                        vec![Series::line("", 0, points)],
+                    )
+                });
+            };
+            let mut curves: Vec<(String, Curve)> = Vec::new();
+            for ensemble in &ensembles {
+                let Some((x, spread)) = quantity(&ensemble.values[place])
+                    .map(|q| q.0)
+                    .zip(ensemble.of(measure.column))
+                else {
+                    continue;
+                };
+                let rest = others
+                    .iter()
+                    .zip(&ensemble.values)
+                    .enumerate()
+                    .filter(|(i, _)| *i != place);
+                let rest = rest.map(|(_, (axis, value))| {
+                    format!("{} {}", axis.key.replace('_', " "), short(value))
+                });
+                let name = rest.collect::<Vec<_>>().join(", ");
+                let point = ((x, spread.median), (spread.p05, spread.p95));
+                match curves.iter_mut().find(|(known, _)| *known == name) {
+                    Some((_, points)) => points.push(point),
+                    None => curves.push((name, vec![point])),
+                }
+            }
+            let series =
+                curves
+                    .into_iter()
+                    .take(CURVES)
+                    .enumerate()
+                    .map(|(n, (name, mut points))| {
+                        points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+                        let (points, ends) = points.into_iter().unzip();
+                        let line = if name.is_empty() {
+                            "median".to_owned()
+                        } else {
+                            name
+                        };
+                        Series::line(line, n, points).with_band("5 to 95 %", ends)
+                    });
+            let series: Vec<Series> = series.collect();
+            (!series.is_empty()).then(|| {
+                let chart = Chart {
+                    log_x: along.is_wide(),
+                    ..Chart::of(measure.title, &along.label, ordinate, series)
+                };
+                if measure.log {
+                    chart.logarithmic()
+                } else {
+                    chart
+                }
+            })
+        });
+        PlotRow::grid(1, charts)
+    }
+
     /// Why members have no force, and what to state.
     fn missing(&self, members: &[Member]) -> String {
         let needing = |needs: Needs| {
@@ -326,8 +514,13 @@ impl<'a> Abscissa<'a> {
             let alike = |text: &String| quantity(text).is_some_and(|(_, other)| other == unit);
             (axis.values.len() > 1 && axis.values.iter().all(alike)).then_some((index, axis, unit))
         });
+        // The seed says nothing about an ensemble.
         let most = |(index, axis, _): &(usize, &SweptKey, &str)| {
-            (axis.values.len(), std::cmp::Reverse(*index))
+            (
+                axis.key != SEED,
+                axis.values.len(),
+                std::cmp::Reverse(*index),
+            )
         };
         let (index, axis, unit) = numeric.max_by_key(most)?;
         Some(Abscissa {

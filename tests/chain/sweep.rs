@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::{Observer, Silent};
-use wavecascade::sweep::{Outcome, Part, Sweep, TABLE, read};
+use wavecascade::sheet::Describe;
+use wavecascade::sweep::{ENSEMBLES, Outcome, Part, Sweep, Swept, TABLE, read};
 
 const SCENE: &str = "sites = 12\nend_time = 20.0\nsamples = 240\ntolerance = 1e-7\n";
 
@@ -354,4 +355,63 @@ fn regress_killed_ten_times() {
     }
     assert!(command(&killed).status().unwrap().success());
     assert_eq!(table(&killed), table(&whole));
+}
+
+/// Ensembles over seeds: the same whatever the order of the work, and the quantiles of NumPy.
+#[test]
+fn val_numpy_ensembles() {
+    let scene = format!("{SCENE}coefficient_spread = 0.3\nstriker_velocity_spread = 0.1\n");
+    let source = SceneSource::new(None, scene);
+    let vary = ["stiffness_ratio=1,4".to_owned(), "seed=3:12".to_owned()];
+    let sweep = Sweep::new(source.clone(), &vary).unwrap();
+    let place = tempfile::tempdir().unwrap();
+    let [one, two] = ["one", "two"].map(|name| place.path().join(name));
+    sweep.run(&one, Part::WHOLE, &Silent).unwrap();
+    for part in [2, 1] {
+        sweep
+            .run(&two, Part::new(part, 2).unwrap(), &Silent)
+            .unwrap();
+    }
+    let text = |directory: &Path| std::fs::read_to_string(directory.join(ENSEMBLES)).unwrap();
+    assert_eq!(text(&one), text(&two));
+    let (request, outcomes) = read(&one).unwrap();
+    let ensembles = request.ensembles(&outcomes);
+    assert_eq!(ensembles.len(), 2);
+    assert_eq!(ensembles[1].values, ["4"]);
+    // As numpy.quantile(values, [0.05, 0.5, 0.95]): linear between order statistics.
+    let mut speeds: Vec<f64> = (10..20)
+        .map(|member| match &outcomes[&member] {
+            Outcome::Done(measures) => measures.velocity_scale,
+            Outcome::Failed(why) => panic!("{why}"),
+        })
+        .collect();
+    speeds.sort_by(f64::total_cmp);
+    assert!(speeds[0] > 0.9 && speeds[9] < 1.1 && speeds[9] - speeds[0] > 0.05);
+    let spread = ensembles[1].of("velocity_scale").unwrap();
+    let mean = speeds.iter().sum::<f64>() / 10.0;
+    let squares: f64 = speeds.iter().map(|v| (v - mean).powi(2)).sum();
+    for (found, known) in [
+        (spread.p05, 0.55 * speeds[0] + 0.45 * speeds[1]),
+        (spread.median, 0.5 * (speeds[4] + speeds[5])),
+        (spread.p95, 0.45 * speeds[8] + 0.55 * speeds[9]),
+        (spread.mean, mean),
+        (spread.deviation, (squares / 9.0).sqrt()),
+    ] {
+        assert!((found - known).abs() < 1e-15, "{found} {known}");
+    }
+    assert_eq!(spread.members, 10);
+    let swept = Swept { request, outcomes };
+    let sheet = swept.describe();
+    assert!(
+        sheet
+            .answer
+            .starts_with("median force at the last contact from"),
+        "{}",
+        sheet.answer
+    );
+    assert!(!swept.pictures().is_empty());
+    let still = SceneSource::new(None, SCENE);
+    let error = Sweep::new(still, &["seed=0:3".to_owned()]).unwrap_err();
+    let expected = "values of seed: expected it only beside what it decides: `mass_spread`";
+    assert!(error.to_string().contains(expected), "{error}");
 }

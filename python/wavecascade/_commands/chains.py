@@ -285,7 +285,7 @@ def _number(text: str) -> Any:
 def sweep(
     scene: Scene = None,
     *,
-    vary: Mapping[str, object] | str | Sequence[str],
+    vary: Mapping[str, object] | str | Sequence[str] | None = None,
     progress: Progress = None,
     **keys: Unpack[SweepOptions],
 ) -> Any:
@@ -301,14 +301,16 @@ def sweep(
     progress
         As for :func:`analyze`.
     **keys
-        Keys of the scene; ``threads``; ``out``, a directory in which finished members are kept, so
-        that an interrupted sweep resumes there, and ``part="2/4"`` of it.
+        Keys of the scene; ``members=50``, an ensemble of so many seeds at each combination;
+        ``threads``; ``out``, a directory in which finished members are kept, so that an interrupted
+        sweep resumes there, and ``part="2/4"`` of it.
 
     Returns
     -------
     pandas.DataFrame or dict
         A row for each member: the keys and the columns of ``table.csv``. ``failure`` says why a
-        member has no result.
+        member has no result. ``attrs["ensembles"]`` holds, where the seed varies, the spread of each
+        column at each combination of the other keys.
 
     Raises
     ------
@@ -317,7 +319,7 @@ def sweep(
     """
     scene, rest = _merged(scene, dict(keys), _SWEEP)
     text, file = _scene(scene)
-    said = words("sweep", {**rest, "vary": vary}, _SWEEP, file, _KEYS)
+    said = words("sweep", rest if vary is None else {**rest, "vary": vary}, _SWEEP, file, _KEYS)
     table, page = _native.sweep(text, said, observed(progress))
     read = json.loads(table)
     columns: dict[str, Any] = {}
@@ -329,7 +331,7 @@ def sweep(
         columns[name] = [lacking if cell is None else cell for cell in cells]
     columns["failure"] = [failure or "" for _, _, failure in read["rows"]]
     arrays = {name: np.asarray(cells) for name, cells in columns.items()}
-    return frame(arrays, {"scene": read["scene"]}, page)
+    return frame(arrays, {"scene": read["scene"], "ensembles": read["ensembles"]}, page)
 
 
 def _table(text: str) -> dict[str, Any]:

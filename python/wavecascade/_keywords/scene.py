@@ -58,6 +58,7 @@ class SceneKeys(TypedDict, total=False):
     wall_radius: Measure
     wall_material: str
     striker_velocity: Measure
+    striker_velocity_spread: float
     velocities: Sequence[float]
     displacements: Sequence[float]
     state: str
@@ -94,6 +95,7 @@ class SceneKeys(TypedDict, total=False):
 class SweepOwn(TypedDict, total=False):
     """What a sweep takes beside the keys of scenes."""
 
+    members: int
     out: str | os.PathLike[str]
     part: str
     threads: int

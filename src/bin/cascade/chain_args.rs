@@ -55,13 +55,19 @@ pub struct SweepCommand {
     #[arg(
         long,
         value_name = "KEY=VALUES",
-        required_unless_present = "merge",
+        required_unless_present_any = ["merge", "members"],
         conflicts_with = "merge"
     )]
     pub vary: Vec<String>,
 
+    /// An ensemble of N members with the seeds 0 to N - 1, or from that of `--seed` on, at each combination:
+    /// medians, 5 to 95 % bands and spreads of all columns.
+    #[arg(long, value_name = "N", conflicts_with = "merge",
+          value_parser = clap::value_parser!(u32).range(2..=10_000_000))]
+    pub members: Option<u32>,
+
     /// Directory of the sweep; by default the scene's name with `-sweep`, here.
-    #[arg(long, short, value_name = "DIR", required_unless_present_any = ["scene", "vary"])]
+    #[arg(long, short, value_name = "DIR", required_unless_present_any = ["scene", "vary", "members"])]
     pub out: Option<PathBuf>,
 
     /// Compute only the K-th of N parts, to be merged later.
@@ -77,6 +83,26 @@ pub struct SweepCommand {
 
     #[command(flatten)]
     pub keys: SceneKeys,
+}
+
+impl SweepCommand {
+    /// The varied keys, with the seeds of an ensemble.
+    pub fn varied(&self) -> Vec<String> {
+        let mut all = self.vary.clone();
+        if let Some(members) = self.members {
+            let settings = self.keys.settings.iter().rev();
+            let seed = settings.filter(|setting| setting.key == "seed");
+            let first: u64 = seed
+                .filter_map(|s| s.text.trim().parse().ok())
+                .next()
+                .unwrap_or(0);
+            all.push(format!(
+                "seed={first}:{}",
+                first.saturating_add(u64::from(members) - 1)
+            ));
+        }
+        all
+    }
 }
 
 /// Options of a command of many runs: threads, memory, output.

@@ -33,7 +33,7 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
             Some(path) => SceneSource::read(path)?,
             None => SceneSource::default(),
         };
-        let sweep = Sweep::new(source.with(typed.keys.settings.clone()), &typed.vary)?;
+        let sweep = Sweep::new(source.with(typed.keys.settings.clone()), &typed.varied())?;
         let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
         progress.begin_writing();
         let standing = sweep.run(&out, typed.part.unwrap_or(Part::WHOLE), &progress);
@@ -63,6 +63,14 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
         let page = sheet_html(&found, &sheet, &subject, &provenance, &Style::screen());
         let page = page.map_err(std::io::Error::from)?;
         write_beside(&out, "report.html", page.as_bytes())?;
+        write_beside(
+            &out,
+            "summary.json",
+            sheet
+                .summary(&provenance)
+                .map_err(std::io::Error::from)?
+                .as_bytes(),
+        )?;
         write_beside(&out, "plot.py", sweep_snippet(&found.request).as_bytes())?;
     }
     if typed.how.json {

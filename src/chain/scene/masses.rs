@@ -50,13 +50,14 @@ pub(super) fn masses(check: Check, bodies: Option<&Bodies>, n: usize) -> Result<
     let random = [
         "mass_spread",
         "coefficient_spread",
+        "striker_velocity_spread",
         "modes",
         "drive_band",
     ];
     check.only_with(
         &["seed"],
         random.iter().any(|key| check.places.has(key)),
-        "what it decides: `mass_spread`, `coefficient_spread`, `modes` or noise",
+        "what it decides: `mass_spread`, `coefficient_spread`, `striker_velocity_spread`, `modes` or noise",
     )?;
     Ok(values)
 }

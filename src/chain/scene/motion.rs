@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::check::Check;
 use super::{EndsTyped, Units};
-use crate::chain::Chain;
+use crate::chain::{Chain, Pattern};
 use crate::error::Result;
 
 /// Initial velocities and displacements.
@@ -57,6 +57,7 @@ pub(super) fn start(check: Check, chain: &Chain) -> Result<(Vec<f64>, Vec<f64>)>
             }
         };
     }
+    velocity[0] *= jitter(check)?;
     let moves = |values: &[f64]| values.iter().any(|v| *v != 0.0);
     if !moves(&velocity) && !moves(&displacement) && scene.drive.is_none() {
         let key = [
@@ -72,6 +73,26 @@ pub(super) fn start(check: Check, chain: &Chain) -> Result<(Vec<f64>, Vec<f64>)>
         return Err(check.fault(key, "something that moves", "a chain at rest"));
     }
     Ok((velocity, displacement))
+}
+
+/// The random factor of the striker's velocity.
+fn jitter(check: Check) -> Result<f64> {
+    let (scene, key) = (check.scene, "striker_velocity_spread");
+    let Some(spread) = scene.striker_velocity_spread else {
+        return Ok(1.0);
+    };
+    check.not_negative(key, spread)?;
+    if spread >= 1.0 {
+        return Err(check.fault(key, "a spread below 1", spread));
+    }
+    let random = Pattern::Random {
+        mean: 1.0,
+        spread,
+        // Masses and coefficients of the same seed draw from other numbers.
+        seed: scene.seed.unwrap_or(0).wrapping_add(1 << 63),
+    };
+    let factor = random.values(1).map_err(|error| check.named(error, key))?;
+    Ok(factor[0])
 }
 
 /// Displacements and velocities of modes of the chain itself.

@@ -180,6 +180,9 @@ pub struct Scene {
     /// units in which nothing else moves].
     #[schemars(extend("x-group" = "How it starts"), extend("examples" = [1.0]))]
     pub striker_velocity: Option<Measure<Speed>>,
+    /// The striker's velocity is multiplied by a random number in 1 -+ this, below 1.
+    #[schemars(extend("default" = 0.0))]
+    pub striker_velocity_spread: Option<f64>,
     /// The initial velocity of every site.
     #[schemars(extend("examples" = [[1.0, 0.0, 0.0]]))]
     pub velocities: Option<Vec<f64>>,
