@@ -35,6 +35,8 @@ impl LargeArray {
     /// Optical part of `E(k, t)`, `(time, wavenumber of the cell)`
     pub const OPTICAL_SPECTRUM: LargeArray =
         LargeArray::new("optical_spectrum", ["time", "cell_wavenumber"]);
+    /// `E_k(t)` of the normal modes, `(time, mode)`
+    pub const MODE_ENERGY: LargeArray = LargeArray::new("mode_energy", ["time", "mode_frequency"]);
     /// `P_j(f)`, `(frequency, contact)`
     pub const POWER_FLOW: LargeArray =
         LargeArray::new("power_flow", ["frequency", "contact_position"]);

@@ -18,6 +18,7 @@ mod balance;
 mod branches;
 mod contacts;
 mod curves;
+mod equipartition;
 mod filter;
 mod frequency;
 mod in_time;
@@ -45,6 +46,7 @@ mod waiting;
 mod wavenumber;
 
 pub use curves::Curves;
+pub use equipartition::ModeBudget;
 pub use filter::{Filter, ScaleOf};
 pub(crate) use frequency::usual_pairs;
 pub use frequency::{Between, FrequencyFlow, RefinedFlow};
@@ -128,6 +130,9 @@ fn run_beside(
                 observer,
                 &mut budget,
             )?;
+        }
+        if request.normal_modes {
+            budget.modes = Some(equipartition::pass(motion, sink, observer)?);
         }
         if request.integration == Integration::Stepping {
             stepped::close(motion, &contacts, request, sink, observer, &mut budget)?;

@@ -31,6 +31,8 @@ impl Views {
 #[derive(Debug, Clone, PartialEq)]
 pub struct BudgetRequest {
     pub views: Views,
+    /// Energy by normal mode, and its entropy.
+    pub normal_modes: bool,
     pub filter: Filter,
     /// Coarse-graining scales, in units of length; empty: geometrically spaced from two cells up to
     /// the longest that fits the chain.
@@ -60,6 +62,7 @@ impl Default for BudgetRequest {
     fn default() -> Self {
         BudgetRequest {
             views: Views::ALL,
+            normal_modes: false,
             filter: Filter::Gaussian,
             scales: Vec::new(),
             map_scale: None,

@@ -2,6 +2,7 @@
 
 use super::branches::BranchSplit;
 use super::curves::Curves;
+use super::equipartition::ModeBudget;
 use super::filter::ScaleOf;
 use super::frequency::FrequencyFlow;
 use super::modes::Basis;
@@ -37,6 +38,8 @@ pub struct Budget {
     pub wavenumber: Option<WavenumberBudget>,
     pub frequency: Option<FrequencyFlow>,
     pub scales: Option<ScaleBudget>,
+    /// Energy by normal mode, where it is asked for.
+    pub modes: Option<ModeBudget>,
     pub closure: Closure,
     /// Standard errors; measured motions only.
     pub errors: Option<Box<Curves>>,

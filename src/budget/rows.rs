@@ -164,6 +164,7 @@ impl<'a> MotionPass<'a> {
                 wavenumber: None,
                 frequency: None,
                 scales: None,
+                modes: None,
                 closure: Closure::default(),
                 errors: None,
             },

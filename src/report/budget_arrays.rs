@@ -1,5 +1,7 @@
 //! The small arrays of the file of a budget, those of a measured field, and what all of them are.
 
+use std::f64::consts::PI;
+
 use ndarray::Array2;
 use serde_json::Value;
 
@@ -23,6 +25,7 @@ enum Kind {
     EnergyPerFrequency,
     Velocity,
     Force,
+    Number,
 }
 
 impl Kind {
@@ -38,6 +41,7 @@ impl Kind {
             Kind::EnergyPerFrequency => units.energy_per_frequency(""),
             Kind::Velocity => units.velocity(""),
             Kind::Force => units.force(""),
+            Kind::Number => String::new(),
         };
         unit::split(&label).1.to_owned()
     }
@@ -73,12 +77,14 @@ const SCALE: &[&str] = &["scale"];
 const TIME_SITE: &[&str] = &["time", "position"];
 const TIME_CONTACT: &[&str] = &["time", "contact_position"];
 const TIME_WAVENUMBER: &[&str] = &["time", "wavenumber"];
+const MODE: &[&str] = &["mode_frequency"];
+const TIME_MODE: &[&str] = &["time", "mode_frequency"];
 const TIME_CELL: &[&str] = &["time", "cell_wavenumber"];
 const FREQUENCY_CONTACT: &[&str] = &["frequency", "contact_position"];
 
 /// All arrays of a budget, the large ones too.
 #[rustfmt::skip]
-const ENTRIES: [Entry; 43] = [
+const ENTRIES: [Entry; 48] = [
     entry("time", TIME, Kind::Time, "time"),
     entry("position", SITE, Kind::Length, "position of the sites"),
     entry("contact_position", CONTACT, Kind::Length, "position of the contacts"),
@@ -114,6 +120,11 @@ const ENTRIES: [Entry; 43] = [
     entry("integrated_spectral_flux", TIME_WAVENUMBER, Kind::Energy, "spectral flux integrated since the first sample"),
     entry("acoustic_spectrum", TIME_CELL, Kind::Energy, "acoustic part of E(k)"),
     entry("optical_spectrum", TIME_CELL, Kind::Energy, "optical part of E(k)"),
+    entry("mode_frequency", MODE, Kind::Frequency, "frequency of the normal modes"),
+    entry("mode_energy", TIME_MODE, Kind::Energy, "energy of the normal modes of the linearized chain"),
+    entry("modes_energy", TIME, Kind::Energy, "energy of all normal modes"),
+    entry("mode_entropy", TIME, Kind::Number, "spectral entropy of the energy by mode"),
+    entry("normalized_mode_entropy", TIME, Kind::Number, "(ln N - S) / (ln N - S(0)): 1 at the start, 0 where all modes have as much"),
     entry("power_flow", FREQUENCY_CONTACT, Kind::EnergyPerFrequency, "power flow P(f)"),
     entry("cumulative_power_flow", FREQUENCY_CONTACT, Kind::Energy, "energy passed up to each frequency"),
     entry("scale_flux", TIME_CONTACT, Kind::Power, "flux to scales below that of the map"),
@@ -125,7 +136,7 @@ const ENTRIES: [Entry; 43] = [
 ];
 
 /// Those that come in blocks.
-const LARGE: [LargeArray; 16] = [
+const LARGE: [LargeArray; 17] = [
     LargeArray::SITE_ENERGY,
     LargeArray::ENERGY_FLUX,
     LargeArray::ENERGY_PASSED,
@@ -138,6 +149,7 @@ const LARGE: [LargeArray; 16] = [
     LargeArray::INTEGRATED_SPECTRAL_FLUX,
     LargeArray::ACOUSTIC_SPECTRUM,
     LargeArray::OPTICAL_SPECTRUM,
+    LargeArray::MODE_ENERGY,
     LargeArray::POWER_FLOW,
     LargeArray::CUMULATIVE_POWER_FLOW,
     LargeArray::SCALE_FLUX,
@@ -231,6 +243,13 @@ pub fn write_budget_arrays(budget: &Budget, file: &dyn LabelledArrays) -> Result
         )?;
         line("integrated_scale_flux", &found.integrated_flux)?;
     }
+    if let Some(found) = &budget.modes {
+        let cycles = found.frequency.iter().map(|w| w / (2.0 * PI));
+        line("mode_frequency", &cycles.collect::<Vec<f64>>())?;
+        line("modes_energy", &found.energy)?;
+        line("mode_entropy", &found.entropy)?;
+        line("normalized_mode_entropy", &found.normalized_entropy)?;
+    }
     let Some(errors) = &budget.errors else {
         return Ok(());
     };
@@ -312,6 +331,7 @@ pub fn describe_budget(budget: &Budget, summary: &Value, file: &dyn LabelledArra
         ("energy", "energy_"),
         ("wavenumber", "wavenumber_"),
         ("frequency", "frequency_"),
+        ("modes", "modes_"),
         ("closure", "closure_"),
     ];
     describe_file(summary, &parts, file);

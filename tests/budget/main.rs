@@ -2,6 +2,7 @@
 
 mod balance;
 mod burgers;
+mod equipartition;
 mod identities;
 mod known;
 mod measured;

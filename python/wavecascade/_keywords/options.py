@@ -174,6 +174,7 @@ class BudgetOptions(FieldOptions, total=False):
     """The options of ``cascade budget``."""
 
     only: str | Sequence[str]
+    modes: bool
     from_samples: bool
     filter: Literal["gaussian", "box", "sharp"]
     scales: float | Sequence[float]

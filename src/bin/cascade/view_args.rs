@@ -16,6 +16,10 @@ pub struct ViewArgs {
     /// Compute these beside the balance in real space alone.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "VIEW")]
     pub only: Vec<ViewArg>,
+    /// Energy by normal mode of the chain, linearized about its static state, its spectral entropy, and the time to
+    /// equipartition.
+    #[arg(long)]
+    pub modes: bool,
     /// Integrate rates over the samples alone: faster, and balances close to the trapezoid rule's
     /// error. By default the chain is stepped anew, and rates are integrated between the times at
     /// which contacts open.
@@ -145,6 +149,7 @@ impl ViewArgs {
                 frequency: only(ViewArg::Frequency),
                 scale: only(ViewArg::Scale),
             },
+            normal_modes: self.modes,
             filter: match self.filter {
                 FilterArg::Gaussian => Filter::Gaussian,
                 FilterArg::Box => Filter::Box,

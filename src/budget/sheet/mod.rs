@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::measured::{MeasuredReport, MeasuredWarning};
 use super::{
-    Budget, Closure, Direction, FrequencyFlow, Integration, PassedError, Residual, ScaleBudget,
-    WavenumberBudget,
+    Budget, Closure, Direction, FrequencyFlow, Integration, ModeBudget, PassedError, Residual,
+    ScaleBudget, WavenumberBudget,
 };
 use crate::measure::cycles_per;
 use crate::sheet::{Sheet, Warning, error_size, number, percent};
@@ -89,6 +89,9 @@ impl Budget {
         self.closure(&mut sheet);
         if let Some(scales) = &self.scales {
             self.over_scales(&mut sheet, scales);
+        }
+        if let Some(modes) = &self.modes {
+            self.over_modes(&mut sheet, modes);
         }
         sheet.numbers(numbers::of(self));
         if let Some(report) = measured {
@@ -255,6 +258,34 @@ impl Budget {
             within(between.behind, error(2))
         );
         sheet.fact("frequency", text);
+    }
+
+    fn over_modes(&self, sheet: &mut Sheet, found: &ModeBudget) {
+        let last = found.entropy.len() - 1;
+        let count = found.frequency.len();
+        let shared = |i: usize| number(found.effective_modes(i));
+        let when = match found.equipartition {
+            Some(time) => format!(
+                "as evenly as in equilibrium from {}{} on",
+                number(time),
+                behind(self.units.time.as_deref())
+            ),
+            None => format!(
+                "never as evenly as in equilibrium, {}",
+                number(found.equilibrium.exp())
+            ),
+        };
+        let text = format!(
+            "the energy is shared by {} of {count} modes at the start, {} at the end, {when}",
+            shared(0),
+            shared(last)
+        );
+        sheet.fact("modes", text);
+        sheet.definitions.push([
+            "Modes",
+            "Energies of the normal modes of the chain, linearized about its static state, without the energy that the law \
+             adds. Shared by exp(S) modes, S the entropy of the shares; in equilibrium S is 1/2 + 1/3 + ... + 1/N on average.",
+        ]);
     }
 
     fn over_scales(&self, sheet: &mut Sheet, scales: &ScaleBudget) {

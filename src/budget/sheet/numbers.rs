@@ -4,7 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::RESIDUALS;
 use crate::budget::{
-    Budget, Closure, FrequencyFlow, Integration, ScaleBudget, WavenumberBudget, usual_pairs,
+    Budget, Closure, FrequencyFlow, Integration, ModeBudget, ScaleBudget, WavenumberBudget,
+    usual_pairs,
 };
 
 /// Gathers what is known; computes nothing new.
@@ -46,7 +47,20 @@ pub(super) fn of(budget: &Budget) -> Value {
         "wavenumber": budget.wavenumber.as_ref().map(|found| wavenumber(budget, found)),
         "frequency": budget.frequency.as_ref().map(|flow| frequency(budget, flow)),
         "scale": budget.scales.as_ref().map(|found| scales(budget, found)),
+        "modes": budget.modes.as_ref().map(modes),
         "closure": closure(&budget.closure),
+    })
+}
+
+fn modes(found: &ModeBudget) -> Value {
+    let last = found.entropy.len() - 1;
+    json!({
+        "modes": found.frequency.len(),
+        "entropy": [found.entropy[0], found.entropy[last]],
+        "normalized_entropy_end": found.normalized_entropy[last],
+        "effective_modes": [found.effective_modes(0), found.effective_modes(last)],
+        "equilibrium_entropy": found.equilibrium,
+        "equipartition_time": found.equipartition,
     })
 }
 

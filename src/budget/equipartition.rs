@@ -1,0 +1,121 @@
+//! Energy by normal mode, its spectral entropy, and when it is shared evenly.
+//!
+//! With the energies `E_k` of the chain's modes about its static state, `p_k = E_k / sum E`, the spectral entropy is
+//! `S = - sum p ln p`, and normalized `eta(t) = (ln N - S(t)) / (ln N - S(0))`: 1 where the energy is as at the start, 0
+//! where every mode has as much. Modes in equilibrium have independent energies of exponential distribution, whose
+//! mean entropy is `1/2 + 1/3 + ... + 1/N`, near `ln N - 0.4228`.
+//!
+//! Source: R. Livi, M. Pettini, S. Ruffo, M. Sparpaglione, A. Vulpiani, Phys. Rev. A 31, 1039 (1985); J. De Luca,
+//! A. J. Lichtenberg, M. A. Lieberman, Chaos 5, 283 (1995).
+
+use rayon::prelude::*;
+
+use super::motion::Motion;
+use super::waiting::{ShownArray, Waiting};
+use crate::arrays::{LargeArray, Sink};
+use crate::error::Result;
+use crate::observer::Observer;
+
+/// Samples whose rows are found and handed on together.
+const BATCH: usize = 64;
+
+/// Energy by normal mode of the linearized chain; the energies themselves are
+/// [`LargeArray::MODE_ENERGY`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeBudget {
+    /// Angular frequencies, rising; modes of frequency 0 are left out.
+    pub frequency: Vec<f64>,
+    /// `S` at each sample; NaN where the modes have no energy.
+    pub entropy: Vec<f64>,
+    /// `eta` at each sample; NaN where all of the energy is evenly shared at the start.
+    pub normalized_entropy: Vec<f64>,
+    /// Energy of all modes at each sample.
+    pub energy: Vec<f64>,
+    /// Energy of each mode at the first and at the last sample.
+    pub ends: [Vec<f64>; 2],
+    /// Mean entropy of as many modes in equilibrium.
+    pub equilibrium: f64,
+    /// The first sample's time at which the entropy is no less; `None` where it never is.
+    pub equipartition: Option<f64>,
+}
+
+impl ModeBudget {
+    /// Modes that share the energy as evenly as they do at sample i, `exp(S)`.
+    pub fn effective_modes(&self, i: usize) -> f64 {
+        self.entropy[i].exp()
+    }
+}
+
+/// # Errors
+/// As [`crate::chain::Chain::normal_modes`]; errors of the sink; [`crate::Error::Cancelled`].
+pub(super) fn pass(
+    motion: &Motion,
+    sink: &dyn Sink,
+    observer: &dyn Observer,
+) -> Result<ModeBudget> {
+    let modes = motion.chain.normal_modes()?;
+    let (n, free, samples) = (motion.chain.n_sites(), modes.free, motion.samples());
+    observer.stage("modes", samples as u64);
+    let mut waiting = Waiting::default();
+    let shape = (samples, n - free);
+    waiting.reserve(sink, LargeArray::MODE_ENERGY, shape, ShownArray::Not)?;
+    let mut found = ModeBudget {
+        frequency: modes.frequency[free..].to_vec(),
+        entropy: Vec::with_capacity(samples),
+        normalized_entropy: Vec::with_capacity(samples),
+        energy: Vec::with_capacity(samples),
+        ends: [Vec::new(), Vec::new()],
+        equilibrium: (2..=n - free).map(|k| 1.0 / k as f64).sum(),
+        equipartition: None,
+    };
+    let mut rows = vec![vec![0.0; n]; BATCH];
+    for first in (0..samples).step_by(BATCH) {
+        if observer.cancelled() {
+            return Err(crate::Error::Cancelled);
+        }
+        let batch = first..(first + BATCH).min(samples);
+        rows.par_iter_mut().zip(batch.clone()).for_each(|(row, i)| {
+            let at = motion.at(i);
+            modes.energies(at.x, at.v, row);
+        });
+        for (row, i) in rows.iter().zip(batch.clone()) {
+            found.add(i, motion, &row[free..]);
+            waiting.push(LargeArray::MODE_ENERGY, &row[free..]);
+        }
+        waiting.hand_on(sink, first)?;
+        observer.advance(batch.len() as u64);
+    }
+    Ok(found)
+}
+
+impl ModeBudget {
+    fn add(&mut self, i: usize, motion: &Motion, energies: &[f64]) {
+        let all: f64 = crate::numeric::sum(energies);
+        let shares = energies.iter().map(|energy| energy / all);
+        let entropy: f64 = shares
+            .map(|share| {
+                if share > 0.0 {
+                    -share * share.ln()
+                } else {
+                    0.0
+                }
+            })
+            .sum();
+        let entropy = if all > 0.0 { entropy } else { f64::NAN };
+        let most = (energies.len() as f64).ln();
+        let first = self.entropy.first().copied().unwrap_or(entropy);
+        self.energy.push(all);
+        self.entropy.push(entropy);
+        self.normalized_entropy
+            .push((most - entropy) / (most - first));
+        if i == 0 {
+            self.ends[0] = energies.to_vec();
+        }
+        if i + 1 == motion.samples() {
+            self.ends[1] = energies.to_vec();
+        }
+        if self.equipartition.is_none() && entropy >= self.equilibrium {
+            self.equipartition = Some(motion.time[i]);
+        }
+    }
+}
