@@ -113,7 +113,7 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
             "ring pushed by a burst",
             Chain {
                 ends: Ends::Periodic,
-                law: spring,
+                law: spring.clone().into(),
                 losses: Losses { drag: 0.02, ..none },
                 ..Chain::dimer(n, 2.0)
             },

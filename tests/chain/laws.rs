@@ -8,6 +8,7 @@ use wavecascade::chain::{
     Accuracy, Chain, Ends, Law, Laws, Losses, Run, RunWarning, Scheme, Simulation,
 };
 use wavecascade::observer::Silent;
+use wavecascade::report::RunFile;
 
 fn free(n: usize, laws: impl Into<Laws>) -> Chain {
     Chain {
@@ -312,4 +313,47 @@ fn scenes_say_what_is_wrong_with_a_law() {
         let error = setup(text).unwrap_err().to_string();
         assert!(error.contains(expected), "{text}: {error}");
     }
+}
+
+/// A measured law in a table beside the scene, in units of the laboratory; the run holds its values and no file's name.
+#[test]
+fn a_run_names_no_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write(
+        "contact.csv",
+        "force [N], overlap [um]\n-2, -1000\n0, 0\n3, 1000\n",
+    );
+    let text = "sites = 4\nunits = \"si\"\nmasses = [1.0, 1.0, 1.0, 1.0]\nlaw_file = \"contact.csv\"\n\
+                striker_velocity = 0.01\nend_time = 0.1\nsamples = 9\n";
+    write("scene.toml", text);
+    let mut setup = SceneSource::read(&scene).unwrap().setup().unwrap();
+    let measured = Law::table(vec![-1e-3, 0.0, 1e-3], vec![-2.0, 0.0, 3.0]).unwrap();
+    assert_eq!(setup.simulation.chain.law.only(), Some(&measured));
+    let run = setup.simulation.run(&Silent).unwrap();
+    let path = folder.path().join("run.npz");
+    RunFile::write(&path, false, &setup, &run, &Silent).unwrap();
+    std::fs::remove_file(folder.path().join("contact.csv")).unwrap();
+    let read = RunFile::read(&path).unwrap();
+    assert_eq!(read.setup.simulation.chain.law.only(), Some(&measured));
+    for key in [
+        "law_file = \"contact.csv\"",
+        "state = \"run.npz\"",
+        "drive_file = \"x.csv\"",
+    ] {
+        setup.text = text.replace("law_file = \"contact.csv\"", key);
+        RunFile::write(&path, true, &setup, &run, &Silent).unwrap();
+        let error = RunFile::read(&path).unwrap_err().to_string();
+        assert!(
+            error.contains("a run carries the values of files"),
+            "{error}"
+        );
+    }
+    write("scene.toml", &format!("law = \"hertz\"\n{text}"));
+    let error = SceneSource::read(&scene).unwrap().setup().unwrap_err();
+    assert!(
+        error.to_string().contains("one key that decides the law"),
+        "{error}"
+    );
 }

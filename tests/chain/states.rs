@@ -20,7 +20,8 @@ fn springs(n: usize, ends: Ends) -> Chain {
         law: Law::Spring {
             alpha: 0.25,
             beta: 0.0,
-        },
+        }
+        .into(),
         ends,
         coefficient: vec![1.0; contacts],
         ..Chain::dimer(n, 1.0)

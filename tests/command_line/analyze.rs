@@ -52,7 +52,7 @@ fn the_summary_says_where_it_came_from_and_what_it_read() {
     let file = fs::read_to_string(place.path("wave-cascade/summary.json")).unwrap();
     assert_eq!(said.trim_end(), file.trim_end());
     let summary: Value = serde_json::from_str(&said).unwrap();
-    assert_eq!(summary["schema"], "cascade.analyze/3");
+    assert_eq!(summary["schema"], "cascade.analyze/4");
     let provenance = &summary["provenance"];
     let command = provenance["command"].as_array().unwrap();
     assert!(command[0].as_str().unwrap().ends_with("cascade"));

@@ -16,6 +16,7 @@ class SceneKeys(TypedDict, total=False):
     ends: Literal["wall", "free", "fixed", "periodic"]
     law: str
     laws: Sequence[str]
+    law_file: str | os.PathLike[str]
     exponent: float
     alpha: float
     beta: float

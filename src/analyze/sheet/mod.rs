@@ -92,7 +92,7 @@ impl Analysis {
         let unit = self.unit.as_ref().map(|unit| format!(" in {unit}"));
         let mut sheet = Sheet {
             name: "analyze",
-            version: 3,
+            version: 4,
             title: "Analysis".into(),
             about: format!(
                 "{}{}, {} times by {} sites",

@@ -35,6 +35,41 @@ struct Column {
     values: Vec<f64>,
 }
 
+/// Keys that name files, and those of the values that they hold.
+const KEYS: [(&str, &[&str], &str); 3] = [
+    (
+        "drive_file",
+        &["drive_times", "drive_values"],
+        "the values of the drive",
+    ),
+    (
+        "state",
+        &["displacements", "velocities"],
+        "the initial state",
+    ),
+    ("law_file", &["law", "laws"], "the law of the contacts"),
+];
+
+/// Refuses keys that name files; false, since none were read.
+pub(super) fn refuse(table: &Table, places: &Places) -> Result<bool> {
+    match KEYS.iter().find(|(key, ..)| table.contains_key(*key)) {
+        Some((key, own, _)) => {
+            let expected = format!(
+                "`{}`: a run carries the values of files",
+                own.join("` and `")
+            );
+            let found = "the name of a file";
+            Err(Error::scene(SceneFault::new(
+                places.of(key),
+                key,
+                expected,
+                found,
+            )))
+        }
+        None => Ok(false),
+    }
+}
+
 /// Puts what files hold in place of the keys that name them; whether there were any.
 pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
     let is_si = table.get("units").and_then(Value::as_str) == Some("si")
@@ -42,18 +77,7 @@ pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
             .iter()
             .any(|key| table.contains_key(*key));
     let mut any = false;
-    for (key, own, what) in [
-        (
-            "drive_file",
-            ["drive_times", "drive_values"],
-            "the values of the drive",
-        ),
-        (
-            "state",
-            ["displacements", "velocities"],
-            "the initial state",
-        ),
-    ] {
+    for (key, own, what) in KEYS {
         let Some(path) = table.get(key).and_then(Value::as_str) else {
             continue;
         };
@@ -68,13 +92,17 @@ pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
             let expected = format!("one key that decides {what}");
             return Err(file.fault(expected, found));
         }
-        let values = match key {
-            "state" => file.state()?,
-            _ => file.drive(table.get("drive").and_then(Value::as_str))?,
+        let values: Vec<Value> = match key {
+            "state" => file.state()?.map(numbers).into(),
+            "law_file" => vec![Value::String(file.law()?)],
+            _ => {
+                let drive = table.get("drive").and_then(Value::as_str);
+                file.drive(drive)?.map(numbers).into()
+            }
         };
         table.remove(key);
-        for (own, values) in own.into_iter().zip(values) {
-            table.insert(own.to_owned(), numbers(values));
+        for (own, value) in own.iter().zip(values) {
+            table.insert((*own).to_owned(), value);
             places.stands_for(own, key);
         }
         any = true;
@@ -132,6 +160,19 @@ impl Named<'_> {
         Ok([times, values])
     }
 
+    /// Overlaps and forces, as the text of a law.
+    fn law(&self) -> Result<String> {
+        let [mut first, mut second] = self.pair("overlaps and forces")?;
+        if first.name.to_lowercase().starts_with('f') && !second.name.is_empty() {
+            std::mem::swap(&mut first, &mut second);
+        }
+        let overlaps = self.in_si::<Length>(&first)?;
+        let forces = self.in_si::<Force>(&second)?;
+        let rows = overlaps.iter().zip(&forces);
+        let rows: Vec<String> = rows.map(|(d, f)| format!("{d} {f}")).collect();
+        Ok(format!("table {}", rows.join(", ")))
+    }
+
     /// Displacements and velocities.
     fn state(&self) -> Result<[Vec<f64>; 2]> {
         regular_file(&self.path)?;
@@ -187,7 +228,7 @@ impl Named<'_> {
         let [Some(displacement), Some(velocity)] = last else {
             return Err(self.fault(expected, "none"));
         };
-        let scene = scene.and_then(|text| SceneSource::new(None, text).setup().ok());
+        let scene = scene.and_then(|text| SceneSource::carried(None, text).setup().ok());
         if let Some(setup) = scene
             && (setup.units == Units::Si) != self.is_si
         {

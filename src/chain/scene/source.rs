@@ -59,6 +59,7 @@ pub struct SceneSource {
     path: Option<PathBuf>,
     text: String,
     settings: Vec<Setting>,
+    is_carried: bool,
 }
 
 impl SceneSource {
@@ -68,6 +69,15 @@ impl SceneSource {
             path: path.map(Path::to_owned),
             text: text.into(),
             settings: Vec::new(),
+            is_carried: false,
+        }
+    }
+
+    /// The scene that a run carries, whose text names no files: they are in it as values.
+    pub(crate) fn carried(path: Option<&Path>, text: impl Into<String>) -> SceneSource {
+        SceneSource {
+            is_carried: true,
+            ..SceneSource::new(path, text)
         }
     }
 
@@ -120,7 +130,10 @@ impl SceneSource {
     /// [`Error::Scene`] naming the first key at fault with its place.
     pub fn setup(&self) -> Result<Setup> {
         let (mut table, mut places) = self.table()?;
-        let reads = files::read_in(&mut table, &mut places)?;
+        let reads = match self.is_carried {
+            true => files::refuse(&table, &places)?,
+            false => files::read_in(&mut table, &mut places)?,
+        };
         let scene = Self::typed(table.clone(), &places)?;
         setup::work_out(&scene, &places, self.text_of(reads, &table, &places)?)
     }

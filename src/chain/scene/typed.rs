@@ -37,6 +37,10 @@ pub struct Scene {
     /// says otherwise.
     #[schemars(extend("default" = "hertz"))]
     pub law: Option<String>,
+    /// Table of a measured law, beside the scene's file: a column of overlaps and one of forces, with units where the
+    /// header has them (`overlap [um], force [N]`). A run file holds it as `law`.
+    #[schemars(extend("examples" = ["force.csv"]))]
+    pub law_file: Option<String>,
     /// Laws repeated along the chain from contact 0 on, each as the text of `law`.
     #[schemars(extend("examples" = [["d - 0.2*d^3", "d + 0.2*d^3"]]))]
     pub laws: Option<Vec<String>>,

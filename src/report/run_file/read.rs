@@ -126,7 +126,7 @@ fn read_setup(path: &Path, members: &mut dyn Parts) -> Result<Setup> {
         return Err(members.fault("schema", InputFault::RunReport { reason }));
     }
     let scene = text(members, "scene")?;
-    SceneSource::new(Some(path), scene).setup()
+    SceneSource::carried(Some(path), scene).setup()
 }
 
 fn read_run(members: &mut dyn Parts, setup: &Setup, report: RunReport) -> Result<Run> {
