@@ -33,9 +33,9 @@ pub struct ModeBudget {
     pub energy: Vec<f64>,
     /// Energy of each mode at the first and at the last sample.
     pub ends: [Vec<f64>; 2],
-    /// Mean entropy of as many modes in equilibrium.
+    /// Mean entropy of as many modes in equilibrium; NaN for a driven chain, which has none.
     pub equilibrium: f64,
-    /// The first sample's time at which the entropy is no less; `None` where it never is.
+    /// The time of the first sample at which the entropy is no less, of a chain that starts below; `None` where it never is.
     pub equipartition: Option<f64>,
 }
 
@@ -65,7 +65,10 @@ pub(super) fn pass(
         normalized_entropy: Vec::with_capacity(samples),
         energy: Vec::with_capacity(samples),
         ends: [Vec::new(), Vec::new()],
-        equilibrium: (2..=n - free).map(|k| 1.0 / k as f64).sum(),
+        equilibrium: match motion.drive {
+            Some(_) => f64::NAN,
+            None => (2..=n - free).map(|k| 1.0 / k as f64).sum(),
+        },
         equipartition: None,
     };
     let mut rows = vec![vec![0.0; n]; BATCH];
@@ -114,7 +117,8 @@ impl ModeBudget {
         if i + 1 == motion.samples() {
             self.ends[1] = energies.to_vec();
         }
-        if self.equipartition.is_none() && entropy >= self.equilibrium {
+        let starts_below = first < self.equilibrium;
+        if starts_below && self.equipartition.is_none() && entropy >= self.equilibrium {
             self.equipartition = Some(motion.time[i]);
         }
     }

@@ -264,22 +264,29 @@ impl Budget {
         let last = found.entropy.len() - 1;
         let count = found.frequency.len();
         let shared = |i: usize| number(found.effective_modes(i));
+        let even = number(found.equilibrium.exp());
         let when = match found.equipartition {
             Some(time) => format!(
-                "as evenly as in equilibrium from {}{} on",
+                ", first as in equilibrium, by {even}, at {}{}",
                 number(time),
                 behind(self.units.time.as_deref())
             ),
-            None => format!(
-                "never as evenly as in equilibrium, {}",
-                number(found.equilibrium.exp())
+            None if found.entropy[0] < found.equilibrium => {
+                format!(", never as in equilibrium, by {even}")
+            }
+            None => String::new(),
+        };
+        let text = match found.entropy[0].is_nan() {
+            true => format!(
+                "the energy is shared by {} of {count} modes at the end",
+                shared(last)
+            ),
+            false => format!(
+                "the energy is shared by {} of {count} modes at the start, {} at the end{when}",
+                shared(0),
+                shared(last)
             ),
         };
-        let text = format!(
-            "the energy is shared by {} of {count} modes at the start, {} at the end, {when}",
-            shared(0),
-            shared(last)
-        );
         sheet.fact("modes", text);
         sheet.definitions.push([
             "Modes",

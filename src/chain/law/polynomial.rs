@@ -17,7 +17,10 @@ impl Polynomial {
 
     pub(super) fn spring(alpha: f64, beta: f64) -> Polynomial {
         Polynomial {
-            name: Some(format!("spring alpha={alpha} beta={beta}")),
+            name: Some(match alpha == 0.0 && beta == 0.0 {
+                true => "spring".into(),
+                false => format!("spring alpha={alpha} beta={beta}"),
+            }),
             terms: vec![1.0, -alpha, beta],
         }
     }
