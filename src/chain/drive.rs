@@ -163,7 +163,7 @@ impl Waveform {
         )
     }
 
-    /// The spline of degree five through values at rising times; see [`Spline`]. Before and after them it is 0.
+    /// The spline of degree five through values at rising times. Before and after them it is 0.
     ///
     /// # Errors
     /// [`crate::Error::Request`] for fewer than six values, times that do not rise, and values that are not finite.
