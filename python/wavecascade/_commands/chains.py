@@ -78,8 +78,8 @@ def _merged(scene: Scene, keys: dict[str, Any], own: frozenset[str]) -> tuple[Sc
 def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[SceneKeys]) -> xr.Dataset:
     """Integrate a chain of bodies in nearest-neighbour contact to a stated tolerance.
 
-    m_j a_j = F(d_{j-1,j}) - F(d_{j,j+1}), with the contact law F = c d^1.5 for overlaps d > 0, or any other: ``law="d -
-    0.2*d^3"``, ``laws=[...]`` along the chain, :func:`law` of a function.
+    m_j a_j = F(d_{j-1,j}) - F(d_{j,j+1}), with the contact law F = c d^1.5 for overlaps d > 0, or any
+    other: ``law="d - 0.2*d^3"``, ``laws=[...]`` along the chain, :func:`law` of a function.
 
     Parameters
     ----------

@@ -15,15 +15,16 @@ def law(
 ) -> str:
     """A contact law from a function of the overlap, as a table that scenes take.
 
-    F(d) = force(d) for least <= d <= most, a monotone cubic between points so dense that it differs from the
-    function by ``error`` at most, relative to the largest force.
+    F(d) = force(d) for least <= d <= most, a monotone cubic between points so dense that it differs
+    from the function by ``error`` at most, relative to the largest force.
 
     Parameters
     ----------
     force
         The force at an array of overlaps, in N and m for a scene in SI; 0 at the overlap 0.
     least, most
-        The overlaps between which the law is known; beyond, the force goes on along a line, and a run warns.
+        The overlaps between which the law is known; beyond, the force goes on along a line, and a
+        run warns.
     error
         Largest difference from the function, relative to its largest value.
 
@@ -48,12 +49,15 @@ def law(
         if values.shape != overlap.shape or not np.isfinite(values).all():
             raise ValueError("law: expected a finite force for each overlap of an array")
         if values[overlap == 0.0] != 0.0:
-            raise ValueError(f"law: expected no force at the overlap 0, found {values[overlap == 0.0][0]}")
+            raise ValueError(
+                f"law: expected no force at the overlap 0, found {values[overlap == 0.0][0]}"
+            )
         middle = 0.5 * (overlap[1:] + overlap[:-1])
         between = _middle(overlap, values)
         off = np.abs(between - force(middle)).max() / np.abs(values).max()
         if off <= error:
-            return "table " + ", ".join(f"{d!r} {f!r}" for d, f in zip(overlap.tolist(), values.tolist()))
+            rows = zip(overlap.tolist(), values.tolist(), strict=True)
+            return "table " + ", ".join(f"{d!r} {f!r}" for d, f in rows)
         count = 2 * count - 1
     raise ValueError(f"law: expected a function that {_MOST} points follow to {error}, found {off:.1e}")
 
