@@ -1,4 +1,4 @@
-//! The scenes that come with the program, each against the published result that it shows.
+//! Scenes that come with the program against the published results that they show.
 
 use std::f64::consts::{PI, TAU};
 

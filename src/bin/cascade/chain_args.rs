@@ -131,7 +131,7 @@ pub struct SceneCommand {
     #[arg(long, conflicts_with = "check")]
     pub schema: bool,
 
-    /// List the scenes that come with the program, each of which reproduces a published result.
+    /// List the scenes that come with the program, most of which reproduce a published result.
     #[arg(long, conflicts_with_all = ["check", "schema"])]
     pub presets: bool,
 

@@ -1,4 +1,4 @@
-//! Scenes that come with the program, each of which reproduces a published result.
+//! Scenes that come with the program, most of which reproduce a published result.
 
 /// A scene that comes with the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
