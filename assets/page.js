@@ -289,7 +289,12 @@
   function linearAxis({ low, high }, exponent) {
     if (low === Infinity) return {};
     const moderate = unscaled(exponent);
-    const [from, to] = [Math.min(moderate(low), 0), Math.max(moderate(high), 0)];
+    const [least, most] = [moderate(low), moderate(high)];
+    if (least < most && (least > 0.6 * most && least > 0 || most < 0.6 * least && most < 0)) {
+      const margin = 0.06 * (most - least);
+      return { range: [least - margin, most + margin] };
+    }
+    const [from, to] = [Math.min(least, 0), Math.max(most, 0)];
     const margin = 0.04 * (to - from || 1);
     return { range: [from < 0 ? from - margin : from, to > 0 || from === to ? to + margin : to] };
   }

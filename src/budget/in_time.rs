@@ -23,6 +23,20 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
         return Ok(());
     };
     answer.is_lossy = run.chain.losses.any();
+    let movement = &mut answer.frequency;
+    let moves = matches!(movement.verdict, Verdict::Up | Verdict::Down);
+    match movement.transfer {
+        // Linear waves keep their frequencies.
+        Some(true) if moves && run.chain.is_linear() => {
+            movement.transfer = answer.is_lossy.then_some(false);
+            movement.lags = !answer.is_lossy;
+        }
+        // Without losses, what is missing in the windows follows behind.
+        Some(false) if moves && !answer.is_lossy => {
+            (movement.transfer, movement.lags) = (None, true);
+        }
+        _ => {}
+    }
     if run.displacement.is_none() {
         return Ok(());
     }

@@ -38,7 +38,7 @@ pub struct Budget {
     pub wavenumber: Option<WavenumberBudget>,
     pub frequency: Option<FrequencyFlow>,
     pub scales: Option<ScaleBudget>,
-    /// Energy by normal mode, where it is asked for.
+    /// Energy by normal mode, where it is requested.
     pub modes: Option<ModeBudget>,
     pub closure: Closure,
     /// Standard errors; measured motions only.

@@ -185,6 +185,16 @@ impl Chain {
         self.precompression > 0.0 || self.on_site.gravity > 0.0
     }
 
+    /// Whether motions add up: no contact opens, and no force bends.
+    pub(crate) fn is_linear(&self) -> bool {
+        let ground = self
+            .on_site
+            .ground
+            .iter()
+            .flat_map(|ground| ground.law.each());
+        self.law.each().iter().chain(ground).all(Law::is_linear)
+    }
+
     /// Whether forces act on sites that are none of contacts: drag, or springs to the ground.
     pub(crate) fn has_pulls(&self) -> bool {
         self.losses.any() || self.on_site.ground.is_some()

@@ -96,17 +96,20 @@ impl Run {
         field
     }
 
+    /// The last body that moves, or is out of place, in the first sample; the driven one where none is.
+    pub(crate) fn struck(&self) -> usize {
+        let states = [Some(&self.velocity), self.displacement.as_ref()];
+        let last = states.into_iter().flatten().filter_map(|samples| {
+            let first = samples.outer_iter().next()?;
+            (0..first.len()).rev().find(|&j| first[j] != 0.0)
+        });
+        let driven = self.drive.as_ref().map_or(0, Drive::site);
+        last.max().unwrap_or(driven)
+    }
+
     /// Says of a field of these velocities what its file would: which body is struck, and the masses of a graded chain.
     pub fn label(&self, field: &mut Field) {
-        let moves = |state: Option<ndarray::ArrayView1<f64>>| {
-            state.and_then(|state| (0..state.len()).rev().find(|&j| state[j] != 0.0))
-        };
-        let velocity = moves(self.velocity.outer_iter().next());
-        let displacement = self.displacement.as_ref();
-        let displacement = moves(displacement.and_then(|all| all.outer_iter().next()));
-        // Where nothing moves at first, something is driven.
-        let driven = self.drive.as_ref().map_or(0, Drive::site);
-        field.struck = Some(velocity.max(displacement).unwrap_or(driven));
+        field.struck = Some(self.struck());
         field.masses = graded_masses(&self.chain.mass, &self.chain.coefficient);
     }
 }

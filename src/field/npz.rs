@@ -322,7 +322,7 @@ impl<'a> Archive<'a> {
     /// the first body where none is, since then the first end is driven. `None` for another number
     /// of bodies.
     fn struck(&mut self, n_sites: usize) -> Result<Option<usize>> {
-        let mut last = 0;
+        let mut last = None;
         for name in ["velocity", "displacement"] {
             let Some(index) = self.find(name) else {
                 continue;
@@ -335,9 +335,20 @@ impl<'a> Archive<'a> {
             }
             let mut first = vec![0.0; n_sites];
             contents.storage.read(0..1, 0..n_sites, false, &mut first);
-            last = last.max(first.iter().rposition(|&v| v != 0.0).unwrap_or(0));
+            last = last.max(first.iter().rposition(|&v| v != 0.0));
         }
-        Ok(Some(last))
+        match last {
+            Some(last) => Ok(Some(last)),
+            None => self.driven().map(Some),
+        }
+    }
+
+    /// The body that the scene of a run drives, by default the first.
+    fn driven(&mut self) -> Result<usize> {
+        let scene = self.text("scene")?.unwrap_or_default();
+        let scene = scene.parse::<toml::Table>().unwrap_or_default();
+        let site = scene.get("drive_site").and_then(toml::Value::as_integer);
+        Ok(site.and_then(|site| site.try_into().ok()).unwrap_or(0))
     }
 
     fn find(&self, name: &str) -> Option<usize> {

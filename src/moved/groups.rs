@@ -155,6 +155,14 @@ impl Found<'_> {
             (movement.transfer, movement.energy_ratio) = (None, f64::NAN);
         }
         let moves = !matches!(movement.verdict, Verdict::Unchanged | Verdict::Untold);
+        // What arrives later than a window lasts is missing: the rest may then seem to have grown a little.
+        let gained = self.gained_below(last, movement.down_at);
+        if movement.transfer == Some(true)
+            && movement.verdict == Verdict::Down
+            && gained < 0.5 * movement.down
+        {
+            movement.transfer = Some(false);
+        }
         if moves && self.spreads_out() {
             (movement.transfer, movement.lags) = (None, true);
         }
@@ -168,6 +176,17 @@ impl Found<'_> {
             self.add_tail(&mut along, (0, 0..last + 1), tail);
         }
         along
+    }
+
+    /// Energy that the last group has more than the first below a frequency, over that of the fainter one.
+    fn gained_below(&self, last: usize, edge: f64) -> f64 {
+        let upper = &self.kinds[0].grid.upper;
+        let at = upper.partition_point(|upper| *upper < edge);
+        let [a, b] = [0, last].map(|group| &self.groups[0][group]);
+        match at < upper.len() {
+            true => (b.below(at)[0] - a.below(at)[0]) / a.energy.min(b.energy),
+            false => 0.0,
+        }
     }
 
     /// Whether windows hold less and less of the energy of those of twice the length (or those of half of theirs, where the

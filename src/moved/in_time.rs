@@ -123,7 +123,7 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
                 })
                 .collect();
             let window = window(i);
-            totals.push((waves.mean + waves.moving) / times.len() as f64);
+            totals.push((waves.mean + waves.moving, times.len() as f64));
             Group::of_parts(&parts, 1, [window.start, window.end - 1], false)
         })
         .collect();
@@ -137,7 +137,7 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     let mut before = 0.0;
     let inside = totals
         .iter()
-        .map(|sum| sum - std::mem::replace(&mut before, *sum));
+        .map(|&(sum, times)| (sum - std::mem::replace(&mut before, sum)) / times);
     let inside: Vec<f64> = inside.collect();
     let ratio = inside[count - 1] / inside[0];
     if !source.is_steady && !(1.0 / ENTERS..ENTERS).contains(&ratio) {

@@ -256,3 +256,45 @@ fn val_identity_graded_chains_keep_their_energy() {
         assert!(!moved.lags, "{key} {value}: {moved:?}");
     }
 }
+
+fn answer_of_scene(text: &str) -> Answer {
+    let setup = SceneSource::new(None, text).setup().unwrap();
+    let run = setup.simulation.run(&Silent).unwrap();
+    let mut analysis = analyzed(&run.to_field(), &Request::default());
+    wavecascade::budget::answer_of_run(&run, &mut analysis).unwrap();
+    analysis.answer.unwrap()
+}
+
+/// Linear waves keep their frequencies: of bursts whose parts travel at different speeds nothing is transferred, wherever they
+/// are driven, though windows late along the chain miss what arrives after them.
+#[test]
+fn val_theory_bursts_in_linear_chains_transfer_nothing() {
+    for (sites, site, ratio, frequency) in [
+        (60, 0, 2.0, 0.1),
+        (60, 20, 2.0, 0.1),
+        (60, 0, 1.0, 0.1),
+        (150, 0, 1.0, 0.25),
+        (150, 75, 1.0, 0.25),
+        (150, 40, 1.0, 0.29),
+        (300, 0, 2.0, 0.1),
+    ] {
+        let text = format!(
+            "sites = {sites}\nlaw = \"spring\"\nends = \"free\"\nmass_ratio = {ratio}\ndrive = \"force\"\n\
+             drive_site = {site}\ndrive_waveform = \"tone-burst\"\ndrive_amplitude = 0.2\ndrive_frequency = {frequency}\n\
+             drive_cycles = 6\nend_time = 200.0\nsamples = 1024\ntolerance = 1e-6"
+        );
+        let moved = answer_of_scene(&text).frequency;
+        let says_moves = matches!(moved.verdict, Verdict::Up | Verdict::Down) && !moved.lags;
+        assert!(!says_moves, "{sites} {site} {frequency}: {moved:?}");
+    }
+}
+
+/// Modes of a linear chain that the ground holds keep their energies, part of which is in the springs of the ground.
+#[test]
+fn val_theory_modes_of_a_held_chain_keep_their_wavenumbers() {
+    let text = "sites = 40\nlaw = \"spring\"\nends = \"fixed\"\nground_cell = [3.0]\nmodes = [3, 12]\nmode_energy = 0.1\n\
+                seed = 4\nend_time = 60.0\nsamples = 512\ntolerance = 1e-8";
+    let moved = answer_of_scene(text).wavenumber;
+    assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
+    assert!(moved.most() < 1e-3, "{moved:?}");
+}

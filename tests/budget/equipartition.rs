@@ -113,3 +113,42 @@ fn val_published_fput_recurrence() {
     println!("{at}");
     assert!((at - 157.0).abs() < 1.0, "{at}");
 }
+
+/// Modes that share evenly from the start reach no equilibrium later, and a driven chain has none.
+#[test]
+fn equilibrium_is_told_of_chains_that_start_below_it_and_are_not_driven() {
+    let text = "sites = 12\nlaw = \"spring\"\nends = \"free\"\nend_time = 20.0\nsamples = 40\n";
+    let even = run(&format!("{text}modes = [1, 11]\nmode_energy = 0.1\n"));
+    let (found, _) = modes_of(&even);
+    assert!(found.entropy[0] > found.equilibrium);
+    assert_eq!(found.equipartition, None);
+    let driven = run(&format!(
+        "{text}drive = \"force\"\ndrive_amplitude = 0.1\ndrive_frequency = 0.1\n"
+    ));
+    let (found, _) = modes_of(&driven);
+    assert!(found.equilibrium.is_nan() && found.entropy[0].is_nan());
+    assert_eq!(found.equipartition, None);
+}
+
+/// The energy of a bistable contact in its lower well is no square: energy by wavenumber is refused, that by frequency is not.
+#[test]
+fn energies_below_those_at_rest_have_no_wavenumbers() {
+    let run = run(
+        "sites = 8\nlaw = \"polynomial 0.6 -0.8 0.2\"\nstriker_velocity = 4.0\nend_time = 20.0\nsamples = 200\n",
+    );
+    let motion = Motion::of(&run).unwrap();
+    let only = |wavenumber: bool| {
+        let request = BudgetRequest {
+            views: Views {
+                wavenumber,
+                frequency: true,
+                scale: false,
+            },
+            ..BudgetRequest::default()
+        };
+        budget(&motion, &request)
+    };
+    assert!(only(false).is_ok());
+    let error = only(true).unwrap_err().to_string();
+    assert!(error.contains("never below that at rest"), "{error}");
+}

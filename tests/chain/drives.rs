@@ -3,8 +3,10 @@
 use std::fs;
 
 use serde_json::Value;
+use wavecascade::Field;
 use wavecascade::chain::scene::{SceneSource, Setting};
 use wavecascade::chain::{Run, Waveform};
+use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 
@@ -151,6 +153,9 @@ fn regress_a_run_carries_the_table_of_its_drive() {
         let again = file.setup.simulation.run(&Silent).unwrap();
         assert_eq!(again.velocity, found.velocity, "{name}");
         assert_eq!(file.run.drive, found.drive, "{name}");
+        // Read as a plain field, too, it says which body is driven.
+        let field = Field::open(&path, &OpenOptions::default()).unwrap();
+        assert_eq!(field.struck, Some(2), "{name}");
     }
     let gone = SceneSource::read(&scene).unwrap().setup().unwrap_err();
     assert!(gone.to_string().starts_with("cannot read"), "{gone}");

@@ -25,6 +25,9 @@ fn free(n: usize, laws: impl Into<Laws>) -> Chain {
 fn impact(chain: Chain, speed: f64, end: f64, tolerance: f64) -> Run {
     let mut simulation = Simulation::impact(chain, speed, end, 65);
     simulation.accuracy = Accuracy::Tolerance(tolerance);
+    if simulation.chain.losses.any() {
+        simulation.scheme = Scheme::RungeKutta;
+    }
     simulation.run(&Silent).unwrap()
 }
 
@@ -154,6 +157,42 @@ fn val_same_force_laws_that_are_one_in_other_words() {
     ));
 }
 
+/// Forces, stiffnesses and energies of a table are those of SciPy's `PchipInterpolator` (1.17).
+#[test]
+fn val_scipy_a_table_is_a_monotone_cubic() {
+    let overlap = vec![-2.0, -0.5, 0.0, 0.3, 1.1, 2.0];
+    let law = Law::table(overlap, vec![-3.0, -0.4, 0.0, 0.9, 1.0, 4.0]).unwrap();
+    for (at, [force, stiffness, energy]) in [
+        (
+            -1.3,
+            [-1.5249973676155493, 1.7805399449035815, 0.8362072473936404],
+        ),
+        (
+            -0.2,
+            [-0.1868501656701071, 0.6626877404120806, 0.02090002056594434],
+        ),
+        (
+            0.15,
+            [0.48931183877458295, 4.098484455117804, 0.031502208817420656],
+        ),
+        (
+            0.7,
+            [0.9542214306722003, 0.058616956962190825, 0.516643404322349],
+        ),
+        (
+            1.9,
+            [3.5018774351137134, 4.9133275033825505, 2.456442447723286],
+        ),
+    ] {
+        assert!((law.force(1.0, 0.0, at) - force).abs() < 2e-15, "{at}");
+        assert!(
+            (law.stiffness(1.0, 0.0, at) - stiffness).abs() < 5e-15,
+            "{at}"
+        );
+        assert!((law.energy(1.0, 0.0, at) - energy).abs() < 2e-15, "{at}");
+    }
+}
+
 /// Toda's chain under a static force is Toda's chain of stiffer contacts; Hertz's among other laws is Hertz's.
 #[test]
 fn val_identity_precompression_and_cells() {
@@ -168,10 +207,11 @@ fn val_identity_precompression_and_cells() {
     };
     // e^{b d0} = 1 + b P / c.
     assert!(apart(&toda(2.0, 1.0), &toda(0.0, 1.0 + 0.8 * 2.0)) < 1e-10);
-    for precompression in [0.0, 0.3] {
+    for (precompression, dashpot) in [(0.0, 0.0), (0.3, 0.0), (0.0, 0.1)] {
         let of = |laws: Laws| {
             let mut chain = free(30, laws);
             chain.precompression = precompression;
+            chain.losses.dashpot = dashpot;
             impact(chain, 1.0, 25.0, 1e-9)
         };
         let hertz = of(Law::Hertz.into());
@@ -299,6 +339,14 @@ fn scenes_say_what_is_wrong_with_a_law() {
         ("law = \"one-sided d^3 - d\"", "grows from 0 on"),
         ("law = \"hertz\"\nalpha = 0.2", "`spring`"),
         ("law = \"hertz\"\nlaws = [\"hertz\"]", "one key"),
+        (
+            "law = \"spring alpha=0.25\"\nalpha = 0.3",
+            "a formula that uses it",
+        ),
+        (
+            "law = \"d - alpha*d^2; alpha = 0.25\"\nalpha = 0.3",
+            "a formula that uses it",
+        ),
         ("laws = []", "one law or more"),
         ("laws = [\"hertz\", \"d +\"]", "laws[1]"),
         (

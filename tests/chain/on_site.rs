@@ -34,6 +34,12 @@ fn val_theory_waves_of_a_held_chain_have_a_lowest_frequency() {
     let cell = UnitCell::of(&simulation.chain).unwrap();
     assert!((cell.frequencies(q)[0] - omega).abs() < 1e-13);
     assert!((cell.frequencies(0.0)[0] - k.sqrt()).abs() < 1e-13);
+    let modes = simulation.chain.normal_modes().unwrap();
+    for (m, found) in modes.frequency.iter().enumerate() {
+        let half = PI * (m + 1) as f64 / f64::from(2 * (n + 1));
+        let expected = (k + 4.0 * half.sin().powi(2)).sqrt();
+        assert!((found - expected).abs() < 1e-13, "{m}: {found} {expected}");
+    }
     let run = simulation.run(&Silent).unwrap();
     let shape = |j: usize| (q * (j + 1) as f64).sin();
     for (row, t) in run.velocity.rows().into_iter().zip(&run.time) {
@@ -118,6 +124,31 @@ fn val_other_steps_held_hertz_contacts() {
     let off = pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
     assert!(off < coarse.report.error.unwrap() && off < 1e-7, "{off:e}");
     assert!(coarse.report.energy_drift.unwrap() < 1e-8);
+}
+
+/// Peaks between samples are found with the pull of the ground: as among samples twenty times as dense.
+#[test]
+fn val_denser_samples_peaks_of_held_contacts() {
+    let text = |samples: usize| {
+        format!(
+            "sites = 10\nlaw = \"spring\"\nground_cell = [40.0]\nstriker_velocity = 1.0\nend_time = 4.0\n\
+             samples = {samples}\ntolerance = 1e-10"
+        )
+    };
+    let (coarse, fine) = (run(&text(41)), run(&text(20 * 40 + 1)));
+    for contact in [0, 1, 2] {
+        let [a, b] = [&coarse, &fine].map(|run| run.peak_force(contact).unwrap());
+        let off = (a.value - b.value).abs() / b.value;
+        assert!(off < 2e-6, "{contact}: {off:e}");
+    }
+}
+
+/// A chain on a ridge of its energy has no modes.
+#[test]
+fn an_unstable_chain_has_no_modes() {
+    let text = "sites = 6\nlaw = \"polynomial -1 0 1\"\nend_time = 1.0";
+    let error = setup(text).unwrap().chain.normal_modes().unwrap_err();
+    assert!(error.to_string().contains("stable at rest"), "{error}");
 }
 
 #[test]

@@ -214,7 +214,7 @@ fn alternating() -> Outcome<Panel> {
     }
     curves.push(("runs", all));
     Ok(Panel {
-        title: "softening and hardening in turn: a gap opens".into(),
+        title: "alternate softening, hardening: a gap opens".into(),
         x_label: "largest overlap",
         y_label: "angular frequency",
         x: 0.0..1.85,

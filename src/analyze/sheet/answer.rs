@@ -6,7 +6,7 @@ use super::super::{Analysis, Axes, Undirected};
 use crate::moved::{Answer, Evidence, GroupSpectrum, Movement, Place, Verdict};
 use crate::sheet::Fact;
 
-/// The verdict, and a fact for its numbers and for each further question; `None` where no answer was asked for.
+/// The verdict, and a fact for its numbers and for each further question; `None` where no answer was requested.
 pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
     let words = Words::of(analysis)?;
     let facts = [
@@ -53,7 +53,7 @@ fn short(x: f64) -> String {
 }
 
 impl<'a> Words<'a> {
-    /// `None` where no answer was asked for.
+    /// `None` where no answer was requested.
     pub fn of(analysis: &'a Analysis) -> Option<Words<'a>> {
         Some(Words {
             axes: &analysis.axes,

@@ -106,7 +106,7 @@ impl Analysis {
         };
         match answer::describe(self) {
             Some((verdict, facts)) => (sheet.answer, sheet.facts) = (verdict, facts),
-            None if self.has_energy() => sheet.answer = "what moves was not asked for".into(),
+            None if self.has_energy() => sheet.answer = "what moves was not requested".into(),
             None => sheet.answer = "what moves cannot be told: nothing moves".into(),
         }
         let field = format!(

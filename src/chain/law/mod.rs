@@ -216,6 +216,19 @@ impl Law {
         self.opens().is_some()
     }
 
+    /// Whether the force is proportional to the overlap, as far as its curvature tells.
+    pub(crate) fn is_linear(&self) -> bool {
+        /// Overlaps of all sizes that a law is likely to bend at.
+        const PROBES: [f64; 8] = [-1.3, -0.2, -1e-3, -1e-6, 1e-6, 1e-3, 0.2, 1.3];
+        match self {
+            Law::Hertz | Law::Power { .. } => false,
+            Law::Spring { alpha, beta } => *alpha == 0.0 && *beta == 0.0,
+            Law::Other(law) => {
+                law.opens().is_none() && PROBES.iter().all(|delta| law.bend(*delta) == 0.0)
+            }
+        }
+    }
+
     /// The power with which the force sets in where the contact opens.
     pub(crate) fn opens(&self) -> Option<f64> {
         match self {
@@ -433,6 +446,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// The quadratic term against second differences of the force about the static state.
+    #[test]
+    fn val_calculus_quadratic_terms() {
+        for (law, d0) in [
+            (Law::Hertz, 0.7),
+            (Law::Power { exponent: 2.5 }, 0.7),
+            (
+                Law::Spring {
+                    alpha: 0.25,
+                    beta: 0.5,
+                },
+                0.3,
+            ),
+            (Law::toda(0.8), 0.0),
+            (Law::morse(0.6), 0.4),
+            (Law::expression("sinh(d) + 0.2*d^2").unwrap(), 0.2),
+        ] {
+            let h = 1e-3;
+            let f = |k: f64| law.force(2.0, d0, k * h);
+            let second = (16.0 * (f(1.0) + f(-1.0)) - (f(2.0) + f(-2.0))) / (24.0 * h * h);
+            let found = law.quadratic(2.0, d0).unwrap();
+            assert!((found - second).abs() < 1e-8, "{law:?}: {found} {second}");
+        }
+        assert_eq!(Law::Hertz.quadratic(2.0, 0.0), None);
     }
 
     #[test]

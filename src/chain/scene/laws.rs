@@ -29,7 +29,7 @@ pub(super) fn laws(check: Check) -> Result<Laws> {
         .collect();
     for (name, value, words) in &typed {
         check.finite(name, *value)?;
-        let used = |text: &String| words.contains(&bare(text)) || has_word(text, name);
+        let used = |text: &String| words.contains(&bare(text)) || takes(text, name);
         if !texts.iter().any(used) {
             let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
             let expected = format!(
@@ -63,10 +63,20 @@ fn bare(text: &str) -> &str {
     bare.unwrap_or(text).trim()
 }
 
-/// Whether a name stands in a text as a word.
-fn has_word(text: &str, name: &str) -> bool {
-    text.split(|c: char| !(c.is_alphanumeric() || c == '_'))
-        .any(|word| word == name)
+/// Whether a formula takes the value of a name from outside: it has the word, and does not set it itself.
+fn takes(text: &str, name: &str) -> bool {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let has_word = text.split(|c| !is_word(c)).any(|word| word == name);
+    let sets = |part: &str| {
+        part.trim()
+            .strip_prefix(name)
+            .is_some_and(|rest| rest.trim_start().starts_with('='))
+    };
+    has_word
+        && !text
+            .split([';', ','])
+            .chain(text.split_whitespace())
+            .any(sets)
 }
 
 /// A law with the numbers that keys give: a name alone is completed, and a formula gets its constants.
@@ -82,9 +92,8 @@ fn whole(check: Check, text: &str, typed: &[(&str, f64, &[&str])]) -> Result<Str
             format!("{text} alpha={} beta={}", of("alpha"), of("beta"))
         }
         _ => {
-            let used = typed.iter().filter(|key| has_word(word, key.0));
+            let used = typed.iter().filter(|key| takes(word, key.0));
             let used: Vec<String> = used
-                .filter(|key| !word.contains(&format!("{}=", key.0)))
                 .map(|(name, value, _)| format!("{name}={value}"))
                 .collect();
             match (used.is_empty(), text.contains(';')) {

@@ -36,7 +36,7 @@ pub const PRESETS: &[Preset] = presets! {
     "fput": "the alpha chain: the first mode spreads, and comes back",
     "fput_beta": "the beta chain: odd modes alone take part",
     "toda_soliton": "a soliton in closed form",
-    "alternating": "contacts that soften and harden in turn: a gap that opens with the amplitude",
+    "alternating": "contacts that alternately soften and harden: a gap that opens with the amplitude",
     "bistable": "an impact that bistable contacts keep in their second wells",
 };
 

@@ -55,7 +55,7 @@ pub(super) fn labelled(
     file.attribute("report", text(&report(path, run)?));
     let (times, sites) = run.velocity.dim();
     file.attribute("shape", text(&format!("{times} x {sites}")));
-    if let Ok(site) = struck(run).try_into() {
+    if let Ok(site) = run.struck().try_into() {
         file.attribute("struck_site", Attribute::Integer(site));
     }
     each_array(setup, run, observer, &mut |labels, values| {
@@ -75,17 +75,6 @@ fn report(path: &Path, run: &Run) -> Result<String> {
         action: "write the report to",
         source: error.into(),
     })
-}
-
-/// The last body that moves, or is out of place, in the first sample; the first where none is, since then
-/// the first end is driven.
-fn struck(run: &Run) -> usize {
-    let first = [Some(&run.velocity), run.displacement.as_ref()];
-    let last = first.into_iter().flatten().filter_map(|samples| {
-        let mut first = samples.rows().into_iter().next()?.into_iter();
-        first.rposition(|&v| v != 0.0)
-    });
-    last.max().unwrap_or(0)
 }
 
 type Add<'a> = &'a mut dyn FnMut(&ArrayLabels, &[f64]) -> Result<()>;
