@@ -1,4 +1,4 @@
-//! An array of one's own, its axes stated, analysed in memory.
+//! An array of one's own, its axes stated, analyzed in memory.
 
 use ndarray::Array2;
 use wavecascade::analyze::Request;

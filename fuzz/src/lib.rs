@@ -12,7 +12,7 @@ use wavecascade::analyze::{Request, analyze};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Observer;
 
-/// Most samples that are analysed, and most samples times sites of a run.
+/// Most samples that are analyzed, and most samples times sites of a run.
 const SMALL: usize = 1 << 13;
 
 /// Files in memory, where the system has such.

@@ -226,7 +226,7 @@ def test_open_reads_what_the_program_reads(run, field, tmp_path):
     found.to_netcdf(netcdf, engine="scipy")
     again = wc.open(netcdf)
     np.testing.assert_array_equal(again, found)
-    # What was opened is analysed as the file is.
+    # What was opened is analyzed as the file is.
     with np.load(run("analyze", LATTICE, "--figures", "none") / "spectra.npz") as archive:
         spectra = wc.analyze(found)
         for name in ("temporal_spectrum", "frequency", "time", "position", "frequency_centroid"):

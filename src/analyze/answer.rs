@@ -7,7 +7,7 @@ use super::spacetime::{ByDirection, Frequencies};
 use super::warning::{Sites, Warning};
 use crate::error::Result;
 use crate::moved::{
-    AlongX, Answer, Movement, Options, Place, Profiles, Reason, Source, TOLERANCE, along_x,
+    AlongX, Answer, FOLDED, Movement, Options, Place, Profiles, Reason, Source, TOLERANCE, along_x,
     in_time, quick,
 };
 use crate::numeric::sum;
@@ -15,8 +15,6 @@ use crate::observer::Observer;
 use crate::prepare::{Prepared, Window};
 use crate::transform::{RecordScratch, RecordTransform, fold};
 
-/// Share of energy in the top tenth of the wavenumber axis from which on waves fold.
-const FOLDED: f64 = 0.01;
 /// Bands of the wavenumber axis, and ratio of their energies from which on it is flat.
 const BANDS: usize = 10;
 const FLAT: f64 = 0.6;
@@ -187,6 +185,9 @@ fn wavenumbers(
         // The kinetic part of a run's energy oscillates all the while.
         is_steady: !along.has_fronts || struck.is_some(),
         is_run: struck.is_some(),
+        is_short: along
+            .speed
+            .is_some_and(|speed| speed.value.abs() < 2.0 * axes.space.step.abs() * along.median),
         returns: false,
         tolerance: plan.request.least_move.unwrap_or(TOLERANCE),
         along_x: along.movement.verdict,

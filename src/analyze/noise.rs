@@ -12,7 +12,7 @@ use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::transform::fold;
 
-/// The noise of the sites that are analysed, in the units of the spectra before they are stored.
+/// The noise of the sites that are analyzed, in the units of the spectra before they are stored.
 #[derive(Debug)]
 pub(super) struct KnownNoise {
     pub floor: NoiseFloor,
@@ -85,7 +85,7 @@ impl KnownNoise {
         })
     }
 
-    /// Whether that of a site in the range analysed is known.
+    /// Whether that of a site in the range analyzed is known.
     pub fn is_known(&self, site: usize) -> bool {
         self.floor.sites[site].is_some()
     }

@@ -12,7 +12,7 @@ use crate::prepare::{ChannelScan, Prepared};
 /// Sites that the front has passed at the reference time of a run, at most.
 const PASSED: usize = 10;
 
-/// Indices of the rows in the range analysed; `None` where no row has energy, or none is wanted.
+/// Indices of the rows in the range analyzed; `None` where no row has energy, or none is wanted.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct References {
     pub site: Option<usize>,
@@ -86,7 +86,7 @@ pub(super) fn first_with_energy(energies: &[f64], share: f64) -> Option<usize> {
         .position(|&energy| energy > 0.0 && energy >= share * largest)
 }
 
-/// Of a run, the first body behind those that are struck or driven, if it is analysed and moves: more
+/// Of a run, the first body behind those that are struck or driven, if it is analyzed and moves: more
 /// than the rounding of a node of a standing wave.
 fn behind_the_struck(plan: &Plan, prepared: &Prepared, scans: &[ChannelScan]) -> Option<usize> {
     const ROUNDING: f64 = 1e-12;
@@ -106,7 +106,7 @@ fn front_has_passed(plan: &Plan, prepared: &Prepared) -> Option<usize> {
     arrival_at(plan, prepared, site)
 }
 
-/// A site of the file, counted in the range analysed.
+/// A site of the file, counted in the range analyzed.
 fn within(plan: &Plan, site: usize) -> Option<usize> {
     let inside = plan.sites.contains(&site);
     inside.then(|| site - plan.sites.start)

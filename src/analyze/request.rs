@@ -42,7 +42,7 @@ impl Results {
     };
 }
 
-/// Which part of the record is analysed.
+/// Which part of the record is analyzed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum TimeRange {
     #[default]
@@ -86,7 +86,7 @@ pub struct ShortTime {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     pub results: Results,
-    /// Sites analysed, the end excluded.
+    /// Sites analyzed, the end excluded.
     pub sites: Option<std::ops::Range<usize>>,
     /// Sites of the file that are left out: their spectra are NaN. What needs sites at even distances cannot be
     /// computed then: [`Results::spatial`], [`Results::spacetime`], [`Results::flux_surrogate`], short-time spectra

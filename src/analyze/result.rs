@@ -17,10 +17,10 @@ use crate::prepare::WindowGains;
 /// The axes of the results. An axis without a unit counts samples or sites.
 #[derive(Debug, Clone)]
 pub struct Axes {
-    /// Times analysed; `origin` is the first of them.
+    /// Times analyzed; `origin` is the first of them.
     pub time: Axis,
     pub n_times: usize,
-    /// Sites analysed; `origin` is the first of them.
+    /// Sites analyzed; `origin` is the first of them.
     pub space: Axis,
     pub n_sites: usize,
     /// Frequencies `m df`, in cycles per time unit, from 0.
@@ -186,7 +186,7 @@ impl BandEdge {
 /// A site or a time, and the share of its energy in the high band.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Spot {
-    /// Index in the range analysed.
+    /// Index in the range analyzed.
     #[serde(skip)]
     pub row: usize,
     /// Index in the file.
@@ -292,7 +292,7 @@ impl Parseval {
 /// A short-time spectrum `(bins, frames)` of a site's record or of an instant's profile.
 #[derive(Debug, Clone)]
 pub struct ShortTimeSpectrum {
-    /// Index of the site (or time) in the range analysed.
+    /// Index of the site (or time) in the range analyzed.
     pub index: usize,
     /// Its coordinate.
     pub at: f64,
@@ -381,7 +381,7 @@ pub struct Analysis {
     pub content_hash: Option<String>,
     pub quantity: Quantity,
     pub unit: Option<String>,
-    /// First time row and first site of the file that were analysed.
+    /// First time row and first site of the file that were analyzed.
     pub offset: (usize, usize),
     pub axes: Axes,
     pub conventions: Conventions,

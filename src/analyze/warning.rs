@@ -21,7 +21,7 @@ pub struct Sites {
 }
 
 impl Sites {
-    /// Rows of the range analysed, the first of which is the site `first` of the file.
+    /// Rows of the range analyzed, the first of which is the site `first` of the file.
     pub(super) fn of(rows: &[usize], first: usize, axes: &Axes) -> Sites {
         let space = &axes.space;
         let is_counted = space.unit.is_none() && space.step == 1.0;

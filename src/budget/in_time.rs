@@ -72,6 +72,7 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
         period: answer.period / time.step,
         is_steady: false,
         is_run: true,
+        is_short: false,
         returns: !is_struck,
         tolerance: TOLERANCE,
         along_x: Verdict::Unchanged,

@@ -22,7 +22,7 @@ pub struct Inspection {
     pub attributes: Vec<(String, String)>,
     /// Its arrays; none for a format of one array.
     pub variables: Vec<VariableInfo>,
-    /// The field that would be analysed, or why there is none.
+    /// The field that would be analyzed, or why there is none.
     pub field: Result<Field>,
 }
 

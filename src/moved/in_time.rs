@@ -23,6 +23,8 @@ const AT_ENDS: f64 = 0.3;
 const ENTERS: f64 = 1.25;
 /// The same of what moves in a steady record, which may be louder at times.
 const COMES: f64 = 25.0;
+/// Share of the energy in the top tenth of the wavenumber axis from which on waves fold.
+pub(crate) const FOLDED: f64 = 0.01;
 /// Most that an unchanged verdict may leave open.
 const OPEN: f64 = 0.5;
 
@@ -50,8 +52,10 @@ pub(crate) struct Source<'a> {
     /// Samples of a period of the motion; of a pulse, of half its energy.
     pub period: f64,
     pub is_steady: bool,
-    /// Of a run, whose motion is no realisation of noise.
+    /// Of a run, whose motion is no realisation of noise, and whose bodies are all there is.
     pub is_run: bool,
+    /// Whether the wave is shorter than two distances of the sites, by its speed.
+    pub is_short: bool,
     /// Whether what moved and came back is told.
     pub returns: bool,
     pub tolerance: f64,
@@ -191,6 +195,9 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     if is_long {
         return Ok((movement.but_untold(Reason::NeverInside), evidence));
     }
+    if !source.is_run && (source.is_short || waves.top > FOLDED * waves.moving) {
+        return Ok((movement.but_untold(Reason::Folded), evidence));
+    }
     let beside = [(a + 1, b), (a, b.saturating_sub(1))];
     for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {
         let moved = Moved::between(&groups[a], &groups[b]);
@@ -259,6 +266,8 @@ struct Waves {
     mean: f64,
     near: f64,
     moving: f64,
+    /// In the top tenth of the axis.
+    top: f64,
 }
 
 impl Waves {
@@ -269,6 +278,9 @@ impl Waves {
         self.mean += powers[..first].iter().sum::<f64>();
         self.near += powers[first..near].iter().sum::<f64>();
         self.moving += powers[first..].iter().sum::<f64>();
+        self.top += powers[first.max(9 * powers.len() / 10)..]
+            .iter()
+            .sum::<f64>();
     }
 
     fn are_long(&self) -> bool {

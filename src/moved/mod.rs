@@ -38,7 +38,7 @@ use serde::Serialize;
 
 pub(crate) use along_x::{AlongX, Options, along_x};
 pub(crate) use gain::{GainChange, GainStep};
-pub(crate) use in_time::{Profiles, Source, in_time};
+pub(crate) use in_time::{FOLDED, Profiles, Source, in_time};
 pub use reason::{LeftOut, Reason};
 use share::{Group, Moved};
 

@@ -79,6 +79,8 @@ pub enum Reason {
     Enters,
     /// Most of the energy lies at wavelengths that the aperture does not resolve.
     LongWaves,
+    /// Waves are shorter than two distances of the sites, and appear as longer ones.
+    Folded,
     /// Sites are at uneven distances or left out.
     MissingSites,
 }
@@ -106,6 +108,7 @@ impl Reason {
             Reason::LeavesEarly => "leaves-early",
             Reason::Enters => "enters",
             Reason::LongWaves => "long-waves",
+            Reason::Folded => "folded",
             Reason::MissingSites => "missing-sites",
         }
     }
@@ -146,6 +149,9 @@ impl Reason {
             Reason::LeavesEarly => "the wave is inside for less than two periods".into(),
             Reason::Enters => "energy enters or leaves all the while".into(),
             Reason::LongWaves => "wavelengths are as long as the array".into(),
+            Reason::Folded => {
+                "wavenumbers fold: waves are shorter than two distances of the sites".into()
+            }
             Reason::MissingSites => "sites are left out".into(),
         }
     }
@@ -172,12 +178,13 @@ impl Reason {
             Reason::Neighbours { .. } => "record more sites behind it",
             Reason::Errors { .. } => "average several records, or record longer",
             Reason::Begins => "begin the record before the wave enters, without hum and drift",
-            Reason::Origins => "record one source at a time, or analyse the sites beside each",
+            Reason::Origins => "record one source at a time, or analyze the sites beside each",
             Reason::Resolution => "record longer",
             Reason::Enters => "record longer, or a longer stretch of the structure",
             Reason::NeverInside | Reason::LeavesEarly | Reason::LongWaves => {
                 "record a longer stretch of the structure"
             }
+            Reason::Folded => "place sites at smaller distances",
             Reason::MissingSites => "record all sites, at even distances",
         }
     }

@@ -13,7 +13,7 @@ use crate::field::{Axis, Field};
 
 pub use lattice::{LatticeImpact, bessel_j};
 pub use noise::WhiteNoise;
-pub use waves::{GaussianPulse, LinearChirp, StandingWave, Tone, TravellingSine};
+pub use waves::{GaussianPulse, GrowingHarmonic, LinearChirp, StandingWave, Tone, TravellingSine};
 
 /// Where a problem is sampled: `t_n = n dt` in s, `x_j = j dx` in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +63,7 @@ pub struct Problem {
     pub direction: Option<[f64; 3]>,
 }
 
-/// One problem of each kind, on 256 times and 64 sites (the lattice: 64 times).
+/// One problem of each kind that is linear, on 256 times and 64 sites (the lattice: 64 times).
 pub fn problems() -> Vec<Problem> {
     let grid = Grid {
         n_times: 256,

@@ -20,13 +20,19 @@ pub struct WhiteNoise {
 
 impl WhiteNoise {
     pub fn field(&self) -> Field {
+        let next = self.samples();
+        self.grid.sample("white-noise", |_, _| next())
+    }
+
+    /// One sample after the other.
+    pub(super) fn samples(&self) -> impl Fn() -> f64 {
         let half_range = 3.0_f64.sqrt() * self.deviation;
         let state = Cell::new(self.seed);
-        self.grid.sample("white-noise", |_, _| {
+        move || {
             let (next, bits) = split_mix(state.get());
             state.set(next);
             half_range * (2.0 * unit_interval(bits) - 1.0)
-        })
+        }
     }
 
     /// `2 sigma^2 dt`, in (m/s)^2 / Hz.

@@ -8,6 +8,7 @@ use wavecascade::analyze::{Analysis, Request, Results, Undirected};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::moved::{Answer, Reason, Verdict};
 use wavecascade::observer::Silent;
+use wavecascade::reference::{Grid, GrowingHarmonic};
 
 use test_support::fields::{analyzed, noise};
 
@@ -307,4 +308,41 @@ fn val_theory_modes_of_a_held_chain_keep_their_wavenumbers() {
     let moved = known.wavenumber;
     assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
     assert!(moved.most() < 1e-3, "{moved:?}");
+}
+
+/// A second harmonic that grows is a move up in both, where the sites tell its wavenumber; where they do not, it
+/// folds to a longer wave, and in time nothing is told.
+#[test]
+fn val_armstrong_a_growing_harmonic_moves_up_unless_it_folds() {
+    let at_distance = |dx: f64, n_sites: usize| {
+        let example = GrowingHarmonic::EXAMPLE;
+        let grid = Grid {
+            dx,
+            n_sites,
+            ..example.grid
+        };
+        analyzed(
+            &GrowingHarmonic { grid, ..example }.field(),
+            &Request::default(),
+        )
+        .answer
+        .unwrap()
+    };
+    let found = at_distance(0.008, 96);
+    assert_eq!(found.frequency.verdict, Verdict::Up);
+    assert_eq!(
+        found.wavenumber.verdict,
+        Verdict::Up,
+        "{:?}",
+        found.wavenumber
+    );
+    // 0.02 m: the harmonic's 251 rad/m appear as 63, below the fundamental's 126.
+    let found = at_distance(0.02, 48);
+    assert_eq!(found.frequency.verdict, Verdict::Up);
+    assert_eq!(
+        found.wavenumber.reason,
+        Some(Reason::Folded),
+        "{:?}",
+        found.wavenumber
+    );
 }

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use test_support::shared::dft_dd;
 use wavecascade::field::Field;
 use wavecascade::reference::{
-    GaussianPulse, Grid, LatticeImpact, LinearChirp, Tone, TravellingSine, WhiteNoise, bessel_j,
-    problems,
+    GaussianPulse, Grid, GrowingHarmonic, LatticeImpact, LinearChirp, Tone, TravellingSine,
+    WhiteNoise, bessel_j, problems,
 };
 
 const GRID: Grid = Grid {
@@ -74,6 +74,31 @@ fn the_struck_lattice_disperses_as_its_equation_of_motion_says() {
             assert!(error.abs() < 2e-14, "{t} {k}: {error:e}");
         }
     }
+}
+
+/// Energy goes from one harmonic to the other and stays the same: `d a1 / dx = -s a1 a2`, `d a2 / dx = s a1^2`.
+#[test]
+fn val_armstrong_a_growing_harmonic_keeps_its_energy() {
+    let wave = GrowingHarmonic {
+        noise: 0.0,
+        ..GrowingHarmonic::EXAMPLE
+    };
+    let field = wave.field();
+    for site in [0, 40, 95] {
+        let energy: f64 = record(&field, site)
+            .iter()
+            .map(|v| v * v * wave.grid.dt)
+            .sum();
+        // What the harmonics have in common leaves 8e-6.
+        let error = energy / wave.site_energy() - 1.0;
+        assert!(error.abs() < 1e-5, "{site}: {error:e}");
+    }
+    let (a, x, h) = (0.07, 0.3, 1e-5);
+    let at = |x: f64| wave.shares(a, x).map(|share| a * share);
+    let ([a1, a2], [before, after]) = (at(x), [at(x - h), at(x + h)]);
+    let slope = |i: usize| (after[i] - before[i]) / (2.0 * h);
+    assert!((slope(0) + wave.growth * a1 * a2).abs() < 1e-9);
+    assert!((slope(1) - wave.growth * a1 * a1).abs() < 1e-9);
 }
 
 #[test]

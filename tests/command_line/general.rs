@@ -12,7 +12,11 @@ fn help_and_manuals_are_there() {
     for (words, holds) in [
         (&["--help"][..], "analyze"),
         (&["analyze", "--help"], "sidecar"),
-        (&["analyze", "-h"], "--window-time"),
+        (&["analyze", "--help"], "--window-time"),
+        (&["analyze", "-h"], "cascade analyze scan.npy"),
+        (&["analyse", "-h"], "--dt"),
+        (&["-h"], "Estimate, with intervals:"),
+        (&["examples"], "growing_harmonic"),
         (&["completions", "bash"], "complete"),
         (&["completions", "zsh"], "#compdef cascade"),
         (&["completions", "fish"], "complete -c cascade"),
@@ -25,6 +29,70 @@ fn help_and_manuals_are_there() {
     assert!(place.bad(2, &["man", "bogus"]).contains("analyze"));
     assert!(place.bad(2, &["completions", "bogus"]).contains("zsh"));
     assert!(place.bad(2, &["analyze"]).contains("<FIELD>"));
+}
+
+/// What is written is read, in the words that are printed.
+#[test]
+fn examples_are_written_and_lead_to_an_answer() {
+    let place = Place::new();
+    let said = place.good(&["examples", "growing_harmonic"]);
+    assert!(
+        said.contains("wrote growing_harmonic.npz; next: cascade analyze growing_harmonic.npz"),
+        "{said}"
+    );
+    let said = place.says("analyze growing_harmonic.npz --figures none");
+    assert!(
+        said.contains("energy moves up in frequency along x"),
+        "{said}"
+    );
+    let said = place.good(&["examples", "linear_chain"]);
+    assert!(
+        said.contains("cascade simulate linear_chain.toml"),
+        "{said}"
+    );
+    place.says("scene --check linear_chain.toml");
+    for name in ["growing_harmonic", "linear_chain"] {
+        assert!(place.bad(2, &["examples", name]).contains("--force"));
+        place.good(&["examples", name, "--force"]);
+    }
+    assert!(place.bad(2, &["examples", "dimr"]).contains("dimer"));
+}
+
+/// What newcomers type, and the word of the answer that helps.
+#[test]
+fn natural_mistakes_are_answered_with_what_to_type() {
+    let place = test_support::pulse::place();
+    fs::write(place.path("scene.toml"), "sites = 8\nstiffnes_ratio = 3\n").unwrap();
+    for (typed, code, expected) in [
+        ("wave.npy", 2, "cascade analyze wave.npy"),
+        ("analyze", 2, "<FIELD>"),
+        ("analize wave.npy", 2, "analyze"),
+        ("plot wave.npy", 2, "cascade"),
+        ("analyze wave", 1, "check the path"),
+        ("analyze wave.npy --dt 0", 2, "above 0"),
+        ("analyze wave.npy --dt 1e-5m", 2, "s, ms, us"),
+        ("analyze wave.npy --fs 1 --dt 1", 2, "--rate"),
+        ("analyze wave.npy --output here", 2, "--out"),
+        ("analyze wave.npy --help-me", 2, "--help"),
+        ("analyze wave.npy --window hann", 2, "--window-time"),
+        ("analyze wave.npy --window-time hanning", 2, "hann"),
+        ("analyze wave.npy --figures pdf", 2, "svg"),
+        ("analyze scene.toml", 1, "cascade simulate"),
+        ("simulate wave.npy", 2, "wave.npy"),
+        ("simulate dimer.toml", 1, "cascade examples dimer"),
+        ("scene.toml", 2, "cascade simulate scene.toml"),
+        ("analyze wave.npy --dt 1ms --noise 1mm", 2, "mm/s"),
+        ("simulate scene.toml", 2, "stiffness_ratio"),
+        ("simulate --stiffness-ration 3", 2, "--stiffness-ratio"),
+        ("budget wave.npy", 2, "--scene"),
+        ("coherence wave.npy --reference 99", 2, "0 to 11"),
+    ] {
+        let said = place.refuses(code, typed);
+        assert!(
+            said.contains(expected),
+            "{typed}: {expected:?} not in\n{said}"
+        );
+    }
 }
 
 /// One option of each kind of fault, with what the message must name.

@@ -1,4 +1,4 @@
-"""Fields: opened, analysed, filtered."""
+"""Fields: opened, analyzed, filtered."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def analyze(
         ``direction_toward_plus_x`` and all others of ``moved`` in ``summary.json`` that are known, the
         whole as JSON in ``moved``, the verdict in words in ``answer``; settings, Parseval residuals and
         accuracy beside them. Of
-        further dimensions each place is analysed, and attributes that differ are variables. Without
+        further dimensions each place is analyzed, and attributes that differ are variables. Without
         xarray a dictionary of the arrays, whose attributes are under ``"attrs"``. Bits are those of
         the program.
     """
@@ -290,7 +290,7 @@ def temporal_spectrum(field: Any, **options: Unpack[AnalyzeOptions]) -> xr.DataA
     """S(f, x), the spectrum of each site's record: shape (frequency, position).
 
     As ``analyze(field, only="temporal")["temporal_spectrum"]``, with the same options and errors.
-    For a DataArray over Dask it is lazy and blockwise by sites: each block is analysed with whole
+    For a DataArray over Dask it is lazy and blockwise by sites: each block is analyzed with whole
     records when it is computed, and no block waits for another.
     """
     return _one_axis(field, "temporal", dict(options))

@@ -289,7 +289,7 @@ impl Plan {
         self.request.results.spatial || self.request.results.flux_surrogate
     }
 
-    /// Whether a site of the range analysed, counted from its first, is left out on request.
+    /// Whether a site of the range analyzed, counted from its first, is left out on request.
     pub fn is_left_out(&self, row: usize) -> bool {
         let site = self.sites.start + row;
         self.request.without_sites.contains(&site)

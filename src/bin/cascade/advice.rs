@@ -1,11 +1,15 @@
 //! What the user can do about errors and warnings, with the options that mend them.
 
+use std::path::Path;
+
 use wavecascade::Error;
 use wavecascade::chain::RunWarning;
 use wavecascade::error::{
     CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, Problem, ScanFault,
     SceneFault,
 };
+
+use crate::examples::names;
 
 /// Of an error, where there is something to do.
 pub fn of_error(error: &Error) -> Option<String> {
@@ -66,8 +70,8 @@ pub fn of_error(error: &Error) -> Option<String> {
              of the field"
                 .into(),
         ),
-        Error::Read { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-            Some("check the path; a relative one starts at the current directory".into())
+        Error::Read { source, path, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            Some(of_missing(path))
         }
         Error::Write { source, .. } if source.kind() == std::io::ErrorKind::FileTooLarge => {
             Some("raise the allowed size of files: `ulimit -f unlimited`".into())
@@ -77,6 +81,14 @@ pub fn of_error(error: &Error) -> Option<String> {
         }
         Error::Write { .. } => Some("write elsewhere with `--out`".into()),
         _ => None,
+    }
+}
+
+fn of_missing(path: &Path) -> String {
+    let name = path.file_stem().unwrap_or_default();
+    match names().find(|example| name == *example) {
+        Some(name) => format!("`cascade examples {name}` writes it here"),
+        None => "check the path; a relative one starts at the current directory".into(),
     }
 }
 
@@ -100,7 +112,7 @@ fn of_scan(fault: &ScanFault) -> Option<String> {
         }
         Channels { .. } => {
             "name the record with `--channel` (a name, or a number from 0) or `--variable`; several files \
-             with a field each are analysed without `--position-from`"
+             with a field each are analyzed without `--position-from`"
         }
         NoSuchChannel { .. } => "name one of them, or count them from 0",
         Unlike { .. } => {

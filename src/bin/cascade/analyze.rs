@@ -12,7 +12,6 @@ use wavecascade::analyze::{
 };
 use wavecascade::budget::answer_of_run;
 use wavecascade::field::{FileState, Note, OpenOptions, TimeColumn, is_run_file};
-use wavecascade::measure::{Dimension, Measure};
 use wavecascade::plot::draw_all;
 use wavecascade::report::{
     Provenance, ResultDirectory, RunFile, analysis_html, analysis_snippet, records_csv,
@@ -28,7 +27,7 @@ use crate::figure_args::Drawing;
 use crate::further;
 use crate::progress::Progress;
 use crate::scan_args::folder_name;
-use crate::show_args::{AxisUnits, of_axis};
+use crate::show_args::{AxisUnits, of_axis, stated};
 use crate::summary::Summary;
 use crate::terminal::Tone;
 use crate::words::quoted;
@@ -40,7 +39,7 @@ pub fn check(typed: &Analyze) -> Result<Drawing, Failure> {
     Ok(typed.figures.drawing_of_maps(&typed.colors)?)
 }
 
-/// One field to analyse.
+/// One field to analyze.
 pub struct Task<'a> {
     pub typed: &'a Analyze,
     pub field: &'a Path,
@@ -52,7 +51,7 @@ pub struct Task<'a> {
     pub progress: &'a Progress,
 }
 
-/// A field that has been analysed.
+/// A field that has been analyzed.
 pub struct Finished {
     pub analysis: Analysis,
     sheet: Sheet<'static>,
@@ -435,16 +434,6 @@ pub fn open_options(typed: &Input, memory: Option<u64>) -> OpenOptions {
     }
 }
 
-/// A number in the unit of an axis, where one is stated.
-fn stated<D: Dimension>(
-    option: &'static str,
-    measure: Option<Measure<D>>,
-    unit: Option<&str>,
-) -> Result<Option<f64>, Error> {
-    let number = measure.map(|measure| of_axis(option, measure, unit));
-    number.transpose()
-}
-
 /// Sets what is asked in the units of the field's axes.
 fn in_units(typed: &Analyze, field: &Field, request: &mut Request) -> Result<(), Error> {
     let units = AxisUnits::of(field);
@@ -464,6 +453,10 @@ fn in_units(typed: &Analyze, field: &Field, request: &mut Request) -> Result<(),
     )?;
     request.reference_time = stated("reference-time", bands.reference_time, time)?;
     request.front_window = stated("front-window", bands.front_window, time)?;
+    request.noise = stated("noise", bands.noise, field.unit.as_deref())?;
+    let times = typed.short_time.short_time_times.iter();
+    let times = times.map(|at| of_axis("short-time-times", *at, time));
+    request.short_time.times = times.collect::<Result<_, _>>()?;
     let band = bands.direction_band;
     request.direction_band = band
         .map(|band| band.of_axis("direction-band", frequency))
@@ -501,13 +494,12 @@ pub fn request(typed: &Analyze, field: &Field, draws: bool) -> Result<Request, E
         pad_space: spectra.pad_space,
         reference_site: bands.reference_site,
         least_move: bands.least_move,
-        noise: bands.noise,
         subtract_noise: bands.subtract_noise,
         dispersion: None,
         maps: draws,
         short_time: ShortTime {
             sites: typed.short_time.short_time_sites.clone(),
-            times: typed.short_time.short_time_times.clone(),
+            times: Vec::new(),
             segment: typed.short_time.short_time_segment,
             hop: typed.short_time.short_time_hop,
             segment_space: typed.short_time.short_space_segment,

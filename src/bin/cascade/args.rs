@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::builder::UnknownArgumentValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use wavecascade::field::{At, Resample, Selection};
-use wavecascade::measure::{Frequency, Length, Measure, Time, Wavenumber};
+use wavecascade::measure::{Frequency, Length, Measure, Speed, Time, Wavenumber};
 use wavecascade::prepare::Window;
 
 use crate::chain_args::{SceneCommand, Simulate, SweepCommand};
@@ -32,7 +32,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Analyse a field: from a file to a report of where its energy goes.
+    /// Find where the energy of a field goes: from a file to a report.
     ///
     /// FIELD holds samples v(t, x): NumPy (`.npy`, `.npz`), a table of text (`.csv`, `.tsv`, `.txt`),
     /// HDF5, NetCDF, MATLAB, SEG-Y, UFF 58, TDMS, miniSEED or LAMMPS dumps; `cascade inspect` lists what a file
@@ -41,20 +41,21 @@ pub enum Command {
     /// from a sidecar file, field.toml for field.npy (keys layout, dt, rate, dx, t0, x0, time_unit,
     /// space_unit, quantity, unit, dispersion), or from the file; an axis without a stated step counts samples
     /// or sites.
+    #[command(alias = "analyse")]
     Analyze(Box<Analyze>),
-    /// List what is in a file, and say what would be taken for the field v(t, x).
+    /// List what is in a file, and what would be taken for the field.
     ///
     /// Arrays with their dimensions, coordinates, types and units; how the field would be read with
-    /// the options given, or what is missing; and the command that analyses it.
+    /// the options given, or what is missing; and the command that analyzes it.
     Inspect(Box<crate::inspect::Inspect>),
-    /// Filter a field by frequency, wavenumber, speed or direction of travel.
+    /// Filter a field by frequency, wavenumber, speed or direction.
     ///
     /// The field is transformed in time and space, multiplied by 1 or 0, and transformed back. The
     /// result is a field with the same axes. Adjacent bands sum to the field, to rounding.
     Filter(Box<crate::filter::Filter>),
     #[command(flatten)]
     Estimate(EstimateCommand),
-    /// Find which wavenumbers of a run feed which: transfer by triads, and how local it is.
+    /// Find which wavenumbers of a run feed which, by triads.
     ///
     /// Where the force is quadratic (springs with alpha, precompressed contacts to second order), energy is exchanged in triads k = p + q, each of which keeps its energy. The result has what
     /// each k gained with each partner, the flux past k, and the share of it that triads of near wavenumbers carry.
@@ -73,7 +74,7 @@ pub enum Command {
     /// space, from low to high wavenumber in time, by frequency through each contact, and out of the
     /// scales larger than l. Each states by how much its balance over time fails to close.
     Budget(Box<crate::budget::Budget>),
-    /// Compare the budgets of two runs on one page, with shared scales and their differences.
+    /// Compare the budgets of two runs on one page.
     Compare(Box<crate::compare::Compare>),
     /// Simulate a chain: from a scene to a run file.
     ///
@@ -83,7 +84,7 @@ pub enum Command {
     /// the scene; `cascade analyze` reads it with all axes known. With `--out run.nc` it is a NetCDF file of the
     /// same arrays, which xarray opens, too.
     Simulate(Box<Simulate>),
-    /// Run chains that differ in a few keys of one scene, to one table.
+    /// Run chains that differ in a few keys of a scene, to one table.
     ///
     /// The members are all combinations of the varied values. Each result is saved in the directory
     /// at once; after an interrupt or kill, the same command resumes. The table (`table.csv`) is
@@ -99,7 +100,7 @@ pub enum Command {
     /// pulses of struck chains lose least and most. The row of an order that cannot be resolved
     /// gives the reason, and the exit code is 1. `--profile` and `--launch` work on one wave.
     Localize(Box<crate::localize::Localize>),
-    /// Follow the pulse of a struck chain against its length, or a key: how long must it be to attenuate?
+    /// Find how long a struck chain must be to attenuate its pulse.
     ///
     /// SCENES, `--angles` or `--ratios` name the chains that are compared, each with the homogeneous chain beside it:
     /// largest force and velocity, energy passed and left behind, share of the high band, width, arrival. With
@@ -108,9 +109,11 @@ pub enum Command {
     /// are located inside the steps of the simulation, so they depend on no sampling, and have error estimates. With
     /// `--out`, results are saved at once, and the same command resumes after an interrupt.
     Attenuate(Box<crate::attenuate::Attenuate>),
+    /// List fields and scenes to try the program on, or write one here.
+    Examples(crate::examples::Examples),
     /// Print completions for a shell.
     Completions { shell: clap_complete::Shell },
-    /// Print the manual page of the program, or of one of its commands.
+    /// Print the manual page of the program, or of a command.
     Man {
         /// Name of a command.
         page: Option<String>,
@@ -128,7 +131,7 @@ fn in_parts() -> UnknownArgumentValueParser {
 /// What `cascade analyze` takes.
 #[derive(Debug, Args)]
 pub struct Analyze {
-    /// File with the field; several, or patterns such as `'*.npy'`, are analysed one after the
+    /// File with the field; several, or patterns such as `'*.npy'`, are analyzed one after the
     /// other, or with `--position-from` as one field.
     #[arg(required = true, value_name = "FIELD")]
     pub fields: Vec<PathBuf>,
@@ -252,7 +255,7 @@ pub struct Input {
     /// samples [default: the one that a header names, else the first if it rises evenly].
     #[arg(long, value_name = "COLUMN")]
     pub time_column: Option<String>,
-    /// How the file is read: mapped while it is analysed, or copied to memory first, which a file
+    /// How the file is read: mapped while it is analyzed, or copied to memory first, which a file
     /// that other programs may change needs [default: map].
     #[arg(long, value_enum)]
     pub read: Option<ReadArg>,
@@ -261,13 +264,13 @@ pub struct Input {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Preparation, once, before all transforms")]
 pub struct Preparation {
-    /// Sites to analyse, by index, the end excluded [default: all].
+    /// Sites to analyze, by index, the end excluded [default: all].
     #[arg(long, value_name = "FIRST:END", value_parser = parse::site_range)]
     pub sites: Option<Range<usize>>,
     /// Sites to leave out, by index: their spectra are undefined, and spectra along space are not computed.
     #[arg(long, value_name = "SITE,..", value_delimiter = ',')]
     pub without_sites: Vec<usize>,
-    /// Times to analyse, in units of time or with their own (1ms:20ms), both ends included; one may be left out [default: all].
+    /// Times to analyze, in units of time or with their own (1ms:20ms), both ends included; one may be left out [default: all].
     #[arg(long, value_name = "FROM:TO", value_parser = ends::<Time>,
           allow_hyphen_values = true, conflicts_with = "until_arrival")]
     pub times: Option<Ends<Time>>,
@@ -354,10 +357,10 @@ pub struct Bands {
     /// Moved shares of the energy below this count as none [default: 0.05].
     #[arg(long, value_name = "SHARE", value_parser = parse::positive, allow_negative_numbers = true)]
     pub least_move: Option<f64>,
-    /// Root mean square of the noise in the samples, in their unit, where it is known: sites and times
-    /// whose energy is less than twice the noise's are undefined [default: not known].
-    #[arg(long, value_name = "RMS", value_parser = parse::positive, allow_negative_numbers = true)]
-    pub noise: Option<f64>,
+    /// Root mean square of the noise in the samples, in their unit, or of a velocity with its own (1mm/s), where it is
+    /// known: sites and times whose energy is less than twice the noise's are undefined [default: not known].
+    #[arg(long, value_name = "RMS", value_parser = parse::step::<Speed>, allow_negative_numbers = true)]
+    pub noise: Option<Measure<Speed>>,
     /// Subtract the noise of each site, found before the motion arrives or where the spectrum is flat, from spectra
     /// along time; spectra along both axes are not computed.
     #[arg(long, conflicts_with = "noise")]
@@ -380,10 +383,10 @@ pub struct ShortTimeArgs {
         allow_negative_numbers = true
     )]
     pub short_time_sites: Vec<usize>,
-    /// Times to follow along x, in units of time [default: none].
-    #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = parse::finite,
+    /// Times to follow along x, in units of time, or with their own (10ms) [default: none].
+    #[arg(long, value_name = "TIME", value_delimiter = ',', value_parser = parse::origin::<Time>,
           allow_hyphen_values = true)]
-    pub short_time_times: Vec<f64>,
+    pub short_time_times: Vec<Measure<Time>>,
     /// Samples a segment along time [default: a power of two near an eighth of the record].
     #[arg(long, value_name = "SAMPLES")]
     pub short_time_segment: Option<usize>,

@@ -158,7 +158,7 @@ pub fn compute(
     observer: &dyn Observer,
 ) -> Result<Found, Error> {
     let motion = Motion::of(&file.run)?;
-    wavecascade::budget::run(&motion, &views.request(&file.setup), sink, observer)
+    wavecascade::budget::run(&motion, &views.request(&file.setup)?, sink, observer)
 }
 
 /// The words typed.

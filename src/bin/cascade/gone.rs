@@ -1,12 +1,14 @@
-//! Commands that there are no more, with what takes their place.
+//! Words that are no command: commands that there are no more, with what takes their place, and files.
 
 use std::ffi::OsString;
+use std::path::Path;
 
-use clap::Parser;
+use clap::FromArgMatches;
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::args::Cli;
+use crate::help;
 
 const GONE: [(&str, &str); 7] = [
     (
@@ -38,14 +40,30 @@ const GONE: [(&str, &str); 7] = [
 
 /// The command that was typed; help, version and words that are none end the program.
 pub fn parsed(words: Vec<OsString>) -> Cli {
-    Cli::try_parse_from(words).unwrap_or_else(|mut error| {
+    let typed = help::command().try_get_matches_from(words);
+    let parsed = typed.and_then(|mut typed| Cli::from_arg_matches_mut(&mut typed));
+    parsed.unwrap_or_else(|mut error| {
         if error.kind() == ErrorKind::InvalidSubcommand
             && let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
-            && let Some((_, instead)) = GONE.iter().find(|(gone, _)| gone == name)
+            && let Some(tip) = instead_of(name)
         {
-            let tip = StyledStr::from(format!("it is no command any more: {instead}"));
+            let tip = StyledStr::from(tip);
             error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
         }
         error.exit()
     })
+}
+
+/// What to type for a word that is no command.
+fn instead_of(word: &str) -> Option<String> {
+    if let Some((_, instead)) = GONE.iter().find(|(gone, _)| *gone == word) {
+        return Some(format!("it is no command any more: {instead}"));
+    }
+    let path = Path::new(word);
+    let command = match path.extension()?.to_str()? {
+        "toml" => "simulate",
+        _ => "analyze",
+    };
+    path.is_file()
+        .then(|| format!("a file comes after a command: `cascade {command} {word}`"))
 }

@@ -1,4 +1,4 @@
-//! `cascade inspect`: what a file holds, and what of it would be analysed.
+//! `cascade inspect`: what a file holds, and what of it would be analyzed.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -254,7 +254,7 @@ fn shape(field: &Field) -> String {
     format!("{quantity}{unit}: {times}; {sites}")
 }
 
-/// The command that analyses the field as it was read here.
+/// The command that analyzes the field as it was read here.
 fn command(typed: &Inspect, field: &Field) -> String {
     let words = crate::words::as_text();
     let after = words

@@ -16,12 +16,14 @@ mod described;
 mod dispersion;
 mod effect;
 mod estimates;
+mod examples;
 mod failure;
 mod fields;
 mod figure_args;
 mod filter;
 mod further;
 mod gone;
+mod help;
 mod inspect;
 mod localize;
 mod manual;
@@ -98,6 +100,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Scene(typed) => scene::run(typed),
         Command::Attenuate(typed) => attenuate::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
+        Command::Examples(typed) => examples::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),
     }

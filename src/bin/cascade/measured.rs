@@ -17,6 +17,7 @@ use wavecascade::{Error, Field, Result};
 use crate::analyze::{open_options, print_notes};
 use crate::args::Input;
 use crate::parse;
+use crate::show_args::stated;
 use crate::view_args::{ViewArgs, request_of};
 
 /// How a measurement is read.
@@ -32,12 +33,12 @@ pub struct MeasuredArgs {
     /// Sites whose channels are dead, beside those of nothing but zeros or gaps.
     #[arg(long, value_delimiter = ',', value_name = "SITE", requires = "scene")]
     pub missing: Vec<usize>,
-    /// Standard deviation of the noise [default: that of the quiet part before the wave arrives].
-    #[arg(long, value_name = "SPEED", value_parser = parse::finite, requires = "scene")]
-    pub noise: Option<f64>,
+    /// Standard deviation of the noise, such as 1mm/s [default: that of the quiet part before the wave arrives].
+    #[arg(long, value_name = "SPEED", value_parser = parse::origin::<Speed>, requires = "scene")]
+    pub noise: Option<Measure<Speed>>,
     /// Standard deviation of a constant offset of the channels, beside `--noise` [default: 0].
-    #[arg(long, value_name = "SPEED", value_parser = parse::finite, requires = "noise")]
-    pub offset: Option<f64>,
+    #[arg(long, value_name = "SPEED", value_parser = parse::origin::<Speed>, requires = "noise")]
+    pub offset: Option<Measure<Speed>>,
     /// Relative standard error of the gain of the channels, as 0.01 or 1%: one for all, each by
     /// itself, or one a site [default: 0].
     #[arg(long, value_delimiter = ',', value_name = "SHARE", value_parser = parse::share,
@@ -118,13 +119,14 @@ pub fn of_field(
             found: "none stated, and none known from the file".into(),
         });
     }
+    let unit = (setup.units == Units::Si).then_some("m/s");
     let options = MeasuredOptions {
         start: typed.start,
-        noise: match typed.noise {
+        noise: match stated("noise", typed.noise, unit)? {
             None => Noise::Quiet,
             Some(deviation) => Noise::Stated {
                 deviation,
-                offset: typed.offset.unwrap_or(0.0),
+                offset: stated("offset", typed.offset, unit)?.unwrap_or(0.0),
             },
         },
         drift: match typed.drift {
@@ -156,7 +158,7 @@ pub fn of_field(
         pitch: if stated { field.space.step } else { base.pitch },
         units,
         integration: Integration::Samples,
-        ..views.choices(motion.time.len(), motion.chain.n_sites(), base)
+        ..views.choices(motion.time.len(), motion.chain.n_sites(), base)?
     };
     Ok(MeasuredInput { motion, request })
 }

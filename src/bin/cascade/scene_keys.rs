@@ -29,7 +29,8 @@ impl Args for SceneKeys {
                          `cascade {} --help scene` lists them by topic.",
                         command.get_name()
                     );
-                    command.after_help(more)
+                    let example = command.get_after_help().map(|text| format!("{text}\n\n"));
+                    command.after_help(example.unwrap_or_default() + &more)
                 }
                 false => command,
             }

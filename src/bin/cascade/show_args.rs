@@ -151,6 +151,16 @@ impl AxisUnits {
     }
 }
 
+/// A number in the unit of an axis, where one is stated.
+pub fn stated<D: Dimension>(
+    option: &'static str,
+    measure: Option<Measure<D>>,
+    unit: Option<&str>,
+) -> Result<Option<f64>, Error> {
+    let number = measure.map(|measure| of_axis(option, measure, unit));
+    number.transpose()
+}
+
 /// A number in the unit of an axis, which a field may not have.
 pub fn of_axis<D: Dimension>(
     option: &'static str,

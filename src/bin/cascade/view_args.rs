@@ -6,8 +6,10 @@ use clap::{Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Filter, Integration, Views};
 use wavecascade::chain::scene::{Setup, Units};
+use wavecascade::measure::{Frequency, Length, Measure, Wavenumber, cycles_per};
 
 use crate::parse;
+use crate::show_args::{of_axis, stated};
 
 /// Options of the budgets.
 #[derive(Debug, Args)]
@@ -28,22 +30,22 @@ pub struct ViewArgs {
     /// Filter of the coarse graining.
     #[arg(long, value_enum, default_value_t = FilterArg::Gaussian)]
     pub filter: FilterArg,
-    /// Scales l, in units of length [default: from two cells on, by the square root of two].
-    #[arg(long, value_delimiter = ',', value_name = "LENGTH", value_parser = parse::finite)]
-    pub scales: Vec<f64>,
+    /// Scales l, in units of length, or with their own (20mm) [default: from two cells on, by the square root of two].
+    #[arg(long, value_delimiter = ',', value_name = "LENGTH", value_parser = parse::origin::<Length>)]
+    pub scales: Vec<Measure<Length>>,
     /// Scale whose flux is kept contact by contact [default: the one in the middle].
-    #[arg(long, value_name = "LENGTH", value_parser = parse::finite)]
-    pub map_scale: Option<f64>,
-    /// Upper edge of the low band, in cycles per unit of time [default: bounds 90 % of the energy
-    /// of the first contact's force].
-    #[arg(long, value_name = "FREQUENCY", value_parser = parse::finite,
+    #[arg(long, value_name = "LENGTH", value_parser = parse::origin::<Length>)]
+    pub map_scale: Option<Measure<Length>>,
+    /// Upper edge of the low band, in cycles per unit of time, or with its unit (2kHz) [default: bounds 90 % of the
+    /// energy of the first contact's force].
+    #[arg(long, value_name = "FREQUENCY", value_parser = parse::origin::<Frequency>,
           allow_negative_numbers = true)]
-    pub band_edge_frequency: Option<f64>,
-    /// Upper edge of the low band, in rad per unit of length [default: bounds 90 % of the energy at
-    /// the first sample with energy].
-    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::finite,
+    pub band_edge_frequency: Option<Measure<Frequency>>,
+    /// Upper edge of the low band, in rad per unit of length, or with its unit (50rad/m) [default: bounds 90 % of the
+    /// energy at the first sample with energy].
+    #[arg(long, value_name = "WAVENUMBER", value_parser = parse::origin::<Wavenumber>,
           allow_negative_numbers = true)]
-    pub band_edge_wavenumber: Option<f64>,
+    pub band_edge_wavenumber: Option<Measure<Wavenumber>>,
     /// Pairs of contacts between which each band's gain and the energy left behind are reported,
     /// besides the first, the middle and the last.
     #[arg(long, value_delimiter = ',', value_name = "A:B", value_parser = parse::pair)]
@@ -112,7 +114,7 @@ impl ViewArgs {
         }
     }
 
-    pub fn request(&self, setup: &Setup) -> BudgetRequest {
+    pub fn request(&self, setup: &Setup) -> Result<BudgetRequest, Error> {
         let simulation = &setup.simulation;
         let sites = simulation.chain.n_sites();
         self.choices(simulation.samples, sites, request_of(setup))
@@ -123,16 +125,35 @@ impl ViewArgs {
     pub fn take_over(&mut self, found: &Budget) {
         let edge = |edge: f64| edge.is_finite().then_some(edge);
         let over_f = found.frequency.as_ref().and_then(|flow| edge(flow.edge));
-        self.band_edge_frequency = self.band_edge_frequency.or(over_f);
+        self.band_edge_frequency = self.band_edge_frequency.or(over_f.map(Measure::new));
         let over_k = found.wavenumber.as_ref().and_then(|found| edge(found.edge));
-        self.band_edge_wavenumber = self.band_edge_wavenumber.or(over_k);
-        self.map_scale = self
-            .map_scale
-            .or(found.scales.as_ref().map(|found| found.map_scale));
+        self.band_edge_wavenumber = self.band_edge_wavenumber.or(over_k.map(Measure::new));
+        let mapped = found
+            .scales
+            .as_ref()
+            .map(|found| Measure::new(found.map_scale));
+        self.map_scale = self.map_scale.or(mapped);
     }
 
     /// The choices typed over `base`.
-    pub fn choices(&self, samples: usize, sites: usize, base: BudgetRequest) -> BudgetRequest {
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a unit where the run has none.
+    pub fn choices(
+        &self,
+        samples: usize,
+        sites: usize,
+        base: BudgetRequest,
+    ) -> Result<BudgetRequest, Error> {
+        let (time, length) = (base.units.time.as_deref(), base.units.length.as_deref());
+        let (frequency, wavenumber) = (
+            time.map(cycles_per),
+            length.map(|unit| format!("rad/{unit}")),
+        );
+        let scales = self
+            .scales
+            .iter()
+            .map(|scale| of_axis("scales", *scale, length));
         let only = |view| self.only.is_empty() || self.only.contains(&view);
         let whole = [0..samples, 0..sites];
         let window = match (&self.window_samples, &self.window_sites) {
@@ -143,7 +164,7 @@ impl ViewArgs {
                 Some([samples, sites.clone().unwrap_or(all_sites)])
             }
         };
-        BudgetRequest {
+        Ok(BudgetRequest {
             views: Views {
                 wavenumber: only(ViewArg::Wavenumber),
                 frequency: only(ViewArg::Frequency),
@@ -155,10 +176,18 @@ impl ViewArgs {
                 FilterArg::Box => Filter::Box,
                 FilterArg::Sharp => Filter::Sharp,
             },
-            scales: self.scales.clone(),
-            map_scale: self.map_scale,
-            band_edge_frequency: self.band_edge_frequency,
-            band_edge_wavenumber: self.band_edge_wavenumber,
+            scales: scales.collect::<Result<_, _>>()?,
+            map_scale: stated("map-scale", self.map_scale, length)?,
+            band_edge_frequency: stated(
+                "band-edge-frequency",
+                self.band_edge_frequency,
+                frequency.as_deref(),
+            )?,
+            band_edge_wavenumber: stated(
+                "band-edge-wavenumber",
+                self.band_edge_wavenumber,
+                wavenumber.as_deref(),
+            )?,
             window,
             between: self.between.clone(),
             integration: match self.from_samples {
@@ -166,7 +195,7 @@ impl ViewArgs {
                 false => Integration::Stepping,
             },
             ..base
-        }
+        })
     }
 }
 

@@ -372,7 +372,7 @@ impl SpectrumEstimate {
                     "the mean over the times has no interval: energy changes (steadiness {}), or times are few",
                     number(mean.steadiness)
                 ),
-                "analyse a part of the record in which it is steady",
+                "analyze a part of the record in which it is steady",
             );
         }
     }

@@ -1,4 +1,4 @@
-//! A field to analyse: a pulse that travels to +x.
+//! A field to analyze: a pulse that travels to +x.
 
 use std::fs;
 

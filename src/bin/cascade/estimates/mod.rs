@@ -36,42 +36,42 @@ use crate::progress::Progress;
 /// The commands on estimates of fields.
 #[derive(Debug, Subcommand)]
 pub enum EstimateCommand {
-    /// Compare all sites with a reference: coherence, phase, delay, phase velocity.
+    /// Compare all sites with a reference: coherence, delay, velocity.
     ///
     /// Averaged over segments of the record, over orthogonal tapers, or over repeated records (several
     /// files). Each number has its level of significance or its error; the segments of one transient are not
     /// independent, and then none is stated.
     Coherence(Box<coherence::Coherence>),
-    /// Read dispersion off S(k, f): branches, phase and group velocity, fitted laws.
+    /// Read dispersion off S(k, f): branches, velocities, fitted laws.
     ///
     /// Peaks along k at each frequency, or along f at each wavenumber, that stand above the noise are joined to
     /// branches and located between bins. Each place and each velocity has its error.
     Ridges(Box<ridges::Ridges>),
-    /// Find the motions that are coherent along x at each frequency (SPOD): modes and their power.
+    /// Find motions that are coherent along x at a frequency (SPOD).
     ///
     /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or
     /// over repeated records (several files). Each eigenvalue has its interval, and each mode that is a wave its
     /// wavenumber.
     Modes(Box<modes::Modes>),
-    /// Measure how differences grow with scale: structure functions, flatness, histograms.
+    /// Measure how differences grow with scale: structure functions.
     ///
     /// Increments over separations along x and lags in time, orders 1 to 6, the third with its sign, exponents
     /// over a stated band, histograms. Intervals are over shots, or over parts of a stationary record; missing
     /// samples are left out.
     Increments(Box<increments::Increments>),
-    /// Fit the slope of a spectrum over a band, with its breaks, its course in time and the shock time.
+    /// Fit the slope of a spectrum over a band, and find its breaks.
     ///
     /// Least squares in double logarithmic scales over wavenumbers or frequencies; the interval is that of the
     /// regression, or over shots if there are several. Along x, the slope of each frame of the times, and the time
     /// at which a steepening field forms a shock.
     Slope(Box<slope::Slope>),
-    /// Find frequencies that are coupled with their sum: bicoherence and biphase, at a site and along x.
+    /// Find frequencies that are coupled with their sum.
     ///
     /// Averaged over segments of the record or over repeated records (several files), with levels of
     /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
     /// frequency feeds which; `--transfer` fits what each gains between two sites, linearly and from pairs of others.
     Bicoherence(Box<bicoherence::BicoherenceArgs>),
-    /// Estimate the power spectral density of all sites with intervals, and find lines.
+    /// Estimate power spectral densities, and find lines.
     ///
     /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over
     /// repeated records (several files). Each value has its degrees of freedom and two intervals, by the chi-square

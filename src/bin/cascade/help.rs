@@ -1,0 +1,205 @@
+//! What help shows: commands grouped by question, and under `-h` the options that most people need.
+
+use clap::{Arg, Command, CommandFactory};
+
+use crate::args::Cli;
+
+/// Commands by the question they answer.
+const GROUPS: [(&str, &[&str]); 6] = [
+    (
+        "Look at a field",
+        &["analyze", "inspect", "filter", "convert"],
+    ),
+    (
+        "Estimate, with intervals",
+        &[
+            "spectrum",
+            "coherence",
+            "modes",
+            "ridges",
+            "bicoherence",
+            "increments",
+            "slope",
+        ],
+    ),
+    ("Simulate chains", &["scene", "simulate", "sweep"]),
+    (
+        "Follow the energy of chains",
+        &["budget", "triads", "compare"],
+    ),
+    ("Design chains", &["attenuate", "localize"]),
+    (
+        "Start, and tools",
+        &["examples", "completions", "man", "help"],
+    ),
+];
+
+/// Headings whose options few need, and options that few need under any heading: `-h` leaves them out.
+const RARE_HEADINGS: [&str; 11] = [
+    "The field and its axes",
+    "Scans: one record a file, one field",
+    "Spectra",
+    "Low and high band, directions",
+    "Short-time spectra",
+    "Dispersion relations drawn over S(k, f)",
+    "Display limits of figures and report",
+    "Figures",
+    "A measured field",
+    "Transfer",
+    "Against a key of the scene",
+];
+const RARE: &str = "precision memory threads read significance equal_weights no_jackknife space_window \
+    space_multitaper part merge max_time arrival_threshold detrend_field detrend_space \
+    window_samples window_sites without_sites until_arrival sites plan only format from_samples filter scales \
+    map_scale band_edge_frequency band_edge_wavenumber subtract_noise overlap window lengths \
+    contacts measured measured_field sense lag_band histograms frames";
+
+/// What most need of the rare headings.
+const COMMON: &str = "layout dt dx unit noise figures transfer";
+
+/// A command as it is typed.
+const EXAMPLES: [(&str, &str); 18] = [
+    ("analyze", "analyze scan.npy --dt 10us --dx 2mm --unit m/s"),
+    ("inspect", "inspect scan.h5"),
+    (
+        "filter",
+        "filter scan.npz --frequency 1kHz:5kHz --out band.npz",
+    ),
+    ("convert", "convert scan.h5 scan.nc --dx 2mm"),
+    ("spectrum", "spectrum scan.npz --segment 512"),
+    (
+        "coherence",
+        "coherence scan.npz --reference 0 --segment 512",
+    ),
+    ("modes", "modes scan.npz --segment 512"),
+    ("ridges", "ridges scan.npz"),
+    (
+        "bicoherence",
+        "bicoherence scan.npz --site 12 --segment 256",
+    ),
+    ("increments", "increments scan.npz"),
+    ("slope", "slope scan.npz --band 100Hz:2kHz"),
+    (
+        "simulate",
+        "simulate dimer.toml --stiffness-ratio 2.398 --out dispersive.npz",
+    ),
+    ("sweep", "sweep dimer.toml --vary stiffness_ratio=1:8:64"),
+    ("budget", "budget dimer.npz"),
+    ("triads", "triads fput.npz"),
+    ("compare", "compare localized.npz dispersive.npz"),
+    ("localize", "localize --order 1..5"),
+    (
+        "attenuate",
+        "attenuate dimer.toml --against stiffness_ratio=1:8:32",
+    ),
+];
+
+/// The program's arguments with their help.
+pub fn command() -> Command {
+    let mut all = Cli::command();
+    let listed = grouped(&all);
+    for (name, example) in EXAMPLES {
+        all = all.mut_subcommand(name, |command| shortened(command, example));
+    }
+    all.help_template(
+        "{about}\n\n{usage-heading} {usage}\n{before-help}\nOptions:\n{options}{after-help}",
+    )
+    .before_help(listed)
+    .after_help(
+        "`cascade COMMAND -h` shows what most need, `--help` all. `cascade examples` is a start.",
+    )
+}
+
+/// Leaves what few need out of `-h`, and ends with an example.
+fn shortened(command: Command, example: &str) -> Command {
+    command
+        .mut_args(|arg| {
+            let is_rare = is_rare(&arg);
+            arg.hide_short_help(is_rare)
+        })
+        .after_help(format!("Example: cascade {example}"))
+}
+
+fn is_rare(arg: &Arg) -> bool {
+    let id = arg.get_id().as_str();
+    let is_below = arg
+        .get_help_heading()
+        .is_some_and(|heading| RARE_HEADINGS.contains(&heading));
+    let is_in = |names: &str| names.split(' ').any(|name| name == id);
+    is_in(RARE) || (is_below && !is_in(COMMON))
+}
+
+/// The commands with what they do, a line each.
+fn grouped(all: &Command) -> String {
+    let about = |name: &str| match all.find_subcommand(name).and_then(Command::get_about) {
+        Some(about) => about.to_string(),
+        None => "Print help of the program, or of a command".into(),
+    };
+    let mut text = String::new();
+    for (question, names) in GROUPS {
+        text += &format!("\n{question}:\n");
+        for name in names {
+            text += &format!("  {name:<12} {}\n", about(name));
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_command_is_in_one_group_with_one_line() {
+        let all = Cli::command();
+        let mut listed: Vec<&str> = GROUPS
+            .iter()
+            .flat_map(|(_, names)| names.iter().copied())
+            .collect();
+        let mut known: Vec<&str> = all.get_subcommands().map(Command::get_name).collect();
+        known.push("help");
+        listed.sort_unstable();
+        known.sort_unstable();
+        assert_eq!(listed, known);
+        for line in grouped(&all).lines() {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+    }
+
+    #[test]
+    fn brief_help_fits_on_a_screen() {
+        let names: Vec<String> = Cli::command()
+            .get_subcommands()
+            .map(|c| c.get_name().to_owned())
+            .collect();
+        for name in names {
+            let mut all = command();
+            let help = all
+                .find_subcommand_mut(&name)
+                .unwrap()
+                .render_help()
+                .to_string();
+            let lines = help.lines().count();
+            assert!(lines <= 50, "{name}: {lines} lines\n{help}");
+        }
+    }
+
+    #[test]
+    fn options_named_here_are_there() {
+        let all = Cli::command();
+        let args = || {
+            all.get_subcommands()
+                .flat_map(Command::get_arguments)
+                .chain(all.get_arguments())
+        };
+        for name in RARE.split(' ').chain(COMMON.split(' ')) {
+            assert!(args().any(|arg| arg.get_id() == name), "{name}");
+        }
+        for heading in RARE_HEADINGS {
+            assert!(
+                args().any(|arg| arg.get_help_heading() == Some(heading)),
+                "{heading}"
+            );
+        }
+    }
+}
