@@ -41,17 +41,20 @@ pub enum Command {
     /// from a sidecar file, field.toml for field.npy (keys layout, dt, rate, dx, t0, x0, time_unit,
     /// space_unit, quantity, unit, dispersion), or from the file; an axis without a stated step counts samples
     /// or sites.
+    #[command(after_help = "Example: cascade analyze scan.npy --dt 10us --dx 2mm --unit m/s")]
     #[command(alias = "analyse")]
     Analyze(Box<Analyze>),
     /// List what is in a file, and what would be taken for the field.
     ///
     /// Arrays with their dimensions, coordinates, types and units; how the field would be read with
     /// the options given, or what is missing; and the command that analyzes it.
+    #[command(after_help = "Example: cascade inspect scan.h5")]
     Inspect(Box<crate::inspect::Inspect>),
     /// Filter a field by frequency, wavenumber, speed or direction.
     ///
     /// The field is transformed in time and space, multiplied by 1 or 0, and transformed back. The
     /// result is a field with the same axes. Adjacent bands sum to the field, to rounding.
+    #[command(after_help = "Example: cascade filter scan.npz --frequency 1kHz:5kHz --out band.npz")]
     Filter(Box<crate::filter::Filter>),
     #[command(flatten)]
     Estimate(EstimateCommand),
@@ -59,6 +62,7 @@ pub enum Command {
     ///
     /// Where the force is quadratic (springs with alpha, precompressed contacts to second order), energy is exchanged in triads k = p + q, each of which keeps its energy. The result has what
     /// each k gained with each partner, the flux past k, and the share of it that triads of near wavenumbers carry.
+    #[command(after_help = "Example: cascade triads fput.npz")]
     Triads(Box<crate::triads::Triads>),
     /// Convert a field to another format, with its axes and units.
     ///
@@ -67,14 +71,17 @@ pub enum Command {
     /// the format: NetCDF (.nc), which xarray opens, NumPy (.npz, or .npy with a sidecar), or a table
     /// (.csv with a sidecar). Samples in single precision stay so; a field larger than memory passes in
     /// blocks.
+    #[command(after_help = "Example: cascade convert scan.h5 scan.nc --dx 2mm")]
     Convert(Box<crate::convert::Convert>),
     /// Follow the energy of a simulated chain: balances that close.
     ///
     /// RUN is a run file of `cascade simulate` with displacements. Four budgets: site by site in real
     /// space, from low to high wavenumber in time, by frequency through each contact, and out of the
     /// scales larger than l. Each states by how much its balance over time fails to close.
+    #[command(after_help = "Example: cascade budget dimer.npz")]
     Budget(Box<crate::budget::Budget>),
     /// Compare the budgets of two runs on one page.
+    #[command(after_help = "Example: cascade compare localized.npz dispersive.npz")]
     Compare(Box<crate::compare::Compare>),
     /// Simulate a chain: from a scene to a run file.
     ///
@@ -83,6 +90,9 @@ pub enum Command {
     /// (`.npz`) holds time, velocity, displacement, force, energy passed, masses, coefficients and
     /// the scene; `cascade analyze` reads it with all axes known. With `--out run.nc` it is a NetCDF file of the
     /// same arrays, which xarray opens, too.
+    #[command(
+        after_help = "Example: cascade simulate dimer.toml --stiffness-ratio 2.398 --out dispersive.npz"
+    )]
     Simulate(Box<Simulate>),
     /// Run chains that differ in a few keys of a scene, to one table.
     ///
@@ -90,6 +100,7 @@ pub enum Command {
     /// at once; after an interrupt or kill, the same command resumes. The table (`table.csv`) is
     /// written when all members are done, one row for each: largest forces (located between
     /// samples), energies, estimated errors.
+    #[command(after_help = "Example: cascade sweep dimer.toml --vary stiffness_ratio=1:8:64")]
     Sweep(Box<SweepCommand>),
     /// Print a commented scene to start from, or describe a scene.
     Scene(SceneCommand),
@@ -99,6 +110,7 @@ pub enum Command {
     /// on the fitted slow wave, the published numbers; with `--direct` the ratios at which the
     /// pulses of struck chains lose least and most. The row of an order that cannot be resolved
     /// gives the reason, and the exit code is 1. `--profile` and `--launch` work on one wave.
+    #[command(after_help = "Example: cascade localize --order 1..5")]
     Localize(Box<crate::localize::Localize>),
     /// Find how long a struck chain must be to attenuate its pulse.
     ///
@@ -108,6 +120,9 @@ pub enum Command {
     /// the extremes of the force are located by further runs, and values that carry localized waves are marked. Values
     /// are located inside the steps of the simulation, so they depend on no sampling, and have error estimates. With
     /// `--out`, results are saved at once, and the same command resumes after an interrupt.
+    #[command(
+        after_help = "Example: cascade attenuate dimer.toml --against stiffness_ratio=1:8:32"
+    )]
     Attenuate(Box<crate::attenuate::Attenuate>),
     /// List fields and scenes to try the program on, or write one here.
     Examples(crate::examples::Examples),

@@ -1,26 +1,15 @@
 //! What help shows: commands grouped by question, and under `-h` the options that most people need.
 
-use clap::{Arg, Command, CommandFactory};
+use clap::{Arg, Command, CommandFactory, Subcommand};
 
 use crate::args::Cli;
+use crate::estimates::EstimateCommand;
 
-/// Commands by the question they answer.
-const GROUPS: [(&str, &[&str]); 6] = [
+/// Commands by the question they answer; those on estimates come behind the first group.
+const GROUPS: [(&str, &[&str]); 5] = [
     (
         "Look at a field",
         &["analyze", "inspect", "filter", "convert"],
-    ),
-    (
-        "Estimate, with intervals",
-        &[
-            "spectrum",
-            "coherence",
-            "modes",
-            "ridges",
-            "bicoherence",
-            "increments",
-            "slope",
-        ],
     ),
     ("Simulate chains", &["scene", "simulate", "sweep"]),
     (
@@ -33,6 +22,21 @@ const GROUPS: [(&str, &[&str]); 6] = [
         &["examples", "completions", "man", "help"],
     ),
 ];
+
+/// All groups.
+fn groups() -> Vec<(&'static str, Vec<String>)> {
+    let of = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let mut all: Vec<_> = GROUPS
+        .iter()
+        .map(|(question, names)| (*question, of(names)))
+        .collect();
+    let estimates = EstimateCommand::augment_subcommands(Command::new("estimates"));
+    let names = estimates
+        .get_subcommands()
+        .map(|command| command.get_name().to_owned());
+    all.insert(1, ("Estimate, with intervals", names.collect()));
+    all
+}
 
 /// Headings whose options few need, and options that few need under any heading: `-h` leaves them out.
 const RARE_HEADINGS: [&str; 11] = [
@@ -57,49 +61,16 @@ const RARE: &str = "precision memory threads read significance equal_weights no_
 /// What most need of the rare headings.
 const COMMON: &str = "layout dt dx unit noise figures transfer";
 
-/// A command as it is typed.
-const EXAMPLES: [(&str, &str); 18] = [
-    ("analyze", "analyze scan.npy --dt 10us --dx 2mm --unit m/s"),
-    ("inspect", "inspect scan.h5"),
-    (
-        "filter",
-        "filter scan.npz --frequency 1kHz:5kHz --out band.npz",
-    ),
-    ("convert", "convert scan.h5 scan.nc --dx 2mm"),
-    ("spectrum", "spectrum scan.npz --segment 512"),
-    (
-        "coherence",
-        "coherence scan.npz --reference 0 --segment 512",
-    ),
-    ("modes", "modes scan.npz --segment 512"),
-    ("ridges", "ridges scan.npz"),
-    (
-        "bicoherence",
-        "bicoherence scan.npz --site 12 --segment 256",
-    ),
-    ("increments", "increments scan.npz"),
-    ("slope", "slope scan.npz --band 100Hz:2kHz"),
-    (
-        "simulate",
-        "simulate dimer.toml --stiffness-ratio 2.398 --out dispersive.npz",
-    ),
-    ("sweep", "sweep dimer.toml --vary stiffness_ratio=1:8:64"),
-    ("budget", "budget dimer.npz"),
-    ("triads", "triads fput.npz"),
-    ("compare", "compare localized.npz dispersive.npz"),
-    ("localize", "localize --order 1..5"),
-    (
-        "attenuate",
-        "attenuate dimer.toml --against stiffness_ratio=1:8:32",
-    ),
-];
-
 /// The program's arguments with their help.
 pub fn command() -> Command {
     let mut all = Cli::command();
     let listed = grouped(&all);
-    for (name, example) in EXAMPLES {
-        all = all.mut_subcommand(name, |command| shortened(command, example));
+    let names: Vec<String> = all
+        .get_subcommands()
+        .map(|command| command.get_name().to_owned())
+        .collect();
+    for name in names {
+        all = all.mut_subcommand(name, shortened);
     }
     all.help_template(
         "{about}\n\n{usage-heading} {usage}\n{before-help}\nOptions:\n{options}{after-help}",
@@ -110,14 +81,12 @@ pub fn command() -> Command {
     )
 }
 
-/// Leaves what few need out of `-h`, and ends with an example.
-fn shortened(command: Command, example: &str) -> Command {
-    command
-        .mut_args(|arg| {
-            let is_rare = is_rare(&arg);
-            arg.hide_short_help(is_rare)
-        })
-        .after_help(format!("Example: cascade {example}"))
+/// Leaves what few need out of `-h`.
+fn shortened(command: Command) -> Command {
+    command.mut_args(|arg| {
+        let is_rare = is_rare(&arg);
+        arg.hide_short_help(is_rare)
+    })
 }
 
 fn is_rare(arg: &Arg) -> bool {
@@ -136,10 +105,10 @@ fn grouped(all: &Command) -> String {
         None => "Print help of the program, or of a command".into(),
     };
     let mut text = String::new();
-    for (question, names) in GROUPS {
+    for (question, names) in groups() {
         text += &format!("\n{question}:\n");
         for name in names {
-            text += &format!("  {name:<12} {}\n", about(name));
+            text += &format!("  {name:<12} {}\n", about(&name));
         }
     }
     text
@@ -152,12 +121,11 @@ mod tests {
     #[test]
     fn each_command_is_in_one_group_with_one_line() {
         let all = Cli::command();
-        let mut listed: Vec<&str> = GROUPS
-            .iter()
-            .flat_map(|(_, names)| names.iter().copied())
-            .collect();
-        let mut known: Vec<&str> = all.get_subcommands().map(Command::get_name).collect();
-        known.push("help");
+        let mut listed: Vec<String> = groups().into_iter().flat_map(|(_, names)| names).collect();
+        let known = all
+            .get_subcommands()
+            .map(|command| command.get_name().to_owned());
+        let mut known: Vec<String> = known.chain(["help".to_owned()]).collect();
         listed.sort_unstable();
         known.sort_unstable();
         assert_eq!(listed, known);
@@ -181,6 +149,20 @@ mod tests {
                 .to_string();
             let lines = help.lines().count();
             assert!(lines <= 50, "{name}: {lines} lines\n{help}");
+        }
+    }
+
+    #[test]
+    fn examples_are_commands() {
+        let all = Cli::command();
+        for command in all.get_subcommands() {
+            let Some(text) = command.get_after_help() else {
+                continue;
+            };
+            let text = text.to_string();
+            let words = text.trim_start_matches("Example: ").split(' ');
+            let parsed = Cli::command().try_get_matches_from(words);
+            assert!(parsed.is_ok(), "{text}: {}", parsed.unwrap_err());
         }
     }
 

@@ -41,41 +41,48 @@ pub enum EstimateCommand {
     /// Averaged over segments of the record, over orthogonal tapers, or over repeated records (several
     /// files). Each number has its level of significance or its error; the segments of one transient are not
     /// independent, and then none is stated.
+    #[command(after_help = "Example: cascade coherence scan.npz --reference 0 --segment 512")]
     Coherence(Box<coherence::Coherence>),
     /// Read dispersion off S(k, f): branches, velocities, fitted laws.
     ///
     /// Peaks along k at each frequency, or along f at each wavenumber, that stand above the noise are joined to
     /// branches and located between bins. Each place and each velocity has its error.
+    #[command(after_help = "Example: cascade ridges scan.npz")]
     Ridges(Box<ridges::Ridges>),
     /// Find motions that are coherent along x at a frequency (SPOD).
     ///
     /// Spectral proper orthogonal decomposition, averaged over segments of the record, over orthogonal tapers, or
     /// over repeated records (several files). Each eigenvalue has its interval, and each mode that is a wave its
     /// wavenumber.
+    #[command(after_help = "Example: cascade modes scan.npz --segment 512")]
     Modes(Box<modes::Modes>),
     /// Measure how differences grow with scale: structure functions.
     ///
     /// Increments over separations along x and lags in time, orders 1 to 6, the third with its sign, exponents
     /// over a stated band, histograms. Intervals are over shots, or over parts of a stationary record; missing
     /// samples are left out.
+    #[command(after_help = "Example: cascade increments scan.npz")]
     Increments(Box<increments::Increments>),
     /// Fit the slope of a spectrum over a band, and find its breaks.
     ///
     /// Least squares in double logarithmic scales over wavenumbers or frequencies; the interval is that of the
     /// regression, or over shots if there are several. Along x, the slope of each frame of the times, and the time
     /// at which a steepening field forms a shock.
+    #[command(after_help = "Example: cascade slope scan.npz --band 100Hz:2kHz")]
     Slope(Box<slope::Slope>),
     /// Find frequencies that are coupled with their sum.
     ///
     /// Averaged over segments of the record or over repeated records (several files), with levels of
     /// significance for one triple of frequencies and for all of them. Bicoherence shows coupling, not which
     /// frequency feeds which; `--transfer` fits what each gains between two sites, linearly and from pairs of others.
+    #[command(after_help = "Example: cascade bicoherence scan.npz --site 12 --segment 256")]
     Bicoherence(Box<bicoherence::BicoherenceArgs>),
     /// Estimate power spectral densities, and find lines.
     ///
     /// Averaged over segments, over orthogonal tapers (Thomson's method, with adaptive weights), or over
     /// repeated records (several files). Each value has its degrees of freedom and two intervals, by the chi-square
     /// distribution and by a jackknife; tapers give a test for lines. A single transient has no interval.
+    #[command(after_help = "Example: cascade spectrum scan.npz --segment 512")]
     Spectrum(Box<spectrum::Spectrum>),
 }
 
