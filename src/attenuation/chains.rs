@@ -10,13 +10,15 @@ use crate::chain::{Chain, Record, Simulation};
 const LONG: usize = 48;
 
 /// Scene keys that fix the number of sites, or whose meaning depends on it.
-const FIXED: [&str; 8] = [
+const FIXED: [&str; 10] = [
     "coefficients",
     "coefficient_taper",
     "masses",
     "mass_taper",
     "velocities",
     "displacements",
+    "resonator_displacements",
+    "resonator_velocities",
     "mode",
     "defect",
 ];

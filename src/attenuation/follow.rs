@@ -283,6 +283,7 @@ fn site_energies(simulation: &Simulation, instant: &StateView) -> Vec<f64> {
         0.0
     };
     chain.site_energies(instant.x, instant.v, wall, &mut energies);
+    chain.add_resonator_energies(instant.x, instant.resonators, &mut energies);
     energies
 }
 
@@ -358,7 +359,7 @@ impl Splits {
             });
             summed.collect::<Vec<f64>>()
         };
-        let lost = if simulation.chain.losses.any() {
+        let lost = if simulation.chain.is_lossy() {
             sums(instant.lost, 0.0)
         } else {
             vec![0.0; now.len()]

@@ -128,7 +128,7 @@ fn ratio_of(chain: &Chain, pattern: &Pattern) -> Option<(Family, f64)> {
         Law::Power { exponent } if *exponent > 1.0 => *exponent,
         _ => return None,
     };
-    if chain.is_pressed() || chain.on_site.ground.is_some() {
+    if chain.is_pressed() || chain.on_site.ground.is_some() || chain.on_site.resonators.is_some() {
         return None;
     }
     let (alternation, ratio) = match pattern.alternating()? {

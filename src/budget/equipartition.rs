@@ -54,7 +54,7 @@ pub(super) fn pass(
     observer: &dyn Observer,
 ) -> Result<ModeBudget> {
     let modes = motion.chain.normal_modes()?;
-    let (n, free, samples) = (motion.chain.n_sites(), modes.free, motion.samples());
+    let (n, free, samples) = (modes.frequency.len(), modes.free, motion.samples());
     observer.stage("modes", samples as u64);
     let mut waiting = Waiting::default();
     let shape = (samples, n - free);
@@ -79,7 +79,8 @@ pub(super) fn pass(
         let batch = first..(first + BATCH).min(samples);
         rows.par_iter_mut().zip(batch.clone()).for_each(|(row, i)| {
             let at = motion.at(i);
-            modes.energies(at.x, at.v, row);
+            let [y, w] = at.resonators;
+            modes.energies(&modes.places(at.x, y), &modes.places(at.v, w), row);
         });
         for (row, i) in rows.iter().zip(batch.clone()) {
             found.add(i, motion, &row[free..]);

@@ -22,7 +22,7 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
     let Some(answer) = analysis.answer.as_mut().filter(|_| is_whole) else {
         return Ok(());
     };
-    answer.is_lossy = run.chain.losses.any();
+    answer.is_lossy = run.chain.is_lossy();
     let movement = &mut answer.frequency;
     let moves = matches!(movement.verdict, Verdict::Up | Verdict::Down);
     match movement.transfer {
@@ -119,6 +119,14 @@ impl OfRun<'_> {
             self.modes.of_sites(&roots, &mut scratch, &mut q);
             for (m, (energy, held)) in energies.iter_mut().zip(&q).enumerate() {
                 *energy += self.modes.weight(m) * held.norm_sqr();
+            }
+        }
+        if let Some(all) = self.motion.chain.resonators() {
+            for rows in all.root_energies(at.x, at.resonators) {
+                self.modes.of_sites(&rows, &mut scratch, &mut q);
+                for (m, (energy, own)) in energies.iter_mut().zip(&q).enumerate() {
+                    *energy += self.modes.weight(m) * own.norm_sqr();
+                }
             }
         }
         energies

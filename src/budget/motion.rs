@@ -16,6 +16,8 @@ pub struct Motion<'a> {
     /// From the static state.
     pub displacement: ArrayView2<'a, f64>,
     pub velocity: ArrayView2<'a, f64>,
+    /// Displacements and velocities of the resonators of a chain that has them.
+    pub resonators: Option<[ArrayView2<'a, f64>; 2]>,
     /// Energy passed through the contacts `(time, contact)`, where it was followed inside the steps.
     pub energy_passed: Option<&'a Array2<f64>>,
     /// Energy lost at each site, likewise.
@@ -41,6 +43,10 @@ impl<'a> Motion<'a> {
             time: run.time.view(),
             displacement: displacement.view(),
             velocity: run.velocity.view(),
+            resonators: match (&run.resonator_displacement, &run.resonator_velocity) {
+                (Some(y), Some(w)) => Some([y.view(), w.view()]),
+                _ => None,
+            },
             energy_passed: run.energy_passed.as_ref(),
             energy_lost: run.energy_lost.as_ref(),
             energy_input: run.energy_input.as_ref().map(|input| input.view()),
@@ -55,6 +61,10 @@ impl<'a> Motion<'a> {
             // Rows are contiguous, as `check` ensures.
             x: row(self.displacement).unwrap_or_default(),
             v: row(self.velocity).unwrap_or_default(),
+            resonators: match self.resonators {
+                Some(both) => both.map(|array| row(array).unwrap_or_default()),
+                None => [&[]; 2],
+            },
         }
     }
 
@@ -115,10 +125,17 @@ impl<'a> Motion<'a> {
                 "others".into(),
             );
         }
-        for (name, array) in [
+        if self.resonators.is_some() != self.chain.resonators().is_some() {
+            let expected = "the motion of resonators for a chain that has them, and for no other";
+            return refuse("resonators", expected.into(), "otherwise".into());
+        }
+        let resonators = ["resonator_displacement", "resonator_velocity"].into_iter();
+        let resonators = resonators.zip(self.resonators.into_iter().flatten());
+        let bodies = [
             ("displacement", self.displacement),
             ("velocity", self.velocity),
-        ] {
+        ];
+        for (name, array) in bodies.into_iter().chain(resonators) {
             if array.dim() != shape {
                 return refuse(
                     name,
@@ -143,4 +160,6 @@ pub(super) struct ChainState<'a> {
     pub(super) t: f64,
     pub(super) x: &'a [f64],
     pub(super) v: &'a [f64],
+    /// Those of resonators; empty without.
+    pub(super) resonators: [&'a [f64]; 2],
 }

@@ -25,7 +25,7 @@ pub(super) struct SiteTerms {
     /// Part of it that a driven wall puts into its damper.
     pub(super) wall_heat: f64,
     pub(super) kinetic: f64,
-    /// In contacts, and in springs to the ground.
+    /// In contacts, in springs to the ground, and in those of resonators.
     pub(super) contact: f64,
 }
 
@@ -52,6 +52,19 @@ impl SiteTerms {
         (self.input, self.wall_heat) = (0.0, 0.0);
         loss.clear();
         loss.extend(at.v.iter().map(|v| chain.losses.drag * v * v));
+        if let Some(all) = chain.resonators() {
+            let [y, w] = at.resonators;
+            for j in all.sites() {
+                let of = [
+                    all.kinetic_energy(j, w[j]),
+                    all.spring_energy(j, y[j] - at.x[j]),
+                ];
+                self.kinetic += of[0];
+                self.contact += of[1];
+                energy[j] += of[0] + of[1];
+                loss[j] += all.loss(j, w[j] - at.v[j]);
+            }
+        }
         flux.clear();
         flux.resize(m, 0.0);
         // Contacts of neighbours first; then those at the ends.

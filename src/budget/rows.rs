@@ -107,7 +107,7 @@ impl<'a> MotionPass<'a> {
         let chain = motion.chain;
         let (samples, n, m) = (motion.samples(), chain.n_sites(), chain.n_contacts());
         let mut waiting = Waiting::default();
-        let lossy = chain.losses.any();
+        let lossy = chain.is_lossy();
         waiting.reserve(sink, LargeArray::SITE_ENERGY, (samples, n), ShownArray::Not)?;
         waiting.reserve(
             sink,

@@ -71,6 +71,10 @@ impl<'a> Scales<'a> {
                 "a chain without springs to the ground, whose energies have no scale budget";
             return Err(refuse("scale", expected, "springs to the ground".into()));
         }
+        if chain.resonators().is_some() {
+            let expected = "a chain without resonators, whose energies have no scale budget";
+            return Err(refuse("scale", expected, "resonators".into()));
+        }
         let cell = unit_cell(stated).ok_or_else(|| {
             let expected =
                 "masses and contacts that repeat every eight sites or less, for a filter";
@@ -145,7 +149,7 @@ impl<'a> Scales<'a> {
             scales,
             contacts,
             sublattices,
-            lossy: chain.losses.any(),
+            lossy: chain.is_lossy(),
         })
     }
 

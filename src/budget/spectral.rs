@@ -58,7 +58,7 @@ impl Spectral {
             let array = LargeArray::INTEGRATED_SPECTRAL_FLUX;
             waiting.reserve(sink, array, shape, ShownArray::Not)?;
         }
-        let lossy = motion.chain.losses.any();
+        let lossy = motion.chain.is_lossy();
         if lossy {
             waiting.reserve(sink, LargeArray::LOSS_SPECTRUM, shape, ShownArray::Not)?;
         }

@@ -68,6 +68,9 @@ pub(super) fn close(
     let mut simulation = Simulation::impact(chain.clone(), 0.0, motion.duration(), 2);
     simulation.displacement = first.x.to_vec();
     simulation.velocity = first.v.to_vec();
+    simulation.resonators = chain
+        .resonators()
+        .map(|_| first.resonators.map(<[f64]>::to_vec));
     simulation.drive = motion.drive.cloned();
     if chain.has_pulls() {
         simulation.scheme = Scheme::RungeKutta;
@@ -170,6 +173,7 @@ struct Visited {
     t: f64,
     x: Vec<f64>,
     v: Vec<f64>,
+    resonators: [Vec<f64>; 2],
     spectral: Terms,
     /// Those of the record, at a sample.
     recorded: Terms,
@@ -259,6 +263,7 @@ impl Followed<'_, '_> {
                     t: *start + place.t,
                     x: &place.x,
                     v: &place.v,
+                    resonators: place.resonators.each_ref().map(|row| &row[..]),
                 };
                 if let (Some(transfers), Some(scratch)) = (transfers, of_spectra) {
                     transfers.evaluate(at, scratch, &mut place.spectral);
@@ -316,6 +321,7 @@ impl NodeVisitor for Followed<'_, '_> {
                 t: place.t,
                 x: Vec::new(),
                 v: Vec::new(),
+                resonators: Default::default(),
                 spectral: Terms::default(),
                 recorded: Terms::default(),
                 scale: ScaleTerms::default(),
@@ -323,7 +329,9 @@ impl NodeVisitor for Followed<'_, '_> {
         }
         if let Some(next) = self.places.get_mut(self.waiting) {
             (next.visit, next.t) = (visit, place.t);
-            for (kept, row) in [(&mut next.x, place.x), (&mut next.v, place.v)] {
+            let own = next.resonators.iter_mut().zip(place.resonators);
+            let bodies = [(&mut next.x, place.x), (&mut next.v, place.v)];
+            for (kept, row) in bodies.into_iter().chain(own) {
                 kept.clear();
                 kept.extend_from_slice(row);
             }
@@ -380,5 +388,6 @@ fn instant(start: f64, place: NodeState<'_>) -> ChainState<'_> {
         t: start + place.t,
         x: place.x,
         v: place.v,
+        resonators: place.resonators,
     }
 }

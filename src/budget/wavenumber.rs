@@ -3,7 +3,8 @@
 //! `q_j = sqrt(m_j) v_j` and `phi_i = sign(r_i) sqrt(V_i)` turn the energy into a sum of squares,
 //! which a unitary transform preserves: `E(k) = |q^|^2 / 2 + |phi^|^2`. Its rate of change is `T(k)
 //! = Re(conj(q^) f^) + 2 Re(conj(phi^) phi'^)` with the elastic forces `f_j = (F_{j-1} - F_j) /
-//! sqrt(m_j)`, `phi'_i = F_i r'_i / (2 phi_i)`, and springs to the ground as contacts at the sites; less `L(k) = - Re(conj(q^) fd^)` with the forces of
+//! sqrt(m_j)`, `phi'_i = F_i r'_i / (2 phi_i)`, and springs to the ground as contacts at the sites,
+//! and resonators as further sites and contacts there; less `L(k) = - Re(conj(q^) fd^)` with the forces of
 //! dampers and drag; plus `I(k)`, the power of a driven end. `sum T = 0`: it is exchange between
 //! wavenumbers, whatever the state.
 
@@ -13,7 +14,7 @@ use super::branches::{BranchSplit, Branches};
 use super::contacts::{ContactState, Contacts};
 use super::modes::{Modes, ModesScratch};
 use super::motion::ChainState;
-use crate::chain::Ground;
+use crate::chain::{Ground, Resonators};
 
 /// Scratch and constants used at every instant.
 #[derive(Debug)]
@@ -70,7 +71,7 @@ impl<'a> Transfers<'a> {
             contacts,
             root_mass: chain.mass.iter().map(|m| m.sqrt()).collect(),
             weights: (0..modes.len()).map(|m| modes.weight(m)).collect(),
-            lossy: chain.losses.any(),
+            lossy: chain.is_lossy(),
             driven,
             modes,
         }
@@ -129,6 +130,13 @@ impl<'a> Transfers<'a> {
                 *f -= ground.force(j, *x);
             }
         }
+        let resonators = contacts.chain().resonators();
+        if let Some(all) = resonators {
+            let [y, _] = at.resonators;
+            for (j, f) in row.iter_mut().enumerate() {
+                *f += all.force(j, y[j] - at.x[j], 0.0);
+            }
+        }
         for (f, root) in row.iter_mut().zip(&self.root_mass) {
             *f /= root;
         }
@@ -166,7 +174,10 @@ impl<'a> Transfers<'a> {
             *size = weight * weight * (kinetic * f.norm_sqr() + 4.0 * held * rate.norm_sqr());
         }
         if let Some(ground) = ground {
-            self.add_ground(ground, at, work, [energy, transfer, size]);
+            self.add_ground(ground, at, work, [&mut *energy, &mut *transfer, &mut *size]);
+        }
+        if let Some(all) = resonators {
+            self.add_resonators(all, at, work, [energy, transfer, size]);
         }
         *rounding = reconcile(transfer, size);
         *split = self
@@ -180,10 +191,19 @@ impl<'a> Transfers<'a> {
             for ((force, root), v) in row.iter_mut().zip(&self.root_mass).zip(at.v) {
                 *force = (*force - drag * v) / root;
             }
+            if let Some(all) = resonators {
+                let [_, w] = at.resonators;
+                for (j, (force, root)) in row.iter_mut().zip(&self.root_mass).enumerate() {
+                    *force += all.force(j, 0.0, w[j] - at.v[j]) / root;
+                }
+            }
             modes.of_sites(row, work, other);
             let parts = self.weights.iter().zip(q.iter().zip(&*other));
             loss.clear();
             loss.extend(parts.map(|(weight, (q, damped))| -weight * dot(*q, *damped)));
+            if let Some(all) = resonators {
+                self.add_resonator_losses(all, at, work, loss);
+            }
         }
         if self.driven {
             row.clear();
@@ -231,6 +251,69 @@ impl Transfers<'_> {
             *energy += weight * held.norm_sqr();
             *transfer += 2.0 * weight * dot(*held, *grown);
             *size += 4.0 * weight * weight * held.norm_sqr() * grown.norm_sqr();
+        }
+    }
+}
+
+impl Transfers<'_> {
+    /// Adds resonators: their velocities are rows of sites, the energies of their springs squares there.
+    fn add_resonators(
+        &self,
+        all: &Resonators,
+        at: ChainState,
+        work: &mut ModesScratch,
+        [energy, transfer, size]: [&mut Vec<f64>; 3],
+    ) {
+        let [y, w] = at.resonators;
+        let n = at.x.len();
+        let pull = |j: usize| all.force(j, y[j] - at.x[j], 0.0);
+        let push = |j: usize| match all.mass[j] > 0.0 {
+            true => -pull(j) / (2.0 * all.mass[j]).sqrt(),
+            false => 0.0,
+        };
+        let grow = |j: usize| (0.5 * all.stiffness[j]).sqrt() * (w[j] - at.v[j]);
+        let rates = [
+            (0..n).map(push).collect::<Vec<_>>(),
+            (0..n).map(grow).collect(),
+        ];
+        let line = || vec![Complex::default(); self.modes.len()];
+        let (mut root, mut rate) = (line(), line());
+        for (roots, rates) in all.root_energies(at.x, at.resonators).iter().zip(&rates) {
+            self.modes.of_sites(roots, work, &mut root);
+            self.modes.of_sites(rates, work, &mut rate);
+            let out = energy.iter_mut().zip(&mut *transfer).zip(&mut *size);
+            let parts = root.iter().zip(&rate).zip(&self.weights);
+            for (((energy, transfer), size), ((root, rate), weight)) in out.zip(parts) {
+                *energy += weight * root.norm_sqr();
+                *transfer += 2.0 * weight * dot(*root, *rate);
+                *size += 4.0 * weight * weight * root.norm_sqr() * rate.norm_sqr();
+            }
+        }
+    }
+
+    /// Adds what their dashpots take from the resonators themselves.
+    fn add_resonator_losses(
+        &self,
+        all: &Resonators,
+        at: ChainState,
+        work: &mut ModesScratch,
+        loss: &mut [f64],
+    ) {
+        let [_, w] = at.resonators;
+        let n = at.x.len();
+        let root = |j: usize| all.mass[j].sqrt();
+        let momentum: Vec<f64> = (0..n).map(|j| root(j) * w[j]).collect();
+        let damped = |j: usize| match all.mass[j] > 0.0 {
+            true => all.force(j, 0.0, w[j] - at.v[j]) / root(j),
+            false => 0.0,
+        };
+        let damped: Vec<f64> = (0..n).map(damped).collect();
+        let line = || vec![Complex::default(); self.modes.len()];
+        let (mut q, mut f) = (line(), line());
+        self.modes.of_sites(&momentum, work, &mut q);
+        self.modes.of_sites(&damped, work, &mut f);
+        for ((loss, weight), (q, f)) in loss.iter_mut().zip(&self.weights).zip(q.iter().zip(&f)) {
+            *loss += weight * dot(*q, *f);
         }
     }
 }

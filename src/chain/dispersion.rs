@@ -37,7 +37,9 @@ pub enum NoBranches {
 /// repeat every `p` bodies. Waves `u_j = A_j exp(i (q j - omega t))`, `A_{j+p} = A_j`, have `p`
 /// frequencies at each phase q per body. They are the singular values of the matrix B (p contacts
 /// by p bodies) with `B_{j,j} = -sqrt(c_j / m_j)`, `B_{j,j+1} = exp(i q) sqrt(c_j / m_{j+1})`,
-/// since `B^H B` is the dynamical matrix; a spring k_j to the ground adds a row with `sqrt(k_j / m_j)`. With one body `omega = 2 sqrt(c / m) |sin(q / 2)|`.
+/// since `B^H B` is the dynamical matrix; a spring k_j to the ground adds a row with `sqrt(k_j / m_j)`. A resonator of the mass
+/// M_j and the stiffness K_j on body j adds a branch: a column, and a row with `-sqrt(K_j / m_j)` and `sqrt(K_j / M_j)`. With
+/// one body alone `omega = 2 sqrt(c / m) |sin(q / 2)|`.
 ///
 /// Units: q in rad per body; omega in rad per unit of time.
 ///
@@ -50,6 +52,8 @@ pub struct UnitCell {
     stiffness: Vec<f64>,
     /// Of the spring from each body to the ground.
     ground: Vec<f64>,
+    /// Mass and stiffness of the resonator on each body; 0 is none.
+    resonators: [Vec<f64>; 2],
 }
 
 impl UnitCell {
@@ -77,6 +81,7 @@ impl UnitCell {
             Some(value) => refuse("masses and stiffnesses above 0".into(), value.to_string()),
             None => Ok(UnitCell {
                 ground: vec![0.0; mass.len()],
+                resonators: [0, 1].map(|_| vec![0.0; mass.len()]),
                 mass,
                 stiffness,
             }),
@@ -103,6 +108,10 @@ impl UnitCell {
             Some(ground) => (0..chain.n_sites()).map(|j| ground.stiffness(j)).collect(),
             None => vec![0.0; chain.n_sites()],
         };
+        let resonators = match chain.resonators() {
+            Some(all) => [all.mass.clone(), all.stiffness.clone()],
+            None => [0, 1].map(|_| vec![0.0; chain.n_sites()]),
+        };
         let ends = usize::from(chain.ends != Ends::Periodic);
         let inner = |values: &[f64]| ends..values.len().saturating_sub(ends).max(ends);
         let (bodies, contacts) = (inner(&chain.mass), inner(&stiffness));
@@ -111,11 +120,17 @@ impl UnitCell {
                 let mass = repeated(&chain.mass, bodies.clone(), period, defects);
                 let springs = repeated(&stiffness, contacts.clone(), period, defects);
                 let ground = repeated(&ground, bodies.clone(), period, defects);
-                if let (Some(mass), Some(stiffness), Some(ground)) = (mass, springs, ground) {
+                let [own, tie] = resonators
+                    .each_ref()
+                    .map(|all| repeated(all, bodies.clone(), period, defects));
+                if let (Some(mass), Some(stiffness), Some(ground)) = (mass, springs, ground)
+                    && let (Some(own), Some(tie)) = (own, tie)
+                {
                     return Ok(UnitCell {
                         mass,
                         stiffness,
                         ground,
+                        resonators: [own, tie],
                     });
                 }
             }
@@ -123,13 +138,25 @@ impl UnitCell {
         Err(NoBranches::NoCell)
     }
 
-    /// Bodies of the cell, which is the number of branches.
+    /// Bodies of the cell, without resonators.
     pub fn bodies(&self) -> usize {
         self.mass.len()
     }
 
-    /// Mass and stiffness of a cell of one body, without a spring to the ground.
+    /// Branches: one a body and one a resonator.
+    pub fn branches(&self) -> usize {
+        self.bodies()
+            + self.resonators[0]
+                .iter()
+                .filter(|mass| **mass > 0.0)
+                .count()
+    }
+
+    /// Mass and stiffness of a cell of one body, without a spring to the ground or a resonator.
     pub fn uniform(&self) -> Option<(f64, f64)> {
+        if self.branches() > self.bodies() {
+            return None;
+        }
         match (&self.mass[..], &self.stiffness[..], &self.ground[..]) {
             (&[mass], &[stiffness], &[0.0]) => Some((mass, stiffness)),
             _ => None,
@@ -142,6 +169,7 @@ impl UnitCell {
         self.stiffness
             .iter_mut()
             .chain(&mut self.ground)
+            .chain(&mut self.resonators[1])
             .for_each(|c| *c *= factor * factor);
         self
     }
@@ -150,8 +178,8 @@ impl UnitCell {
     pub fn frequencies(&self, phase: f64) -> Vec<f64> {
         let p = self.bodies();
         let turn = Complex::cis(phase % TAU);
-        // Column by column: the contacts that each body moves, then its spring to the ground.
-        let mut columns = vec![vec![Complex::new(0.0, 0.0); 2 * p]; p];
+        // Column by column: the contacts that each body moves, its spring to the ground, and that of its resonator.
+        let mut columns = vec![vec![Complex::new(0.0, 0.0); 3 * p]; p];
         for (j, &stiffness) in self.ground.iter().enumerate() {
             columns[j][p + j] = Complex::new((stiffness / self.mass[j]).sqrt(), 0.0);
         }
@@ -159,6 +187,13 @@ impl UnitCell {
             let next = (j + 1) % p;
             columns[j][j] -= (stiffness / self.mass[j]).sqrt();
             columns[next][j] += turn * (stiffness / self.mass[next]).sqrt();
+        }
+        let [own, tie] = &self.resonators;
+        for j in (0..p).filter(|j| own[*j] > 0.0) {
+            let mut column = vec![Complex::new(0.0, 0.0); 3 * p];
+            column[2 * p + j] += (tie[j] / own[j]).sqrt();
+            columns[j][2 * p + j] -= (tie[j] / self.mass[j]).sqrt();
+            columns.push(column);
         }
         singular_values(columns)
     }

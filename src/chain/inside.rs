@@ -41,6 +41,7 @@ impl Simulation {
                 t: times[i],
                 x: &state.x[FIRST_SITE..][..n],
                 v: &state.v[FIRST_SITE..][..n],
+                resonators: state.resonators(&self.chain),
             };
             visit(place, &state.passed[FIRST_CONTACT..][..m]);
             observer.advance(1);

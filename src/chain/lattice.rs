@@ -4,6 +4,7 @@
 //! joins sites j and j+1, and the last one joins the last site to the fixed wall.
 
 use super::law::{Law, Laws};
+use super::resonators::Resonators;
 use crate::numeric::{split_mix, unit_interval};
 use crate::{Error, Result};
 
@@ -86,6 +87,8 @@ pub struct OnSite {
     pub gravity: f64,
     /// Springs between each site and the ground, without force in the static state.
     pub ground: Option<Ground>,
+    /// A mass tied to each body.
+    pub resonators: Option<Resonators>,
 }
 
 /// Springs between sites and the ground: the force `-c F(x)` on a site at the displacement x.
@@ -176,7 +179,7 @@ impl Chain {
     pub fn static_force(&self, contact: usize) -> f64 {
         match self.on_site.gravity {
             0.0 => self.precompression,
-            g => self.precompression + g * self.mass[..=contact].iter().sum::<f64>(),
+            g => self.precompression + g * (0..=contact).map(|j| self.whole_mass(j)).sum::<f64>(),
         }
     }
 
@@ -195,9 +198,9 @@ impl Chain {
         self.law.each().iter().chain(ground).all(Law::is_linear)
     }
 
-    /// Whether forces act on sites that are none of contacts: drag, or springs to the ground.
+    /// Whether forces act on sites that are none of contacts: drag, springs to the ground, or resonators.
     pub(crate) fn has_pulls(&self) -> bool {
-        self.losses.any() || self.on_site.ground.is_some()
+        self.losses.any() || self.on_site.ground.is_some() || self.resonators().is_some()
     }
 
     /// Static overlap of the contact with a wall before site 0, of this coefficient.
@@ -209,9 +212,9 @@ impl Chain {
     /// All contacts in order, that with a wall before site 0 left out.
     pub(crate) fn contacts(&self) -> impl Iterator<Item = Contact<'_>> {
         let mut weight = 0.0;
-        let contacts = self.coefficient.iter().zip(&self.mass).enumerate();
-        contacts.map(move |(j, (&coefficient, mass))| {
-            weight += self.on_site.gravity * mass;
+        let contacts = self.coefficient.iter().enumerate();
+        contacts.map(move |(j, &coefficient)| {
+            weight += self.on_site.gravity * self.whole_mass(j);
             let law = self.law.of(j);
             Contact {
                 law,
@@ -316,7 +319,8 @@ impl Chain {
 
     /// Energy of each site beyond the static state: `m v^2 / 2`, half of the energy of each contact
     /// with another site, all of the energy of a contact with a wall. `wall` is the displacement of
-    /// the wall before site 0, 0 where it is at rest or absent.
+    /// the wall before site 0, 0 where it is at rest or absent. Those of resonators are added by
+    /// [`Chain::add_resonator_energies`].
     pub fn site_energies(
         &self,
         displacement: &[f64],
@@ -358,7 +362,7 @@ impl Chain {
     /// Whether energy reaches the sites beyond a contact through that contact alone, and none is put in or
     /// lost: what has passed it is by how much their energy has grown.
     pub(crate) fn is_closed(&self, driven: bool) -> bool {
-        !driven && !self.losses.any() && self.ends != Ends::Periodic
+        !driven && !self.is_lossy() && self.ends != Ends::Periodic
     }
 
     /// Magnitudes of the energies of all contacts, added up; a wall before site 0 is at rest.
@@ -376,7 +380,7 @@ impl Chain {
         sum + left + ground.map_or(0.0, held)
     }
 
-    /// Total energy beyond the static state; `wall` as for [`Chain::site_energies`].
+    /// Total energy beyond the static state without that of resonators; `wall` as for [`Chain::site_energies`].
     pub fn energy(&self, displacement: &[f64], velocity: &[f64], wall: f64) -> f64 {
         let mut energies = vec![0.0; self.n_sites()];
         self.site_energies(displacement, velocity, wall, &mut energies);
@@ -462,6 +466,7 @@ impl Chain {
             let expected = "ends with a wall after the last site, which carries the weight";
             return Err(refuse("gravity", expected, "others"));
         }
+        self.check_resonators()?;
         let Some(ground) = &self.on_site.ground else {
             return Ok(());
         };

@@ -19,7 +19,8 @@ const FREE: f64 = 1e-12;
 /// The modes of a chain whose contacts are springs of the stiffness that they have in the static state.
 ///
 /// With `q_j = m_j^{1/2} x_j` the chain is `q'' = -D q`, `D` symmetric; `D e_k = w_k^2 e_k` with unit vectors. A
-/// mode has the energy `E_k = (Q'^2 + w_k^2 Q^2) / 2`, `Q = e_k . q`.
+/// mode has the energy `E_k = (Q'^2 + w_k^2 Q^2) / 2`, `Q = e_k . q`. Resonators are places behind those of the bodies, in their order;
+/// dashpots are left out.
 #[derive(Debug, Clone)]
 pub struct NormalModes {
     /// Angular frequencies, rising.
@@ -27,6 +28,8 @@ pub struct NormalModes {
     /// The vector `e_k` of each, its first element that is not 0 positive.
     pub shape: Vec<Vec<f64>>,
     root_mass: Vec<f64>,
+    /// The sites that have resonators.
+    resonators: Vec<usize>,
     /// Modes of frequency 0: the chain as a whole.
     pub free: usize,
 }
@@ -36,7 +39,7 @@ impl Chain {
     ///
     /// # Errors
     /// [`crate::Error::Request`] for a chain without small linear motion, such as Hertz contacts that are not
-    /// compressed, and for more than 2000 sites.
+    /// compressed, and for more than 2000 bodies and resonators.
     pub fn normal_modes(&self) -> Result<NormalModes> {
         let n = self.n_sites();
         let contacts = || self.left_contact().into_iter().chain(self.contacts());
@@ -44,20 +47,46 @@ impl Chain {
             let expected = "a chain with linear small motion: one with precompression, or of a law that pulls, too";
             return Err(refuse("mode", expected, "contacts that only touch"));
         }
-        if n > MOST_SITES {
-            return Err(refuse("mode", "at most 2000 sites for modes", n));
+        let places = n + self.resonators().map_or(0, |all| all.sites().count());
+        if places > MOST_SITES {
+            return Err(refuse(
+                "mode",
+                "at most 2000 bodies and resonators for modes",
+                places,
+            ));
         }
         if contacts().any(|contact| contact.stiffness(0.0) < 0.0) {
             let expected = "a chain that is stable at rest, for modes";
             return Err(refuse("mode", expected, "contacts of negative stiffness"));
         }
-        let root_mass: Vec<f64> = self.mass.iter().map(|m| m.sqrt()).collect();
-        let mut matrix = Array2::<Complex<f64>>::zeros((n, n));
+        let resonators: Vec<usize> = self
+            .resonators()
+            .iter()
+            .flat_map(|all| all.sites())
+            .collect();
+        let own = self
+            .resonators()
+            .into_iter()
+            .flat_map(|all| all.sites().map(|j| all.mass[j]));
+        let root_mass: Vec<f64> = self
+            .mass
+            .iter()
+            .copied()
+            .chain(own)
+            .map(f64::sqrt)
+            .collect();
+        let mut matrix = Array2::<Complex<f64>>::zeros((places, places));
         let mut add = |i: usize, j: usize, value: f64| {
             matrix[[i, j]] += value / (root_mass[i] * root_mass[j]);
         };
         if let Some(ground) = &self.on_site.ground {
             (0..n).for_each(|j| add(j, j, ground.stiffness(j)));
+        }
+        for (&j, s) in resonators.iter().zip(n..) {
+            let k = self.resonators().map_or(0.0, |all| all.stiffness[j]);
+            for (a, b, value) in [(j, j, k), (s, s, k), (j, s, -k), (s, j, -k)] {
+                add(a, b, value);
+            }
         }
         for (j, contact) in self.contacts().enumerate() {
             let k = contact.stiffness(0.0);
@@ -76,8 +105,8 @@ impl Chain {
         }
         let found = eigen(&matrix);
         let most = found.values.first().copied().unwrap_or(0.0);
-        let mut frequency: Vec<f64> = Vec::with_capacity(n);
-        let mut shape = Vec::with_capacity(n);
+        let mut frequency: Vec<f64> = Vec::with_capacity(places);
+        let mut shape = Vec::with_capacity(places);
         for (square, vector) in found.values.iter().zip(found.vectors).rev() {
             frequency.push(if *square < FREE * most {
                 0.0
@@ -91,6 +120,7 @@ impl Chain {
             frequency,
             shape,
             root_mass,
+            resonators,
         })
     }
 }
@@ -112,7 +142,13 @@ fn real(vector: &[Complex<f64>]) -> Vec<f64> {
 }
 
 impl NormalModes {
-    /// Energies of all modes, those of frequency 0 included.
+    /// The values of all places: those of the bodies, and of the resonators, one a site.
+    pub fn places(&self, bodies: &[f64], resonators: &[f64]) -> Vec<f64> {
+        let own = self.resonators.iter().map(|j| resonators[*j]);
+        bodies.iter().copied().chain(own).collect()
+    }
+
+    /// Energies of all modes, those of frequency 0 included, by displacements and velocities of all places.
     pub fn energies(&self, displacement: &[f64], velocity: &[f64], out: &mut [f64]) {
         let modes = self.frequency.iter().zip(&self.shape);
         for (energy, (w, shape)) in out.iter_mut().zip(modes) {
@@ -125,14 +161,14 @@ impl NormalModes {
         }
     }
 
-    /// Displacements and velocities of modes, counted from 1 from the lowest frequency above 0, with this energy
+    /// Displacements and velocities of bodies, and of resonators, one a site, in modes, counted from 1 from the lowest frequency above 0, with this energy
     /// each, and random phases of a seed or, without one, at rest.
     pub(crate) fn excite(
         &self,
         modes: std::ops::RangeInclusive<usize>,
         energy: f64,
         seed: Option<u64>,
-    ) -> [Vec<f64>; 2] {
+    ) -> [[Vec<f64>; 2]; 2] {
         let n = self.root_mass.len();
         let mut state = seed.unwrap_or(0);
         let (mut x, mut v) = (vec![0.0; n], vec![0.0; n]);
@@ -154,6 +190,17 @@ impl NormalModes {
                 *v += rate * e / root;
             }
         }
-        [x, v]
+        let sites = n - self.resonators.len();
+        let apart = |all: &Vec<f64>| {
+            let mut own = vec![0.0; sites];
+            for (j, value) in self.resonators.iter().zip(&all[sites..]) {
+                own[*j] = *value;
+            }
+            own
+        };
+        let own = [&x, &v].map(apart);
+        x.truncate(sites);
+        v.truncate(sites);
+        [[x, v], own]
     }
 }

@@ -43,6 +43,8 @@ pub(crate) struct NodeState<'a> {
     pub(crate) t: f64,
     pub(crate) x: &'a [f64],
     pub(crate) v: &'a [f64],
+    /// Those of resonators; empty without.
+    pub(crate) resonators: [&'a [f64]; 2],
 }
 
 /// Called at the nodes of the quadrature.
@@ -126,6 +128,7 @@ impl Walk<'_> {
             t,
             x: &state.x[FIRST_SITE..][..n],
             v: &state.v[FIRST_SITE..][..n],
+            resonators: state.resonators(&self.simulation.chain),
         }
     }
 
@@ -329,5 +332,7 @@ pub(super) fn acceleration(simulation: &Simulation, s: usize, t: f64, state: &St
     };
     let ground = chain.on_site.ground.as_ref();
     let held = ground.map_or(0.0, |ground| ground.force(s - FIRST_SITE, state.x[s]));
+    let at = [state.x[s], state.v[s]];
+    let held = held - chain.resonator_force(s - FIRST_SITE, at, state.resonators(chain));
     (state.force[s] - right + push - chain.losses.drag * state.v[s] - held) / mass
 }

@@ -163,7 +163,18 @@ impl Run {
         };
         let ground = chain.on_site.ground.as_ref();
         let held = ground.map_or(0.0, |ground| ground.force(site, x[[sample, site]]));
-        (left - right + push - chain.losses.drag * v - held) / chain.mass[site]
+        let pulled = match (
+            chain.resonators(),
+            &self.resonator_displacement,
+            &self.resonator_velocity,
+        ) {
+            (Some(all), Some(y), Some(w)) => {
+                let at = [sample, site];
+                all.force(site, y[at] - x[at], w[at] - v)
+            }
+            _ => 0.0,
+        };
+        (left - right + push + pulled - chain.losses.drag * v - held) / chain.mass[site]
     }
 }
 

@@ -51,6 +51,18 @@ impl SampleTimes {
         self.end * (self.index(sample) as f64 / self.last as f64)
     }
 
+    /// The largest difference of a velocity, of a body or a resonator, at each of these samples.
+    pub(super) fn of_runs(&self, few: &Run, all: &Run) -> Vec<f64> {
+        let mut rows = self.differences(&few.velocity, &all.velocity);
+        if let (Some(few), Some(all)) = (&few.resonator_velocity, &all.resonator_velocity) {
+            let others = self.differences(few, all);
+            rows.iter_mut()
+                .zip(others)
+                .for_each(|(row, other)| *row = row.max(other));
+        }
+        rows
+    }
+
     /// The largest difference of each row at these samples from that at all samples.
     pub(super) fn differences(&self, few: &Array2<f64>, all: &Array2<f64>) -> Vec<f64> {
         let rows = few.rows().into_iter().enumerate();
@@ -84,7 +96,8 @@ impl Recorder {
         let chain = simulation.chain.clone();
         let (rows, n, m) = (samples.number(), chain.n_sites(), chain.n_contacts());
         let array = |wanted: bool, columns| wanted.then(|| Array2::zeros((rows, columns)));
-        let lossy = chain.losses.any();
+        let lossy = chain.is_lossy();
+        let resonators = chain.resonators().is_some();
         let driven = simulation.drive.is_some();
         let ranges = chain.contacts().enumerate();
         let ranges = ranges.map(|(j, of)| (j, of.law.range(), of.static_overlap, None));
@@ -102,6 +115,8 @@ impl Recorder {
                 force: array(record.force, m),
                 energy_passed: array(record.energy, m),
                 energy_lost: array(record.energy && lossy, n),
+                resonator_displacement: array(resonators && record.displacement, n),
+                resonator_velocity: array(resonators, n),
                 energy_input: (record.energy && driven).then(|| Array1::zeros(rows)),
                 chain,
                 drive: simulation.drive.clone(),
@@ -126,10 +141,13 @@ impl Recorder {
             energy_passed,
             energy_lost,
             energy_input,
+            resonator_displacement,
+            resonator_velocity,
             ..
         } = &mut self.run;
         let (n, m) = (chain.n_sites(), chain.n_contacts());
         let (x, v) = (&state.x[FIRST_SITE..][..n], &state.v[FIRST_SITE..][..n]);
+        let [y, w] = state.resonators(chain);
         times[sample] = self.samples.time(sample);
         let copy = |array: &mut Array2<f64>, values: &[f64]| {
             let row = array.ncols() * sample..array.ncols() * (sample + 1);
@@ -150,6 +168,11 @@ impl Recorder {
         if let Some(array) = energy_lost {
             copy(array, &state.lost[FIRST_SITE..][..n]);
         }
+        for (array, values) in [(resonator_displacement, y), (resonator_velocity, w)] {
+            if let Some(array) = array {
+                copy(array, values);
+            }
+        }
         if let Some(array) = energy_input {
             array[sample] = state.put_in();
         }
@@ -169,7 +192,7 @@ impl Recorder {
         } else {
             0.0
         };
-        let mut energy = chain.energy(x, v, wall);
+        let mut energy = chain.energy(x, v, wall) + chain.resonator_energy(x, [y, w]);
         let [first, largest, drift] = &mut self.energy;
         *largest = largest.max(energy.abs());
         if self.lossy {

@@ -23,6 +23,9 @@ pub struct Run {
     pub energy_lost: Option<Array2<f64>>,
     /// Energy put in at a driven end since 0.
     pub energy_input: Option<Array1<f64>>,
+    /// Of the resonator of each site, 0 where there is none; only where the chain has resonators.
+    pub resonator_displacement: Option<Array2<f64>>,
+    pub resonator_velocity: Option<Array2<f64>>,
     pub report: RunReport,
 }
 
@@ -94,6 +97,14 @@ impl Run {
             unit: None,
         };
         field
+    }
+
+    /// Displacements and velocities of the resonators at a sample; empty without.
+    pub fn resonators_at(&self, sample: usize) -> [Vec<f64>; 2] {
+        [&self.resonator_displacement, &self.resonator_velocity].map(|array| {
+            let row = array.as_ref().map(|array| array.row(sample).to_vec());
+            row.unwrap_or_default()
+        })
     }
 
     /// The last body that moves, or is out of place, in the first sample; the driven one where none is.

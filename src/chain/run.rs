@@ -1,5 +1,7 @@
 //! Running a simulation to the requested accuracy.
 
+use ndarray::ArrayView1;
+
 use super::growth::{Checks, grown_rounding};
 use super::lattice::refuse;
 use super::recorder::{Recorder, SampleTimes};
@@ -162,6 +164,11 @@ impl Simulation {
             momentum = momentum.max(sites().map(|(v, m)| m * v.abs()).sum());
             kinetic = kinetic.max(sites().map(|(v, m)| 0.5 * m * v * v).sum());
         }
+        if let (Some(all), Some(w)) = (self.chain.resonators(), &run.resonator_velocity) {
+            let of =
+                |row: ArrayView1<f64>| row.iter().zip(&all.mass).map(|(w, m)| m * w.abs()).sum();
+            momentum += w.rows().into_iter().map(of).fold(0.0, f64::max);
+        }
         let allowed = relative.map_or(FIXED_STEP_DRIFT, |relative| {
             let explained = 2.0 * relative * velocity_scale * momentum / kinetic;
             explained.max(ROUNDING_OF_ENERGY)
@@ -228,7 +235,7 @@ impl Simulation {
             let (difference, differences) = match finest.take() {
                 // The finer run of the last pair is the coarser one of this.
                 Some((at, other, others)) if at == coarse => {
-                    let rows = all.differences(&other.velocity, &run.velocity);
+                    let rows = all.of_runs(&other, &run);
                     (largest(&rows), checks.differences(&others).unwrap_or(rows))
                 }
                 _ => self.difference(&run, &checks, coarse, few, &with)?,
@@ -298,7 +305,7 @@ impl Simulation {
         loop {
             let mut others = Checks::of(samples, self.chain.n_sites());
             let check = with(local, Record::default(), samples, &mut others)?;
-            let rows = samples.differences(&check.velocity, &run.velocity);
+            let rows = samples.of_runs(&check, run);
             let difference = largest(&rows);
             if difference != 0.0 {
                 return Ok((difference, others.differences(checks).unwrap_or(rows)));
@@ -374,7 +381,7 @@ impl Simulation {
         let control = StepControl::LocalError(local.max(PERTURBED_ERROR) * scale);
         let wanted = (samples, &mut Checks::default());
         let other = other.once(control, scale, wanted, Record::default(), observer)?;
-        let rows = samples.differences(&other.velocity, &run.velocity);
+        let rows = samples.of_runs(&other, run);
         Ok(largest(&rows) / (change * scale))
     }
 
@@ -459,6 +466,7 @@ impl Simulation {
             drive: self.drive.as_ref(),
             velocity: &self.velocity,
             displacement: &self.displacement,
+            resonators: self.resonators.as_ref(),
             scheme: self.scheme,
             control,
             window: self.window,

@@ -50,6 +50,8 @@ pub struct Simulation {
     pub velocity: Vec<f64>,
     /// Initial displacement of each site from the static state.
     pub displacement: Vec<f64>,
+    /// Initial displacements and velocities of the resonators, one a site; `None`: those of their bodies.
+    pub resonators: Option<[Vec<f64>; 2]>,
     pub drive: Option<Drive>,
     pub scheme: Scheme,
     pub accuracy: Accuracy,
@@ -73,6 +75,7 @@ impl Simulation {
         }
         Simulation {
             displacement: vec![0.0; chain.n_sites()],
+            resonators: None,
             velocity,
             chain,
             drive: None,
@@ -93,10 +96,16 @@ impl Simulation {
     pub fn check(&self) -> Result<()> {
         self.chain.check()?;
         let n = self.chain.n_sites();
-        for (name, values) in [
+        let resonators = self.resonators.iter().flatten();
+        let resonators = resonators.zip(["resonator_displacements", "resonator_velocities"]);
+        let bodies = [
             ("velocity", &self.velocity),
             ("displacement", &self.displacement),
-        ] {
+        ];
+        for (name, values) in bodies
+            .into_iter()
+            .chain(resonators.map(|(values, name)| (name, values)))
+        {
             if values.len() != n {
                 return Err(refuse(name, &format!("{n} values"), values.len()));
             }
@@ -172,7 +181,10 @@ impl Simulation {
         } = self.record;
         let mut columns = 1 + n * (1 + u64::from(displacement)) + m * u64::from(force);
         if energy {
-            columns += m + if self.chain.losses.any() { n } else { 0 };
+            columns += m + if self.chain.is_lossy() { n } else { 0 };
+        }
+        if self.chain.resonators().is_some() {
+            columns += n * (1 + u64::from(displacement));
         }
         let checked = if self.estimate_error {
             n.saturating_mul(CHECKED_SAMPLES as u64 + 2)
@@ -185,13 +197,24 @@ impl Simulation {
             .saturating_mul(8)
     }
 
+    /// Energy that resonators have at the start beyond that of following their bodies.
+    fn energy_of_resonators(&self) -> f64 {
+        let (Some([y, w]), Some(all)) = (&self.resonators, self.chain.resonators()) else {
+            return 0.0;
+        };
+        let of = |j: usize| {
+            all.spring_energy(j, y[j] - self.displacement[j]) + all.kinetic_energy(j, w[j])
+        };
+        all.sites().map(of).sum()
+    }
+
     /// A speed that the motion cannot be much below: the largest initial one, that of the lightest
     /// site with the energy stored at the start, or that which a drive has or gives.
     pub(super) fn velocity_scale(&self, end: f64) -> f64 {
         let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let masses = self.chain.mass.iter().copied();
         let lightest = masses.fold(f64::INFINITY, f64::min);
-        let stored = self.chain.stored_energy(&self.displacement);
+        let stored = self.chain.stored_energy(&self.displacement) + self.energy_of_resonators();
         let driven = self.drive.as_ref().map_or(0.0, |drive| {
             let amplitude = drive.waveform().amplitude().abs();
             let frequency = drive.waveform().angular_frequency();

@@ -174,6 +174,7 @@ impl<'a> ObservedRun<'a> {
         StateView {
             x: &state.x[FIRST_SITE..][..n],
             v: &state.v[FIRST_SITE..][..n],
+            resonators: state.resonators(chain),
             passed: &state.passed[FIRST_CONTACT..][..m],
             lost: &state.lost[FIRST_SITE..][..n],
             input: state.put_in(),
@@ -210,6 +211,8 @@ impl<'a> ObservedRun<'a> {
 pub(crate) struct StateView<'a> {
     pub(crate) x: &'a [f64],
     pub(crate) v: &'a [f64],
+    /// Those of resonators; empty without.
+    pub(crate) resonators: [&'a [f64]; 2],
     /// Energy passed through each contact so far, and lost at each site.
     pub(crate) passed: &'a [f64],
     pub(crate) lost: &'a [f64],

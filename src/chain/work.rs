@@ -44,7 +44,7 @@ pub struct Work {
     /// Steps of one integration, to a factor of ten; to the latest time at which a front is waited
     /// for, where the run ends with its arrival.
     pub steps: f64,
-    /// What determines their length: `motion`, `step`, or the loss `dashpot`, `tangent` or `drag`.
+    /// What determines their length: `motion`, `step`, or the loss `dashpot`, `tangent`, `drag` or `resonator_damping`.
     pub limit: &'static str,
 }
 
@@ -125,7 +125,8 @@ impl Simulation {
         let [least, most] = rates().fold([f64::INFINITY, 0.0f64], |[least, most], rate| {
             [least.min(rate), most.max(rate)]
         });
-        let mut a_time = (each * usual).max(STEPS_OF_THE_STIFFEST * most);
+        let mut a_time =
+            (each * usual).max(STEPS_OF_THE_STIFFEST * most.max(chain.fastest_resonator()));
         let mut lasts = time;
         if chain.losses.drag > 0.0 {
             let heaviest = chain.mass.iter().copied().fold(0.0, f64::max);
@@ -158,6 +159,7 @@ impl Simulation {
             ("dashpot", fastest(|contact| contact.dashpot)),
             ("tangent", fastest(|contact| contact.tangent)),
             ("drag", self.chain.losses.drag / lightest),
+            ("resonator_damping", self.chain.resonator_relaxation()),
         ];
         let faster = |a: (&'static str, f64), b: (&'static str, f64)| if b.1 > a.1 { b } else { a };
         rates.into_iter().fold(rates[0], faster)

@@ -147,6 +147,7 @@ impl Wave {
             chain: self.chain(total),
             velocity,
             displacement,
+            resonators: None,
             drive: None,
             scheme: Scheme::default(),
             accuracy: Accuracy::LocalError(local_error),

@@ -92,12 +92,20 @@ impl Measures {
         let start = run.displacement.as_ref().map(|x| {
             let (x, v) = (x.row(0).to_vec(), run.velocity.row(0).to_vec());
             let input = run.energy_input.as_ref().map_or(0.0, |e| e[last_sample]);
-            run.chain.energy(&x, &v, 0.0) + input
+            let own = run.resonators_at(0);
+            run.chain.energy(&x, &v, 0.0)
+                + run
+                    .chain
+                    .resonator_energy(&x, own.each_ref().map(|v| &v[..]))
+                + input
         });
         let last_site = |x: &Array2<f64>, sample: usize| {
             let (x, v) = (x.row(sample).to_vec(), run.velocity.row(sample).to_vec());
             let mut energies = vec![0.0; v.len()];
             run.chain.site_energies(&x, &v, 0.0, &mut energies);
+            let own = run.resonators_at(sample);
+            run.chain
+                .add_resonator_energies(&x, own.each_ref().map(|v| &v[..]), &mut energies);
             energies[v.len() - 1]
         };
         let passed = match (&run.energy_passed, &run.displacement) {

@@ -6,8 +6,8 @@ use wavecascade::budget::{
     Budget, BudgetRequest, Closure, Filter, Integration, Motion, Residual, budget,
 };
 use wavecascade::chain::{
-    Accuracy, Chain, Drive, Ends, Ground, Law, Laws, Losses, OnSite, Record, Run, Scheme,
-    Simulation, Waveform,
+    Accuracy, Chain, Drive, Ends, Ground, Law, Laws, Losses, OnSite, Record, Resonators, Run,
+    Scheme, Simulation, Waveform,
 };
 use wavecascade::observer::Silent;
 
@@ -20,7 +20,10 @@ fn simulate(chain: Chain, drive: Option<Drive>, end: f64, samples: usize) -> Run
     simulation.accuracy = Accuracy::LocalError(1e-12);
     simulation.estimate_error = false;
     simulation.record = Record::ALL;
-    if simulation.chain.losses.any() || simulation.chain.on_site.ground.is_some() {
+    let Chain {
+        losses, on_site, ..
+    } = &simulation.chain;
+    if losses.any() || on_site.ground.is_some() || on_site.resonators.is_some() {
         simulation.scheme = Scheme::RungeKutta;
     }
     simulation.run(&Silent).unwrap()
@@ -36,6 +39,16 @@ fn found(run: &Run, integration: Integration) -> Budget {
 
 fn closed(residual: &Residual) -> f64 {
     residual.value().unwrap_or_else(|| panic!("{residual:?}"))
+}
+
+/// On two bodies of three.
+fn resonators(n: usize, damping: f64) -> Resonators {
+    let of = |all: [f64; 3]| all.into_iter().cycle().take(n).collect();
+    Resonators {
+        mass: of([0.5, 0.0, 0.8]),
+        stiffness: of([0.7, 0.0, 0.4]),
+        damping: of([damping, 0.0, 2.0 * damping]),
+    }
 }
 
 /// Chains of every end, law, loss and drive, each with its end time.
@@ -126,7 +139,7 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
                 ends: fixed,
                 ..Chain::dimer(n, 2.0)
             },
-            Some(Drive::Wall(wave)),
+            Some(Drive::Wall(wave.clone())),
             30.0,
         ),
         (
@@ -192,10 +205,38 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
                         law: Law::expression("d + 0.2*d^3").unwrap().into(),
                         coefficient: (0..n).map(|j| 0.3 + 0.1 * (j % 3) as f64).collect(),
                     }),
+                    resonators: None,
                 },
                 ..Chain::dimer(n, 2.0)
             },
             None,
+            30.0,
+        ),
+        (
+            "resonators",
+            Chain {
+                on_site: OnSite {
+                    gravity: 0.1,
+                    ground: None,
+                    resonators: Some(resonators(n, 0.0)),
+                },
+                ..Chain::dimer(n, 2.0)
+            },
+            None,
+            30.0,
+        ),
+        (
+            "damped resonators",
+            Chain {
+                losses: Losses { drag: 0.02, ..none },
+                on_site: OnSite {
+                    resonators: Some(resonators(n, 0.05)),
+                    ..OnSite::default()
+                },
+                ends: fixed,
+                ..Chain::dimer(n, 2.0)
+            },
+            Some(Drive::Wall(wave.clone())),
             30.0,
         ),
         (
@@ -225,8 +266,10 @@ fn val_identity_balances_close_inside_the_stepping() {
         assert_eq!(integration, Integration::Stepping);
         let (real, wave) = (closed(&real_space), closed(&wavenumber));
         let scale = match name {
-            // What springs to the ground hold has no scale.
-            "held by the ground" => scale.value().unwrap_or(0.0),
+            // What springs to the ground and resonators hold has no scale.
+            "held by the ground" | "resonators" | "damped resonators" => {
+                scale.value().unwrap_or(0.0)
+            }
             _ => closed(&scale),
         };
         // A force that sets in with a kink costs the steps beside it.

@@ -49,6 +49,7 @@ impl States {
             time: self.time.view(),
             displacement: self.x.view(),
             velocity: self.v.view(),
+            resonators: None,
             energy_passed: None,
             energy_lost: None,
             energy_input: None,

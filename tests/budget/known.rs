@@ -86,6 +86,7 @@ impl States {
             time: self.time.view(),
             displacement: self.displacement.view(),
             velocity: self.velocity.view(),
+            resonators: None,
             energy_passed: None,
             energy_lost: None,
             energy_input: None,

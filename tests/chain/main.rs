@@ -12,6 +12,7 @@ mod on_site;
 mod peaks;
 mod presets;
 mod reference;
+mod resonators;
 mod scale;
 mod scene;
 mod scene_hostile;

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use ndarray::ArrayView1;
+use num_complex::Complex;
 use wavecascade::chain::scene::{PRESETS, SceneSource, Setting, preset};
 use wavecascade::chain::{Run, Simulation, UnitCell};
 use wavecascade::observer::Silent;
@@ -277,4 +278,65 @@ fn val_published_a_pulse_decays_in_disorder() {
         found[1] < 0.9 * found[0] && found[2] < 0.5 * found[1],
         "{found:?}"
     );
+}
+
+/// The gap at the resonance w: `w (1 + m_r/m)^{1/2}` is its upper edge, the top of the lower branch its lower one. In it a wave falls by
+/// `exp(-kappa)` a body, `2 - 2 cosh kappa = omega^2 (1 + m_r w^2 / (w^2 - omega^2))`; below and above it passes.
+#[test]
+fn val_published_the_resonance_opens_a_gap() {
+    let (own, w) = (0.5f64, TAU * 0.15);
+    let cell = UnitCell::of(&simulation("mass_in_mass", &[]).chain).unwrap();
+    let sum = w * w * (1.0 + own) + 4.0;
+    let lower = (0.5 * (sum - (sum * sum - 16.0 * w * w).sqrt())).sqrt();
+    assert!((cell.frequencies(PI)[0] / lower - 1.0).abs() < 1e-13);
+    let upper = w * (1.0 + own).sqrt();
+    assert!((cell.frequencies(0.0)[1] / upper - 1.0).abs() < 1e-13);
+    let peak = |run: &Run, site: usize| {
+        let column = run.velocity.column(site);
+        column.iter().fold(0.0, |most: f64, v| most.max(v.abs()))
+    };
+    let passed = |run: &Run| {
+        let passed = run.energy_passed.as_ref().unwrap();
+        passed[[passed.nrows() - 1, 30]] / run.energy_input.as_ref().unwrap()[passed.nrows() - 1]
+    };
+    let inside = run("mass_in_mass", &[]);
+    let omega = TAU * 0.165;
+    let effective = 1.0 + own * w * w / (w * w - omega * omega);
+    let fall = (1.0 - 0.5 * omega * omega * effective).acosh();
+    let amplitude = |site: usize| {
+        let column = inside.velocity.column(site);
+        let turn = |t: &f64| Complex::cis(omega * t);
+        let each = column.iter().zip(&inside.time);
+        each.map(|(v, t)| turn(t) * *v).sum::<Complex<f64>>().norm()
+    };
+    // Farther on the slow waves of the edges outlast the burst.
+    for site in [0, 1] {
+        let found = (amplitude(site) / amplitude(site + 1)).ln();
+        println!("{site}: {found} {fall}");
+        assert!((found / fall - 1.0).abs() < 1e-3, "{site}: {found} {fall}");
+    }
+    println!(
+        "inside: {:e} {:e}",
+        peak(&inside, 30) / peak(&inside, 1),
+        passed(&inside)
+    );
+    // What is left is of the burst's own frequencies outside of the gap.
+    assert!(peak(&inside, 30) < 0.02 * peak(&inside, 1));
+    for frequency in ["0.1", "0.25"] {
+        let outside = run(
+            "mass_in_mass",
+            &[
+                ("drive_frequency", frequency),
+                ("drive_cycles", "10"),
+                ("end_time", "220"),
+            ],
+        );
+        println!(
+            "{frequency}: {} {}",
+            peak(&outside, 30) / peak(&outside, 1),
+            passed(&outside)
+        );
+        assert!(peak(&outside, 30) > 0.95 * peak(&outside, 1), "{frequency}");
+        assert!((passed(&outside) - 1.0).abs() < 1e-3, "{frequency}");
+    }
 }

@@ -1,4 +1,4 @@
-"""Random chains over all laws, ends, losses, ground and weight: the error that a run states against SciPy's DOP853.
+"""Random chains over all laws, ends, losses, ground, weight, resonators and drives: the error that a run states against SciPy's DOP853.
 
     python3 benches/peers/chain/random_scenes.py PROGRAM [FIRST_SEED [NUMBER]]
 
@@ -17,6 +17,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+sys.path.insert(0, str(pathlib.Path(__file__).parents[3] / "tests" / "data"))
+import waveforms
 
 #: What DOP853 is off by itself.
 OWN = 2e-11
@@ -50,6 +52,25 @@ def static(f, coefficient, force):
     return brentq(lambda d: coefficient * f(d) - force, 0, high, xtol=1e-16)
 
 
+def drive(rng, ends, n):
+    """The keys of a drive, its function of time, when it has kinks, and what it drives."""
+    kind = str(rng.choice(["force", "wall", "wall-velocity"] if ends == "fixed" else ["force"]))
+    a, f, f1, cycles = rng.uniform(0.05, 0.3), rng.uniform(0.05, 0.2), rng.uniform(0.1, 0.4), float(rng.integers(1, 5))
+    length, seed, site = rng.uniform(2, 8), int(rng.integers(1000)), int(rng.integers(n))
+    # The displacement of a wall neither jumps nor is held apart from 0.
+    name, keys, of, kinks = [
+        ("sine", {"frequency": f}, lambda t: a * np.sin(2 * np.pi * f * t), []),
+        ("half-sine", {"duration": length}, waveforms.half_sine(a, length), [length]),
+        ("tone-burst", {"frequency": f, "cycles": cycles}, waveforms.burst(a, f, cycles), [cycles / f]),
+        ("chirp", {"frequency": f, "end_frequency": f1, "duration": length}, waveforms.chirp(a, f, f1, length), [length]),
+        ("noise", {"band": [f, f + f1], "seed": seed}, waveforms.noise(a, f, f + f1, seed), []),
+    ][rng.integers(3 if kind == "wall" else 5)]
+    keys = {"drive_waveform": name, "drive_amplitude": a, **{f"drive_{key}": value for key, value in keys.items()}}
+    if kind == "force":
+        keys["drive_site"] = site
+    return {"drive": kind, **keys}, of, kinks, kind, site
+
+
 def scene(seed):
     """A scene as lines, and its right-hand side."""
     rng = np.random.default_rng(seed)
@@ -66,6 +87,11 @@ def scene(seed):
     drag = 0.0 if rng.random() < 0.7 else 0.05
     dashpot = 0.0 if rng.random() < 0.7 else 0.1
     left = rng.uniform(0.5, 4)
+    own = rng.uniform(0.1, 1, 3) * (rng.random(3) < 0.7) * (rng.random() < 0.6)
+    spring, damper = rng.uniform(0.2, 3, 2), rng.uniform(0, 0.2, 1) * (rng.random() < 0.5)
+    driven, of, kinks, kind, site = drive(rng, ends, n) if rng.random() < 0.5 else ({}, None, [], "", 0)
+    if kind == "wall":
+        dashpot = 0.0
     lines = {
         "sites": n,
         "ends": ends,
@@ -80,7 +106,14 @@ def scene(seed):
         "gravity": weight,
         "drag": drag,
         "dashpot": dashpot,
+        **driven,
     }
+    if own.any():
+        lines["resonator_mass"] = own.tolist()
+        lines["resonator_stiffness"] = spring.tolist()
+        lines["resonator_damping"] = damper.tolist()
+    m_r, k_r, c_r = (np.resize(values, n) * (np.resize(own, n) > 0) for values in (own, spring, damper))
+    free = np.where(m_r > 0, 1 / np.where(m_r > 0, m_r, 1.0), 0.0)
     if ends == "fixed":
         lines["left_wall_coefficient"] = left
     if ground is not None:
@@ -88,35 +121,53 @@ def scene(seed):
         lines["ground_law"] = "d + 0.2*d^3"
     force = [cell[j % len(cell)][1] for j in range(m)]
     opens = [cell[j % len(cell)][2] for j in range(m)]
-    rest = pressed + weight * np.cumsum(mass)[:m]
+    rest = pressed + weight * np.cumsum(mass + m_r)[:m]
     at_rest = np.array([static(force[j], c[j], rest[j]) for j in range(m)])
     wall = static(cell[-1][1], left, pressed)
 
-    def rates(_, y):
-        x, v = y[:n], y[n:]
+    def rates(t, state):
+        x, v, y, w = state[: 4 * n].reshape(4, n)
+        # The last value is the displacement of a wall of a given velocity.
+        moved = {"wall": lambda: (of(t), 0.0), "wall-velocity": lambda: (state[-1], of(t))}
+        at, speed = moved.get(kind, lambda: (0.0, 0.0))()
         overlap = at_rest + x[:m] - np.append(x[1:], 0.0)[:m]
         closing = v[:m] - np.append(v[1:], 0.0)[:m]
         push = np.array([c[j] * force[j](overlap[j]) for j in range(m)]) - rest
         push += np.array([dashpot * closing[j] * (overlap[j] > 0 or not opens[j]) for j in range(m)])
-        pull = -drag * v
+        tied = k_r * (y - x) + c_r * (w - v)
+        pull = tied - drag * v
         pull[:m] -= push
         pull[1:] += push[: n - 1]
         if ends == "fixed":
-            pull[0] += left * cell[-1][1](wall - x[0]) - pressed
-            pull[0] -= dashpot * v[0] * (wall - x[0] > 0 or not cell[-1][2])
+            first = wall + at - x[0]
+            pull[0] += left * cell[-1][1](first) - pressed
+            pull[0] += dashpot * (speed - v[0]) * (first > 0 or not cell[-1][2])
         if ground is not None:
             pull -= ground * (x + 0.2 * x**3)
-        return np.concatenate([v, pull / mass])
+        if kind == "force":
+            pull[site] += of(t)
+        return np.concatenate([v, pull / mass, w, -tied * free, [speed]])
 
-    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in lines.items())
-    return text, rates, n, speed, end
-
-
-def off(rates, n, speed, end, time, velocity, longest):
-    start = np.zeros(2 * n)
+    start = np.zeros(4 * n + 1)
     start[n] = speed
-    found = solve_ivp(rates, (0, end), start, "DOP853", time, rtol=3e-14, atol=1e-16, max_step=longest)
-    return np.abs(found.y[n:].T - velocity).max() / speed
+    start[3 * n] = speed * (m_r[0] > 0)
+    text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in lines.items())
+    return text, rates, start, [*(k for k in kinks if k < end), end]
+
+
+def off(rates, start, stops, time, velocities, longest):
+    """The largest difference of a velocity, of a body or a resonator."""
+    n, t, worst = len(start) // 4, 0.0, 0.0
+    for stop in stops:
+        inside = (time >= t) & (time <= stop)
+        # Sides of a kink are apart.
+        last = stop * (1 - 1e-15)
+        at = np.append(np.minimum(time[inside], last), last)
+        found = solve_ivp(rates, (t, last), start, "DOP853", at, rtol=3e-14, atol=1e-16, max_step=longest)
+        for velocity, row in zip(velocities, (found.y[n : 2 * n], found.y[3 * n : 4 * n])):
+            worst = max(worst, np.abs(row[:, :-1].T - velocity[inside]).max(initial=0.0))
+        start, t = found.y[:, -1], stop
+    return worst
 
 
 def main():
@@ -126,7 +177,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         path, run = pathlib.Path(folder, "scene.toml"), pathlib.Path(folder, "run.npz")
         for seed in range(first, first + number):
-            text, rates, n, speed, end = scene(seed)
+            text, *known = scene(seed)
             path.write_text(text)
             said = subprocess.run(
                 [program, "simulate", path, "--out", run, "--force", "--json"], capture_output=True, text=True
@@ -134,12 +185,14 @@ def main():
             if said.returncode:
                 print(f"seed {seed}: {said.stderr.strip()}")
                 continue
-            stated = json.loads(said.stdout)["report"]["error"]
+            report = json.loads(said.stdout)["report"]
+            stated, scale = report["error"], report["velocity_scale"]
             with np.load(run) as arrays:
-                known = rates, n, speed, end, arrays["time"], arrays["velocity"]
-            error = off(*known, 0.01)
+                names = [name for name in ("velocity", "resonator_velocity") if name in arrays]
+                known += [arrays["time"], [arrays[name] for name in names]]
+            error = off(*known, 0.01) / scale
             if error > stated:
-                error = off(*known, 0.001)
+                error = off(*known, 0.001) / scale
             if error > max(stated, OWN):
                 print(f"seed {seed}: {error:.2e}, stated {stated:.2e}")
             ratios.append(error / max(stated, OWN))

@@ -96,7 +96,8 @@ def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[S
     xarray.Dataset or dict
         The arrays of a run file: ``velocity``, ``displacement`` and, with losses, ``energy_lost``
         ``(time, position)``; ``force`` and ``energy_passed`` ``(time, contact_position)``; with a
-        drive ``energy_input`` ``(time)``; ``mass`` ``(position)``, ``contact_coefficient``
+        drive ``energy_input`` ``(time)``; with resonators ``resonator_displacement`` and
+        ``resonator_velocity`` ``(time, position)``; ``mass`` ``(position)``, ``contact_coefficient``
         ``(contact_position)``. The scene and the report of the run are attributes. :func:`budget`,
         :func:`compare` and :func:`triads` take it as it is, also from a file of ``to_netcdf``.
 

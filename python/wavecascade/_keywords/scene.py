@@ -25,6 +25,10 @@ class SceneKeys(TypedDict, total=False):
     gravity: float
     ground_cell: Sequence[float]
     ground_law: str
+    resonator_mass: float | Sequence[float]
+    resonator_frequency: float | Sequence[float]
+    resonator_stiffness: float | Sequence[float]
+    resonator_damping: float | Sequence[float]
     stiffness_ratio: float
     first_contact: Literal["soft", "stiff"]
     coefficient_cell: Sequence[float]
@@ -62,6 +66,8 @@ class SceneKeys(TypedDict, total=False):
     striker_velocity_spread: float
     velocities: Sequence[float]
     displacements: Sequence[float]
+    resonator_displacements: Sequence[float]
+    resonator_velocities: Sequence[float]
     state: str
     mode: int
     modes: Sequence[int]

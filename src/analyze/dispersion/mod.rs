@@ -164,7 +164,7 @@ impl Dispersion {
         let omega = match &self.relation {
             Relation::Lattice { cell, spacing } => {
                 let a = spacing.unwrap_or(site);
-                let mut branches = vec![Vec::with_capacity(wavenumber.len()); cell.bodies()];
+                let mut branches = vec![Vec::with_capacity(wavenumber.len()); cell.branches()];
                 for &k in &wavenumber {
                     for (branch, omega) in branches.iter_mut().zip(cell.frequencies(k * a)) {
                         branch.push(omega);

@@ -73,9 +73,13 @@ pub fn of_chain(setup: &Setup, step: f64, field: &Field) -> Result<UnitCell, NoB
 }
 
 fn name(cell: &UnitCell) -> String {
+    let with = match cell.branches() > cell.bodies() {
+        true => " with resonators",
+        false => "",
+    };
     match cell.bodies() {
-        1 => "lattice, linearized".into(),
-        bodies => format!("lattice of {bodies} bodies a cell, linearized"),
+        1 => format!("lattice{with}, linearized"),
+        bodies => format!("lattice of {bodies} bodies a cell{with}, linearized"),
     }
 }
 

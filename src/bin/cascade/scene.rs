@@ -119,6 +119,19 @@ pub fn chain_lines(lines: &mut Lines, d: &Description) {
             &format!("law {law}, coefficients {}", between(*range)),
         );
     }
+    if let Some(all) = &d.resonators {
+        let damped = match all.damping[1] > 0.0 {
+            true => format!(", dashpots {}{}", between(all.damping), unit("N s/m")),
+            false => String::new(),
+        };
+        let (mass, frequency) = (between(all.mass), between(all.frequency));
+        let text = format!(
+            "{} of mass {mass}{kg}, frequency {frequency}{}{damped}",
+            all.number,
+            unit("Hz")
+        );
+        lines.line("resonators", &text);
+    }
     let losses = [
         ("dashpot", d.dashpot, "N s/m"),
         ("tangent", d.tangent, "s"),

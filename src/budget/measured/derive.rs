@@ -44,6 +44,7 @@ pub(super) fn motion<'a>(
         time,
         displacement: displacement.view(),
         velocity: velocity.view(),
+        resonators: None,
         energy_passed: None,
         energy_lost: None,
         energy_input: None,

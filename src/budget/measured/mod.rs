@@ -149,6 +149,15 @@ pub fn from_velocities(
     options: &MeasuredOptions,
 ) -> Result<MeasuredMotion> {
     options.check(record, [t0, dt], chain)?;
+    if chain.resonators().is_some() {
+        return Err(Error::Request {
+            option: "resonator_mass",
+            expected:
+                "a chain without resonators, whose motion velocities of the bodies do not tell"
+                    .into(),
+            found: "resonators".into(),
+        });
+    }
     options::check_memory(record.nrows(), chain)?;
     let (record, missing, channels) = channels(record, chain, options)?;
     crate::system::threads::in_pool(options.threads, || {

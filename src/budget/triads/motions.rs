@@ -100,6 +100,10 @@ fn expansion(chain: &Chain, coefficient: f64) -> Result<(f64, f64)> {
         let expected = "a chain without springs to the ground";
         return refuse("ground", expected, "springs to the ground");
     }
+    if chain.resonators().is_some() {
+        let expected = "a chain without resonators";
+        return refuse("resonator_mass", expected, "resonators");
+    }
     let Some(law) = chain.law.only() else {
         let expected =
             "one law for all contacts, by which the quadratic term is the same everywhere";

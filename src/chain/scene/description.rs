@@ -3,7 +3,29 @@
 use serde::Serialize;
 
 use super::{Setup, Units};
-use crate::chain::{Accuracy, EndTime, Ends, Losses, Scheme, Work};
+use crate::chain::{Accuracy, EndTime, Ends, Losses, Resonators, Scheme, Work};
+
+/// The resonators of a scene: their number, and the smallest and the largest of each value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ResonatorsDescription {
+    pub number: usize,
+    pub mass: [f64; 2],
+    /// While the body is held, in cycles per unit of time.
+    pub frequency: [f64; 2],
+    pub damping: [f64; 2],
+}
+
+impl ResonatorsDescription {
+    fn of(all: &Resonators) -> Option<ResonatorsDescription> {
+        let of = |value: &dyn Fn(usize) -> f64| range(&all.sites().map(value).collect::<Vec<_>>());
+        Some(ResonatorsDescription {
+            number: all.sites().count(),
+            mass: of(&|j| all.mass[j])?,
+            frequency: of(&|j| all.frequency(j))?,
+            damping: of(&|j| all.damping[j])?,
+        })
+    }
+}
 
 /// What a scene describes, known without a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -34,6 +56,7 @@ pub struct Description {
     pub gravity: f64,
     /// Law of springs to the ground, and their smallest and largest coefficient.
     pub ground: Option<(String, [f64; 2])>,
+    pub resonators: Option<ResonatorsDescription>,
     pub dashpot: f64,
     pub tangent: f64,
     pub drag: f64,
@@ -100,6 +123,7 @@ impl Setup {
                 .ground
                 .as_ref()
                 .and_then(|ground| Some((ground.law.text(), range(&ground.coefficient)?))),
+            resonators: chain.resonators().and_then(ResonatorsDescription::of),
             dashpot,
             tangent,
             drag,

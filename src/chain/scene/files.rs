@@ -35,6 +35,14 @@ struct Column {
     values: Vec<f64>,
 }
 
+/// The arrays of a run that its last state is of.
+const STATE: [&str; 4] = [
+    "displacement",
+    "velocity",
+    "resonator_displacement",
+    "resonator_velocity",
+];
+
 /// Keys that name files, and those of the values that they hold.
 const KEYS: [(&str, &[&str], &str); 3] = [
     (
@@ -44,7 +52,12 @@ const KEYS: [(&str, &[&str], &str); 3] = [
     ),
     (
         "state",
-        &["displacements", "velocities"],
+        &[
+            "displacements",
+            "velocities",
+            "resonator_displacements",
+            "resonator_velocities",
+        ],
         "the initial state",
     ),
     ("law_file", &["law", "laws"], "the law of the contacts"),
@@ -93,7 +106,7 @@ pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
             return Err(file.fault(expected, found));
         }
         let values: Vec<Value> = match key {
-            "state" => file.state()?.map(numbers).into(),
+            "state" => file.state()?.into_iter().map(numbers).collect(),
             "law_file" => vec![Value::String(file.law()?)],
             _ => {
                 let drive = table.get("drive").and_then(Value::as_str);
@@ -173,18 +186,21 @@ impl Named<'_> {
         Ok(format!("table {}", rows.join(", ")))
     }
 
-    /// Displacements and velocities.
-    fn state(&self) -> Result<[Vec<f64>; 2]> {
+    /// Displacements and velocities, and those of resonators where the run has them.
+    fn state(&self) -> Result<Vec<Vec<f64>>> {
         regular_file(&self.path)?;
         if is_run_archive(&self.path)? {
             return read_members(&self.path, |run| {
-                let rows = [run.array("displacement")?, run.array("velocity")?];
+                let rows = STATE
+                    .iter()
+                    .map(|name| run.array(name))
+                    .collect::<Result<_>>()?;
                 let scene = run.text("scene")?;
                 self.last_rows(rows, scene)
             });
         }
         if let Some((texts, mut arrays)) = read_container(&self.path)? {
-            let rows = ["displacement", "velocity"].map(|name| arrays.remove(name));
+            let rows = STATE.iter().map(|name| arrays.remove(*name)).collect();
             return self.last_rows(rows, texts.get("scene").cloned());
         }
         if self
@@ -201,33 +217,37 @@ impl Named<'_> {
             let mut values = vec![0.0; 2 * rows];
             field.read_time_major(0..rows, 0..2, &mut values);
             let column = |of: usize| values.iter().skip(of).step_by(2).copied().collect();
-            return Ok([column(0), column(1)]);
+            return Ok(vec![column(0), column(1)]);
         }
         let [mut first, mut second] = self.pair("displacements and velocities")?;
         if first.name.to_lowercase().starts_with('v') && !second.name.is_empty() {
             std::mem::swap(&mut first, &mut second);
         }
-        Ok([self.in_si::<Length>(&first)?, self.in_si::<Speed>(&second)?])
+        Ok(vec![
+            self.in_si::<Length>(&first)?,
+            self.in_si::<Speed>(&second)?,
+        ])
     }
 
     /// The last displacements and velocities of a run.
     fn last_rows(
         &self,
-        arrays: [Option<Samples>; 2],
+        arrays: Vec<Option<Samples>>,
         scene: Option<String>,
-    ) -> Result<[Vec<f64>; 2]> {
+    ) -> Result<Vec<Vec<f64>>> {
         let expected = "a run that recorded displacements (`record` with \"displacement\")";
-        let last = arrays.map(|array| {
+        let last = |array: Option<Samples>| -> Option<Vec<f64>> {
             let (shape, values) = array?;
             let sites = *shape.last()? as usize;
             values
                 .len()
                 .checked_sub(sites)
                 .map(|from| values[from..].to_vec())
-        });
-        let [Some(displacement), Some(velocity)] = last else {
-            return Err(self.fault(expected, "none"));
         };
+        if arrays[0].is_none() || arrays[1].is_none() {
+            return Err(self.fault(expected, "none"));
+        }
+        let rows: Vec<Vec<f64>> = arrays.into_iter().filter_map(last).collect();
         let scene = scene.and_then(|text| SceneSource::carried(None, text).setup().ok());
         if let Some(setup) = scene
             && (setup.units == Units::Si) != self.is_si
@@ -236,7 +256,7 @@ impl Named<'_> {
             let expected = format!("a run {}, as this scene is", word(self.is_si));
             return Err(self.fault(expected, format!("one {}", word(!self.is_si))));
         }
-        Ok([displacement, velocity])
+        Ok(rows)
     }
 
     /// The two columns of a table of text.

@@ -19,6 +19,7 @@ mod pattern;
 mod places;
 mod presets;
 mod properties;
+mod resonators;
 mod setup;
 mod source;
 mod template;
@@ -30,7 +31,7 @@ pub use choices::{
     Defect, DriveTyped, EndTimeTyped, EndsTyped, FirstContact, Recorded, Shape, Units,
     WaveformTyped,
 };
-pub use description::Description;
+pub use description::{Description, ResonatorsDescription};
 pub use presets::{PRESETS, Preset, preset};
 pub use properties::{Choice, Kind, Property, properties, schema};
 pub use setup::Setup;

@@ -7,32 +7,40 @@ use super::{EndsTyped, Units};
 use crate::chain::{Chain, Pattern};
 use crate::error::Result;
 
+/// How a chain starts.
+pub(super) struct Start {
+    pub(super) velocity: Vec<f64>,
+    pub(super) displacement: Vec<f64>,
+    /// Those of resonators, if they are not those of their bodies.
+    pub(super) resonators: Option<[Vec<f64>; 2]>,
+}
+
 /// Initial velocities and displacements.
-pub(super) fn start(check: Check, chain: &Chain) -> Result<(Vec<f64>, Vec<f64>)> {
+pub(super) fn start(check: Check, chain: &Chain) -> Result<Start> {
     let (scene, n) = (check.scene, chain.n_sites());
     check.one_of(
         &["striker_velocity", "velocities", "modes"],
         "the velocity of the striker",
     )?;
     check.one_of(&["displacements", "mode", "modes"], "the displacements")?;
+    for own in ["resonator_displacements", "resonator_velocities"] {
+        check.one_of(&[own, "mode_energy"], "the motion of resonators")?;
+    }
     check.one_of(&["mode_amplitude", "mode_energy"], "the size of the mode")?;
     check.only_with(&["mode_amplitude"], scene.mode.is_some(), "`mode`")?;
     let is_mode = scene.mode.is_some() || scene.modes.is_some();
     check.only_with(&["mode_energy"], is_mode, "`mode` or `modes`")?;
-    let mut velocity = vec![0.0; n];
-    let mut displacement = vec![0.0; n];
-    for (key, typed, values) in [
-        ("velocities", &scene.velocities, &mut velocity),
-        ("displacements", &scene.displacements, &mut displacement),
-    ] {
-        let Some(typed) = typed else { continue };
-        check.length(key, typed, n, "site")?;
-        for (i, (to, &from)) in values.iter_mut().zip(typed).enumerate() {
-            *to = check.finite(&format!("{key}[{i}]"), from)?;
-        }
-    }
+    let typed = |key, values| listed(check, key, values, n);
+    let mut velocity = typed("velocities", &scene.velocities)?.unwrap_or(vec![0.0; n]);
+    let mut displacement = typed("displacements", &scene.displacements)?.unwrap_or(vec![0.0; n]);
+    let own = [
+        typed("resonator_displacements", &scene.resonator_displacements)?,
+        typed("resonator_velocities", &scene.resonator_velocities)?,
+    ];
+    let mut resonators = None;
     if let (Some(mode), Some(energy)) = (scene.mode, scene.mode_energy) {
-        [displacement, velocity] = excited(check, "mode", [mode; 2], energy, chain)?;
+        let [bodies, own] = excited(check, "mode", [mode; 2], energy, chain)?;
+        ([displacement, velocity], resonators) = (bodies, Some(own));
     } else if let Some(mode) = scene.mode {
         displacement = shape_of_mode(check, mode, n)?;
     } else if let Some(modes) = &scene.modes {
@@ -42,9 +50,18 @@ pub(super) fn start(check: Check, chain: &Chain) -> Result<(Vec<f64>, Vec<f64>)>
         };
         let expected = "the energy of each mode";
         let energy = check.need("mode_energy", scene.mode_energy, expected)?;
-        [displacement, velocity] = excited(check, "modes", [first, last], energy, chain)?;
+        let [bodies, own] = excited(check, "modes", [first, last], energy, chain)?;
+        ([displacement, velocity], resonators) = (bodies, Some(own));
     }
-    let something = ["velocities", "displacements", "mode", "modes", "drive"];
+    let something = [
+        "velocities",
+        "displacements",
+        "resonator_displacements",
+        "resonator_velocities",
+        "mode",
+        "modes",
+        "drive",
+    ];
     let something = something.iter().any(|key| check.places.has(key));
     if let Some(speed) = scene.striker_velocity {
         velocity[0] = check.finite("striker_velocity", speed.value)?;
@@ -59,7 +76,10 @@ pub(super) fn start(check: Check, chain: &Chain) -> Result<(Vec<f64>, Vec<f64>)>
     }
     velocity[0] *= jitter(check)?;
     let moves = |values: &[f64]| values.iter().any(|v| *v != 0.0);
-    if !moves(&velocity) && !moves(&displacement) && scene.drive.is_none() {
+    let all = [&velocity, &displacement]
+        .into_iter()
+        .chain(own.iter().flatten());
+    if !all.into_iter().any(|values| moves(values)) && scene.drive.is_none() {
         let key = [
             "striker_velocity",
             "velocities",
@@ -72,7 +92,29 @@ pub(super) fn start(check: Check, chain: &Chain) -> Result<(Vec<f64>, Vec<f64>)>
             .unwrap_or(&key[0]);
         return Err(check.fault(key, "something that moves", "a chain at rest"));
     }
-    Ok((velocity, displacement))
+    if own.iter().any(Option::is_some) {
+        let [at, speed] = own;
+        let followed = [
+            at.unwrap_or(displacement.clone()),
+            speed.unwrap_or(velocity.clone()),
+        ];
+        resonators = Some(followed);
+    }
+    Ok(Start {
+        velocity,
+        displacement,
+        resonators: resonators.filter(|_| chain.resonators().is_some()),
+    })
+}
+
+/// A list of numbers, one a site.
+fn listed(check: Check, key: &str, typed: &Option<Vec<f64>>, n: usize) -> Result<Option<Vec<f64>>> {
+    let Some(typed) = typed else { return Ok(None) };
+    check.length(key, typed, n, "site")?;
+    for (i, value) in typed.iter().enumerate() {
+        check.finite(&format!("{key}[{i}]"), *value)?;
+    }
+    Ok(Some(typed.clone()))
 }
 
 /// The random factor of the striker's velocity.
@@ -102,11 +144,11 @@ fn excited(
     [first, last]: [usize; 2],
     energy: f64,
     chain: &Chain,
-) -> Result<[Vec<f64>; 2]> {
+) -> Result<[[Vec<f64>; 2]; 2]> {
     check.positive("mode_energy", energy)?;
     let modes = chain.normal_modes();
     let modes = modes.map_err(|error| check.named(error, key))?;
-    let most = chain.n_sites() - modes.free;
+    let most = modes.frequency.len() - modes.free;
     if !(1 <= first && first <= last && last <= most) {
         let expected = format!("modes from 1 to {most}, the first one before the last");
         let found = if first == last {

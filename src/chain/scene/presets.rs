@@ -33,6 +33,7 @@ pub const PRESETS: &[Preset] = presets! {
     "disordered": "random masses, behind which a pulse decays",
     "linear_chain": "springs, started in one mode, in which they stay",
     "diatomic": "springs and two masses: the gap between their branches",
+    "mass_in_mass": "a resonator in each body: the gap at their frequency",
     "fput": "the alpha chain: the first mode spreads, and comes back",
     "fput_beta": "the beta chain: odd modes alone take part",
     "toda_soliton": "a soliton in closed form",

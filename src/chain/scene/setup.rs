@@ -2,10 +2,12 @@
 
 use super::bodies::Bodies;
 use super::check::Check;
+use super::motion::Start;
 use super::pattern::check_cell;
 use super::places::Places;
 use super::{
     EndTimeTyped, EndsTyped, Recorded, Scene, Units, coefficients, drive, laws, masses, motion,
+    resonators,
 };
 use crate::chain::{
     Accuracy, Chain, EndTime, Ends, Ground, Losses, OnSite, Record, Scheme, Simulation,
@@ -55,7 +57,11 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
     let precompression = scene.precompression.map_or(0.0, |force| force.value);
     check.not_negative("precompression", precompression)?;
     let losses = losses(check)?;
-    let on_site = on_site(check, n)?;
+    let on_site = OnSite {
+        gravity: check.not_negative("gravity", scene.gravity.unwrap_or(0.0))?,
+        ground: ground(check, n)?,
+        resonators: resonators::resonators(check, n)?,
+    };
     let chain = Chain {
         mass,
         coefficient,
@@ -65,7 +71,11 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
         losses,
         on_site,
     };
-    let (velocity, displacement) = motion::start(check, &chain)?;
+    let Start {
+        velocity,
+        displacement,
+        resonators,
+    } = motion::start(check, &chain)?;
     let (scheme, accuracy) = stepping(check, chain.has_pulls())?;
     let (drive, about) = drive::drive(check, n)?.unzip();
     let simulation = Simulation {
@@ -77,6 +87,7 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
         end_time: end_time(check, ends, &velocity, &displacement)?,
         velocity,
         displacement,
+        resonators,
         samples,
         record: record(scene),
         window: SteppedSites::default(),
@@ -147,20 +158,16 @@ fn losses(check: Check) -> Result<Losses> {
     })
 }
 
-/// Weight, and springs to the ground.
-fn on_site(check: Check, n: usize) -> Result<OnSite> {
+/// Springs to the ground.
+fn ground(check: Check, n: usize) -> Result<Option<Ground>> {
     let scene = check.scene;
-    let gravity = check.not_negative("gravity", scene.gravity.unwrap_or(0.0))?;
     check.only_with(
         &["ground_law"],
         scene.ground_cell.is_some(),
         "`ground_cell`",
     )?;
     let Some(cell) = &scene.ground_cell else {
-        return Ok(OnSite {
-            gravity,
-            ground: None,
-        });
+        return Ok(None);
     };
     for (i, coefficient) in cell.iter().enumerate() {
         check.not_negative(&format!("ground_cell[{i}]"), *coefficient)?;
@@ -168,13 +175,10 @@ fn on_site(check: Check, n: usize) -> Result<OnSite> {
     check_cell(check, "ground_cell", cell)?;
     let text = scene.ground_law.as_deref().unwrap_or("spring");
     let law = laws::parsed(check, "ground_law", text)?;
-    Ok(OnSite {
-        gravity,
-        ground: Some(Ground {
-            law: law.into(),
-            coefficient: cell.iter().copied().cycle().take(n).collect(),
-        }),
-    })
+    Ok(Some(Ground {
+        law: law.into(),
+        coefficient: cell.iter().copied().cycle().take(n).collect(),
+    }))
 }
 
 fn stepping(check: Check, has_pulls: bool) -> Result<(Scheme, Accuracy)> {
@@ -183,9 +187,15 @@ fn stepping(check: Check, has_pulls: bool) -> Result<(Scheme, Accuracy)> {
         None if has_pulls => Scheme::RungeKutta,
         None => Scheme::default(),
         Some(scheme) if has_pulls && !scheme.takes_losses() => {
-            let keys = ["dashpot", "tangent", "drag", "ground_cell"];
+            let keys = [
+                "dashpot",
+                "tangent",
+                "drag",
+                "ground_cell",
+                "resonator_mass",
+            ];
             let loss = keys.iter().find(|key| check.places.has(key));
-            let expected = "runge-kutta, which takes losses and springs to the ground";
+            let expected = "runge-kutta, which takes losses, springs to the ground and resonators";
             let beside = check.places.mention(loss.unwrap_or(&keys[0]));
             return Err(check.fault("scheme", expected, format!("another beside {beside}")));
         }

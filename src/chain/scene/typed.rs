@@ -4,6 +4,8 @@
 //! the template and the help of the options. `x-group` opens a group of fields.
 
 use schemars::JsonSchema;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Deserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use super::choices::{
@@ -69,6 +71,24 @@ pub struct Scene {
     /// Force of these springs against the displacement, as the text of `law` [default: spring].
     #[schemars(extend("examples" = ["d + 0.2*d^3"]))]
     pub ground_law: Option<String>,
+    /// Resonators on the bodies (mass in mass): the mass tied to each body alone by a linear spring, in kg in an SI scene; a number,
+    /// or values repeated along the chain, of which 0 is none.
+    #[serde(deserialize_with = "one_or_more")]
+    #[schemars(extend("examples" = [[0.3]]))]
+    pub resonator_mass: Option<Vec<f64>>,
+    /// Frequency of each resonator while its body is held, `sqrt(stiffness / mass) / (2 pi)`, in cycles per unit of time (Hz in an SI
+    /// scene), repeated likewise.
+    #[serde(deserialize_with = "one_or_more")]
+    #[schemars(extend("examples" = [[0.1]]))]
+    pub resonator_frequency: Option<Vec<f64>>,
+    /// Stiffness of the spring of each resonator, in place of its frequency (N/m in an SI scene), repeated likewise.
+    #[serde(deserialize_with = "one_or_more")]
+    #[schemars(extend("examples" = [[0.1]]))]
+    pub resonator_stiffness: Option<Vec<f64>>,
+    /// Dashpot beside the spring of each resonator, force over relative speed (N s/m in an SI scene), repeated likewise.
+    #[serde(deserialize_with = "one_or_more")]
+    #[schemars(extend("default" = [0.0]))]
+    pub resonator_damping: Option<Vec<f64>>,
 
     /// Coefficients alternate between 1 and this, which is 1 or more. With a material, between that
     /// of cylinders crossed at 90 degrees and this times as much.
@@ -193,6 +213,12 @@ pub struct Scene {
     /// The initial displacement of every site from the static state.
     #[schemars(extend("examples" = [[0.1, 0.0, -0.1]]))]
     pub displacements: Option<Vec<f64>>,
+    /// The initial displacement of the resonator of every site [default: those of the bodies].
+    #[schemars(extend("examples" = [[0.1, 0.0, -0.1]]))]
+    pub resonator_displacements: Option<Vec<f64>>,
+    /// The initial velocity of the resonator of every site [default: those of the bodies].
+    #[schemars(extend("examples" = [[1.0, 0.0, 0.0]]))]
+    pub resonator_velocities: Option<Vec<f64>>,
     /// File with the initial state, beside the scene's file: a run (`run.npz` or `run.nc`), which goes on from its
     /// last sample, or a table (or `.npy`) of displacements and velocities, a row a site. A run file holds them as
     /// `displacements` and `velocities`.
@@ -296,4 +322,29 @@ pub struct Scene {
     /// Memory that the results may take, such as 2GiB [default: what is free].
     #[schemars(extend("examples" = ["2GiB"]))]
     pub memory: Option<Measure<Memory>>,
+}
+
+/// A list, or a number that stands for a list of one.
+fn one_or_more<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<f64>>, D::Error> {
+    struct Numbers;
+    impl<'de> Visitor<'de> for Numbers {
+        type Value = Vec<f64>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("a number or a list of numbers")
+        }
+
+        fn visit_f64<E>(self, value: f64) -> Result<Vec<f64>, E> {
+            Ok(vec![value])
+        }
+
+        fn visit_i64<E>(self, value: i64) -> Result<Vec<f64>, E> {
+            Ok(vec![value as f64])
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Vec<f64>, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(list))
+        }
+    }
+    from.deserialize_any(Numbers).map(Some)
 }

@@ -110,7 +110,7 @@ impl<K: Kernel> Driver<K> {
                 let drive = task.drive.map_or(f64::INFINITY, |drive| {
                     1.0 / drive.waveform().angular_frequency()
                 });
-                1e-3 * contact.min(drive)
+                1e-3 * contact.min(drive).min(1.0 / task.chain.fastest_resonator())
             }
         };
         let waveform = task.drive.map(Drive::waveform);

@@ -3,7 +3,7 @@
 use super::super::law::Kernel;
 use super::islands::Island;
 use super::pair::{Span, StepScratch, push};
-use super::system::{State, System};
+use super::system::{FIRST_SITE, State, System, resonator_place};
 use super::tableau::Tableau;
 use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, widest};
 
@@ -18,7 +18,7 @@ pub(super) fn pass_on<K: Kernel>(
     scratch: &mut StepScratch,
 ) {
     let blocks = island.blocks.clone();
-    let lossy = system.losses.any();
+    let lossy = system.is_lossy();
     let StepScratch {
         force,
         damping,
@@ -88,9 +88,15 @@ fn lose_energy<K: Kernel>(
         lost[s - 1] += left * heat;
         lost[s] += right * heat;
     }
-    for s in places {
+    for s in places.start..places.end.min(FIRST_SITE + system.sites) {
         if system.mobility[s] > 0.0 {
             lost[s] += weight * system.losses.drag * v[s] * v[s];
+        }
+    }
+    if let Some(resonators) = &system.resonators {
+        for j in 0..system.sites {
+            let (s, own) = (FIRST_SITE + j, resonator_place(system.sites, j));
+            lost[s] += weight * resonators.loss(j, v[own] - v[s]);
         }
     }
 }

@@ -292,13 +292,14 @@ fn crossing<K: Kernel>(
             return None;
         }
     }
-    let bend = |t: f64, x: &[f64], force: &[f64]| {
-        h * h * (system.acceleration(s - 1, t, x, force) - system.acceleration(s, t, x, force))
+    let bend = |t: f64, at: &State, force: &[f64]| {
+        let of = |s: usize| system.acceleration(s, t, [&at.x, &at.v], force);
+        h * h * (of(s - 1) - of(s))
     };
-    let path = [start, closing, bend(t, &state.x, force)];
+    let path = [start, closing, bend(t, state, force)];
     Some(Quintic::hermite(
         path,
-        [finish, closing_end, bend(t + h, &next.x, force_end)],
+        [finish, closing_end, bend(t + h, next, force_end)],
     ))
 }
 
@@ -354,7 +355,7 @@ fn overlap_path<K: Kernel>(
     [force, force_end]: [&AlignedRow; 2],
 ) -> Quintic {
     let at = |state: &State, t: f64, force: &[f64]| {
-        let of = |s: usize| system.acceleration(s, t, &state.x, force);
+        let of = |s: usize| system.acceleration(s, t, [&state.x, &state.v], force);
         let bend = of(s - 1) - of(s);
         [
             system.overlap(s, &state.x),
@@ -373,9 +374,11 @@ fn place_path<K: Kernel>(
     [state, next]: [&State; 2],
     [force, force_end]: [&AlignedRow; 2],
 ) -> Quintic {
-    let bend = |t: f64, x: &[f64], force: &[f64]| h * h * system.acceleration(s, t, x, force);
+    let bend = |t: f64, at: &State, force: &[f64]| {
+        h * h * system.acceleration(s, t, [&at.x, &at.v], force)
+    };
     Quintic::hermite(
-        [state.x[s], h * state.v[s], bend(t, &state.x, force)],
-        [next.x[s], h * next.v[s], bend(t + h, &next.x, force_end)],
+        [state.x[s], h * state.v[s], bend(t, state, force)],
+        [next.x[s], h * next.v[s], bend(t + h, next, force_end)],
     )
 }

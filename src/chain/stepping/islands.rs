@@ -107,7 +107,8 @@ impl Islands {
         self.gaps.clear();
         let opens =
             system.kernel.all_open() && system.losses.drag == 0.0 && system.ground.is_none();
-        if self.window == SteppedSites::Whole || system.periodic {
+        // The resonators of a front are far from it in rows.
+        if self.window == SteppedSites::Whole || system.periodic || system.resonators.is_some() {
             self.push(0..places, places);
         } else if !opens || system.static_overlap[system.contacts.start] > 0.0 {
             self.push(0..reached, places);

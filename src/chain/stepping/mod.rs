@@ -32,8 +32,8 @@ pub(crate) use correction::{Quintic, openings};
 use driver::{Driver, Method};
 pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
-use system::System;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
+use system::{System, resonator_place};
 use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, Tableau, VERLET};
 pub(crate) use together::Together;
 
@@ -216,6 +216,8 @@ pub(crate) struct Task<'a> {
     pub(crate) drive: Option<&'a Drive>,
     pub(crate) velocity: &'a [f64],
     pub(crate) displacement: &'a [f64],
+    /// Those of resonators; `None`: of their bodies.
+    pub(crate) resonators: Option<&'a [Vec<f64>; 2]>,
     pub(crate) scheme: Scheme,
     pub(crate) control: StepControl,
     pub(crate) window: SteppedSites,
@@ -236,7 +238,7 @@ pub(crate) fn gauss(nodes: usize) -> Vec<(f64, f64)> {
 /// control that does not fit the scheme.
 pub(crate) fn prepare(task: &Task) -> Result<Box<dyn Stepping>> {
     if task.chain.has_pulls() && !task.scheme.takes_losses() {
-        let expected = "`runge-kutta`, which takes losses and springs to the ground";
+        let expected = "`runge-kutta`, which takes losses, springs to the ground and resonators";
         return Err(refuse("scheme", expected, format!("{:?}", task.scheme)));
     }
     let pressed = task.chain.is_pressed();
@@ -333,6 +335,16 @@ fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {
     let (mut x, mut v, mut force) = (row(), row(), row());
     x[FIRST_SITE..][..system.sites].copy_from_slice(task.displacement);
     v[FIRST_SITE..][..system.sites].copy_from_slice(task.velocity);
+    if let Some(all) = &system.resonators {
+        let [at, speed] = match task.resonators {
+            Some([at, speed]) => [&at[..], speed],
+            None => [task.displacement, task.velocity],
+        };
+        for j in all.sites() {
+            let s = resonator_place(system.sites, j);
+            (x[s], v[s]) = (at[j], speed[j]);
+        }
+    }
     system.place_ghosts(0.0, &mut x, &mut v);
     for s in system.contacts.clone() {
         force[s] = system.force(s, 0.0, &x, &v).0;

@@ -7,7 +7,7 @@ use super::events::Events;
 use super::finish::{Finish, Largest};
 use super::islands::Island;
 use super::stage::{self, StageSums};
-use super::system::{State, System};
+use super::system::{FIRST_SITE, State, System, resonator_place};
 use super::tableau::{Tableau, Weights};
 use crate::numeric::lanes::AlignedRow;
 
@@ -16,7 +16,7 @@ use crate::numeric::lanes::AlignedRow;
 pub(super) struct StepScratch {
     pub(super) force: Vec<AlignedRow>,
     pub(super) damping: Vec<AlignedRow>,
-    /// Drag on each site.
+    /// Drag on each site, and what other forces pull on it.
     pub(super) pull: Vec<AlignedRow>,
     pub(super) x: AlignedRow,
     pub(super) v: AlignedRow,
@@ -297,6 +297,14 @@ fn damp<K: Kernel>(
     if system.ground.is_some() {
         for s in island.places() {
             pull[s] += system.held(s, x[s]);
+        }
+    }
+    if system.resonators.is_some() {
+        for j in 0..system.sites {
+            let force = system.resonator_force(j, [x, v]);
+            pull[FIRST_SITE + j] -= force;
+            // Drag acts on bodies alone.
+            pull[resonator_place(system.sites, j)] = force;
         }
     }
     if let Some((place, wave)) = system.pushed()

@@ -3,11 +3,13 @@
 //! Place s holds site s - 1; places 0 and N + 1 are walls, images, or nothing. Index s also names
 //! the contact on the left of place s, between the places s - 1 and s: contact j of the chain is at
 //! j + 2, one with a wall before site 0 at 1. All rows are padded with zeros to whole blocks: a
-//! coefficient or a mobility of 0 marks a missing contact or site.
+//! coefficient or a mobility of 0 marks a missing contact or site. Resonators follow behind the last ghost, a place
+//! a site, without contacts.
 
 use super::super::drive::{Drive, Waveform};
 use super::super::lattice::{Chain, Ends, Ground, Losses};
 use super::super::law::Kernel;
+use super::super::resonators::Resonators;
 use crate::numeric::lanes::AlignedRow;
 
 #[derive(Debug)]
@@ -21,6 +23,7 @@ pub(super) struct System<K> {
     pub(super) mobility: AlignedRow,
     pub(super) losses: Losses,
     pub(super) ground: Option<Ground>,
+    pub(super) resonators: Option<Resonators>,
     pub(super) periodic: bool,
     pub(super) drive: Option<Drive>,
     /// The contacts that exist, the last excluded.
@@ -45,6 +48,15 @@ pub(crate) struct State {
 }
 
 impl State {
+    /// Displacements and velocities of the resonators of a chain; empty without.
+    pub(crate) fn resonators(&self, chain: &Chain) -> [&[f64]; 2] {
+        let n = chain.n_sites();
+        match chain.resonators() {
+            Some(_) => [&self.x, &self.v].map(|row| &row[resonator_place(n, 0)..][..n]),
+            None => [&[]; 2],
+        }
+    }
+
     /// Energy put in by whatever drives the chain; 0 where it is not followed.
     pub(crate) fn put_in(&self) -> f64 {
         self.passed.get(1).copied().unwrap_or(0.0) + self.input
@@ -55,10 +67,16 @@ impl State {
 pub(crate) const FIRST_SITE: usize = 1;
 pub(crate) const FIRST_CONTACT: usize = 2;
 
+/// The place of the resonator of site j, of n.
+pub(super) fn resonator_place(n: usize, j: usize) -> usize {
+    FIRST_SITE + n + 1 + j
+}
+
 impl<K: Kernel> System<K> {
     pub(super) fn new(chain: &Chain, kernel: K, drive: Option<Drive>) -> System<K> {
         let (n, m) = (chain.n_sites(), chain.n_contacts());
-        let row = || AlignedRow::zeros(n + 2);
+        let places = n + 2 + chain.resonators().map_or(0, |_| n);
+        let row = || AlignedRow::zeros(places);
         let (mut coefficient, mut static_overlap, mut mobility) = (row(), row(), row());
         coefficient[FIRST_CONTACT..][..m].copy_from_slice(&chain.coefficient);
         let overlaps = static_overlap[FIRST_CONTACT..][..m].iter_mut();
@@ -67,6 +85,13 @@ impl<K: Kernel> System<K> {
         }
         for (inverse, mass) in mobility[FIRST_SITE..].iter_mut().zip(&chain.mass) {
             *inverse = 1.0 / mass;
+        }
+        for (j, all) in chain
+            .resonators()
+            .iter()
+            .flat_map(|all| all.sites().map(move |j| (j, all)))
+        {
+            mobility[resonator_place(n, j)] = 1.0 / all.mass[j];
         }
         let periodic = chain.ends == Ends::Periodic;
         if let Ends::Fixed { left_coefficient } = chain.ends {
@@ -103,6 +128,7 @@ impl<K: Kernel> System<K> {
             mobility,
             losses: chain.losses,
             ground: chain.on_site.ground.clone(),
+            resonators: chain.on_site.resonators.clone(),
             periodic,
             drive,
             contacts: first..FIRST_CONTACT + m,
@@ -110,9 +136,9 @@ impl<K: Kernel> System<K> {
         }
     }
 
-    /// Places, ghosts included.
+    /// Places, ghosts and resonators included.
     pub(super) fn places(&self) -> usize {
-        self.sites + 2
+        self.sites + 2 + self.resonators.as_ref().map_or(0, |_| self.sites)
     }
 
     /// Overlap of contact s beyond the static one.
@@ -135,10 +161,21 @@ impl<K: Kernel> System<K> {
         }
     }
 
+    /// Force of the resonator of site j on its body, towards +x; 0 without one.
+    #[inline(always)]
+    pub(super) fn resonator_force(&self, j: usize, [x, v]: [&[f64]; 2]) -> f64 {
+        let (body, own) = (FIRST_SITE + j, resonator_place(self.sites, j));
+        match &self.resonators {
+            Some(all) if j < self.sites => all.force(j, x[own] - x[body], v[own] - v[body]),
+            _ => 0.0,
+        }
+    }
+
     /// Acceleration of place s at time t, by contacts of these forces or, of a driven wall, as it
     /// is moved.
     #[inline(always)]
-    pub(super) fn acceleration(&self, s: usize, t: f64, x: &[f64], force: &[f64]) -> f64 {
+    pub(super) fn acceleration(&self, s: usize, t: f64, at: [&[f64]; 2], force: &[f64]) -> f64 {
+        let [x, _] = at;
         if let (0, Some(Drive::Wall(wave))) = (s, &self.drive) {
             return wave.acceleration_at(t);
         }
@@ -148,6 +185,9 @@ impl<K: Kernel> System<K> {
             && place == s
         {
             push += wave.at(t);
+        }
+        if let (Some(_), Some(j)) = (&self.resonators, s.checked_sub(FIRST_SITE)) {
+            push += self.resonator_force(j, at);
         }
         match self.ground.is_some() {
             true => self.mobility[s] * (push - self.held(s, x[s])),
@@ -166,7 +206,19 @@ impl<K: Kernel> System<K> {
 
     /// Whether bodies feel other forces than those of their contacts.
     pub(super) fn has_pulls(&self) -> bool {
-        self.losses.any() || self.ground.is_some() || self.pushed().is_some()
+        self.losses.any()
+            || self.ground.is_some()
+            || self.resonators.is_some()
+            || self.pushed().is_some()
+    }
+
+    /// Whether anything takes energy out.
+    pub(super) fn is_lossy(&self) -> bool {
+        self.losses.any()
+            || self
+                .resonators
+                .as_ref()
+                .is_some_and(Resonators::any_damping)
     }
 
     /// Whether something drives the first end.

@@ -134,7 +134,8 @@ fn read_run(members: &mut dyn Parts, setup: &Setup, report: RunReport) -> Result
     let chain = simulation.chain.clone();
     let (samples, n, m) = (simulation.samples, chain.n_sites(), chain.n_contacts());
     let record = simulation.record;
-    let lost = record.energy && chain.losses.any();
+    let lost = record.energy && chain.is_lossy();
+    let has_resonators = chain.resonators().is_some();
     let input = record.energy && simulation.drive.is_some();
     let mut optional = |name, wanted: bool, columns| match wanted && columns > 0 {
         true => matrix(members, name, samples, columns).map(Some),
@@ -144,6 +145,12 @@ fn read_run(members: &mut dyn Parts, setup: &Setup, report: RunReport) -> Result
     let force = optional("force", record.force, m)?;
     let energy_passed = optional("energy_passed", record.energy, m)?;
     let energy_lost = optional("energy_lost", lost, n)?;
+    let resonator_displacement = optional(
+        "resonator_displacement",
+        has_resonators && record.displacement,
+        n,
+    )?;
+    let resonator_velocity = optional("resonator_velocity", has_resonators, n)?;
     let velocity = matrix(members, "velocity", samples, n)?;
     let energy_input = match input {
         true => Some(Array1::from(vector(members, "energy_input", samples)?)),
@@ -157,6 +164,8 @@ fn read_run(members: &mut dyn Parts, setup: &Setup, report: RunReport) -> Result
         energy_passed,
         energy_lost,
         energy_input,
+        resonator_displacement,
+        resonator_velocity,
         chain,
         drive: simulation.drive.clone(),
         report,

@@ -85,7 +85,7 @@ fn each_array(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Re
     // A new array is contiguous, in order.
     let time = run.time.as_slice().unwrap_or_default();
     line(add, ["time", "time"], time, units.time)?;
-    observer.stage("writing", 5);
+    observer.stage("writing", 7);
     for (name, axis, array, unit) in [
         ("velocity", "position", Some(&run.velocity), units.speed),
         (
@@ -106,6 +106,18 @@ fn each_array(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Re
             "position",
             run.energy_lost.as_ref(),
             units.energy,
+        ),
+        (
+            "resonator_displacement",
+            "position",
+            run.resonator_displacement.as_ref(),
+            units.length,
+        ),
+        (
+            "resonator_velocity",
+            "position",
+            run.resonator_velocity.as_ref(),
+            units.speed,
         ),
     ] {
         observer.advance(1);
@@ -129,6 +141,16 @@ fn each_array(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Re
     }
     let chain = &run.chain;
     line(add, ["mass", "position"], &chain.mass, units.mass)?;
+    if let Some(all) = &chain.on_site.resonators {
+        let stiffness = units.force.map(|_| "N/m");
+        line(add, ["resonator_mass", "position"], &all.mass, units.mass)?;
+        line(
+            add,
+            ["resonator_stiffness", "position"],
+            &all.stiffness,
+            stiffness,
+        )?;
+    }
     let coefficient = units.coefficient.as_deref();
     let name = ["contact_coefficient", "contact_position"];
     line(add, name, &chain.coefficient, coefficient)?;
