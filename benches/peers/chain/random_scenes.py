@@ -162,10 +162,11 @@ def off(rates, start, stops, time, velocities, longest):
         inside = (time >= t) & (time <= stop)
         # Sides of a kink are apart.
         last = stop * (1 - 1e-15)
-        at = np.append(np.minimum(time[inside], last), last)
+        at = np.unique(np.append(np.minimum(time[inside], last), last))
         found = solve_ivp(rates, (t, last), start, "DOP853", at, rtol=3e-14, atol=1e-16, max_step=longest)
         for velocity, row in zip(velocities, (found.y[n : 2 * n], found.y[3 * n : 4 * n])):
-            worst = max(worst, np.abs(row[:, :-1].T - velocity[inside]).max(initial=0.0))
+            samples = velocity[inside]
+            worst = max(worst, np.abs(row[:, : len(samples)].T - samples).max(initial=0.0))
         start, t = found.y[:, -1], stop
     return worst
 

@@ -85,9 +85,10 @@ pub struct Scene {
     #[serde(deserialize_with = "one_or_more")]
     #[schemars(extend("examples" = [[0.1]]))]
     pub resonator_stiffness: Option<Vec<f64>>,
-    /// Dashpot beside the spring of each resonator, force over relative speed (N s/m in an SI scene), repeated likewise.
+    /// Dashpot beside the spring of each resonator, force over relative speed (N s/m in an SI scene), repeated likewise
+    /// [default: none].
     #[serde(deserialize_with = "one_or_more")]
-    #[schemars(extend("default" = [0.0]))]
+    #[schemars(extend("examples" = [[0.01]]))]
     pub resonator_damping: Option<Vec<f64>>,
 
     /// Coefficients alternate between 1 and this, which is 1 or more. With a material, between that
