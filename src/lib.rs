@@ -10,6 +10,7 @@ mod diagnostics;
 pub mod error;
 pub mod estimates;
 pub mod field;
+pub mod fit;
 mod formula;
 pub mod localized;
 pub mod measure;

@@ -18,6 +18,7 @@ use std::sync::{Mutex, PoisonError};
 use crate::system::memory::available_memory;
 
 pub use axis::SweptKey;
+pub(crate) use axis::quantity;
 pub use ensemble::{Ensemble, Spread};
 pub use measures::{Measures, Needs};
 pub use request::{Outcome, Outcomes, Request, read};

@@ -157,6 +157,14 @@ impl SceneSource {
         }
     }
 
+    /// What the text, or a setting, holds of a key; `None` for nothing.
+    ///
+    /// # Errors
+    /// As [`SceneSource::scene`], for what cannot be read.
+    pub(crate) fn typed_value(&self, key: &str) -> Result<Option<Value>> {
+        Ok(self.table()?.0.remove(key))
+    }
+
     /// The keys that the text or a setting holds.
     ///
     /// # Errors

@@ -1,0 +1,418 @@
+//! The chain that did what was measured: keys of a scene fitted to records, with intervals and a verdict.
+//!
+//! The squares of what records have beyond those of a run are least at the fitted values. Intervals are those of the
+//! linearized problem, with the correlation of the noise estimated from what is left:
+//!
+//! ```text
+//! C = H^-1 (J^T S J) H^-1,   H = J^T J,   S the covariance of autoregressive noise
+//! ```
+//!
+//! Whether noise explains what is left is tested ([`Misfit`]). Derivatives J are central differences of runs.
+
+mod directions;
+mod key;
+mod model;
+mod noise;
+mod records;
+mod result;
+mod sheet;
+mod solver;
+mod verdict;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+pub use directions::Direction;
+pub use key::FreeKey;
+pub use records::Records;
+pub use result::{Fitted, FittedValue, Horizon};
+pub use verdict::Misfit;
+
+use crate::chain::scene::SceneSource;
+use crate::numeric::{split_mix, unit_interval};
+use crate::observer::{CancelOnly, Observer};
+use crate::{Error, Field, Result};
+use key::refuse;
+use model::{Model, Nuisances, rms};
+use solver::{Minimum, Problem, minimize};
+
+/// Local error of runs, over the speed of the motion, and that of the runs that they are checked with.
+const LOCAL_ERROR: f64 = 1e-9;
+const FINER: f64 = 1.0 / 32.0;
+
+/// Difference of two runs, over the size of the records, from which on a chain amplifies rounding too much.
+const AMPLIFIED: f64 = 1e-3;
+
+/// Random points, for each start but the first, of which the one that fits best is taken.
+const CANDIDATES: usize = 4;
+
+/// The standard deviation of the noise, over the size of the records, before it is known.
+const GUESSED_NOISE: f64 = 0.02;
+
+/// Fits that are repeated because the noise, which errors of gains are weighed against, is known better.
+const REPEATED: usize = 2;
+
+/// Relative difference of squares up to which two searches ended in one minimum.
+const SAME: f64 = 1e-4;
+
+/// What is missed, over the size of the records, that is an error of runs.
+const EXACT: f64 = 1e-7;
+
+/// What is fitted, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitRequest {
+    /// Free keys, each as [`FreeKey::of`] reads it.
+    pub free: Vec<String>,
+    /// The body of each site of the field, or of forces the contact.
+    pub bodies: Option<Vec<usize>>,
+    /// Whether the clock of the records may be off.
+    pub time_shift: bool,
+    /// Whether each record has a gain of its own.
+    pub gains: bool,
+    /// Relative standard error of the gains, if known.
+    pub gain_error: Option<f64>,
+    /// Searches, the first from the scene's values.
+    pub starts: usize,
+    /// Of the other starts.
+    pub seed: u64,
+}
+
+impl Default for FitRequest {
+    fn default() -> Self {
+        FitRequest {
+            free: Vec::new(),
+            bodies: None,
+            time_shift: false,
+            gains: false,
+            gain_error: None,
+            starts: 5,
+            seed: 0,
+        }
+    }
+}
+
+/// Where a search ended.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Search {
+    /// Values of the free keys at its start and at its end.
+    pub start: Vec<f64>,
+    pub end: Vec<f64>,
+    /// Root mean square of what the run misses, in the unit of the records.
+    pub missed: f64,
+    pub is_settled: bool,
+}
+
+impl FitRequest {
+    /// Fits the chain of a scene to a field of records.
+    ///
+    /// Searches and runs use all threads of the current pool; the result does not depend on their number.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for keys that cannot be fitted, records that are not of the chain, too few samples, and
+    /// chains that amplify rounding from the start; [`Error::Scene`] for the scene; [`Error::Cancelled`].
+    pub fn run(
+        &self,
+        field: &Field,
+        scene: &SceneSource,
+        observer: &dyn Observer,
+    ) -> Result<Fitted> {
+        let setup = scene.setup()?;
+        let records = Records::of(field, &setup, self.bodies.as_deref())?;
+        self.of_records(records, scene, observer)
+    }
+
+    /// The same of records.
+    ///
+    /// # Errors
+    /// As [`FitRequest::run`].
+    pub fn of_records(
+        &self,
+        records: Records,
+        scene: &SceneSource,
+        observer: &dyn Observer,
+    ) -> Result<Fitted> {
+        let keys = self.keys(scene)?;
+        let setup = scene.setup().map_err(|error| scene.locate(error))?;
+        records.check(&setup)?;
+        let start = records.times.first().copied().unwrap_or(0.0);
+        let counted = Counted::new(observer);
+        let local_error = local_error(&setup.simulation, &records)?;
+        let mut model = Model {
+            scene,
+            keys: &keys,
+            records: &records,
+            nuisances: self.nuisances(&records, None),
+            local_error,
+            observer: &counted,
+        };
+        records.check_number(model.unknowns())?;
+        let origin = vec![0.0; model.unknowns()];
+        let (until, error) = horizon(&model, &origin)?;
+        let cut = until.map(|until| records.until(until));
+        let used = cut.as_ref().unwrap_or(&records);
+        if let Some(until) = until {
+            let share = (until - start) / (records.times[records.times.len() - 1] - start);
+            used.check_number(model.unknowns())
+                .map_err(|_| amplifies(until, share))?;
+        }
+        model.records = used;
+        let (mut best, searches) = self.search(&model)?;
+        for _ in 0..REPEATED {
+            if model.nuisances.gain_weight == 0.0 {
+                break;
+            }
+            let judged = result::judge(&model, &best);
+            model.nuisances = self.nuisances(used, Some(judged.gain_scale()));
+            best = minimize(&model, &best.at)?;
+        }
+        let horizon = until.map(|until| Horizon {
+            until,
+            left_out: records.times.len() - used.times.len(),
+        });
+        Fitted::of(&model, &best, (searches, horizon, error, counted.runs()))
+    }
+
+    fn keys(&self, scene: &SceneSource) -> Result<Vec<FreeKey>> {
+        if self.free.is_empty() {
+            return Err(refuse("a key to fit, such as young=50GPa..90GPa", "none"));
+        }
+        if self.starts == 0 {
+            return Err(Error::Request {
+                option: "starts",
+                expected: "1 or more".into(),
+                found: "0".into(),
+            });
+        }
+        if let Some(error) = self
+            .gain_error
+            .filter(|error| !(*error > 0.0 && error.is_finite()))
+        {
+            return Err(Error::Request {
+                option: "gain-error",
+                expected: "a share above 0, such as 2%".into(),
+                found: error.to_string(),
+            });
+        }
+        let keys: Result<Vec<FreeKey>> = self
+            .free
+            .iter()
+            .map(|text| FreeKey::of(text, scene))
+            .collect();
+        let keys = keys?;
+        let twice =
+            (1..keys.len()).find(|i| keys[..*i].iter().any(|key| key.name == keys[*i].name));
+        match twice {
+            Some(twice) => Err(refuse(
+                "each key once",
+                &format!("{} twice", keys[twice].name),
+            )),
+            None => Ok(keys),
+        }
+    }
+
+    /// `noise`: its standard deviation, larger by its correlation.
+    fn nuisances(&self, records: &Records, noise: Option<f64>) -> Nuisances {
+        let noise = noise.unwrap_or(GUESSED_NOISE * records.size());
+        Nuisances {
+            shift: self.time_shift,
+            gains: self.gains || self.gain_error.is_some(),
+            gain_weight: self.gain_error.map_or(0.0, |error| noise / error),
+        }
+    }
+
+    /// The best minimum, and where all searches ended.
+    fn search(&self, model: &Model) -> Result<(Minimum, Vec<Search>)> {
+        let mut first = vec![0.0; model.unknowns()];
+        if model.nuisances.shift {
+            first[model.keys.len()] = aligned(model, &first)?;
+        }
+        model.observer.stage("searches", self.starts as u64);
+        let starts: Vec<Vec<f64>> = (0..self.starts)
+            .into_par_iter()
+            .map(|search| match search {
+                0 => first.clone(),
+                search => self.candidate(model, &first, search),
+            })
+            .collect();
+        let found: Vec<Result<Minimum>> = starts
+            .par_iter()
+            .map(|start| {
+                let found = minimize(model, start);
+                model.observer.advance(1);
+                found
+            })
+            .collect();
+        let mut best: Option<Minimum> = None;
+        let mut searches = Vec::new();
+        let mut failed = None;
+        for (start, found) in starts.iter().zip(found) {
+            match found {
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error) => failed = failed.or(Some(error)),
+                Ok(found) => {
+                    let values = |at: &[f64]| {
+                        model
+                            .keys
+                            .iter()
+                            .zip(at)
+                            .map(|(key, u)| key.value_at(*u))
+                            .collect()
+                    };
+                    searches.push(Search {
+                        start: values(start),
+                        end: values(&found.at),
+                        missed: (found.squares / model.records.known() as f64).sqrt(),
+                        is_settled: found.is_settled,
+                    });
+                    if best
+                        .as_ref()
+                        .is_none_or(|best| found.squares < best.squares)
+                    {
+                        best = Some(found);
+                    }
+                }
+            }
+        }
+        match (best, failed) {
+            (Some(best), _) => Ok((best, searches)),
+            (None, error) => Err(error.unwrap_or(Error::Cancelled)),
+        }
+    }
+
+    /// Of some random points the one that fits best.
+    fn candidate(&self, model: &Model, first: &[f64], search: usize) -> Vec<f64> {
+        let mut state = split_mix(self.seed ^ (search as u64) << 32).1;
+        let mut share = || {
+            let (next, bits) = split_mix(state);
+            state = next;
+            unit_interval(bits)
+        };
+        let points = (0..CANDIDATES).map(|_| {
+            let mut point = first.to_vec();
+            for (u, key) in point.iter_mut().zip(model.keys) {
+                *u = key.spread(share());
+            }
+            point
+        });
+        let tried = points.map(|point| {
+            let squares = model
+                .residual(&point)
+                .map_or(f64::INFINITY, |r| solver::square(&r));
+            (squares, point)
+        });
+        let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or_else(|| first.to_vec(), |(_, point)| point)
+    }
+}
+
+/// Whether a search ended where the best one did.
+fn is_same(missed: f64, best: f64, size: f64) -> bool {
+    missed - best <= SAME * best + EXACT * size
+}
+
+/// The shift, in samples, at which records are most like those of a run.
+fn aligned(model: &Model, at: &[f64]) -> Result<f64> {
+    let mut at = at.to_vec();
+    at[model.keys.len()] = 0.0;
+    let predicted = model.records_at(&at, model.local_error)?;
+    let times = model.records.times.len();
+    let known = |value: f64| if value.is_finite() { value } else { 0.0 };
+    let alike = |shift: isize| -> f64 {
+        let records = predicted.chunks_exact(times).enumerate();
+        let sums = records.map(|(site, record)| {
+            let measured = model.records.record(site);
+            let range = shift.max(0) as usize..times.min((times as isize + shift) as usize);
+            range
+                .map(|i| known(measured[i]) * record[(i as isize - shift) as usize])
+                .sum::<f64>()
+        });
+        sums.sum()
+    };
+    let half = (times / 2) as isize;
+    let best = (-half..=half).map(|shift| (alike(shift), shift));
+    let best = best.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.abs().cmp(&a.1.abs())));
+    Ok(best.map_or(0.0, |(_, shift)| shift as f64))
+}
+
+/// The local error of runs, over the speed that they guess: that of a driven chain may be far too large.
+fn local_error(simulation: &crate::chain::Simulation, records: &Records) -> Result<f64> {
+    if simulation.drive.is_none() {
+        return Ok(LOCAL_ERROR);
+    }
+    let mut pilot = simulation.clone();
+    pilot.end_time = crate::chain::EndTime::At(records.times[records.times.len() - 1]);
+    pilot.samples = 256;
+    pilot.estimate_error = false;
+    let run = pilot.run(&crate::observer::Silent)?;
+    let seen = run.velocity.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    Ok(LOCAL_ERROR * (seen / simulation.speed()).clamp(1e-4, 1.0))
+}
+
+/// Until when two runs agree, where that is not the end, and by how much they differ before, over the size of the
+/// records.
+fn horizon(model: &Model, at: &[f64]) -> Result<(Option<f64>, f64)> {
+    let rough = model.records_at(at, model.local_error)?;
+    let fine = model.records_at(at, FINER * model.local_error)?;
+    let records = model.records;
+    let (times, size) = (records.times.len(), rms(&fine).max(records.size()));
+    let difference = |i: usize| {
+        let sites = (0..records.bodies.len())
+            .map(|site| (rough[times * site + i] - fine[times * site + i]).abs());
+        sites.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE)
+    };
+    let differences: Vec<f64> = (0..times).map(difference).collect();
+    let end = differences
+        .iter()
+        .position(|d| *d > AMPLIFIED)
+        .unwrap_or(times);
+    let worst = differences[..end].iter().copied().fold(0.0, f64::max);
+    let until = (end < times).then(|| records.times[end.saturating_sub(1)]);
+    Ok((until, worst))
+}
+
+fn amplifies(until: f64, share: f64) -> Error {
+    Error::Request {
+        option: "scene",
+        expected: "a chain whose rounding errors stay small over the records: shorter records, or fewer bodies".into(),
+        found: format!("one whose runs agree until {until:e} alone, {:.0} % of them", 100.0 * share.max(0.0)),
+    }
+}
+
+/// Counts runs, each of which asks once whether it is to stop.
+struct Counted<'a> {
+    observer: &'a dyn Observer,
+    runs: AtomicU64,
+}
+
+impl<'a> Counted<'a> {
+    fn new(observer: &'a dyn Observer) -> Self {
+        Counted {
+            observer,
+            runs: AtomicU64::new(0),
+        }
+    }
+
+    fn runs(&self) -> u64 {
+        self.runs.load(Ordering::Relaxed)
+    }
+}
+
+impl Observer for Counted<'_> {
+    fn stage(&self, name: &'static str, units: u64) {
+        match name {
+            "run" => {
+                self.runs.fetch_add(1, Ordering::Relaxed);
+            }
+            name => self.observer.stage(name, units),
+        }
+    }
+
+    fn advance(&self, units: u64) {
+        self.observer.advance(units);
+    }
+
+    fn cancelled(&self) -> bool {
+        CancelOnly(self.observer).cancelled()
+    }
+}

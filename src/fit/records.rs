@@ -1,0 +1,268 @@
+//! The measured records: where in the chain they are, and their samples in the units of the scene.
+
+use crate::chain::scene::{Setup, Units};
+use crate::field::{Axis, Quantity};
+use crate::measure::{self, Dimension};
+use crate::{Error, Field, Result};
+
+use super::key::refuse;
+
+/// By how much of the distance of bodies a site may be off a body.
+const OFF: f64 = 0.05;
+
+/// Fewest samples of a record and of all, for each unknown, that can be fitted.
+const LEAST: usize = 8;
+
+/// Records of a quantity at bodies, or of forces at contacts, of a chain.
+///
+/// Times rise and may be uneven; samples that are missing are NaN.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Records {
+    pub quantity: Quantity,
+    /// Time 0 is the start of the run, in the unit of the scene.
+    pub times: Vec<f64>,
+    /// The body of each record; of a force its contact.
+    pub bodies: Vec<usize>,
+    /// One record after the other.
+    pub values: Vec<f64>,
+    /// Units of times and samples; empty where the scene has none.
+    pub units: [String; 2],
+}
+
+impl Records {
+    /// The records of a field of `setup`'s chain. `bodies` are those of the field's sites; by default each site is at
+    /// the body of its number, or where the field states positions and the scene the distance of its bodies, at that of
+    /// its position.
+    ///
+    /// # Errors
+    /// [`Error::Request`] and [`Error::Unfit`] for sites that are at no body, times before the start, units that do not
+    /// belong to the scene's, a quantity that no run has, and too few samples.
+    pub fn of(field: &Field, setup: &Setup, bodies: Option<&[usize]>) -> Result<Records> {
+        let scales = Scales::of(field, setup)?;
+        let (n, m) = (field.n_times(), field.n_sites());
+        let bodies = match bodies {
+            Some(bodies) if bodies.len() == m => bodies.to_vec(),
+            Some(bodies) => {
+                let expected = format!("{m} numbers, one for each site of the field");
+                return Err(wrong("bodies", &expected, bodies.len().to_string()));
+            }
+            None => bodies_of(field, setup, scales.length)?,
+        };
+        let mut values = vec![0.0; n * m];
+        field.read_site_major(0..n, 0..m, &mut values);
+        values.iter_mut().for_each(|value| {
+            *value = match value.is_finite() {
+                true => *value * scales.sample,
+                false => f64::NAN,
+            }
+        });
+        let records = Records {
+            quantity: field.quantity,
+            times: (0..n).map(|i| scales.time * field.time.at(i)).collect(),
+            bodies,
+            values,
+            units: scales.units,
+        };
+        records.check(setup)?;
+        Ok(records)
+    }
+
+    pub(super) fn check(&self, setup: &Setup) -> Result<()> {
+        let chain = &setup.simulation.chain;
+        let (what, count) = match self.quantity {
+            Quantity::Force => ("contact", chain.n_contacts()),
+            _ => ("body", chain.n_sites()),
+        };
+        if let Some(body) = self.bodies.iter().find(|body| **body >= count) {
+            let expected = format!("a {what} of the chain, 0 to {}", count - 1);
+            return Err(wrong("bodies", &expected, body.to_string()));
+        }
+        if let Some(twice) =
+            (1..self.bodies.len()).find(|i| self.bodies[..*i].contains(&self.bodies[*i]))
+        {
+            let found = format!("{} twice", self.bodies[twice]);
+            return Err(wrong("bodies", "each once", found));
+        }
+        if let Some(i) = (1..self.times.len()).find(|i| self.times[*i] <= self.times[i - 1]) {
+            let found = format!("{} after {}", self.times[i], self.times[i - 1]);
+            return Err(wrong("field", "times that rise", found));
+        }
+        match self.times.last() {
+            Some(last) if *last > 0.0 => Ok(()),
+            _ => {
+                let expected =
+                    "samples after time 0, at which the run starts (`--t0` states the first one)";
+                Err(wrong("t0", expected, "none".into()))
+            }
+        }
+    }
+
+    /// That there are enough samples for so many unknowns.
+    pub(super) fn check_number(&self, unknowns: usize) -> Result<()> {
+        let known = self.known();
+        if known < LEAST * unknowns.max(1) {
+            let expected = format!(
+                "{} samples or more for {unknowns} unknowns",
+                LEAST * unknowns.max(1)
+            );
+            return Err(refuse(&expected, &known.to_string()));
+        }
+        Ok(())
+    }
+
+    /// Number of samples that are not missing.
+    pub fn known(&self) -> usize {
+        self.values.iter().filter(|value| value.is_finite()).count()
+    }
+
+    pub fn record(&self, site: usize) -> &[f64] {
+        let n = self.times.len();
+        &self.values[n * site..n * (site + 1)]
+    }
+
+    /// The step of the times, their median where they are uneven.
+    pub fn step(&self) -> f64 {
+        let mut steps: Vec<f64> = self
+            .times
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+    }
+
+    /// Root mean square of what is not missing.
+    pub fn size(&self) -> f64 {
+        let known = self.values.iter().filter(|value| value.is_finite());
+        let squares: f64 = known.map(|value| value * value).sum();
+        (squares / self.known().max(1) as f64).sqrt()
+    }
+
+    /// The records up to a time.
+    pub(super) fn until(&self, end: f64) -> Records {
+        let n = self.times.iter().filter(|t| **t <= end).count();
+        let each = (0..self.bodies.len()).flat_map(|site| &self.record(site)[..n]);
+        Records {
+            values: each.copied().collect(),
+            times: self.times[..n].to_vec(),
+            ..self.clone()
+        }
+    }
+}
+
+/// What numbers of a field are multiplied by to be in the units of a scene.
+struct Scales {
+    time: f64,
+    length: Option<f64>,
+    sample: f64,
+    units: [String; 2],
+}
+
+impl Scales {
+    fn of(field: &Field, setup: &Setup) -> Result<Scales> {
+        let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
+        let stated = field.unit.as_deref();
+        if setup.units != Units::Si {
+            return Ok(Scales {
+                time: 1.0,
+                length: None,
+                sample: 1.0,
+                units: [name(&field.time.unit), name(&field.unit)],
+            });
+        }
+        let is_index = field.time == Axis::index();
+        if is_index {
+            let expected = "the time step of the field, such as `--dt 1us`";
+            return Err(wrong(
+                "dt",
+                expected,
+                "none stated, and none known from the file".into(),
+            ));
+        }
+        let (sample, unit) = match field.quantity {
+            Quantity::Velocity => (size::<measure::Speed>(stated)?, "m/s"),
+            Quantity::Displacement => (size::<measure::Length>(stated)?, "m"),
+            Quantity::Force => (size::<measure::Force>(stated)?, "N"),
+            Quantity::Acceleration if matches!(stated, None | Some("m/s^2" | "m/s²")) => {
+                (1.0, "m/s^2")
+            }
+            Quantity::Acceleration => {
+                return Err(unfit("accelerations in m/s^2", name(&field.unit)));
+            }
+            Quantity::StrainRate => return Err(no_run_has(field.quantity)),
+        };
+        Ok(Scales {
+            time: size::<measure::Time>(field.time.unit.as_deref())?,
+            length: Some(size::<measure::Length>(field.space.unit.as_deref())?),
+            sample,
+            units: ["s".into(), unit.into()],
+        })
+    }
+}
+
+fn size<D: Dimension>(unit: Option<&str>) -> Result<f64> {
+    let Some(unit) = unit else {
+        return Ok(1.0);
+    };
+    measure::size::<D>(unit).ok_or_else(|| {
+        let expected = format!(
+            "{} in one of {} beside a scene in SI",
+            D::NAME,
+            measure::units::<D>()
+        );
+        unfit(&expected, unit.to_owned())
+    })
+}
+
+fn no_run_has(quantity: Quantity) -> Error {
+    let expected = "a velocity, displacement, acceleration or force, which a run has";
+    wrong("quantity", expected, quantity.name().into())
+}
+
+fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<usize>> {
+    let is_counted = field.space.unit.is_none() && field.space.step == 1.0;
+    let pitch = match (is_counted, setup.pitch, length) {
+        (false, Some(pitch), Some(length)) => pitch / length,
+        (false, ..) => return Err(no_positions(field)),
+        _ => 1.0,
+    };
+    let body = |site: usize| {
+        let place = field.space.at(site) / pitch;
+        let body = place.round();
+        match (place - body).abs() <= OFF && body >= 0.0 {
+            true => Ok(body as usize),
+            false => {
+                let expected = format!(
+                    "sites at bodies, which are {pitch} apart from 0 on, or `--bodies 3,7,11`"
+                );
+                Err(wrong(
+                    "bodies",
+                    &expected,
+                    format!("one at {}", field.space.at(site)),
+                ))
+            }
+        }
+    };
+    (0..field.n_sites()).map(body).collect()
+}
+
+fn no_positions(field: &Field) -> Error {
+    let expected = "the bodies of the field's sites, such as `--bodies 3,7,11`: the scene states no distance of bodies";
+    wrong(
+        "bodies",
+        expected,
+        format!("positions in {}", field.space.space_unit()),
+    )
+}
+
+fn unfit(expected: &str, found: String) -> Error {
+    wrong("unit", expected, found)
+}
+
+fn wrong(option: &'static str, expected: &str, found: String) -> Error {
+    Error::Request {
+        option,
+        expected: expected.to_owned(),
+        found,
+    }
+}

@@ -1,0 +1,576 @@
+//! What a fit says: values with intervals, the verdict, where the chain and the records part.
+
+use ndarray::Array2;
+use serde_json::json;
+
+use super::result::{Fitted, FittedValue};
+use super::verdict::Misfit;
+use crate::field::Quantity;
+use crate::measure::cycles_per;
+use crate::sheet::{
+    BLUE, Chart, Colors, Describe, HeatChart, Level, Look, Marker, Plot, PlotRow, Series, Sheet,
+    Table, VERMILLION, edges, error_size, listed, number, percent, range, with_half,
+};
+use crate::unit::{label, square};
+
+/// Records that are drawn, and bodies and values that a sentence names, at most.
+const DRAWN: usize = 4;
+const NAMED: usize = 4;
+
+/// Share of the searches that should end in one minimum.
+const AGREEING: f64 = 0.5;
+
+const DEFINITIONS: [[&str; 2]; 3] = [
+    [
+        "interval",
+        "95 % interval of the linearized problem. The correlation of the noise is estimated from the residual, and the \
+         samples count by it. It holds if the chain is right.",
+    ],
+    [
+        "misfit",
+        "What stationary noise does not explain of the residual: regressors made of the signal do, or it is larger in \
+         some part of time or at some body. Noise alone is called so in 4 % of fits or less.",
+    ],
+    [
+        "undetermined",
+        "A combination of unknowns along which they change by a factor of e, or over all of their bounds, while the \
+         records do not change by their noise.",
+    ],
+];
+
+impl Describe for Fitted {
+    fn describe(&self) -> Sheet<'_> {
+        let mut sheet = Sheet {
+            name: "fit",
+            version: 1,
+            title: "Fitted chain".into(),
+            about: format!(
+                "{} fitted to {} samples of {} at {} {}",
+                listed(&self.names()),
+                self.known,
+                self.records.quantity.name(),
+                self.records.bodies.len(),
+                self.places()
+            ),
+            answer: self.answer(),
+            tables: vec![self.table(), self.searches_table()],
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
+        };
+        self.facts(&mut sheet);
+        self.warnings(&mut sheet);
+        sheet.numbers(json!({
+            "values": self.values,
+            "undetermined": self.undetermined,
+            "misfit": self.misfit,
+            "noise": self.noise,
+            "explained": self.explained,
+            "exact": self.is_exact,
+            "samples": self.known,
+            "independent_samples": self.independent,
+            "run_error": self.run_error,
+            "horizon": self.horizon,
+            "searches": self.searches,
+            "runs": self.runs,
+            "scene": self.scene,
+        }));
+        self.variables(&mut sheet);
+        sheet
+    }
+
+    /// Some records with those of the fitted chain; what is left over time and bodies, and by frequency; intervals over
+    /// values; correlations.
+    fn pictures(&self) -> Vec<PlotRow> {
+        let mut rows = PlotRow::grid(2, self.record_charts());
+        rows.push(PlotRow::of([
+            Plot::from(self.residual_map()),
+            Plot::from(self.spectrum_chart()),
+        ]));
+        rows.push(PlotRow::of([
+            Plot::from(self.interval_chart()),
+            Plot::from(self.correlation_map()),
+        ]));
+        rows
+    }
+}
+
+impl Fitted {
+    fn names(&self) -> Vec<String> {
+        let keys = self.values.iter().filter(|value| value.is_key);
+        keys.map(|value| value.name.clone()).collect()
+    }
+
+    fn places(&self) -> &'static str {
+        match self.records.quantity {
+            Quantity::Force => "contacts",
+            _ => "bodies",
+        }
+    }
+
+    fn answer(&self) -> String {
+        let keys = self
+            .values
+            .iter()
+            .filter(|value| value.is_key && value.low.is_finite());
+        let said: Vec<String> = keys
+            .take(NAMED)
+            .map(|value| format!("{} = {}", value.name, value.shown()))
+            .collect();
+        let mut parts = vec![self.verdict()];
+        if !said.is_empty() {
+            parts.push(said.join(", "));
+        }
+        parts.extend(
+            self.undetermined
+                .iter()
+                .map(|direction| direction.words.clone()),
+        );
+        parts.join("; ")
+    }
+
+    /// The first words: whether the chain did it.
+    fn verdict(&self) -> String {
+        let unit = &self.records.units[1];
+        let size = self.records.size();
+        let share = percent(self.noise / size);
+        match &self.misfit {
+            _ if self.is_exact => {
+                "the model explains all: what is left is the error of its runs".into()
+            }
+            None => {
+                let noise = format!("{} {unit}", number(self.noise));
+                format!(
+                    "the model explains all but noise of {}, {share} of the signal",
+                    noise.trim()
+                )
+            }
+            Some(misfit) => format!(
+                "the model does not explain the records: misfit {}; {share} of the signal is left",
+                self.place_of(misfit)
+            ),
+        }
+    }
+
+    /// Where noise explains nothing, in words.
+    fn place_of(&self, misfit: &Misfit) -> String {
+        let mut words = match (misfit.is_everywhere, misfit.bodies.len()) {
+            (true, _) => format!("at all {}", self.places()),
+            (false, 1) => format!(
+                "at {} {}",
+                self.places().replace("ies", "y").trim_end_matches('s'),
+                misfit.bodies[0]
+            ),
+            (false, count) => {
+                let some: Vec<String> = misfit
+                    .bodies
+                    .iter()
+                    .take(NAMED)
+                    .map(usize::to_string)
+                    .collect();
+                let more = if count > NAMED { " and others" } else { "" };
+                format!("at {} {}{more}", self.places(), listed(&some))
+            }
+        };
+        let time = &self.records.units[0];
+        let ends = [
+            self.records.times[0],
+            self.records.times[self.records.times.len() - 1],
+        ];
+        if let Some([from, to]) = misfit.times {
+            let at = |t: f64| format!("{} {time}", number(t)).trim().to_owned();
+            words += &match (from <= ends[0], to >= ends[1]) {
+                (false, true) => format!(", after {}", at(from)),
+                (true, false) => format!(", until {}", at(to)),
+                _ => format!(", from {} to {}", at(from), at(to)),
+            };
+        }
+        let unit = if time.is_empty() {
+            String::new()
+        } else {
+            cycles_per(time)
+        };
+        let at = |f: f64| format!("{} {unit}", number(f)).trim().to_owned();
+        let nyquist = self.frequencies.last().copied().unwrap_or(0.0);
+        let [low, high] = misfit.frequencies;
+        words += &match (low < 0.02 * nyquist, high > 0.9 * nyquist) {
+            (true, true) => String::new(),
+            (false, true) => format!(", above {}", at(low)),
+            (true, false) => format!(", below {}", at(high)),
+            (false, false) => format!(", between {} and {}", at(low), at(high)),
+        };
+        words
+    }
+
+    fn table(&self) -> Table {
+        let row = |value: &FittedValue| {
+            vec![
+                value.name.clone(),
+                value.shown(),
+                match value.low.is_finite() {
+                    true => format!("{} to {}", number(value.low), number(value.high)),
+                    false => "undetermined".into(),
+                },
+                number(value.start),
+            ]
+        };
+        Table {
+            title: "values".into(),
+            head: ["value", "fitted", "95 % interval", "start"]
+                .map(Into::into)
+                .to_vec(),
+            rows: self.values.iter().map(row).collect(),
+            is_fact: true,
+        }
+    }
+
+    fn searches_table(&self) -> Table {
+        let row = |search: &super::Search| {
+            let values = |of: &[f64]| of.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", ");
+            let settled = if search.is_settled {
+                ""
+            } else {
+                " (not settled)"
+            };
+            vec![
+                values(&search.start),
+                values(&search.end),
+                format!("{}{settled}", number(search.missed)),
+            ]
+        };
+        Table {
+            title: format!("searches over {}", listed(&self.names())),
+            head: ["from", "to", "missed"].map(Into::into).to_vec(),
+            rows: self.searches.iter().map(row).collect(),
+            is_fact: false,
+        }
+    }
+
+    fn facts(&self, sheet: &mut Sheet<'_>) {
+        let tau = self.known as f64 / self.independent;
+        let noise = match tau > 1.05 {
+            true => format!(
+                "correlated: {} samples count as {:.0}",
+                self.known, self.independent
+            ),
+            false => format!("white, in {} samples", self.known),
+        };
+        sheet.fact(
+            "explained",
+            format!("{} of the records' squares", percent(self.explained)),
+        );
+        sheet.fact("noise", noise);
+        let by_body: Vec<f64> = self.by_site();
+        sheet.facts.push(crate::sheet::Fact {
+            profile: by_body.clone(),
+            ..crate::sheet::Fact::new(
+                "left by body",
+                format!(
+                    "{} to {} {}",
+                    number(by_body.iter().copied().fold(f64::INFINITY, f64::min)),
+                    number(by_body.iter().copied().fold(0.0, f64::max)),
+                    self.records.units[1]
+                )
+                .trim()
+                .to_owned(),
+            )
+        });
+        let text = format!(
+            "{} of {} end in this minimum",
+            self.agreeing(),
+            self.searches.len()
+        );
+        sheet.fact("searches", format!("{text}; {} runs", self.runs));
+        sheet.detail(
+            "error of runs",
+            format!("{} of the records", error_size(self.run_error)),
+        );
+        let lines = self
+            .scene
+            .iter()
+            .map(|[key, text]| format!("{key} = {text}"));
+        sheet.detail("scene", lines.collect::<Vec<_>>().join("; "));
+    }
+
+    fn warnings(&self, sheet: &mut Sheet<'_>) {
+        if let Some(horizon) = self.horizon {
+            sheet.warn(
+                format!(
+                    "the chain amplifies rounding: its runs agree until {} {}, and later samples, {} of each record, \
+                     are left out",
+                    number(horizon.until),
+                    self.records.units[0],
+                    horizon.left_out
+                ),
+                "no later sample can be fitted point by point; compare statistics of an ensemble (`cascade sweep`)",
+            );
+        }
+        if self.misfit.is_some() {
+            sheet.warn(
+                "the intervals hold for a chain that is right, and this one is not",
+                "free what may be missing (losses, a coefficient, a gain or the clock of a record), or leave out the \
+                 records or times at fault",
+            );
+        }
+        let at_bound: Vec<String> = self
+            .values
+            .iter()
+            .filter(|v| v.is_at_bound)
+            .map(|v| v.name.clone())
+            .collect();
+        if !at_bound.is_empty() {
+            sheet.warn(
+                format!("the fit ended at a bound of {}", listed(&at_bound)),
+                "widen the bound, or ask whether the chain is right",
+            );
+        }
+        if (self.agreeing() as f64) < AGREEING * self.searches.len() as f64 {
+            sheet.warn(
+                format!(
+                    "{} of {} searches ended elsewhere",
+                    self.searches.len() - self.agreeing(),
+                    self.searches.len()
+                ),
+                "narrow the bounds, or raise `--starts`",
+            );
+        }
+        if !self.undetermined.is_empty() {
+            sheet.warn(
+                "the records do not determine all that is free",
+                "fix one key of each combination, or add records that tell them apart",
+            );
+        }
+    }
+
+    /// Root mean squares of what is left.
+    fn by_site(&self) -> Vec<f64> {
+        self.residual
+            .columns()
+            .into_iter()
+            .map(|column| known_rms(column.iter().copied()))
+            .collect()
+    }
+
+    fn by_time(&self) -> Vec<f64> {
+        self.residual
+            .rows()
+            .into_iter()
+            .map(|row| known_rms(row.iter().copied()))
+            .collect()
+    }
+
+    fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
+        let [time, unit] = &self.records.units;
+        let bodies: Vec<f64> = self
+            .records
+            .bodies
+            .iter()
+            .map(|body| *body as f64)
+            .collect();
+        sheet.line("time", "time", time, &self.records.times);
+        sheet.line("body", "body", "", bodies);
+        sheet.plane("measured", ["time", "body"], unit, &self.measured);
+        sheet.plane("fitted", ["time", "body"], unit, &self.fitted);
+        sheet.plane("residual", ["time", "body"], unit, &self.residual);
+        sheet.line("residual_by_body", "body", unit, self.by_site());
+        sheet.line("residual_by_time", "time", unit, self.by_time());
+        let frequency = if time.is_empty() {
+            String::new()
+        } else {
+            cycles_per(time)
+        };
+        let density = square(unit);
+        sheet.line("frequency", "frequency", &frequency, &self.frequencies);
+        sheet.line(
+            "residual_spectrum",
+            "frequency",
+            &density,
+            &self.residual_spectrum,
+        );
+        sheet.line(
+            "measured_spectrum",
+            "frequency",
+            &density,
+            &self.measured_spectrum,
+        );
+        sheet.columns(
+            "parameter",
+            &self.values,
+            &[
+                ("value", "", |v: &FittedValue| v.value),
+                ("low", "", |v| v.low),
+                ("high", "", |v| v.high),
+                ("start", "", |v| v.start),
+            ],
+        );
+        sheet.plane("correlation", ["parameter", "other"], "", &self.correlation);
+        sheet.line("noise_correlation", "lag", "", &self.noise_correlation);
+    }
+
+    fn value_label(&self) -> String {
+        label(self.records.quantity.name(), &self.records.units[1])
+    }
+
+    fn time_label(&self) -> String {
+        label("time t", &self.records.units[0])
+    }
+
+    fn record_charts(&self) -> Vec<Chart> {
+        let sites = self.records.bodies.len();
+        let count = DRAWN.min(sites);
+        let shown = (0..count).map(|i| {
+            if count == 1 {
+                0
+            } else {
+                i * (sites - 1) / (count - 1)
+            }
+        });
+        let one = &self.places().replace("ies", "y");
+        let one = one.trim_end_matches('s');
+        shown
+            .map(|site| {
+                let times = &self.records.times;
+                let measured = self.measured.column(site).to_vec();
+                let fitted = self.fitted.column(site).to_vec();
+                Chart::of(
+                    format!("{one} {}", self.records.bodies[site]),
+                    self.time_label(),
+                    self.value_label(),
+                    vec![
+                        Series::of("measured", BLUE, times, &measured),
+                        Series::of("fitted", VERMILLION, times, &fitted).with(Look::Dashed),
+                    ],
+                )
+            })
+            .collect()
+    }
+
+    fn residual_map(&self) -> HeatChart {
+        let largest = self
+            .residual
+            .iter()
+            .filter(|v| v.is_finite())
+            .fold(0.0, |m: f64, v| m.max(v.abs()));
+        let sites = self.records.bodies.len();
+        HeatChart {
+            title: "what is left".into(),
+            caption: "Measured less fitted. Noise looks the same everywhere.".into(),
+            x_label: "record".into(),
+            y_label: self.time_label(),
+            label: self.value_label(),
+            x: -0.5..sites as f64 - 0.5,
+            y: range(&self.records.times),
+            values: self.residual.clone(),
+            colors: Colors::Between(-largest..largest),
+            ..HeatChart::default()
+        }
+    }
+
+    fn spectrum_chart(&self) -> Chart {
+        let time = &self.records.units[0];
+        let unit = if time.is_empty() {
+            String::new()
+        } else {
+            cycles_per(time)
+        };
+        let line = |name: &str, colour, values: &[f64]| {
+            Series::of(name, colour, &self.frequencies[1..], &values[1..])
+        };
+        let series = vec![
+            line("measured", BLUE, &self.measured_spectrum),
+            line("what is left", VERMILLION, &self.residual_spectrum),
+        ];
+        Chart::of(
+            "by frequency",
+            label("frequency f", &unit),
+            "mean power spectral density",
+            series,
+        )
+        .logarithmic()
+    }
+
+    /// Intervals over values.
+    fn interval_chart(&self) -> Chart {
+        let known = self
+            .values
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| value.low.is_finite() && value.value != 0.0);
+        let (points, errors): (Vec<_>, Vec<f64>) = known
+            .map(|(k, value)| {
+                (
+                    (k as f64, 100.0),
+                    50.0 * (value.high - value.low) / value.value.abs(),
+                )
+            })
+            .unzip();
+        let series = Series {
+            errors,
+            ..Series::line("", BLUE, points)
+                .with(Look::Dots)
+                .marked(Marker::Circle)
+        };
+        let names: Vec<String> = self
+            .values
+            .iter()
+            .enumerate()
+            .map(|(k, v)| format!("{k} {}", v.name))
+            .collect();
+        Chart {
+            x: -0.5..self.values.len() as f64 - 0.5,
+            levels: vec![Level {
+                at: 100.0,
+                label: String::new(),
+            }],
+            ..Chart::of(
+                "95 % intervals",
+                names.join(", "),
+                "interval over value (%)",
+                vec![series],
+            )
+        }
+    }
+
+    fn correlation_map(&self) -> HeatChart {
+        let count = self.values.len();
+        let centres: Vec<f64> = (0..count).map(|k| k as f64).collect();
+        let (low, high) = edges(&centres);
+        let names: Vec<String> = self
+            .values
+            .iter()
+            .enumerate()
+            .map(|(k, v)| format!("{k} {}", v.name))
+            .collect();
+        HeatChart {
+            title: "correlation of the values".into(),
+            x_label: names.join(", "),
+            y_label: "value".into(),
+            label: "correlation".into(),
+            x: low..high,
+            y: low..high,
+            values: Array2::clone(&self.correlation),
+            colors: Colors::Between(-1.0..1.0),
+            ..HeatChart::default()
+        }
+    }
+}
+
+impl FittedValue {
+    /// With half of its interval and its unit.
+    pub fn shown(&self) -> String {
+        match self.low.is_finite() {
+            true => with_half(self.value, 0.5 * (self.high - self.low), &self.unit),
+            false => format!("{} {}", number(self.value), self.unit)
+                .trim()
+                .to_owned(),
+        }
+    }
+}
+
+fn known_rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    values.filter(|v| v.is_finite()).for_each(|v| {
+        sum += v * v;
+        count += 1.0;
+    });
+    (sum / f64::max(count, 1.0)).sqrt()
+}

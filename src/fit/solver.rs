@@ -1,0 +1,248 @@
+//! Least squares within bounds, by the method of Levenberg and Marquardt.
+
+use crate::{Error, Result};
+
+/// Steps at most, and tries of one.
+const MOST_STEPS: usize = 60;
+const MOST_TRIES: usize = 12;
+
+/// The first damping, over the diagonal of the normal equations.
+const DAMPING: f64 = 1e-3;
+
+/// Decrease of the squares, over their mean, at which the search ends: a thousandth of a standard error is left.
+const ENOUGH: f64 = 1e-6;
+
+/// A residual as a function of coordinates within bounds.
+pub(super) trait Problem {
+    fn bounds(&self) -> Vec<[f64; 2]>;
+
+    fn residual(&self, at: &[f64]) -> Result<Vec<f64>>;
+
+    /// Squares that are errors of the residual itself.
+    fn floor(&self) -> f64 {
+        0.0
+    }
+
+    /// Minus the derivatives of the residual along each coordinate. `steps` are kept between calls.
+    fn columns(&self, at: &[f64], steps: &mut Vec<f64>) -> Result<Vec<Vec<f64>>>;
+}
+
+/// Where a search ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Minimum {
+    pub at: Vec<f64>,
+    pub residual: Vec<f64>,
+    pub squares: f64,
+    pub columns: Vec<Vec<f64>>,
+    /// Whether the squares fall no more.
+    pub is_settled: bool,
+    pub steps: usize,
+}
+
+/// The minimum next to a start. Each step solves `(J^T J + lambda D) d = J^T r` with D the largest diagonal so far;
+/// lambda follows the ratio of the decrease to the predicted one. Coordinates at a bound that the gradient points
+/// through are held.
+///
+/// Source: D. W. Marquardt, J. SIAM 11 (1963) 431; J. J. More, MINPACK; H. B. Nielsen, IMM-REP-1999-05 (lambda).
+///
+/// # Errors
+/// Those of the residual at the start, and [`Error::Cancelled`]; elsewhere a residual that cannot be had ends no
+/// search.
+pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> {
+    let bounds = problem.bounds();
+    let clamp = |u: f64, k: usize| u.clamp(bounds[k][0], bounds[k][1]);
+    let mut at: Vec<f64> = start
+        .iter()
+        .enumerate()
+        .map(|(k, u)| clamp(*u, k))
+        .collect();
+    let mut residual = problem.residual(&at)?;
+    let mut squares = square(&residual);
+    let mut steps = Vec::new();
+    let mut columns = problem.columns(&at, &mut steps)?;
+    let mut scale = vec![0.0f64; at.len()];
+    let (mut damping, mut growth) = (DAMPING, 2.0);
+    for step in 0..MOST_STEPS {
+        let (matrix, gradient) = normal(&columns, &residual);
+        let held: Vec<bool> = (0..at.len())
+            .map(|k| {
+                (gradient[k] < 0.0 && at[k] <= bounds[k][0])
+                    || (gradient[k] > 0.0 && at[k] >= bounds[k][1])
+            })
+            .collect();
+        for k in 0..at.len() {
+            scale[k] = scale[k].max(matrix[k][k]);
+        }
+        let mut accepted = None;
+        for _ in 0..MOST_TRIES {
+            let change = damped(&matrix, &gradient, &scale, &held, damping);
+            let next: Vec<f64> = (0..at.len()).map(|k| clamp(at[k] + change[k], k)).collect();
+            let moved: Vec<f64> = next.iter().zip(&at).map(|(a, b)| a - b).collect();
+            let predicted = predicted(&matrix, &gradient, &moved);
+            let enough = ENOUGH * squares / residual.len().max(1) as f64;
+            if predicted <= enough || squares <= problem.floor() {
+                return Ok(Minimum {
+                    at,
+                    residual,
+                    squares,
+                    columns,
+                    is_settled: true,
+                    steps: step,
+                });
+            }
+            let tried = match problem.residual(&next) {
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                tried => tried.ok(),
+            };
+            let now = tried.as_ref().map_or(f64::INFINITY, |r| square(r));
+            if now < squares {
+                let ratio = (squares - now) / predicted;
+                damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0);
+                growth = 2.0;
+                accepted = tried.map(|residual| (next, residual, now));
+                break;
+            }
+            damping *= growth;
+            growth *= 2.0;
+        }
+        let Some((next, new, now)) = accepted else {
+            return Ok(Minimum {
+                at,
+                residual,
+                squares,
+                columns,
+                is_settled: step > 0,
+                steps: step,
+            });
+        };
+        (at, residual, squares) = (next, new, now);
+        columns = problem.columns(&at, &mut steps)?;
+    }
+    Ok(Minimum {
+        at,
+        residual,
+        squares,
+        columns,
+        is_settled: false,
+        steps: MOST_STEPS,
+    })
+}
+
+pub(super) fn square(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum()
+}
+
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `J^T J` and `J^T r`.
+pub(super) fn normal(columns: &[Vec<f64>], residual: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let row = |a: &Vec<f64>| columns.iter().map(|b| dot(a, b)).collect();
+    let gradient = columns.iter().map(|column| dot(column, residual)).collect();
+    (columns.iter().map(row).collect(), gradient)
+}
+
+/// By how much a step lowers the squares where the residual is linear.
+fn predicted(matrix: &[Vec<f64>], gradient: &[f64], step: &[f64]) -> f64 {
+    let bent: f64 = matrix
+        .iter()
+        .zip(step)
+        .map(|(row, s)| s * dot(row, step))
+        .sum();
+    2.0 * dot(gradient, step) - bent
+}
+
+fn damped(
+    matrix: &[Vec<f64>],
+    gradient: &[f64],
+    scale: &[f64],
+    held: &[bool],
+    damping: f64,
+) -> Vec<f64> {
+    let free: Vec<usize> = (0..gradient.len()).filter(|k| !held[*k]).collect();
+    let rows: Vec<Vec<f64>> = free
+        .iter()
+        .map(|&i| {
+            let entry = |&j: &usize| match i == j {
+                true => matrix[i][i] + (damping * scale[i]).max(f64::MIN_POSITIVE),
+                false => matrix[i][j],
+            };
+            free.iter().map(entry).collect()
+        })
+        .collect();
+    let right: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
+    let solved =
+        cholesky(&rows).map_or_else(|| vec![0.0; free.len()], |lower| solved(&lower, &right));
+    let mut change = vec![0.0; gradient.len()];
+    free.iter().zip(solved).for_each(|(&k, d)| change[k] = d);
+    change
+}
+
+/// The lower triangle whose product with its transpose is the matrix; `None` unless it is positive.
+pub(super) fn cholesky(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    let n = matrix.len();
+    let mut lower = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for j in 0..=i {
+            let rest = matrix[i][j] - dot(&lower[i][..j], &lower[j][..j]);
+            lower[i][j] = match i == j {
+                true if rest > 0.0 => rest.sqrt(),
+                true => return None,
+                false => rest / lower[j][j],
+            };
+        }
+    }
+    Some(lower)
+}
+
+/// The solution for one right side.
+pub(super) fn solved(lower: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
+    let n = right.len();
+    let mut x = right.to_vec();
+    for i in 0..n {
+        x[i] = (x[i] - dot(&lower[i][..i], &x[..i])) / lower[i][i];
+    }
+    for i in (0..n).rev() {
+        let sum: f64 = (i + 1..n).map(|j| lower[j][i] * x[j]).sum();
+        x[i] = (x[i] - sum) / lower[i][i];
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The problem of Rosenbrock, without bounds and with one.
+    struct Rosenbrock([f64; 2]);
+
+    impl Problem for Rosenbrock {
+        fn bounds(&self) -> Vec<[f64; 2]> {
+            vec![self.0, [f64::NEG_INFINITY, f64::INFINITY]]
+        }
+
+        fn residual(&self, at: &[f64]) -> Result<Vec<f64>> {
+            Ok(vec![10.0 * (at[1] - at[0] * at[0]), 1.0 - at[0]])
+        }
+
+        fn columns(&self, at: &[f64], _: &mut Vec<f64>) -> Result<Vec<Vec<f64>>> {
+            Ok(vec![vec![20.0 * at[0], 1.0], vec![-10.0, 0.0]])
+        }
+    }
+
+    /// J. J. More, B. S. Garbow, K. E. Hillstrom, ACM TOMS 7 (1981) 17, problem 1: minimum at (1, 1); below x = 0.5 at
+    /// the bound, (0.5, 0.25).
+    #[test]
+    fn val_more_rosenbrock_with_and_without_a_bound() {
+        for (bounds, expected) in [([-9.0, 9.0], [1.0, 1.0]), ([-9.0, 0.5], [0.5, 0.25])] {
+            let found = minimize(&Rosenbrock(bounds), &[-1.2, 1.0]).unwrap();
+            let off = found
+                .at
+                .iter()
+                .zip(expected)
+                .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+            assert!(found.is_settled && off < 1e-6, "{found:?}");
+        }
+    }
+}
