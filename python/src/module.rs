@@ -8,6 +8,7 @@ mod chains;
 mod estimates;
 mod faults;
 mod fft;
+mod fit;
 mod kept;
 mod page;
 mod parts;
@@ -29,6 +30,8 @@ mod _native {
     use super::estimates::estimate;
     #[pymodule_export]
     use super::fft::{c2c, c2r, r2c};
+    #[pymodule_export]
+    use super::fit::fit;
     #[pymodule_export]
     use super::page::{Page, report};
     #[pymodule_export]

@@ -19,6 +19,7 @@ __all__ = [
     "compare",
     "estimate",
     "filter",
+    "fit",
     "inspected",
     "join",
     "localize",
@@ -121,6 +122,9 @@ def outline(
 def simulate(text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def budget(
     moved: Run | _Source, scene_text: str | None, words: list[str], progress: _Progress = None
+) -> dict[str, Any]: ...
+def fit(
+    field: _Source, scene_text: str | None, words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...
 def triads(moved: Run | _Source, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def compare(

@@ -12,6 +12,7 @@ mod faults;
 mod fields;
 mod files;
 mod filter;
+mod fit;
 mod gaps;
 mod general;
 mod increments;

@@ -19,6 +19,7 @@ from wavecascade._keywords.advice import advising
 from wavecascade._keywords.options import (
     BudgetOptions,
     FieldOptions,
+    FitOptions,
     LocalizeOptions,
     TriadsOptions,
 )
@@ -267,6 +268,67 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
     name = os.fspath(moved[0]) if isinstance(moved, list) else "run" if handle is not None else "field"
     allowed = frozenset(TriadsOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
     found = _native.triads(moved, words("triads", typed, allowed, [name]), observed(progress))
+    warn(found)
+    out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
+    hold(out, found["page"])
+    return out
+
+
+def fit(
+    field: Any,
+    scene: Scene,
+    *,
+    free: str | Sequence[str] | Mapping[str, Any],
+    progress: Progress = None,
+    **options: Unpack[FitOptions],
+) -> xr.Dataset:
+    """The chain that did what was measured: keys of a scene, with intervals, and what noise does not explain.
+
+    Least squares of the records less those of a run. Intervals are of ``H^-1 (J^T S J) H^-1`` with
+    ``H = J^T J`` and S the covariance of the noise, estimated from what is left.
+
+    Parameters
+    ----------
+    field
+        The records, as for :func:`analyze`.
+    scene
+        Keys of a scene as a dictionary, or the path of a scene file.
+    free
+        Keys to fit, as ``"young=50GPa..90GPa"``, a list of them, or ``{"young": (50e9, 90e9)}`` with None
+        for keys without bounds.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade fit``: ``bodies=[3, 7, 11]``, ``free_time_shift``, ``free_gains``,
+        ``gain_error``, ``starts``, ``seed``, ``threads``, and how the field is read.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``measured``, ``fitted``, ``residual`` ``(time, body)``; ``value``, ``low``, ``high``, ``start``
+        ``(parameter)``, ``correlation`` ``(parameter, other)``; ``residual_spectrum`` ``(frequency)``.
+        The values with their names are the attribute ``values``; ``misfit``, ``undetermined``, ``answer``
+        beside it.
+
+    Raises
+    ------
+    ValueError
+        For keys that cannot be fitted, records that are not of the chain, and too few samples.
+    OSError
+        For a file that cannot be read.
+    """
+    typed: dict[str, Any] = dict(options)
+    text, file = _scene(scene)
+    if isinstance(free, Mapping):
+        ends = ((key, bounds if bounds is None else [one_word(end) for end in bounds]) for key, bounds in free.items())
+        free = [key if bounds is None else f"{key}={'..'.join(bounds)}" for key, bounds in ends]
+    typed["free"] = free
+    of: Any = source(field, typed)
+    name = os.fspath(of[0]) if isinstance(of, list) else "field"
+    allowed = frozenset(FitOptions.__annotations__) | frozenset(FieldOptions.__annotations__) | {"free"}
+    with advising(allowed, of):
+        said = words("fit", typed, allowed, [name, *file])
+        found = _native.fit(of, text, said, observed(progress))
     warn(found)
     out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
     hold(out, found["page"])

@@ -203,6 +203,18 @@ class TriadsOptions(FieldOptions, total=False):
     threads: int
 
 
+class FitOptions(FieldOptions, total=False):
+    """The options of ``cascade fit``."""
+
+    bodies: int | Sequence[int]
+    free_time_shift: bool
+    free_gains: bool
+    gain_error: float | str
+    starts: int
+    seed: int
+    threads: int
+
+
 class LocalizeOptions(TypedDict, total=False):
     """The options of ``cascade localize``."""
 

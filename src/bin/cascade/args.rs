@@ -124,6 +124,13 @@ pub enum Command {
         after_help = "Example: cascade attenuate dimer.toml --against stiffness_ratio=1:8:32"
     )]
     Attenuate(Box<crate::attenuate::Attenuate>),
+    /// Find the chain that did what was measured, with intervals.
+    ///
+    /// Keys of SCENE are found by least squares of the records of FIELD less those of its run, from several starts.
+    /// Intervals count the samples by the correlation of what is left. Whether noise explains what is left is tested, and
+    /// said first. With the results comes fitted.toml, the scene with the fitted values.
+    #[command(after_help = "Example: cascade fit records.csv chain.toml --free young=50GPa..90GPa")]
+    Fit(Box<crate::fit::Fit>),
     /// List fields and scenes to try the program on, or write one here.
     Examples(crate::examples::Examples),
     /// Print completions for a shell.

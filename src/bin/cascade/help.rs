@@ -16,7 +16,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
         "Follow the energy of chains",
         &["budget", "triads", "compare"],
     ),
-    ("Design chains", &["attenuate", "localize"]),
+    ("From measurements to designs", &["fit", "attenuate", "localize"]),
     (
         "Start, and tools",
         &["examples", "completions", "man", "help"],

@@ -21,6 +21,7 @@ mod failure;
 mod fields;
 mod figure_args;
 mod filter;
+mod fit;
 mod further;
 mod gone;
 mod help;
@@ -100,6 +101,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Scene(typed) => scene::run(typed),
         Command::Attenuate(typed) => attenuate::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
+        Command::Fit(typed) => fit::run(*typed),
         Command::Examples(typed) => examples::run(typed),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { page } => manual::page(page.as_deref()),

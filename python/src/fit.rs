@@ -1,0 +1,46 @@
+//! `cascade fit`: of a field, and a scene as text or as a file.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use wavecascade::observer::Observer;
+use wavecascade::report::Provenance;
+
+use super::analysis::on_threads;
+use super::estimates::Made;
+use super::faults;
+use super::samples::Source;
+use super::typed::{provenance, typed};
+use super::watch;
+use crate::failure::Failure;
+
+/// Arrays with labels, `summary` in JSON, `warnings`, as of an estimate.
+#[pyfunction]
+#[pyo3(signature = (field, scene_text, words, progress=None))]
+pub fn fit<'py>(
+    py: Python<'py>,
+    field: Source,
+    scene_text: Option<String>,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Fit);
+    let (opener, from) = (field.opener(), field.from());
+    let threads = typed.how.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> Result<Made, Failure> {
+        let path = opener.path();
+        let name = path.clone().unwrap_or_else(|| PathBuf::from("field"));
+        let field = opener.open(&typed.input, None, None)?;
+        let scene = typed.source(scene_text)?;
+        let found = on_threads(threads, || typed.find(&field, &scene, observer));
+        let found = found.map_err(|error| error.of_file(&name))?;
+        let input = path.map(|path| path.display().to_string());
+        let provenance = Provenance::new(provenance(&words), input, None);
+        let name = name.file_stem().unwrap_or_default().to_string_lossy();
+        Made::new("fit", found, &name, provenance)
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let done = done.map_err(|error| faults::of_failure(py, error, from))?;
+    done.into_python(py)
+}

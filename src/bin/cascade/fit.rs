@@ -1,0 +1,170 @@
+//! `cascade fit`: the chain that did what was measured.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::field::{FileState, OpenOptions};
+use wavecascade::fit::{FitRequest, Fitted};
+use wavecascade::observer::Observer;
+use wavecascade::report::{Provenance, ResultDirectory, write_beside};
+use wavecascade::sheet::Describe;
+use wavecascade::{Error, Field};
+
+use crate::analyze::{named_after, open_options, print_notes, use_threads};
+use crate::args::Input;
+use crate::budget::command;
+use crate::chain_args::How;
+use crate::described::Described;
+use crate::estimates::subject_of;
+use crate::failure::Failure;
+use crate::figure_args::FigureArgs;
+use crate::parse;
+use crate::progress::Progress;
+
+/// The scene with the fitted values, in the directory of the results.
+const SCENE: &str = "fitted.toml";
+
+/// What `cascade fit` takes.
+#[derive(Debug, Args)]
+pub struct Fit {
+    /// File with the measured records: velocities, displacements, accelerations or forces.
+    pub field: PathBuf,
+
+    /// File with the scene of the chain; its values are where the first search starts.
+    pub scene: Option<PathBuf>,
+
+    /// A key of the scene to fit, with bounds if there are any: young=50GPa..90GPa, striker_velocity, mass_cell[1],
+    /// defect[0].factor=1..3. Several with commas between, or repeat it.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "KEY[=LOW..HIGH]",
+        required = true
+    )]
+    pub free: Vec<String>,
+
+    /// The body of each site of the field, or of forces the contact [default: by the positions, else by the numbers of
+    /// the sites].
+    #[arg(long, value_delimiter = ',', value_name = "BODY,..")]
+    pub bodies: Option<Vec<usize>>,
+
+    /// Fit by how much the records start late or early, too.
+    #[arg(long)]
+    pub free_time_shift: bool,
+
+    /// Fit a gain of each record, too.
+    #[arg(long)]
+    pub free_gains: bool,
+
+    /// Relative standard error of the gains, as 0.02 or 2%; fits them, and holds them by it.
+    #[arg(long, value_name = "SHARE", value_parser = parse::share)]
+    pub gain_error: Option<f64>,
+
+    /// Searches: the first from the scene's values, the others from random ones within the bounds, or a tenth up and
+    /// down.
+    #[arg(long, value_name = "N", default_value_t = FitRequest::default().starts,
+          value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1000))]
+    pub starts: usize,
+
+    /// Seed of the random starts.
+    #[arg(long, value_name = "SEED", default_value_t = FitRequest::default().seed)]
+    pub seed: u64,
+
+    /// Directory for the results; by default the field's name with `-fit`, here.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Replace an existing result.
+    #[arg(long)]
+    pub force: bool,
+
+    #[command(flatten)]
+    pub input: Input,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    #[command(flatten)]
+    pub how: How,
+}
+
+impl Fit {
+    pub fn request(&self) -> FitRequest {
+        FitRequest {
+            free: self.free.clone(),
+            bodies: self.bodies.clone(),
+            time_shift: self.free_time_shift,
+            gains: self.free_gains,
+            gain_error: self.gain_error,
+            starts: self.starts,
+            seed: self.seed,
+        }
+    }
+
+    /// The scene of the file, or of a text without one.
+    pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
+        match (text, &self.scene) {
+            (Some(text), _) => Ok(SceneSource::new(None, text)),
+            (None, Some(path)) => SceneSource::read(path),
+            (None, None) => Err(Error::Request {
+                option: "scene",
+                expected: "the scene of the chain, `cascade fit FIELD SCENE`".into(),
+                found: "none".into(),
+            }),
+        }
+    }
+
+    /// Fits the chain of a scene to an opened field.
+    pub fn find(
+        &self,
+        field: &Field,
+        scene: &SceneSource,
+        observer: &dyn Observer,
+    ) -> Result<Fitted, Error> {
+        self.request().run(field, scene, observer)
+    }
+}
+
+/// Runs the command.
+pub fn run(typed: Fit) -> Result<(), Failure> {
+    let drawing = typed.figures.drawing()?;
+    use_threads(typed.how.threads.map(usize::from))?;
+    let default = || named_after(&typed.field, "npy", "-fit");
+    let out = typed.out.clone().unwrap_or_else(default);
+    let directory = ResultDirectory::create(&out, typed.force)?;
+    let scene = typed.source(None)?;
+    let options = OpenOptions {
+        hash: true,
+        ..open_options(&typed.input, None)
+    };
+    let field = Field::open(&typed.field, &options)?;
+    print_notes(&field, typed.how.quiet);
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    let found = typed.find(&field, &scene, &progress);
+    let found = found.map_err(|error| error.of_file(&typed.field))?;
+    let opened: Option<FileState> = field.file_state();
+    opened.as_ref().map_or(Ok(()), FileState::check)?;
+    progress.begin_writing();
+    let input = typed.field.display().to_string();
+    let provenance = Provenance::new(command(), Some(input), field.content_hash.clone());
+    let name = typed
+        .field
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let sheet = found.describe();
+    let described = Described {
+        found: &found,
+        sheet: &sheet,
+        name: &name,
+        provenance: &provenance,
+    };
+    let text = found.scene_text(&scene)?;
+    let beside = |path: &Path| write_beside(path, SCENE, text.as_bytes()).map(|_| ());
+    let main = described.publish((directory, sheet.name), &drawing, &progress, beside)?;
+    described.tell(
+        &subject_of(std::slice::from_ref(&typed.field)),
+        &typed.how,
+        Some(&main),
+    )
+}

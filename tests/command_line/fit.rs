@@ -1,0 +1,52 @@
+//! `cascade fit` as a stranger runs it.
+
+use test_support::place::Place;
+
+const SCENE: &str = "sites = 8\nstiffness_ratio = 2.0\nstriker_velocity = 1.0\ntangent = 0.02\n\
+                     end_time = 12.0\nsamples = 200\n";
+
+#[test]
+fn regress_a_run_is_fitted() {
+    let place = Place::new();
+    std::fs::write(place.path("scene.toml"), SCENE).unwrap();
+    place.says("simulate scene.toml --out run.npz");
+    std::fs::write(
+        place.path("start.toml"),
+        SCENE.replace("2.0", "1.9").replace("0.02", "0.01"),
+    )
+    .unwrap();
+    let said = place.says("fit run.npz start.toml --free stiffness_ratio=1..3,tangent=0..0.1 --starts 2 --figures png");
+    assert!(
+        said.starts_with("run.npz: the model explains all"),
+        "{said}"
+    );
+    assert!(said.lines().count() <= 12, "{said}");
+    let summary = place.json("run-fit/summary.json");
+    let value = summary["values"][0]["value"].as_f64().unwrap();
+    assert!((value - 2.0).abs() < 1e-6, "{value}");
+    for name in ["report.html", "fit.npz", "fitted.toml", "figures/fit.png"] {
+        assert!(place.path(format!("run-fit/{name}")).exists(), "{name}");
+    }
+    place.says("simulate run-fit/fitted.toml --out again.npz");
+    for (line, named) in [
+        (
+            "fit run.npz start.toml --free stiffness_ration --force",
+            "a key of scenes",
+        ),
+        (
+            "fit run.npz start.toml --free sites --force",
+            "cascade sweep",
+        ),
+        (
+            "fit run.npz --free tangent --force",
+            "cascade fit FIELD SCENE",
+        ),
+        (
+            "fit run.npz start.toml --free tangent=1..0 --force",
+            "lower bound first",
+        ),
+    ] {
+        let said = place.refuses(2, line);
+        assert!(said.contains(named), "{said}");
+    }
+}
