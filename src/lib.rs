@@ -6,6 +6,7 @@ pub mod arrays;
 pub mod attenuation;
 pub mod budget;
 pub mod chain;
+pub mod design;
 mod diagnostics;
 pub mod error;
 pub mod estimates;

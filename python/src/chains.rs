@@ -166,7 +166,7 @@ pub fn budget<'py>(
                     }
                 };
                 let motion = Motion::of(&file.run)?;
-                let request = typed.views.request(&file.setup);
+                let request = typed.views.request(&file.setup)?;
                 let found = on_threads(threads, || {
                     wavecascade::budget::run(&motion, &request, &kept, observer)
                 })?;

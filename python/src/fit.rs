@@ -1,4 +1,4 @@
-//! `cascade fit`: of a field, and a scene as text or as a file.
+//! `cascade fit`, of a field and a scene as text or as a file, and `cascade design`.
 
 use std::path::PathBuf;
 
@@ -42,5 +42,32 @@ pub fn fit<'py>(
     };
     let done = watch::run(py, progress.as_ref(), work)?;
     let done = done.map_err(|error| faults::of_failure(py, error, from))?;
+    done.into_python(py)
+}
+
+/// The same of a design, whose scene is the text.
+#[pyfunction]
+#[pyo3(signature = (scene_text, words, progress=None))]
+pub fn design<'py>(
+    py: Python<'py>,
+    scene_text: Option<String>,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Design);
+    let threads = typed.how.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> Result<Made, Failure> {
+        let scene = typed.source(scene_text)?;
+        let found = on_threads(threads, || typed.find(&scene, observer))?;
+        let name = typed
+            .scene
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy();
+        let provenance = Provenance::new(provenance(&words), None, None);
+        Made::new("design", found, &name, provenance)
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let done = done.map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
     done.into_python(py)
 }

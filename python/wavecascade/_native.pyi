@@ -17,6 +17,7 @@ __all__ = [
     "c2r",
     "combine",
     "compare",
+    "design",
     "estimate",
     "filter",
     "fit",
@@ -123,6 +124,7 @@ def simulate(text: str | None, words: list[str], progress: _Progress = None) -> 
 def budget(
     moved: Run | _Source, scene_text: str | None, words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...
+def design(scene_text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def fit(
     field: _Source, scene_text: str | None, words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...

@@ -206,7 +206,7 @@ impl FreeKey {
     }
 
     /// The value at a coordinate of the search.
-    pub(super) fn value_at(&self, u: f64) -> f64 {
+    pub(crate) fn value_at(&self, u: f64) -> f64 {
         let value = match self.is_log {
             true => self.start * u.exp(),
             false => self.start + self.scale() * u,
@@ -215,7 +215,7 @@ impl FreeKey {
     }
 
     /// The coordinate of a value.
-    pub(super) fn coordinate(&self, value: f64) -> f64 {
+    pub(crate) fn coordinate(&self, value: f64) -> f64 {
         match self.is_log {
             true => (value / self.start).ln(),
             false => (value - self.start) / self.scale(),
@@ -223,7 +223,7 @@ impl FreeKey {
     }
 
     /// Bounds of the coordinate.
-    pub(super) fn coordinates(&self) -> [f64; 2] {
+    pub(crate) fn coordinates(&self) -> [f64; 2] {
         match self.is_log {
             true => [
                 self.coordinate(self.bounds[0].max(0.0)),
@@ -243,7 +243,7 @@ impl FreeKey {
 }
 
 /// The settings that give keys these values; entries of one list are set together.
-pub(super) fn settings(keys: &[FreeKey], values: impl Iterator<Item = f64>) -> Vec<Setting> {
+pub(crate) fn settings(keys: &[FreeKey], values: impl Iterator<Item = f64>) -> Vec<Setting> {
     let mut set: Vec<(&str, Value)> = Vec::new();
     for (key, value) in keys.iter().zip(values) {
         let name = key.typed.name.as_str();

@@ -25,6 +25,7 @@ use rayon::prelude::*;
 
 pub use directions::Direction;
 pub use key::FreeKey;
+pub(crate) use key::settings;
 pub use records::Records;
 pub use result::{Fitted, FittedValue, Horizon};
 pub use verdict::Misfit;

@@ -33,7 +33,7 @@ impl Random {
     }
 
     /// Uniform in (0, 1].
-    fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         let (state, bits) = split_mix(self.state);
         self.state = state;
         ((bits >> 11) + 1) as f64 / (1_u64 << 53) as f64

@@ -17,11 +17,13 @@ pub struct ResultDirectory {
 }
 
 /// What any result may have beside files of its own name.
-const COMMON: [&str; 6] = [
+const COMMON: [&str; 8] = [
     "summary.json",
     "report.html",
     "figures",
     "table.csv",
+    "design.toml",
+    "fitted.toml",
     "records.csv",
     "plot.py",
 ];

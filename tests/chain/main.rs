@@ -1,6 +1,7 @@
 //! Chains: scenes, contacts, stepping, and sweeps of them.
 
 mod contact;
+mod design;
 mod drives;
 mod energy;
 mod flight;

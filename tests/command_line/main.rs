@@ -7,6 +7,7 @@ mod budget;
 mod chain;
 mod coherence;
 mod convert;
+mod design;
 mod dispersion;
 mod faults;
 mod fields;

@@ -18,6 +18,7 @@ from wavecascade._arrays.runs import run_of, seal
 from wavecascade._keywords.advice import advising
 from wavecascade._keywords.options import (
     BudgetOptions,
+    DesignOptions,
     FieldOptions,
     FitOptions,
     LocalizeOptions,
@@ -282,7 +283,7 @@ def fit(
     progress: Progress = None,
     **options: Unpack[FitOptions],
 ) -> xr.Dataset:
-    """The chain that did what was measured: keys of a scene, with intervals, and what noise does not explain.
+    """The chain that did what was measured: keys with intervals, and what noise does not explain.
 
     Least squares of the records less those of a run. Intervals are of ``H^-1 (J^T S J) H^-1`` with
     ``H = J^T J`` and S the covariance of the noise, estimated from what is left.
@@ -319,16 +320,72 @@ def fit(
     """
     typed: dict[str, Any] = dict(options)
     text, file = _scene(scene)
-    if isinstance(free, Mapping):
-        ends = ((key, bounds if bounds is None else [one_word(end) for end in bounds]) for key, bounds in free.items())
-        free = [key if bounds is None else f"{key}={'..'.join(bounds)}" for key, bounds in ends]
-    typed["free"] = free
+    typed["free"] = _free(free)
     of: Any = source(field, typed)
     name = os.fspath(of[0]) if isinstance(of, list) else "field"
     allowed = frozenset(FitOptions.__annotations__) | frozenset(FieldOptions.__annotations__) | {"free"}
     with advising(allowed, of):
         said = words("fit", typed, allowed, [name, *file])
         found = _native.fit(of, text, said, observed(progress))
+    warn(found)
+    out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
+    hold(out, found["page"])
+    return out
+
+
+def _free(free: str | Sequence[str] | Mapping[str, Any]) -> str | Sequence[str]:
+    """Free keys as they are typed."""
+    if not isinstance(free, Mapping):
+        return free
+    ends = (
+        (key, bounds if bounds is None else [one_word(end) for end in bounds])
+        for key, bounds in free.items()
+    )
+    return [key if bounds is None else f"{key}={'..'.join(bounds)}" for key, bounds in ends]
+
+
+def design(
+    scene: Scene,
+    *,
+    free: str | Sequence[str] | Mapping[str, Any],
+    progress: Progress = None,
+    **options: Unpack[DesignOptions],
+) -> xr.Dataset:
+    """The chain for which a measure of its run is least or largest.
+
+    Parameters
+    ----------
+    scene
+        Keys of a scene as a dictionary, or the path of a scene file.
+    free
+        Keys to vary, as ``"angle=2..90"``, ``"radius=5mm|10mm"``, ``"coefficients[]=0.2..5"``, a list
+        of them, or ``{"angle": (2, 90)}``.
+    progress
+        As for :func:`analyze`.
+    **options
+        Those of ``cascade design``: ``minimize="peak_force_last"`` or ``maximize``,
+        ``at_most="total_mass=0.5"``, ``tolerance="coefficients=10%"``, ``judge``, ``members``,
+        ``tries``, ``seed``, ``threads``.
+
+    Returns
+    -------
+    xarray.Dataset or dict
+        ``search`` and ``random``, the best measure after so many tries; ``time_after``,
+        ``force_after``, and the same ``before``; ``value_after`` ``(key)``. The values with their names
+        are the attribute ``values``, the scene found is ``scene``; ``answer`` beside it.
+
+    Raises
+    ------
+    ValueError
+        For keys that cannot be searched, and a scene whose own run does not tell the measure.
+    """
+    typed: dict[str, Any] = dict(options)
+    text, file = _scene(scene)
+    typed["free"] = _free(free)
+    allowed = frozenset(DesignOptions.__annotations__) | {"free"}
+    with advising(allowed, file):
+        said = words("design", typed, allowed, file or ["scene.toml"])
+        found = _native.design(text, said, observed(progress))
     warn(found)
     out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
     hold(out, found["page"])

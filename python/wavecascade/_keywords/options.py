@@ -215,6 +215,20 @@ class FitOptions(FieldOptions, total=False):
     threads: int
 
 
+class DesignOptions(TypedDict, total=False):
+    """The options of ``cascade design``."""
+
+    minimize: str
+    maximize: str
+    at_most: str | Sequence[str]
+    tolerance: str | Sequence[str]
+    judge: Literal["worst", "mean"]
+    members: int
+    tries: int
+    seed: int
+    threads: int
+
+
 class LocalizeOptions(TypedDict, total=False):
     """The options of ``cascade localize``."""
 

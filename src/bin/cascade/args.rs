@@ -131,6 +131,15 @@ pub enum Command {
     /// said first. With the results comes fitted.toml, the scene with the fitted values.
     #[command(after_help = "Example: cascade fit records.csv chain.toml --free young=50GPa..90GPa")]
     Fit(Box<crate::fit::Fit>),
+    /// Find the chain that does most of what is wanted, or least.
+    ///
+    /// Keys of SCENE are searched within bounds, or among values, for the least or largest measure of its run, under limits
+    /// and with the tolerances of their making. As many random designs are run beside the search, and told if they win.
+    /// With the results comes design.toml, the scene found.
+    #[command(
+        after_help = "Example: cascade design dimer.toml --free stiffness_ratio=1..8 --minimize peak_force_last"
+    )]
+    Design(Box<crate::design::DesignArgs>),
     /// List fields and scenes to try the program on, or write one here.
     Examples(crate::examples::Examples),
     /// Print completions for a shell.

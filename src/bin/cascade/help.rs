@@ -16,7 +16,10 @@ const GROUPS: [(&str, &[&str]); 5] = [
         "Follow the energy of chains",
         &["budget", "triads", "compare"],
     ),
-    ("From measurements to designs", &["fit", "attenuate", "localize"]),
+    (
+        "From a measurement to a design",
+        &["fit", "design", "attenuate", "localize"],
+    ),
     (
         "Start, and tools",
         &["examples", "completions", "man", "help"],

@@ -13,6 +13,7 @@ mod chain_args;
 mod compare;
 mod convert;
 mod described;
+mod design;
 mod dispersion;
 mod effect;
 mod estimates;
@@ -100,6 +101,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sweep(typed) => sweep::run(*typed),
         Command::Scene(typed) => scene::run(typed),
         Command::Attenuate(typed) => attenuate::run(*typed),
+        Command::Design(typed) => design::run(*typed),
         Command::Localize(typed) => localize::run(*typed),
         Command::Fit(typed) => fit::run(*typed),
         Command::Examples(typed) => examples::run(typed),

@@ -1,0 +1,163 @@
+//! `cascade design`: the chain that does what is wanted.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use clap::builder::RangedU64ValueParser;
+use clap::{ArgGroup, Args, ValueEnum};
+use wavecascade::Error;
+use wavecascade::chain::scene::SceneSource;
+use wavecascade::design::{Aim, DesignRequest, Designed, Judge, Limit};
+use wavecascade::observer::Observer;
+use wavecascade::report::{Provenance, ResultDirectory, write_beside};
+use wavecascade::sheet::Describe;
+
+use crate::analyze::{named_after, use_threads};
+use crate::budget::command;
+use crate::chain_args::How;
+use crate::described::Described;
+use crate::estimates::subject_of;
+use crate::failure::Failure;
+use crate::figure_args::FigureArgs;
+use crate::progress::Progress;
+
+/// The scene with the values found, in the directory of the results.
+const SCENE: &str = "design.toml";
+
+/// What `cascade design` takes.
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("wanted").required(true).args(["minimize", "maximize"])))]
+pub struct DesignArgs {
+    /// File with the scene of the chain; its values are where the search starts.
+    pub scene: PathBuf,
+
+    /// A key of the scene to vary, with its bounds or values: angle=2..90, radius=5mm|10mm, coefficients[3]=0.2..5, all
+    /// entries of a list by coefficients[]=0.2..5. Several with commas between, or repeat it.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "KEY=LOW..HIGH",
+        required = true
+    )]
+    pub free: Vec<String>,
+
+    /// Make this measure of the run least: peak_force_last, peak_force_first, impulse_last, energy_passed_last,
+    /// energy_passed_share, energy_lost, force_above:2kHz (the share of the last contact's force above a frequency),
+    /// peak_force_last_time, total_mass.
+    #[arg(long, value_name = "MEASURE", value_parser = Aim::parse)]
+    pub minimize: Option<Aim>,
+
+    /// Make it largest.
+    #[arg(long, value_name = "MEASURE", value_parser = Aim::parse)]
+    pub maximize: Option<Aim>,
+
+    /// A limit of a measure, in the units of the scene, such as total_mass=0.5. May be repeated.
+    #[arg(long, value_name = "MEASURE=VALUE")]
+    pub at_most: Vec<String>,
+
+    /// How far a free key may be off when it is made: angle=2deg, coefficients=10%. The design is judged by random ones
+    /// that are off by up to this. May be repeated.
+    #[arg(long, value_name = "KEY=SPREAD")]
+    pub tolerance: Vec<String>,
+
+    /// By which of these designs it is judged.
+    #[arg(long, value_enum, default_value_t = JudgeArg::Worst, requires = "tolerance")]
+    pub judge: JudgeArg,
+
+    /// Number of these designs.
+    #[arg(long, value_name = "N", default_value_t = 20, requires = "tolerance",
+          value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
+    pub members: usize,
+
+    /// Designs that are tried, and as many random ones beside them [default: 60, or 100 and 60 for each of several keys].
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(10..=1_000_000))]
+    pub tries: Option<usize>,
+
+    /// Seed of the search.
+    #[arg(long, value_name = "SEED", default_value_t = 0)]
+    pub seed: u64,
+
+    /// Directory for the results; by default the scene's name with `-design`, here.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Replace an existing result.
+    #[arg(long)]
+    pub force: bool,
+
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    #[command(flatten)]
+    pub how: How,
+}
+
+/// [`Judge`] as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum JudgeArg {
+    Worst,
+    Mean,
+}
+
+impl DesignArgs {
+    /// The scene of the file, or of a text in its place.
+    pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
+        text.map_or_else(
+            || SceneSource::read(&self.scene),
+            |text| Ok(SceneSource::new(None, text)),
+        )
+    }
+
+    /// What is asked, and found.
+    pub fn find(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Designed, Error> {
+        let limits: Result<Vec<Limit>, Error> =
+            self.at_most.iter().map(|text| Limit::parse(text)).collect();
+        let aim = self
+            .minimize
+            .or(self.maximize)
+            .unwrap_or(Aim::PeakForceLast);
+        let request = DesignRequest {
+            is_most: self.maximize.is_some(),
+            limits: limits?,
+            tolerances: self.tolerance.clone(),
+            judge: match self.judge {
+                JudgeArg::Worst => Judge::Worst,
+                JudgeArg::Mean => Judge::Mean,
+            },
+            members: self.members,
+            tries: self.tries,
+            seed: self.seed,
+            ..DesignRequest::least(aim, self.free.clone())
+        };
+        request.run(scene, observer)
+    }
+}
+
+/// Runs the command.
+pub fn run(typed: DesignArgs) -> Result<(), Failure> {
+    let drawing = typed.figures.drawing()?;
+    use_threads(typed.how.threads.map(usize::from))?;
+    let out = typed.out.clone();
+    let out = out.unwrap_or_else(|| named_after(&typed.scene, "toml", "-design"));
+    let scene = typed.source(None)?;
+    let directory = ResultDirectory::create(&out, typed.force)?;
+    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
+    let found = typed.find(&scene, &progress)?;
+    progress.begin_writing();
+    let provenance = Provenance::new(command(), Some(typed.scene.display().to_string()), None);
+    let name = typed
+        .scene
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let sheet = found.describe();
+    let described = Described {
+        found: &found,
+        sheet: &sheet,
+        name: &name,
+        provenance: &provenance,
+    };
+    let beside = |path: &Path| write_beside(path, SCENE, found.scene.as_bytes()).map(|_| ());
+    let main = described.publish((directory, sheet.name), &drawing, &progress, beside)?;
+    let subject = subject_of(std::slice::from_ref(&typed.scene));
+    described.tell(&subject, &typed.how, Some(&main))
+}

@@ -1,0 +1,197 @@
+//! What a design is judged by: a measure of its run.
+
+use crate::chain::scene::Units;
+use crate::chain::{Record, Run};
+use crate::measure::{Frequency, Measure};
+use crate::sweep::Measures;
+use crate::transform::{RecordScratch, RecordTransform, fold};
+use crate::{Error, Result};
+
+/// A measure of a chain or its run, in the units of its scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Aim {
+    /// Largest force of the first contact, or of the last one, the wall's where there is one.
+    PeakForceFirst,
+    PeakForceLast,
+    /// `int F dt` of the last contact over the run.
+    ImpulseLast,
+    /// Energy passed through the last contact that joins two sites, or its share of the energy put in.
+    EnergyPassed,
+    EnergyPassedShare,
+    /// Energy taken out by losses.
+    EnergyLost,
+    /// Share of the energy of the last contact's force above a frequency, in cycles per unit of time.
+    ForceAbove(f64),
+    /// When the force of the last contact is largest.
+    PeakTime,
+    TotalMass,
+}
+
+/// Names without a value.
+const NAMED: [(&str, Aim); 8] = [
+    ("peak_force_first", Aim::PeakForceFirst),
+    ("peak_force_last", Aim::PeakForceLast),
+    ("impulse_last", Aim::ImpulseLast),
+    ("energy_passed_last", Aim::EnergyPassed),
+    ("energy_passed_share", Aim::EnergyPassedShare),
+    ("energy_lost", Aim::EnergyLost),
+    ("peak_force_last_time", Aim::PeakTime),
+    ("total_mass", Aim::TotalMass),
+];
+
+const ABOVE: &str = "force_above:";
+
+impl Aim {
+    /// From its name: a column of `sweep`, `impulse_last`, `energy_passed_share`, `total_mass`, or `force_above:2kHz`.
+    ///
+    /// # Errors
+    /// The names there are.
+    pub fn parse(text: &str) -> std::result::Result<Aim, String> {
+        let text = text.trim();
+        if let Some((_, aim)) = NAMED
+            .iter()
+            .find(|(name, _)| *name == text.replace('-', "_"))
+        {
+            return Ok(*aim);
+        }
+        let above = text.strip_prefix(ABOVE).map(Measure::<Frequency>::read);
+        match above {
+            Some(Ok(edge)) if edge.value > 0.0 => Ok(Aim::ForceAbove(edge.value)),
+            _ => {
+                let names: Vec<&str> = NAMED.iter().map(|(name, _)| *name).collect();
+                Err(format!(
+                    "expected {}, or {ABOVE}FREQUENCY",
+                    names.join(", ")
+                ))
+            }
+        }
+    }
+
+    /// Its name, as it is typed.
+    pub fn name(self) -> String {
+        match NAMED.iter().find(|(_, aim)| *aim == self) {
+            Some((name, _)) => (*name).into(),
+            None => match self {
+                Aim::ForceAbove(edge) => format!("{ABOVE}{edge}"),
+                _ => String::new(),
+            },
+        }
+    }
+
+    /// In words.
+    pub(super) fn words(self) -> String {
+        match self {
+            Aim::PeakForceFirst => "the largest force of the first contact".into(),
+            Aim::PeakForceLast => "the largest force of the last contact".into(),
+            Aim::ImpulseLast => "the impulse of the last contact".into(),
+            Aim::EnergyPassed => "the energy past the last contact".into(),
+            Aim::EnergyPassedShare => "the share of the energy past the last contact".into(),
+            Aim::EnergyLost => "the energy lost".into(),
+            Aim::ForceAbove(edge) => format!("the share of the last contact's force above {edge}"),
+            Aim::PeakTime => "the time of the largest force of the last contact".into(),
+            Aim::TotalMass => "the mass of all bodies".into(),
+        }
+    }
+
+    /// Its unit in a scene of these units; empty for none.
+    pub fn unit(self, units: Units) -> &'static str {
+        match (units, self) {
+            (Units::None, _) | (_, Aim::EnergyPassedShare | Aim::ForceAbove(_)) => "",
+            (_, Aim::PeakForceFirst | Aim::PeakForceLast) => "N",
+            (_, Aim::ImpulseLast) => "N s",
+            (_, Aim::EnergyPassed | Aim::EnergyLost) => "J",
+            (_, Aim::PeakTime) => "s",
+            (_, Aim::TotalMass) => "kg",
+        }
+    }
+
+    /// What a run must record.
+    pub(super) fn needs(self) -> Record {
+        Record {
+            displacement: true,
+            force: true,
+            energy: matches!(
+                self,
+                Aim::EnergyPassed | Aim::EnergyPassedShare | Aim::EnergyLost
+            ),
+        }
+    }
+
+    /// Its value; `None` where the run does not tell, such as a force that still rises.
+    pub(super) fn of_run(self, run: &Run) -> Option<f64> {
+        let measures = || Measures::of(run);
+        match self {
+            Aim::PeakForceFirst => measures().peak_force_first,
+            Aim::PeakForceLast => measures().peak_force_last,
+            Aim::ImpulseLast => Some(impulse(&force_of(run)?, run.time[1] - run.time[0])),
+            Aim::EnergyPassed => measures().energy_passed_last,
+            Aim::EnergyPassedShare => {
+                let found = measures();
+                Some(found.energy_passed_last? / found.energy_input?)
+            }
+            Aim::EnergyLost => measures().energy_lost,
+            Aim::ForceAbove(edge) => share_above(&force_of(run)?, run.time[1] - run.time[0], edge),
+            Aim::PeakTime => measures().peak_force_last_time,
+            Aim::TotalMass => Some(run.chain.mass.iter().sum()),
+        }
+    }
+}
+
+/// The force of the last contact at each sample.
+pub(super) fn force_of(run: &Run) -> Option<Vec<f64>> {
+    let force = run.force.as_ref()?;
+    let last = force.ncols().checked_sub(1)?;
+    Some(force.column(last).to_vec())
+}
+
+/// By the trapezoid rule.
+fn impulse(force: &[f64], dt: f64) -> f64 {
+    let ends = 0.5 * (force[0] + force[force.len() - 1]);
+    dt * (force.iter().sum::<f64>() - ends)
+}
+
+fn share_above(force: &[f64], dt: f64, edge: f64) -> Option<f64> {
+    let n = force.len();
+    let transform = RecordTransform::<f64>::new(&vec![1.0; n], n);
+    let mut scratch = RecordScratch::default();
+    let (spectrum, _) = transform.transform(std::iter::once(force), &mut scratch);
+    let energy = |m: usize| spectrum[m].norm_sqr() * fold(m, n);
+    let (mut above, mut all) = (0.0, 0.0);
+    for m in 0..=n / 2 {
+        all += energy(m);
+        if m as f64 > edge * n as f64 * dt {
+            above += energy(m);
+        }
+    }
+    (all > 0.0).then(|| above / all)
+}
+
+/// A measure that must not exceed a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limit {
+    pub aim: Aim,
+    pub most: f64,
+}
+
+impl Limit {
+    /// From `total_mass=0.5`, in the units of the scene.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for another form.
+    pub fn parse(text: &str) -> Result<Limit> {
+        let refuse = |expected: String| Error::Request {
+            option: "at-most",
+            expected,
+            found: text.to_owned(),
+        };
+        let form = || "MEASURE=VALUE, such as total_mass=0.5".to_owned();
+        let (name, value) = text.split_once('=').ok_or_else(|| refuse(form()))?;
+        let most: f64 = value.trim().parse().map_err(|_| refuse(form()))?;
+        if !most.is_finite() {
+            return Err(refuse(form()));
+        }
+        let aim = Aim::parse(name).map_err(refuse)?;
+        Ok(Limit { aim, most })
+    }
+}

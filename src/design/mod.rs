@@ -1,0 +1,415 @@
+//! The chain that does what is wanted: keys of a scene for which a measure of its run is least or largest.
+//!
+//! A single key is searched on a grid, whose best cell is narrowed by golden sections; several by descents along
+//! differences from the best of random points; with limits or lists of values by evolution. As many random designs are run
+//! beside it: a search that does not beat them has found nothing of its own.
+
+mod aim;
+mod search;
+mod sheet;
+mod space;
+
+use crate::chain::scene::SceneSource;
+use crate::chain::{Accuracy, Run, Simulation, run_each};
+use crate::observer::{CancelOnly, Observer};
+use crate::{Error, Result};
+
+pub use aim::{Aim, Limit};
+use search::Evaluate;
+use space::{Free, Space, Tolerance};
+
+/// Local error of the runs of a search, over the speed of the motion.
+const LOCAL_ERROR: f64 = 1e-8;
+/// What a design loses that exceeds a limit by all of it, over the size of the measure.
+const PENALTY: f64 = 10.0;
+
+/// By which of its members a design with tolerances is judged.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Judge {
+    #[default]
+    Worst,
+    Mean,
+}
+
+/// What is designed, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignRequest {
+    /// Free keys with bounds or values: `angle=2..90`, `radius=5mm|10mm`, `coefficients[]=0.2..5`.
+    pub free: Vec<String>,
+    pub aim: Aim,
+    /// Whether the largest value is wanted.
+    pub is_most: bool,
+    pub limits: Vec<Limit>,
+    /// Spreads of free keys: `angle=2deg`, `coefficients=10%`.
+    pub tolerances: Vec<String>,
+    pub judge: Judge,
+    /// Designs off the nominal one, within the tolerances.
+    pub members: usize,
+    /// Designs that are tried; by default 60, or 100 and 60 for each of several keys.
+    pub tries: Option<usize>,
+    pub seed: u64,
+}
+
+impl DesignRequest {
+    /// Makes a measure least, with all else as it is by default.
+    pub fn least(aim: Aim, free: impl IntoIterator<Item = impl Into<String>>) -> DesignRequest {
+        DesignRequest {
+            free: free.into_iter().map(Into::into).collect(),
+            aim,
+            is_most: false,
+            limits: Vec::new(),
+            tolerances: Vec::new(),
+            judge: Judge::default(),
+            members: 20,
+            tries: None,
+            seed: 0,
+        }
+    }
+}
+
+/// A design and how it does.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Design {
+    /// One for each free key.
+    pub values: Vec<f64>,
+    /// The measure of the nominal design; `None` where its run does not tell.
+    pub measure: Option<f64>,
+    /// That of each design within the tolerances; empty without.
+    pub members: Vec<f64>,
+    /// Force of the last contact.
+    pub time: Vec<f64>,
+    pub force: Vec<f64>,
+    /// Of the velocities of its run, relative to their scale.
+    pub error: Option<f64>,
+}
+
+/// A free key as it was searched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignKey {
+    pub name: String,
+    pub unit: String,
+    pub bounds: [f64; 2],
+    /// Number of values of a list; 0 for all between the bounds.
+    pub listed: usize,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Designed {
+    pub request: DesignRequest,
+    pub keys: Vec<DesignKey>,
+    /// With the scene's own values.
+    pub before: Design,
+    pub after: Design,
+    /// Judged values of the best design after so many tries, by search and by random tries; NaN before one is known.
+    pub search: Vec<f64>,
+    pub random: Vec<f64>,
+    /// Judged values of the scene and of the result.
+    pub judged: [f64; 2],
+    /// Whether a random try is the result.
+    pub is_random: bool,
+    /// Tries whose run did not tell, and those beyond a limit.
+    pub untold: usize,
+    pub beyond: usize,
+    pub method: &'static str,
+    pub units: crate::chain::scene::Units,
+    /// The scene with the values found.
+    pub scene: String,
+}
+
+impl DesignRequest {
+    /// Searches the design.
+    ///
+    /// Runs use all threads of the current pool; the result does not depend on their number.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for keys that cannot be searched, limits that the scene exceeds, a measure that the
+    /// scene's own run does not tell; [`Error::Scene`]; [`Error::Cancelled`].
+    pub fn run(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Designed> {
+        let mut free = Vec::new();
+        for text in &self.free {
+            free.extend(Free::all_of(text, scene)?);
+        }
+        if free.is_empty() {
+            return Err(refuse("free", "keys of the scene with bounds", "none"));
+        }
+        let tolerances: Result<Vec<Tolerance>> = self
+            .tolerances
+            .iter()
+            .map(|text| Tolerance::parse(text, &free))
+            .collect();
+        let space = Space::new(free, &tolerances?, self.members, self.seed);
+        let units = scene.setup().map_err(|error| scene.locate(error))?.units;
+        let mut trial = Trial {
+            request: self,
+            scene,
+            space: &space,
+            observer,
+            size: 0.0,
+            best: None,
+            course: Vec::new(),
+            untold: 0,
+            beyond: 0,
+        };
+        let dimensions = space.free.len();
+        let tries = self.tries.unwrap_or(match dimensions {
+            1 => 60,
+            n => 100 + 60 * n,
+        });
+        observer.stage("designs", 2 * (tries * space.members()) as u64);
+        let start = space.start();
+        let begun = trial.judged(&[start.clone()])?[0];
+        let first = trial.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
+        if !begun.is_finite() {
+            let (option, expected) = match self.is_most {
+                true => ("maximize", "a scene whose run tells the measure"),
+                false => ("minimize", "a scene whose run tells the measure"),
+            };
+            return Err(refuse(
+                option,
+                expected,
+                "none: a later end_time or more samples may show it",
+            ));
+        }
+        let listed: Vec<usize> = space.free.iter().map(Free::listed).collect();
+        // Descents stop at limits, evolution goes along them.
+        let is_smooth = self.limits.is_empty() && listed.iter().all(|count| *count == 0);
+        let is_single = dimensions == 1 && listed[0] == 0;
+        let mut evaluate = |points: &[Vec<f64>]| trial.judged(points);
+        let search: Evaluate = &mut evaluate;
+        match is_single {
+            true => search::bracket(tries, search)?,
+            false if is_smooth => search::descend(&start, tries, self.seed, search)?,
+            false => search::evolve(&start, &listed, tries, self.seed, search)?,
+        }
+        let (searched, course) = trial.restart();
+        search::random(dimensions, tries, self.seed, &mut |points| {
+            trial.judged(points)
+        })?;
+        let (untold, beyond) = (trial.untold, trial.beyond);
+        let (tried, random) = trial.restart();
+        let value = |found: &Option<(f64, Vec<f64>)>| found.as_ref().map_or(f64::INFINITY, |f| f.0);
+        let is_random = value(&tried) < value(&searched);
+        let Some((best, point)) = (if is_random { tried } else { searched }) else {
+            return Err(refuse(
+                "free",
+                "keys for which a run tells the measure",
+                "none among all tries",
+            ));
+        };
+        let sign = |value: f64| match (value.is_infinite(), self.is_most) {
+            (true, _) => f64::NAN,
+            (false, true) => -value,
+            (false, false) => value,
+        };
+        let [before, after] =
+            [&start, &point].map(|point| self.shown(scene, &space, point, observer));
+        let (before, after) = (before?, after?);
+        let keys = space.free.iter().map(|free| DesignKey {
+            name: free.key.name.clone(),
+            unit: free.key.unit.clone(),
+            bounds: free.key.bounds,
+            listed: free.listed(),
+        });
+        Ok(Designed {
+            keys: keys.collect(),
+            search: course.into_iter().map(sign).collect(),
+            random: random.into_iter().map(sign).collect(),
+            judged: [first, best].map(sign),
+            is_random,
+            untold,
+            beyond,
+            method: match (is_single, is_smooth) {
+                (true, _) => "grid and golden sections",
+                (false, true) => "descents by differences (BFGS)",
+                (false, false) => "evolution",
+            },
+            units,
+            scene: scene.with(space.settings(&after.values, 0)).whole_text()?,
+            before,
+            after,
+            request: self.clone(),
+        })
+    }
+
+    /// A design with the accuracy of its scene, and its members.
+    fn shown(
+        &self,
+        scene: &SceneSource,
+        space: &Space,
+        point: &[f64],
+        observer: &dyn Observer,
+    ) -> Result<Design> {
+        let values = space.values(point);
+        let mut simulation = scene.with(space.settings(&values, 0)).setup()?.simulation;
+        simulation.record = self.aim.needs();
+        let run = simulation.run(&CancelOnly(observer))?;
+        let mut members = vec![None; space.members() - 1];
+        let simulations: Vec<Simulation> = (1..space.members())
+            .filter_map(|member| {
+                Some(
+                    self.quick(
+                        scene
+                            .with(space.settings(&values, member))
+                            .setup()
+                            .ok()?
+                            .simulation,
+                    ),
+                )
+            })
+            .collect();
+        let slots = std::sync::Mutex::new(&mut members);
+        run_each(&simulations, &CancelOnly(observer), &|i, run| {
+            let measure = run.ok().and_then(|run| self.aim.of_run(&run));
+            if let (Ok(mut slots), Some(slot)) = (slots.lock(), measure) {
+                slots[i] = Some(slot);
+            }
+        });
+        Ok(Design {
+            values,
+            measure: self.aim.of_run(&run),
+            members: members.into_iter().flatten().collect(),
+            time: run.time.to_vec(),
+            force: aim::force_of(&run).unwrap_or_default(),
+            error: run.report.error,
+        })
+    }
+
+    /// As accurate as a search needs.
+    fn quick(&self, mut simulation: Simulation) -> Simulation {
+        simulation.record = self.aim.needs();
+        simulation.estimate_error = false;
+        if let Accuracy::Tolerance(_) = simulation.accuracy {
+            simulation.accuracy = Accuracy::LocalError(LOCAL_ERROR);
+        }
+        simulation
+    }
+
+    /// Smaller is better.
+    fn signed(&self, measure: f64) -> f64 {
+        if self.is_most { -measure } else { measure }
+    }
+
+    /// What counts of a design by its members; infinite if one does not tell.
+    fn counted(&self, members: &[Option<f64>]) -> f64 {
+        let known: Option<Vec<f64>> = members.iter().map(|m| m.map(|m| self.signed(m))).collect();
+        match (known, self.judge) {
+            (None, _) => f64::INFINITY,
+            (Some(all), Judge::Worst) => all.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            (Some(all), Judge::Mean) => all.iter().sum::<f64>() / all.len() as f64,
+        }
+    }
+
+    /// By how much limits are exceeded, relative to them.
+    fn excess(&self, known: impl Fn(Aim) -> Option<f64>) -> f64 {
+        let over = self.limits.iter().filter_map(|limit| {
+            let over = (known(limit.aim)? - limit.most) / limit.most.abs().max(f64::MIN_POSITIVE);
+            (over > 0.0).then_some(over)
+        });
+        over.sum()
+    }
+}
+
+/// What one run tells: the measure, and by how much it exceeds limits.
+type Told = (Option<f64>, f64);
+
+/// Designs that are tried.
+struct Trial<'a> {
+    request: &'a DesignRequest,
+    scene: &'a SceneSource,
+    space: &'a Space,
+    observer: &'a dyn Observer,
+    /// Of the first measure.
+    size: f64,
+    best: Option<(f64, Vec<f64>)>,
+    /// The best so far after each try.
+    course: Vec<f64>,
+    untold: usize,
+    beyond: usize,
+}
+
+impl Trial<'_> {
+    /// Judged values of designs, smaller ones better: larger by a penalty where a limit is exceeded, infinite where a run
+    /// does not tell.
+    fn judged(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>> {
+        let members = self.space.members();
+        let mut told: Vec<Told> = vec![(None, 0.0); points.len() * members];
+        let mut simulations = Vec::new();
+        let mut places = Vec::new();
+        for (i, point) in points.iter().enumerate() {
+            let values = self.space.values(point);
+            for member in 0..members {
+                let settings = self.space.settings(&values, member);
+                let Ok(setup) = self.scene.with(settings).setup() else {
+                    continue;
+                };
+                let place = i * members + member;
+                simulations.push(self.request.quick(setup.simulation));
+                places.push(place);
+            }
+        }
+        self.run(&simulations, &places, &mut told)?;
+        let values = told.chunks(members).zip(points).map(|(told, point)| {
+            let (value, excess) = self.value(told);
+            let best = self.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
+            if excess == 0.0 && value < best {
+                self.best = Some((value, point.clone()));
+            }
+            self.course
+                .push(if excess == 0.0 { value.min(best) } else { best });
+            value + PENALTY * self.size * excess
+        });
+        Ok(values.collect())
+    }
+
+    fn run(&self, simulations: &[Simulation], places: &[usize], told: &mut [Told]) -> Result<()> {
+        let slots = std::sync::Mutex::new(told);
+        let request = self.request;
+        run_each(simulations, &CancelOnly(self.observer), &|i,
+                                                            run: Result<
+            Run,
+        >| {
+            let found = run.ok().map(|run| {
+                (
+                    request.aim.of_run(&run),
+                    request.excess(|aim| aim.of_run(&run)),
+                )
+            });
+            if let (Ok(mut slots), Some(found)) = (slots.lock(), found) {
+                slots[places[i]] = found;
+            }
+            self.observer.advance(1);
+        });
+        match self.observer.cancelled() {
+            true => Err(Error::Cancelled),
+            false => Ok(()),
+        }
+    }
+
+    /// The value of a design, and by how much it exceeds limits.
+    fn value(&mut self, told: &[Told]) -> (f64, f64) {
+        let excess: f64 = told.iter().map(|(_, excess)| excess).sum();
+        let members: Vec<Option<f64>> = told.iter().map(|(measure, _)| *measure).collect();
+        let value = self.request.counted(&members);
+        if self.size == 0.0 && value.is_finite() {
+            self.size = value.abs();
+        }
+        self.untold += usize::from(!value.is_finite());
+        self.beyond += usize::from(excess > 0.0);
+        (value, excess)
+    }
+
+    /// The best design and the course up to here; begins anew.
+    fn restart(&mut self) -> (Option<(f64, Vec<f64>)>, Vec<f64>) {
+        (self.best.take(), std::mem::take(&mut self.course))
+    }
+}
+
+fn refuse(option: &'static str, expected: &str, found: &str) -> Error {
+    Error::Request {
+        option,
+        expected: expected.to_owned(),
+        found: found.to_owned(),
+    }
+}

@@ -1,0 +1,420 @@
+//! What a design says: by how much the measure has changed, against random tries, and the values.
+
+use serde_json::json;
+
+use super::{Design, Designed, Judge};
+use crate::chain::scene::Units;
+use crate::sheet::{
+    BLUE, Chart, Describe, GREEN, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number,
+    percent,
+};
+use crate::unit::label;
+
+/// Keys that the terminal names.
+const NAMED: usize = 4;
+/// Part of the tries at the end, in which a search that has settled gains less than a share.
+const LAST: f64 = 0.2;
+const SETTLED: f64 = 0.01;
+/// Gains below this share are none.
+const LEAST_GAIN: f64 = 1e-6;
+
+const DEFINITIONS: [[&str; 2]; 2] = [
+    [
+        "random tries",
+        "As many designs, drawn evenly within the bounds: what a search must beat.",
+    ],
+    [
+        "judged value",
+        "Without tolerances the measure; with them that of the worst design within, or their mean, as asked.",
+    ],
+];
+
+impl Describe for Designed {
+    fn describe(&self) -> Sheet<'_> {
+        let mut sheet = Sheet {
+            name: "design",
+            version: 1,
+            title: "Designed chain".into(),
+            about: format!(
+                "{} made {} by {} keys, in {} tries by {} and as many at random",
+                self.request.aim.words(),
+                if self.request.is_most {
+                    "largest"
+                } else {
+                    "least"
+                },
+                self.keys.len(),
+                self.search.len() - 1,
+                self.method
+            ),
+            answer: self.answer(),
+            tables: vec![self.table()],
+            definitions: DEFINITIONS.to_vec(),
+            ..Sheet::default()
+        };
+        let unit = self.unit();
+        let with_unit = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
+        sheet.fact(
+            "search",
+            format!(
+                "{}: {}; random tries {}",
+                self.method,
+                with_unit(last(&self.search)),
+                with_unit(last(&self.random))
+            ),
+        );
+        if !self.after.members.is_empty() {
+            sheet.fact(
+                "tolerances",
+                format!("{}; before {}", spread(&self.after), spread(&self.before)),
+            );
+        }
+        let at_bounds: Vec<&str> = self.at_bounds().collect();
+        if !at_bounds.is_empty() {
+            let all = at_bounds
+                .iter()
+                .take(NAMED)
+                .copied()
+                .collect::<Vec<_>>()
+                .join(", ");
+            let more = at_bounds.len().saturating_sub(NAMED);
+            let more = if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            };
+            sheet.fact(
+                "at bounds",
+                format!("{all}{more}: wider ones may do better"),
+            );
+        }
+        self.warnings(&mut sheet);
+        sheet.numbers(json!({
+            "measure": self.request.aim.name(),
+            "wanted": if self.request.is_most { "largest" } else { "least" },
+            "unit": unit,
+            "before": self.before.measure,
+            "after": self.after.measure,
+            "judged_before": self.judged[0],
+            "judged_after": self.judged[1],
+            "random": last(&self.random),
+            "found_by": if self.is_random { "random tries" } else { "search" },
+            "method": self.method,
+            "tries": self.search.len() - 1,
+            "untold": self.untold,
+            "beyond_limits": self.beyond,
+            "judge": (!self.after.members.is_empty()).then_some(self.request.judge),
+            "values": self.keys.iter().zip(self.before.values.iter().zip(&self.after.values)).map(|(key, (before, after))| json!({
+                "name": key.name, "unit": key.unit, "before": before, "after": after,
+                "low": key.bounds[0], "high": key.bounds[1],
+            })).collect::<Vec<_>>(),
+            "scene": self.scene,
+        }));
+        let tries: Vec<f64> = (0..self.search.len()).map(|i| i as f64).collect();
+        sheet.line("try", "try", "", tries);
+        sheet.line("search", "try", unit, &self.search[..]);
+        sheet.line("random", "random_try", unit, &self.random[..]);
+        for (name, design) in [("before", &self.before), ("after", &self.after)] {
+            let (time, force) = self.pulse_units();
+            sheet.line(
+                &format!("time_{name}"),
+                &format!("time_{name}"),
+                time,
+                &design.time[..],
+            );
+            sheet.line(
+                &format!("force_{name}"),
+                &format!("time_{name}"),
+                force,
+                &design.force[..],
+            );
+            sheet.line(&format!("value_{name}"), "key", "", &design.values[..]);
+            if !design.members.is_empty() {
+                sheet.line(
+                    &format!("members_{name}"),
+                    "member",
+                    unit,
+                    &design.members[..],
+                );
+            }
+        }
+        sheet
+    }
+
+    /// The course of the search; the pulse before and after; values within their bounds; members in order.
+    fn pictures(&self) -> Vec<PlotRow> {
+        let mut charts = vec![self.course(), self.pulses()];
+        if self.keys.len() > 1 {
+            charts.push(self.values_chart());
+        }
+        if !self.after.members.is_empty() {
+            charts.push(self.members_chart());
+        }
+        PlotRow::grid(2, charts)
+    }
+}
+
+fn last(course: &[f64]) -> f64 {
+    course.last().copied().unwrap_or(f64::NAN)
+}
+
+/// Ends and median of the members.
+fn spread(design: &Design) -> String {
+    let sorted = sorted(design);
+    let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize];
+    format!(
+        "{} to {}, median {}",
+        number(at(0.0)),
+        number(at(1.0)),
+        number(at(0.5))
+    )
+}
+
+fn sorted(design: &Design) -> Vec<f64> {
+    let mut sorted = design.members.clone();
+    sorted.sort_by(f64::total_cmp);
+    sorted
+}
+
+impl Designed {
+    fn unit(&self) -> &'static str {
+        self.request.aim.unit(self.units)
+    }
+
+    fn pulse_units(&self) -> (&'static str, &'static str) {
+        match self.units {
+            Units::Si => ("s", "N"),
+            Units::None => ("", ""),
+        }
+    }
+
+    /// Relative change of the judged value.
+    fn change(&self) -> f64 {
+        let [before, after] = self.judged;
+        (after - before) / before.abs()
+    }
+
+    fn answer(&self) -> String {
+        let [before, after] = self.judged;
+        let what = match (self.after.members.is_empty(), self.request.judge) {
+            (true, _) => self.request.aim.words(),
+            (false, Judge::Worst) => format!("the worst of {}", self.request.aim.words()),
+            (false, Judge::Mean) => format!("the mean of {}", self.request.aim.words()),
+        };
+        let unit = if self.unit().is_empty() {
+            String::new()
+        } else {
+            format!(" {}", self.unit())
+        };
+        if !before.is_nan() && !(self.change().abs() > LEAST_GAIN) {
+            return format!(
+                "no design does better than the scene: {what} stays {}{unit}",
+                number(before)
+            );
+        }
+        let change = match before.is_nan() || before == 0.0 {
+            true => "the scene exceeds a limit".to_owned(),
+            false => format!(
+                "{} {}",
+                percent(self.change().abs()),
+                if after < before { "less" } else { "more" }
+            ),
+        };
+        let verb = if after < before || before.is_nan() {
+            "falls"
+        } else {
+            "rises"
+        };
+        let found = match self.is_random {
+            true => "a random try found it, the search did not".to_owned(),
+            false => format!(
+                "as many random tries reach {}{unit}",
+                number(last(&self.random))
+            ),
+        };
+        format!(
+            "{what} {verb} from {} to {}{unit}, {change}; {found}",
+            number(before),
+            number(after)
+        )
+    }
+
+    fn at_bounds(&self) -> impl Iterator<Item = &str> {
+        let keys = self
+            .keys
+            .iter()
+            .zip(&self.after.values)
+            .filter(|(key, value)| {
+                let width = key.bounds[1] - key.bounds[0];
+                key.listed == 0
+                    && key
+                        .bounds
+                        .iter()
+                        .any(|end| (*value - end).abs() < 1e-3 * width)
+            });
+        keys.map(|(key, _)| key.name.as_str())
+    }
+
+    fn warnings(&self, sheet: &mut Sheet) {
+        let n = self.search.len();
+        let begin = self.search[((1.0 - LAST) * n as f64) as usize];
+        let gained = (begin - last(&self.search)).abs();
+        if !self.is_random && self.keys.len() > 1 && gained > SETTLED * last(&self.search).abs() {
+            sheet.warn(
+                format!(
+                    "the search still gains {} in its last fifth",
+                    percent(gained / last(&self.search).abs())
+                ),
+                "allow more `--tries`",
+            );
+        }
+        if self.is_random {
+            sheet.warn(
+                "random tries found a better design than the search",
+                "allow more `--tries`, or narrow the bounds",
+            );
+        }
+        if self.untold > 0 {
+            sheet.warn(
+                format!("the runs of {} tries do not tell the measure", self.untold),
+                "a later `end_time` or more `samples` may show it",
+            );
+        }
+        if self.after.error.is_some_and(|error| error > 0.01) {
+            sheet.warn(
+                "the chain found amplifies rounding: its run is not the only one",
+                "judge it by `cascade sweep --members`",
+            );
+        }
+    }
+
+    fn table(&self) -> Table {
+        let rows = self
+            .keys
+            .iter()
+            .zip(self.before.values.iter().zip(&self.after.values));
+        let rows = rows.map(|(key, (before, after))| {
+            let [low, high] = key.bounds.map(number);
+            let bounds = match key.listed {
+                0 => format!("{low} to {high}"),
+                n => format!("{n} values, {low} to {high}"),
+            };
+            vec![
+                label(&key.name, &key.unit),
+                number(*before),
+                number(*after),
+                bounds,
+            ]
+        });
+        Table {
+            title: "Values".into(),
+            head: ["key", "scene", "design", "bounds"]
+                .map(str::to_owned)
+                .to_vec(),
+            rows: rows.collect(),
+            is_fact: self.keys.len() <= NAMED,
+        }
+    }
+
+    fn course(&self) -> Chart {
+        let points = |course: &[f64]| {
+            course
+                .iter()
+                .enumerate()
+                .map(|(i, v)| (i as f64, *v))
+                .collect()
+        };
+        let mut chart = Chart::of(
+            "Best so far",
+            "tries",
+            label(&self.request.aim.name().replace('_', " "), self.unit()),
+            vec![
+                Series::line("search", BLUE, points(&self.search)),
+                Series::line("random", VERMILLION, points(&self.random)).with(Look::Dashed),
+            ],
+        );
+        if self.judged[0].is_finite() {
+            let top = chart.y.end.max(1.05 * self.judged[0]);
+            chart.y.end = top;
+            chart.levels.push(Level {
+                at: self.judged[0],
+                label: "scene".into(),
+            });
+        }
+        chart
+    }
+
+    fn pulses(&self) -> Chart {
+        let (time, force) = self.pulse_units();
+        Chart::of(
+            "Force of the last contact",
+            label("time", time),
+            label("force", force),
+            vec![
+                Series::of("scene", VERMILLION, &self.before.time, &self.before.force)
+                    .with(Look::Dashed),
+                Series::of("design", BLUE, &self.after.time, &self.after.force),
+            ],
+        )
+    }
+
+    /// Values along a list that is free as a whole; of different keys, their places between the bounds.
+    fn values_chart(&self) -> Chart {
+        let base = |name: &str| name.split('[').next().unwrap_or_default().to_owned();
+        let first = base(&self.keys[0].name);
+        let is_one = self
+            .keys
+            .iter()
+            .all(|key| base(&key.name) == first && key.unit == self.keys[0].unit);
+        let of = |values: &[f64]| -> Vec<(f64, f64)> {
+            let values = values.iter().zip(&self.keys).enumerate();
+            let values = values.map(|(i, (value, key))| match is_one {
+                true => (i as f64, *value),
+                false => (
+                    i as f64,
+                    (value - key.bounds[0]) / (key.bounds[1] - key.bounds[0]),
+                ),
+            });
+            values.collect()
+        };
+        let ordinate = match is_one {
+            true => label(&first.replace('_', " "), &self.keys[0].unit),
+            false => "share of the way from bound to bound".into(),
+        };
+        let abscissa = if is_one {
+            "entry"
+        } else {
+            "key, by its row in the table"
+        };
+        Chart::of(
+            "Values",
+            abscissa,
+            ordinate,
+            vec![
+                Series::line("scene", VERMILLION, of(&self.before.values)).with(Look::Dashed),
+                Series::line("design", BLUE, of(&self.after.values)),
+            ],
+        )
+    }
+
+    fn members_chart(&self) -> Chart {
+        let of = |design: &Design| -> Vec<(f64, f64)> {
+            let sorted = sorted(design);
+            let n = sorted.len() as f64;
+            sorted
+                .iter()
+                .enumerate()
+                .map(|(i, v)| (100.0 * (i as f64 + 0.5) / n, *v))
+                .collect()
+        };
+        Chart::of(
+            "Within the tolerances, in order",
+            "share of members (%)",
+            label(&self.request.aim.name().replace('_', " "), self.unit()),
+            vec![
+                Series::line("scene", VERMILLION, of(&self.before)).with(Look::Dashed),
+                Series::line("design", GREEN, of(&self.after)),
+            ],
+        )
+    }
+}

@@ -1,0 +1,71 @@
+//! `cascade design`: files, what is printed, and what is refused.
+
+use std::fs;
+
+use test_support::place::Place;
+
+#[test]
+fn a_design_is_written_and_replaced() {
+    let place = Place::new();
+    let text = "sites = 6\ncoefficients = [1, 1, 1, 1, 1, 1]\nend_time = 30.0\nsamples = 256\n";
+    fs::write(place.path("chain.toml"), text).unwrap();
+    let design =
+        "design chain.toml --free coefficients[]=0.2..5 --minimize peak_force_last --tries 300";
+    let said = place.says(design);
+    assert!(
+        said.contains("the largest force of the last contact falls from 1."),
+        "{said}"
+    );
+    assert!(
+        said.contains("random tries reach") && said.lines().count() <= 12,
+        "{said}"
+    );
+    for name in [
+        "summary.json",
+        "design.npz",
+        "design.toml",
+        "report.html",
+        "figures/design.png",
+    ] {
+        assert!(place.path("chain-design").join(name).exists(), "{name}");
+    }
+    let found: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(place.path("chain-design/summary.json")).unwrap())
+            .unwrap();
+    assert_eq!(found["schema"], "cascade.design/1");
+    // The scene found does what is said of it.
+    place.says("sweep chain-design/design.toml --vary seed=1,2 --out again -q");
+    let table = fs::read_to_string(place.path("again/table.csv")).unwrap();
+    let (head, row) = (table.lines().next().unwrap(), table.lines().nth(1).unwrap());
+    let column = head
+        .split(',')
+        .position(|name| name.starts_with("peak_force_last"))
+        .unwrap();
+    let force: f64 = row.split(',').nth(column).unwrap().parse().unwrap();
+    let after = found["after"].as_f64().unwrap();
+    assert!((force - after).abs() < 1e-6 * after, "{force} {after}");
+
+    place.refuses(2, design);
+    place.says(&format!("{design} --force -q"));
+    for (typed, part) in [
+        (
+            "design chain.toml --free coefficients[]=0.2..5",
+            "--minimize",
+        ),
+        (
+            "design chain.toml --free coefficients[]=0.2..5 --minimize force",
+            "peak_force_last",
+        ),
+        (
+            "design chain.toml --free coefficients[0] --minimize peak_force_last",
+            "--free",
+        ),
+        (
+            "design chain.toml --free angle=2..90 --minimize peak_force_last --force",
+            "angle",
+        ),
+    ] {
+        let said = place.refuses(2, typed);
+        assert!(said.contains(part), "{typed}: {said}");
+    }
+}
