@@ -259,6 +259,12 @@ impl Fitted {
             format!("{} of the records' squares", percent(self.explained)),
         );
         sheet.fact("noise", noise);
+        let text = format!(
+            "{} of {} end in this minimum",
+            self.agreeing(),
+            self.searches.len()
+        );
+        sheet.fact("searches", format!("{text}; {} runs", self.runs));
         let by_body: Vec<f64> = self.by_site();
         sheet.facts.push(crate::sheet::Fact {
             profile: by_body.clone(),
@@ -274,12 +280,6 @@ impl Fitted {
                 .to_owned(),
             )
         });
-        let text = format!(
-            "{} of {} end in this minimum",
-            self.agreeing(),
-            self.searches.len()
-        );
-        sheet.fact("searches", format!("{text}; {} runs", self.runs));
         sheet.detail(
             "error of runs",
             format!("{} of the records", error_size(self.run_error)),
@@ -488,6 +488,13 @@ impl Fitted {
         .logarithmic()
     }
 
+    /// Names of the values with their numbers on an axis.
+    fn numbered(&self) -> String {
+        let names = self.values.iter().enumerate();
+        let names: Vec<String> = names.map(|(k, v)| format!("{k} {}", v.name)).collect();
+        names.join(", ")
+    }
+
     /// Intervals over values.
     fn interval_chart(&self) -> Chart {
         let known = self
@@ -503,28 +510,21 @@ impl Fitted {
                 )
             })
             .unzip();
+        let widest = errors.iter().copied().fold(1e-9, f64::max);
         let series = Series {
             errors,
             ..Series::line("", BLUE, points)
                 .with(Look::Dots)
                 .marked(Marker::Circle)
         };
-        let names: Vec<String> = self
-            .values
-            .iter()
-            .enumerate()
-            .map(|(k, v)| format!("{k} {}", v.name))
-            .collect();
         Chart {
             x: -0.5..self.values.len() as f64 - 0.5,
-            levels: vec![Level {
-                at: 100.0,
-                label: String::new(),
-            }],
+            y: -1.3 * widest..1.3 * widest,
+            levels: vec![Level::zero()],
             ..Chart::of(
                 "95 % intervals",
-                names.join(", "),
-                "interval over value (%)",
+                self.numbered(),
+                "off the value (%)",
                 vec![series],
             )
         }
@@ -534,15 +534,9 @@ impl Fitted {
         let count = self.values.len();
         let centres: Vec<f64> = (0..count).map(|k| k as f64).collect();
         let (low, high) = edges(&centres);
-        let names: Vec<String> = self
-            .values
-            .iter()
-            .enumerate()
-            .map(|(k, v)| format!("{k} {}", v.name))
-            .collect();
         HeatChart {
             title: "correlation of the values".into(),
-            x_label: names.join(", "),
+            x_label: self.numbered(),
             y_label: "value".into(),
             label: "correlation".into(),
             x: low..high,

@@ -75,11 +75,22 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
         }
         let mut accepted = None;
         for _ in 0..MOST_TRIES {
-            let change = damped(&matrix, &gradient, &scale, &held, damping);
+            let room: Vec<[f64; 2]> = (0..at.len())
+                .map(|k| match held[k] {
+                    true => [0.0; 2],
+                    false => bounds[k].map(|end| end - at[k]),
+                })
+                .collect();
+            let (change, is_cut) = bounded((&matrix, &gradient), &scale, damping, &room);
             let next: Vec<f64> = (0..at.len()).map(|k| clamp(at[k] + change[k], k)).collect();
             let moved: Vec<f64> = next.iter().zip(&at).map(|(a, b)| a - b).collect();
             let predicted = predicted(&matrix, &gradient, &moved);
             let enough = ENOUGH * squares / residual.len().max(1) as f64;
+            if predicted <= enough && is_cut && squares > problem.floor() {
+                damping *= growth;
+                growth *= 2.0;
+                continue;
+            }
             if predicted <= enough || squares <= problem.floor() {
                 return Ok(Minimum {
                     at,
@@ -153,29 +164,52 @@ fn predicted(matrix: &[Vec<f64>], gradient: &[f64], step: &[f64]) -> f64 {
     2.0 * dot(gradient, step) - bent
 }
 
-fn damped(
-    matrix: &[Vec<f64>],
-    gradient: &[f64],
+/// The damped step within the room of each coordinate, and whether it was cut: coordinates that it would take further
+/// go to the end of their room, and the others follow.
+fn bounded(
+    (matrix, gradient): (&[Vec<f64>], &[f64]),
     scale: &[f64],
-    held: &[bool],
     damping: f64,
+    room: &[[f64; 2]],
+) -> (Vec<f64>, bool) {
+    let is_held = |ends: &[f64; 2]| ends[0] == ends[1];
+    let mut fixed: Vec<Option<f64>> = room.iter().map(|r| is_held(r).then_some(0.0)).collect();
+    let mut is_cut = false;
+    loop {
+        let change = damped((matrix, gradient), scale, damping, &fixed);
+        let beyond =
+            |k: &usize| fixed[*k].is_none() && !(room[*k][0]..=room[*k][1]).contains(&change[*k]);
+        let Some(k) = (0..change.len()).find(beyond) else {
+            return (change, is_cut);
+        };
+        is_cut = true;
+        fixed[k] = Some(change[k].clamp(room[k][0], room[k][1]));
+    }
+}
+
+fn damped(
+    (matrix, gradient): (&[Vec<f64>], &[f64]),
+    scale: &[f64],
+    damping: f64,
+    fixed: &[Option<f64>],
 ) -> Vec<f64> {
-    let free: Vec<usize> = (0..gradient.len()).filter(|k| !held[*k]).collect();
-    let rows: Vec<Vec<f64>> = free
+    let mut change: Vec<f64> = fixed.iter().map(|f| f.unwrap_or(0.0)).collect();
+    let free: Vec<usize> = (0..change.len()).filter(|k| fixed[*k].is_none()).collect();
+    let row = |&i: &usize| {
+        let entry = |&j: &usize| match i == j {
+            true => matrix[i][i] + (damping * scale[i]).max(f64::MIN_POSITIVE),
+            false => matrix[i][j],
+        };
+        free.iter().map(entry).collect()
+    };
+    let rows: Vec<Vec<f64>> = free.iter().map(row).collect();
+    let right: Vec<f64> = free
         .iter()
-        .map(|&i| {
-            let entry = |&j: &usize| match i == j {
-                true => matrix[i][i] + (damping * scale[i]).max(f64::MIN_POSITIVE),
-                false => matrix[i][j],
-            };
-            free.iter().map(entry).collect()
-        })
+        .map(|&i| gradient[i] - dot(&matrix[i], &change))
         .collect();
-    let right: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
-    let solved =
+    let step =
         cholesky(&rows).map_or_else(|| vec![0.0; free.len()], |lower| solved(&lower, &right));
-    let mut change = vec![0.0; gradient.len()];
-    free.iter().zip(solved).for_each(|(&k, d)| change[k] = d);
+    free.iter().zip(step).for_each(|(&k, d)| change[k] = d);
     change
 }
 

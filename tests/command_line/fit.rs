@@ -21,13 +21,13 @@ fn regress_a_run_is_fitted() {
         "{said}"
     );
     assert!(said.lines().count() <= 12, "{said}");
-    let summary = place.json("run-fit/summary.json");
+    let summary = place.json("run.npz-fit/summary.json");
     let value = summary["values"][0]["value"].as_f64().unwrap();
     assert!((value - 2.0).abs() < 1e-6, "{value}");
     for name in ["report.html", "fit.npz", "fitted.toml", "figures/fit.png"] {
-        assert!(place.path(format!("run-fit/{name}")).exists(), "{name}");
+        assert!(place.path(format!("run.npz-fit/{name}")).exists(), "{name}");
     }
-    place.says("simulate run-fit/fitted.toml --out again.npz");
+    place.says("simulate run.npz-fit/fitted.toml --out again.npz");
     for (line, named) in [
         (
             "fit run.npz start.toml --free stiffness_ration --force",
