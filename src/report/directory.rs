@@ -92,7 +92,8 @@ struct Names {
 /// ours to remove.
 fn may_hold(result: &str, name: &str) -> bool {
     let is_plot = name.starts_with("plot-") && name.ends_with(".png");
-    if COMMON.contains(&name) || is_plot {
+    let is_scene = result == "fit" && name == "fitted.toml";
+    if COMMON.contains(&name) || is_plot || is_scene {
         return true;
     }
     let Some((stem, "npz" | "nc" | "csv")) = name.rsplit_once('.') else {
