@@ -505,7 +505,7 @@ impl Fitted {
         let (points, errors): (Vec<_>, Vec<f64>) = known
             .map(|(k, value)| {
                 (
-                    (k as f64, 100.0),
+                    (k as f64, 0.0),
                     50.0 * (value.high - value.low) / value.value.abs(),
                 )
             })
