@@ -236,7 +236,7 @@ impl Judged<'_> {
         let slope = |of: &[f64]| -> Vec<f64> {
             let around = |i: usize| (i.saturating_sub(1), (i + 1).min(times - 1));
             (0..times)
-                .map(|i| around(i))
+                .map(around)
                 .map(|(a, b)| (of[b] - of[a]) / (b - a).max(1) as f64)
                 .collect()
         };
