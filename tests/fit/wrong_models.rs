@@ -43,7 +43,7 @@ fn val_wrong_exponent() {
 /// The contact between bodies 4 and 5 is softer.
 #[test]
 fn val_loose_contact() {
-    let mut cell = vec!["1.0"; 10];
+    let mut cell = ["1.0"; 10];
     cell[4] = "0.6";
     let truth = format!(
         "sites = 10\nstriker_velocity = 1.0\ncoefficients = [{}]",
