@@ -159,7 +159,7 @@ impl DesignRequest {
         });
         observer.stage("designs", 2 * (tries * space.members()) as u64);
         let start = space.start();
-        let begun = trial.judged(&[start.clone()])?[0];
+        let begun = trial.judged(std::slice::from_ref(&start))?[0];
         let first = trial.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
         if !begun.is_finite() {
             let (option, expected) = match self.is_most {

@@ -78,7 +78,7 @@ pub(super) fn descend(start: &[f64], runs: usize, seed: u64, evaluate: Evaluate)
         let best = least(&values);
         let mut descent = Descent::new(points[best].clone(), values[best]);
         while left > 2 * n && descent.goes_on() {
-            left -= descent.step(left, evaluate)?;
+            left -= descent.step(left, &mut *evaluate)?;
         }
         if left <= 2 * n {
             return evaluate(&vec![descent.x; left]).map(|_| ());
@@ -130,14 +130,10 @@ impl Descent {
     }
 
     /// One step; returns its runs.
-    fn step(
-        &mut self,
-        left: usize,
-        evaluate: &mut dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>>,
-    ) -> Result<usize> {
+    fn step(&mut self, left: usize, evaluate: Evaluate) -> Result<usize> {
         let n = self.x.len();
         let runs = if self.idle > 0 { 2 * n } else { n };
-        let gradient = self.gradient_at(evaluate)?;
+        let gradient = self.gradient_at(&mut *evaluate)?;
         let mut direction: Vec<f64> = (0..n)
             .map(|i| {
                 -(0..n)
@@ -188,10 +184,7 @@ impl Descent {
 
     /// By differences inwards, of both sides after a step that gained little, and what it tells of the second
     /// derivatives.
-    fn gradient_at(
-        &mut self,
-        evaluate: &mut dyn FnMut(&[Vec<f64>]) -> Result<Vec<f64>>,
-    ) -> Result<Vec<f64>> {
+    fn gradient_at(&mut self, evaluate: Evaluate) -> Result<Vec<f64>> {
         let n = self.x.len();
         let off = |i: usize, by: f64| {
             let mut x = self.x.clone();

@@ -206,7 +206,7 @@ impl Designed {
         } else {
             format!(" {}", self.unit())
         };
-        if !before.is_nan() && !(self.change().abs() > LEAST_GAIN) {
+        if self.change().abs() <= LEAST_GAIN {
             return format!(
                 "no design does better than the scene: {what} stays {}{unit}",
                 number(before)

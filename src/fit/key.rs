@@ -371,7 +371,7 @@ mod tests {
             let all = settings(keys, values.iter().copied());
             all.into_iter().map(|setting| setting.text).collect()
         };
-        assert_eq!(set(&[young.clone()], &[60.5]), ["60.5 GPa"]);
+        assert_eq!(set(std::slice::from_ref(&young), &[60.5]), ["60.5 GPa"]);
         assert!((young.value_at(young.coordinate(61.0)) - 61.0).abs() < 1e-12);
         let entries = [of("mass_cell[1]"), of("mass_cell[0]")];
         assert_eq!(set(&entries, &[2.5, 0.5]), ["[0.5, 2.5]"]);
