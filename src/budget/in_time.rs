@@ -25,11 +25,12 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
     answer.is_lossy = run.chain.is_lossy();
     let movement = &mut answer.frequency;
     let moves = matches!(movement.verdict, Verdict::Up | Verdict::Down);
+    let spreads = movement.verdict == Verdict::Spreads;
     match movement.transfer {
-        // Linear waves keep their frequencies.
-        Some(true) if moves && run.chain.is_linear() => {
-            movement.transfer = answer.is_lossy.then_some(false);
-            movement.lags = !answer.is_lossy;
+        // Linear waves keep their frequencies: they lag behind, are reflected, or decay.
+        _ if (moves || spreads) && run.chain.is_linear() => {
+            movement.transfer = (moves && answer.is_lossy).then_some(false);
+            movement.lags = spreads || !answer.is_lossy;
         }
         // Without losses, what is missing in the windows follows behind.
         Some(false) if moves && !answer.is_lossy => {

@@ -68,7 +68,7 @@ pub(super) fn descend(start: &[f64], runs: usize, seed: u64, evaluate: Evaluate)
     let mut left = runs;
     let mut begin = start.to_vec();
     loop {
-        let points: Vec<Vec<f64>> = (0..CANDIDATES * n)
+        let points: Vec<Vec<f64>> = (0..(CANDIDATES * n).max(left / FIFTH))
             .map(|_| (0..n).map(|_| random.uniform()).collect())
             .chain([begin])
             .take(left)
@@ -87,8 +87,9 @@ pub(super) fn descend(start: &[f64], runs: usize, seed: u64, evaluate: Evaluate)
     }
 }
 
-/// Random points for each key, of which a descent starts from the best.
+/// Random points for each key, or part of the runs that are left if that is more, of which a descent starts from the best.
 const CANDIDATES: usize = 4;
+const FIFTH: usize = 5;
 /// Difference by which gradients are found, as a share of the cube.
 const DIFFERENCE: f64 = 1e-5;
 /// The same of differences of both sides.

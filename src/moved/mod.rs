@@ -145,11 +145,12 @@ impl Movement {
         };
         // Upwards beyond any edge farther out: next to the one at which shares differ most lies what a loud line leaks.
         let (up, down) = (moved.up.at, moved.down.at);
+        let grows_above = || (up..upper.len()).any(|m| grows(a.above(m), b.above(m)));
+        let grows_below = || grows(a.below(down), b.below(down));
         let transfer = match verdict {
-            Verdict::Up | Verdict::Spreads => {
-                Some((up..upper.len()).any(|m| grows(a.above(m), b.above(m))))
-            }
-            Verdict::Down => Some(grows(a.below(down), b.below(down))),
+            Verdict::Up => Some(grows_above()),
+            Verdict::Down => Some(grows_below()),
+            Verdict::Spreads => Some(grows_above() || grows_below()),
             Verdict::Unchanged | Verdict::Untold => None,
         };
         let at = |share: &share::Share| {

@@ -299,6 +299,23 @@ fn val_theory_bursts_in_linear_chains_transfer_nothing() {
     }
 }
 
+/// In the gap of a mass-in-mass chain a wave decays and what is left is what the burst has beside the gap: nothing has moved.
+#[test]
+fn val_theory_a_gap_moves_nothing() {
+    let text = wavecascade::chain::scene::preset("mass_in_mass")
+        .unwrap()
+        .text;
+    let [alone, known] = answers_of_scene(text);
+    assert_ne!(
+        alone.frequency.transfer,
+        Some(true),
+        "{:?}",
+        alone.frequency
+    );
+    let moved = known.frequency;
+    assert!(moved.verdict != Verdict::Up || moved.lags, "{moved:?}");
+}
+
 /// Modes of a linear chain that the ground holds keep their energies, part of which is in the springs of the ground.
 #[test]
 fn val_theory_modes_of_a_held_chain_keep_their_wavenumbers() {

@@ -132,6 +132,11 @@ impl<'a> Words<'a> {
                 self.frequency(of.up_at),
                 share(of.up)
             ),
+            Verdict::Spreads if of.lags => {
+                format!(
+                    "frequencies part: low and high ones do not keep up with the front by site {to}"
+                )
+            }
             Verdict::Up if of.transfer == Some(false) => format!(
                 "selective loss: the share above {} grows by {}, no energy is gained there",
                 self.frequency(of.up_at),
@@ -141,6 +146,11 @@ impl<'a> Words<'a> {
                 "selective loss: the share above {} falls by {}, no energy is gained below",
                 self.frequency(of.down_at),
                 share(of.down)
+            ),
+            Verdict::Spreads if of.transfer == Some(false) => format!(
+                "selective loss: the shares above {} and below {} grow, no energy is gained there",
+                self.frequency(of.up_at),
+                self.frequency(of.down_at)
             ),
             Verdict::Up => format!(
                 "energy moves up in frequency {way}: {} of it past {} by site {to}",
@@ -211,12 +221,18 @@ impl<'a> Words<'a> {
             true => format!("{sheds}{into}; it never settles"),
             false => "the front never settles".into(),
         };
+        let which = sheds.replacen("the front", "which", 1);
         match of.verdict {
-            Verdict::Up => format!("energy moves up in frequency: {sheds}"),
-            Verdict::Down if of.lags => {
-                let which = sheds.replacen("the front", "which", 1);
-                format!("higher frequencies lag behind the front, {which}")
+            Verdict::Up if of.lags => {
+                format!("lower frequencies do not keep up with the front, {which}")
             }
+            Verdict::Spreads if of.lags => {
+                format!(
+                    "frequencies part: low and high ones do not keep up with the front, {which}"
+                )
+            }
+            Verdict::Up => format!("energy moves up in frequency: {sheds}"),
+            Verdict::Down if of.lags => format!("higher frequencies lag behind the front, {which}"),
             Verdict::Down => format!("energy moves down in frequency: {sheds}"),
             Verdict::Spreads => format!("energy spreads in frequency: {sheds}"),
             _ => format!("no energy moves in frequency: {sheds}"),
