@@ -141,6 +141,9 @@ impl DesignRequest {
             .collect();
         let space = Space::new(free, &tolerances?, self.members, self.seed);
         let units = scene.setup().map_err(|error| scene.locate(error))?.units;
+        let start = space.start();
+        // What is wrong with the scene or its run is said here.
+        let before = self.shown(scene, &space, &start, observer)?;
         let mut trial = Trial {
             request: self,
             scene,
@@ -158,7 +161,6 @@ impl DesignRequest {
             n => 100 + 60 * n,
         });
         observer.stage("designs", 2 * (tries * space.members()) as u64);
-        let start = space.start();
         let begun = trial.judged(std::slice::from_ref(&start))?[0];
         let first = trial.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
         if !begun.is_finite() {
@@ -203,9 +205,7 @@ impl DesignRequest {
             (false, true) => -value,
             (false, false) => value,
         };
-        let [before, after] =
-            [&start, &point].map(|point| self.shown(scene, &space, point, observer));
-        let (before, after) = (before?, after?);
+        let after = self.shown(scene, &space, &point, observer)?;
         let keys = space.free.iter().map(|free| DesignKey {
             name: free.key.name.clone(),
             unit: free.key.unit.clone(),

@@ -260,7 +260,7 @@ pub(crate) fn settings(keys: &[FreeKey], values: impl Iterator<Item = f64>) -> V
         other => other.to_string(),
     };
     set.into_iter()
-        .map(|(name, value)| Setting::new(name, text(value), "--free"))
+        .map(|(name, value)| Setting::new(name, text(value), format!("--free {name}")))
         .collect()
 }
 

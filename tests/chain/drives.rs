@@ -161,6 +161,46 @@ fn regress_a_run_carries_the_table_of_its_drive() {
     assert!(gone.to_string().starts_with("cannot read"), "{gone}");
 }
 
+/// The force under the sphere of the published experiment, written to a table of microseconds and newtons, drives the cylinders
+/// without the sphere as the blow did.
+#[test]
+fn val_identity_a_recorded_force_replays_the_blow() {
+    let text = fs::read_to_string("examples/scenes/quartz_experiment.toml").unwrap();
+    let struck = run(&text);
+    let force = struck.force.as_ref().unwrap();
+    let rows = struck.time.iter().zip(force.column(0));
+    let rows: String = rows
+        .map(|(t, f)| format!("{:e}, {f:e}\n", 1e6 * t))
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(
+        folder.path().join("force.csv"),
+        format!("time [us], force [N]\n{rows}"),
+    )
+    .unwrap();
+    // Without the sphere contacts count from the holder's on.
+    let is_kept = |line: &&str| {
+        !["#", "sites", "angle", "second_angle", "striker"]
+            .iter()
+            .any(|key| line.starts_with(key))
+    };
+    let kept: Vec<&str> = text.lines().filter(is_kept).collect();
+    let scene = folder.path().join("replay.toml");
+    let drive = "sites = 40\nangle = \"90 deg\"\nsecond_angle = \"8 deg\"\ndrive = \"force\"\ndrive_file = \"force.csv\"\n";
+    fs::write(&scene, format!("{drive}{}", kept.join("\n"))).unwrap();
+    let replayed = SceneSource::read(&scene).unwrap().setup().unwrap();
+    let replayed = replayed.simulation.run(&Silent).unwrap();
+    let most = struck.velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let pairs = replayed.velocity.indexed_iter();
+    let off = pairs.fold(0.0f64, |m, ((n, j), v)| {
+        m.max((v - struck.velocity[[n, j + 1]]).abs())
+    });
+    assert!(off < 5e-5 * most, "{:e}", off / most);
+    let sensor =
+        [&struck, &replayed].map(|run| run.peak_force(run.chain.n_contacts() - 1).unwrap().value);
+    assert!((sensor[0] / sensor[1] - 1.0).abs() < 1e-6, "{sensor:?}");
+}
+
 /// What is wrong with a drive is named with its place.
 #[test]
 fn val_definition_faults_of_drives() {

@@ -57,7 +57,7 @@ fn a_design_is_written_and_replaced() {
             "peak_force_last",
         ),
         (
-            "design chain.toml --free coefficients[0] --minimize peak_force_last",
+            "design chain.toml --free coefficients[0] --minimize peak_force_last --force",
             "--free",
         ),
         (
