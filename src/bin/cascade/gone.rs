@@ -3,9 +3,9 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use clap::FromArgMatches;
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::Cli;
 use crate::help;
@@ -40,7 +40,15 @@ const GONE: [(&str, &str); 7] = [
 
 /// The command that was typed; help, version and words that are none end the program.
 pub fn parsed(words: Vec<OsString>) -> Cli {
-    let typed = help::command().try_get_matches_from(words);
+    use ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand};
+    // Groups and brief help are made only for who asks: they take longer than the arguments of a run.
+    let typed = Cli::command().try_get_matches_from(words.clone());
+    let typed = typed.or_else(|error| match error.kind() {
+        DisplayHelp | DisplayHelpOnMissingArgumentOrSubcommand => {
+            help::command().try_get_matches_from(words)
+        }
+        _ => Err(error),
+    });
     let parsed = typed.and_then(|mut typed| Cli::from_arg_matches_mut(&mut typed));
     parsed.unwrap_or_else(|mut error| {
         if error.kind() == ErrorKind::InvalidSubcommand
