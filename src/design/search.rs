@@ -1,6 +1,6 @@
 //! Searches in the unit cube for the least value of a function that is expensive, noisy or has kinks.
 //!
-//! Points are asked for in groups, which are evaluated together, so that a result does not depend on threads.
+//! Points come in groups, which are evaluated together, so that a result does not depend on threads.
 
 use ndarray::Array2;
 

@@ -51,7 +51,7 @@ const CANDIDATES: usize = 4;
 /// The standard deviation of the noise, over the size of the records, before it is known.
 const GUESSED_NOISE: f64 = 0.02;
 
-/// Fits that are repeated because the noise, which errors of gains are weighed against, is known better.
+/// Fits that are repeated because the noise, which errors of gains are compared with, is known better.
 const REPEATED: usize = 2;
 
 /// Relative difference of squares up to which two searches ended in one minimum.

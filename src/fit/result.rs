@@ -12,6 +12,7 @@ use super::{Search, is_same};
 use crate::Result;
 use crate::chain::scene::{SceneSource, Setting};
 use crate::numeric::student_two_sided;
+use crate::transform::fold;
 
 /// What is left, over the records, that is no noise but the error of runs and of their differences.
 const ROUNDING: f64 = 1e-6;
@@ -93,7 +94,7 @@ pub(super) struct Noted {
 }
 
 impl Noted {
-    /// What the squares of the gains' errors are weighed against.
+    /// The noise, larger by its correlation, that errors of gains are compared with.
     pub fn gain_scale(&self) -> f64 {
         self.noise.sigma * self.noise.inflation().sqrt()
     }
@@ -224,8 +225,9 @@ impl Fitted {
         let all: Vec<usize> = (0..sites).collect();
         let settings = model.settings(&found.at).into_iter();
         let density = |power: Vec<f64>| -> Vec<f64> {
-            let scale = 2.0 * records.step() / (n as f64 * sites as f64);
-            power.iter().map(|p| p * scale).collect()
+            let scale = records.step() / (n as f64 * sites as f64);
+            let power = power.iter().enumerate();
+            power.map(|(m, p)| p * fold(m, n) * scale).collect()
         };
         Ok(Fitted {
             values,

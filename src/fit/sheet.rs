@@ -11,7 +11,7 @@ use crate::sheet::{
     BLUE, Chart, Colors, Describe, HeatChart, Level, Look, Marker, Plot, PlotRow, Series, Sheet,
     Table, VERMILLION, edges, error_size, listed, number, percent, range, with_half,
 };
-use crate::unit::{label, square};
+use crate::unit::{compose, label, square};
 
 /// Records that are drawn, and bodies and values that a sentence names, at most.
 const DRAWN: usize = 4;
@@ -373,12 +373,7 @@ impl Fitted {
         sheet.plane("residual", ["time", "body"], unit, &self.residual);
         sheet.line("residual_by_body", "body", unit, self.by_site());
         sheet.line("residual_by_time", "time", unit, self.by_time());
-        let frequency = if time.is_empty() {
-            String::new()
-        } else {
-            cycles_per(time)
-        };
-        let density = square(unit);
+        let [frequency, density] = self.spectral_units();
         sheet.line("frequency", "frequency", &frequency, &self.frequencies);
         sheet.line(
             "residual_spectrum",
@@ -465,13 +460,22 @@ impl Fitted {
         }
     }
 
-    fn spectrum_chart(&self) -> Chart {
-        let time = &self.records.units[0];
-        let unit = if time.is_empty() {
-            String::new()
-        } else {
-            cycles_per(time)
+    /// Of frequencies and of power spectral densities.
+    fn spectral_units(&self) -> [String; 2] {
+        let [time, sample] = &self.records.units;
+        let frequency = match time.is_empty() {
+            true => String::new(),
+            false => cycles_per(time),
         };
+        let density = match sample.is_empty() {
+            true => String::new(),
+            false => compose(&[&square(sample)], &[&frequency]),
+        };
+        [frequency, density]
+    }
+
+    fn spectrum_chart(&self) -> Chart {
+        let [unit, density] = self.spectral_units();
         let line = |name: &str, colour, values: &[f64]| {
             Series::of(name, colour, &self.frequencies[1..], &values[1..])
         };
@@ -482,7 +486,7 @@ impl Fitted {
         Chart::of(
             "by frequency",
             label("frequency f", &unit),
-            "mean power spectral density",
+            label("mean power spectral density", &density),
             series,
         )
         .logarithmic()
@@ -511,6 +515,11 @@ impl Fitted {
             })
             .unzip();
         let widest = errors.iter().copied().fold(1e-9, f64::max);
+        // Ends that have ticks.
+        let power = 10f64.powf(widest.log10().floor());
+        let end = [1.2, 2.0, 5.0, 10.0].map(|ten| ten * power);
+        let end = end.into_iter().find(|end| *end > 1.1 * widest);
+        let end = end.unwrap_or(20.0 * power);
         let series = Series {
             errors,
             ..Series::line("", BLUE, points)
@@ -519,7 +528,7 @@ impl Fitted {
         };
         Chart {
             x: -0.5..self.values.len() as f64 - 0.5,
-            y: -1.3 * widest..1.3 * widest,
+            y: -end..end,
             levels: vec![Level::zero()],
             ..Chart::of(
                 "95 % intervals",

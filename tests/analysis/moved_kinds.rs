@@ -314,6 +314,16 @@ fn val_theory_a_gap_moves_nothing() {
     );
     let moved = known.frequency;
     assert!(moved.verdict != Verdict::Up || moved.lags, "{moved:?}");
+    // Its velocities as a field of which nothing else is known.
+    let setup = SceneSource::new(None, text).setup().unwrap();
+    let run = setup.simulation.run(&Silent).unwrap();
+    let mut field = Field::from_array(run.velocity.clone());
+    field.time.step = run.time[1];
+    let analysis = analyzed(&field, &Request::default());
+    let verdict = analysis.answer.as_ref().unwrap().frequency.verdict;
+    assert_eq!(verdict, Verdict::Spreads);
+    let words = analysis.words().answer;
+    assert!(words.starts_with("selective loss"), "{words}");
 }
 
 /// Modes of a linear chain that the ground holds keep their energies, part of which is in the springs of the ground.

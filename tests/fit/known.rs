@@ -204,3 +204,27 @@ fn regress_threads_change_no_bit() {
     };
     assert_eq!(on(1), on(3));
 }
+
+/// Spectra of what is left are densities: their integral is the mean square, at odd and even numbers of samples.
+#[test]
+fn val_parseval_spectra_of_the_residual() {
+    let scene = |c: f64| {
+        format!("sites = 3\nlaw = \"spring\"\ncoefficient_cell = [{c:?}]\nend_time = 20.0")
+    };
+    for samples in [200, 201] {
+        let made = Measurement {
+            noise: 0.05,
+            ..Measurement::of(&[0, 2], samples, 20.0)
+        };
+        let found = made
+            .fit(&scene(1.4), &scene(1.5), &["coefficient_cell[0]"])
+            .unwrap();
+        let step = found.frequencies[1] - found.frequencies[0];
+        let integral = step * found.residual_spectrum.iter().sum::<f64>();
+        let mean = found.residual.iter().map(|r| r * r).sum::<f64>() / found.residual.len() as f64;
+        assert!(
+            (integral / mean - 1.0).abs() < 1e-12,
+            "{samples}: {integral} {mean}"
+        );
+    }
+}
