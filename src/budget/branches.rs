@@ -46,7 +46,7 @@ impl Branches {
     pub(super) fn of(contacts: &Contacts, modes: &Modes) -> Option<Branches> {
         let chain = contacts.chain();
         let n = chain.n_sites();
-        let held = chain.on_site.ground.is_some() || chain.resonators().is_some();
+        let held = chain.on_site.any();
         let odd = n < 4 || n % 2 == 1;
         if modes.basis() != Basis::Fourier || odd || held || !contacts.has_linear_limit() {
             return None;

@@ -125,7 +125,7 @@ impl<'a> Contacts<'a> {
     /// That site where it is any body of the chain, not its free end.
     pub(super) fn pushed_inside(&self) -> Option<usize> {
         match self.drive {
-            Some(Drive::Body(site, _)) => Some(*site),
+            Some(Drive::Body(site, _) | Drive::Motion(site, _)) => Some(*site),
             _ => None,
         }
     }
@@ -173,19 +173,33 @@ impl<'a> Contacts<'a> {
         left - right
     }
 
-    /// Accelerations of the sites by the contacts of `state`, drag, the ground and the external force.
-    pub(super) fn accelerations(&self, [x, v]: [&[f64]; 2], state: &ContactState) -> Vec<f64> {
+    /// Accelerations of the sites by the contacts of `state`, drag, the ground, resonators and the external force.
+    pub(super) fn accelerations(&self, at: ChainState, state: &ContactState) -> Vec<f64> {
         let forces = state.elastic.iter().zip(&state.damping);
         let force: Vec<f64> = forces.map(|(elastic, damping)| elastic + damping).collect();
         let masses = self.chain.mass.iter().enumerate();
         let pushed = self.pushed();
         let push = |j: usize| if j == pushed { state.push } else { 0.0 };
-        let ground = self.chain.on_site.ground.as_ref();
-        let held = |j: usize| ground.map_or(0.0, |ground| ground.force(j, x[j]));
-        let pull = |j: usize| self.chain.losses.drag * v[j] + held(j);
         masses
-            .map(|(j, mass)| (self.push_on(j, &force) + push(j) - pull(j)) / mass)
+            .map(|(j, mass)| (self.push_on(j, &force) + push(j) - self.pull(j, at)) / mass)
             .collect()
+    }
+
+    /// Force on site j towards -x by drag, the ground and a resonator.
+    fn pull(
+        &self,
+        j: usize,
+        ChainState {
+            x, v, resonators, ..
+        }: ChainState,
+    ) -> f64 {
+        let ground = self.chain.on_site.ground.as_ref();
+        let held = ground.map_or(0.0, |ground| ground.force(j, x[j]));
+        let resonator = match (self.chain.resonators(), resonators) {
+            (Some(all), [y, w]) if j < y.len() => all.force(j, y[j] - x[j], w[j] - v[j]),
+            _ => 0.0,
+        };
+        self.chain.losses.drag * v[j] + held - resonator
     }
 
     /// Overlap beyond the static one at which contact i opens; `None` if it cannot open.
@@ -194,15 +208,15 @@ impl<'a> Contacts<'a> {
         one_sided.then_some(-self.static_overlap[i])
     }
 
-    /// Fills `state` from displacements and velocities at time t.
-    pub(super) fn evaluate(&self, t: f64, x: &[f64], v: &[f64], state: &mut ContactState) {
+    /// Fills `state` from the motion at one time.
+    pub(super) fn evaluate(&self, at: ChainState, state: &mut ContactState) {
+        let ChainState { t, x, v, .. } = at;
         state.resize(self.len());
-        let (wall, wall_velocity, push) = match self.drive {
-            Some(Drive::Wall(wave)) => (wave.at(t), wave.rate_at(t), 0.0),
-            Some(drive) => (0.0, 0.0, drive.push_at(t)),
-            None => (0.0, 0.0, 0.0),
+        let (wall, wall_velocity) = match self.drive {
+            Some(Drive::Wall(wave)) => (wave.at(t), wave.rate_at(t)),
+            _ => (0.0, 0.0),
         };
-        (state.wall_velocity, state.push) = (wall_velocity, push);
+        state.wall_velocity = wall_velocity;
         // Contacts between adjacent sites first, then those at the ends.
         let inner = self.offset..self.offset + at_most(x.len(), self.len() - self.offset);
         for (row, values) in [(&mut state.overlap, x), (&mut state.closing, v)] {
@@ -226,6 +240,14 @@ impl<'a> Contacts<'a> {
                 *damping = self.chain.damping(self.contact(i), *r, *closing);
             }
         }
+        state.push = self.drive.map_or(0.0, |drive| {
+            let site = drive.site();
+            let inner = || {
+                let on = |force: &[f64]| self.push_on(site, force);
+                on(&state.elastic) + on(&state.damping) - self.pull(site, at)
+            };
+            drive.push_at(t, self.chain.mass[site], inner)
+        });
     }
 
     /// Refuses contact energies below those at rest, as bistable laws have them: they are no squares.
@@ -242,7 +264,7 @@ impl<'a> Contacts<'a> {
         let mut largest = 0.0f64;
         for sample in 0..motion.samples() {
             let at = motion.at(sample);
-            self.evaluate(at.t, at.x, at.v, &mut state);
+            self.evaluate(at, &mut state);
             largest = state.energy.iter().fold(largest, |a, b| a.max(b.abs()));
             if let Some(ground) = ground {
                 let held = at.x.iter().enumerate();

@@ -97,7 +97,7 @@ impl OfRun<'_> {
     fn energies(&self, time: usize) -> Vec<f64> {
         let at = self.motion.at(time);
         let mut state = ContactState::default();
-        self.contacts.evaluate(at.t, at.x, at.v, &mut state);
+        self.contacts.evaluate(at, &mut state);
         self.contacts.evaluate_roots(&mut state);
         let mut scratch = self.modes.scratch();
         let line = || vec![Default::default(); self.modes.len()];

@@ -72,7 +72,7 @@ pub(super) fn pass(
                     let at = motion.at(i);
                     match request.views.wavenumber {
                         true => transfers.evaluate(at, scratch, spectra),
-                        false => contacts.evaluate(at.t, at.x, at.v, &mut scratch.contacts),
+                        false => contacts.evaluate(at, &mut scratch.contacts),
                     }
                     sites.evaluate(contacts, at, &scratch.contacts);
                 },

@@ -11,7 +11,7 @@ use std::ops::Range;
 use super::contacts::Contacts;
 use super::filter::{Filter, ScaleOf};
 use super::sublattices::Sublattices;
-use crate::chain::{Chain, Ends};
+use crate::chain::{Chain, Ends, Laws};
 use crate::error::{Error, Result};
 
 /// Longest unit cell tried, in sites.
@@ -22,7 +22,6 @@ pub(super) struct Scales<'a> {
     pub(super) contacts: &'a Contacts<'a>,
     pub(super) scales: Vec<PlannedFilter>,
     pub(super) sublattices: Sublattices,
-    pub(super) lossy: bool,
 }
 
 /// A filter, and the sites and contacts at which it is inside the chain.
@@ -66,18 +65,9 @@ impl<'a> Scales<'a> {
         };
         let chain = contacts.chain();
         let n = chain.n_sites();
-        if chain.on_site.ground.is_some() {
-            let expected =
-                "a chain without springs to the ground, whose energies have no scale budget";
-            return Err(refuse("scale", expected, "springs to the ground".into()));
-        }
-        if chain.resonators().is_some() {
-            let expected = "a chain without resonators, whose energies have no scale budget";
-            return Err(refuse("scale", expected, "resonators".into()));
-        }
         let cell = unit_cell(stated).ok_or_else(|| {
             let expected =
-                "masses and contacts that repeat every eight sites or less, for a filter";
+                "bodies and contacts that repeat every eight sites or less, for a filter";
             refuse("scale", expected, "a chain that does not repeat".into())
         })?;
         let periodic = chain.ends == Ends::Periodic;
@@ -149,7 +139,6 @@ impl<'a> Scales<'a> {
             scales,
             contacts,
             sublattices,
-            lossy: chain.is_lossy(),
         })
     }
 
@@ -166,14 +155,28 @@ fn unit_cell(chain: &Chain) -> Option<usize> {
         _ => values[1.min(values.len())..values.len().saturating_sub(1).max(1).min(values.len())]
             .to_vec(),
     };
-    let (mass, coefficient) = (inside(&chain.mass), inside(&chain.coefficient));
+    let ground = chain.on_site.ground.as_ref();
+    let mut rows = vec![inside(&chain.mass), inside(&chain.coefficient)];
+    rows.extend(ground.map(|ground| inside(&ground.coefficient)));
+    if let Some(all) = chain.resonators() {
+        rows.extend([&all.mass, &all.stiffness, &all.damping].map(|values| inside(values)));
+    }
     let repeats = |values: &[f64], cell: usize| {
-        let pairs = values.iter().zip(values.iter().skip(cell));
-        pairs
-            .into_iter()
-            .all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs())
+        let mut pairs = values.iter().zip(values.iter().skip(cell));
+        pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs())
     };
-    (1..=LONGEST_CELL).find(|&cell| repeats(&mass, cell) && repeats(&coefficient, cell))
+    let cells = |laws: &Laws| match laws.only() {
+        Some(_) => 1,
+        None => laws.each().len(),
+    };
+    let laws = [&chain.law]
+        .into_iter()
+        .chain(ground.map(|ground| &ground.law));
+    let laws: Vec<usize> = laws.map(cells).collect();
+    (1..=LONGEST_CELL).find(|&cell| {
+        rows.iter().all(|row| repeats(row, cell))
+            && laws.iter().all(|laws| cell.is_multiple_of(*laws))
+    })
 }
 
 /// Default scales in cells: from 2, in ratios of `sqrt(2)`, up to half the chain.

@@ -11,12 +11,14 @@ use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 #[derive(Debug, Clone, Default)]
 pub(super) struct ScaleScratch {
     pub(super) contacts: ContactState,
-    /// Force, overlap, velocity, damping, push.
+    /// Force, overlap, velocity; damping, push, displacement, force of the ground, motion of resonators where there are any.
     rows: Filtered,
     /// Elastic force plus damping.
     force: Vec<f64>,
     /// Force on each site from outside.
     push: Vec<f64>,
+    /// Force of each spring to the ground.
+    ground: Vec<f64>,
     /// Force of the contact law at the filtered overlaps.
     law_force: Vec<f64>,
     at_sites: AtSites,
@@ -52,27 +54,39 @@ impl Scales<'_> {
             rows,
             force,
             push,
+            ground,
             ..
         } = scratch;
-        self.contacts.evaluate(at.t, at.x, at.v, state);
+        self.contacts.evaluate(at, state);
         let inside = self.contacts.offset..;
         let [elastic, overlap, damping] =
             [&state.elastic, &state.overlap, &state.damping].map(|row| &row[inside.clone()]);
-        let pushed = self.contacts.pushed_inside();
-        if self.lossy || pushed.is_some() {
+        let chain = self.contacts.chain();
+        let mut kinds = vec![elastic, overlap, at.v];
+        if chain.losses.any() {
             force.clear();
             force.extend(elastic.iter().zip(damping).map(|(a, b)| a + b));
-            push.clear();
-            if let Some(site) = pushed {
-                push.resize(at.v.len(), 0.0);
-                push[site] = state.push;
-            }
-            let kinds = [&force[..], overlap, at.v, damping, push];
-            let kinds = &kinds[..if pushed.is_some() { 5 } else { 4 }];
-            self.sublattices.transform(kinds, rows);
-        } else {
-            self.sublattices.transform(&[elastic, overlap, at.v], rows);
+            kinds[0] = force;
+            kinds.push(damping);
         }
+        if let Some(site) = self.contacts.pushed_inside() {
+            push.clear();
+            push.resize(at.v.len(), 0.0);
+            push[site] = state.push;
+            kinds.push(push);
+        }
+        if chain.on_site.any() {
+            kinds.push(at.x);
+        }
+        if let Some(springs) = &chain.on_site.ground {
+            ground.clear();
+            ground.extend((0..).zip(at.x).map(|(j, x)| springs.force(j, *x)));
+            kinds.push(ground);
+        }
+        if chain.resonators().is_some() {
+            kinds.extend(at.resonators);
+        }
+        self.sublattices.transform(&kinds, rows);
     }
 
     /// Filtered overlaps with their first and second time derivatives, at one scale.
@@ -87,8 +101,8 @@ impl Scales<'_> {
             rows,
             ..
         } = scratch;
-        self.contacts.evaluate(at.t, at.x, at.v, state);
-        let acceleration = self.contacts.accelerations([at.x, at.v], state);
+        self.contacts.evaluate(at, state);
+        let acceleration = self.contacts.accelerations(at, state);
         let contacts = self.contacts.offset..self.contacts.len();
         let apart = [at.x, at.v, &acceleration].map(|values| -> Vec<f64> {
             let apart = |i| self.contacts.apart(i, values);
@@ -120,9 +134,18 @@ impl Scales<'_> {
             ..
         } = scratch;
         let mut filtered = self.sublattices.filter(&planned.gains, rows);
-        let mut row = || filtered.next().unwrap_or_default();
-        let (force, overlap, speed, damping) = (row(), row(), row(), row());
-        let push = row();
+        let on_site = &chain.on_site;
+        // In the order of `load`.
+        let mut row = |is_there: bool| match is_there {
+            true => filtered.next().unwrap_or_default(),
+            false => &[],
+        };
+        let (force, overlap, speed) = (row(true), row(true), row(true));
+        let damping = row(chain.losses.any());
+        let push = row(self.contacts.pushed_inside().is_some());
+        let x = row(on_site.any());
+        let ground = row(on_site.ground.is_some());
+        let resonators = [(); 2].map(|()| row(on_site.resonators.is_some()));
         law_force.resize(m, 0.0);
         let AtSites {
             energy,
@@ -157,7 +180,7 @@ impl Scales<'_> {
         let contacts = planned.contacts.clone();
         flux.clear();
         flux.extend_from_slice(&taken[1..][contacts.clone()]);
-        if self.lossy {
+        if !damping.is_empty() {
             // The power of the filtered damper is heat, not flux.
             for (flux, j) in flux.iter_mut().zip(contacts) {
                 let right = if j + 1 < n { j + 1 } else { 0 };
@@ -177,11 +200,27 @@ impl Scales<'_> {
             energy: energies,
             rate: energy_rate,
         });
-        if !push.is_empty() {
-            let sites = planned.sites.clone();
-            let powers = push[sites.clone()].iter().zip(&speed[sites]);
-            for (rate, (push, speed)) in energy_rate.iter_mut().zip(powers) {
-                *rate += push * speed;
+        let out = energies.iter_mut().zip(energy_rate);
+        for (j, (energy, rate)) in planned.sites.clone().zip(out) {
+            if let Some(push) = push.get(j) {
+                *rate += push * speed[j];
+            }
+            if let Some(springs) = &on_site.ground {
+                *energy += springs.energy(j, x[j]);
+                *rate -= (ground[j] - springs.force(j, x[j])) * speed[j];
+            }
+            if let Some(all) = &on_site.resonators {
+                let [y, w] = resonators;
+                *energy += all.spring_energy(j, y[j] - x[j]) + all.kinetic_energy(j, w[j]);
+                *rate -= all.loss(j, w[j] - speed[j]);
+            }
+        }
+        if let Some(springs) = &on_site.ground {
+            // Half of what the spring of a site takes counts at either contact.
+            let taken = |j: usize| (ground[j] - springs.force(j, x[j])) * speed[j];
+            for (flux, j) in flux.iter_mut().zip(planned.contacts.clone()) {
+                let right = if j + 1 < n { j + 1 } else { 0 };
+                *flux += 0.5 * (taken(j) + taken(right));
             }
         }
     }

@@ -114,7 +114,7 @@ impl<'a> Transfers<'a> {
             rate,
             other,
         } = scratch;
-        self.contacts.evaluate(at.t, at.x, at.v, state);
+        self.contacts.evaluate(at, state);
         self.contacts.evaluate_roots(state);
         let state = &*state;
         let (n, modes, contacts) = (at.v.len(), &self.modes, self.contacts);

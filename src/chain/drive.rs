@@ -292,6 +292,16 @@ impl Waveform {
             .filter(|t| *t > 0.0 && t.is_finite())
     }
 
+    /// The largest jump of its rate before time `end`, time 0 apart.
+    pub(crate) fn largest_jump(&self, end: f64) -> f64 {
+        let kinks = self.kinks().filter(|t| *t < end);
+        let jump = |t: f64| {
+            let before = self.onward(t.next_down()).0.rate_at(t);
+            (self.onward(t).0.rate_at(t) - before).abs()
+        };
+        kinks.map(jump).fold(0.0, f64::max)
+    }
+
     /// What it is from time t on, smooth beyond its next kink, and when that is; `None` once it is over.
     /// A step that ends at a kink sees its own side of it.
     pub(crate) fn onward(&self, t: f64) -> (Waveform, Option<f64>) {
@@ -398,6 +408,8 @@ pub enum Drive {
     Wall(Waveform),
     /// A force on the body of this index, positive towards +x.
     Body(usize, Waveform),
+    /// The displacement of the body of this index, positive towards +x, whatever pushes it.
+    Motion(usize, Waveform),
 }
 
 impl Drive {
@@ -407,27 +419,41 @@ impl Drive {
             Drive::Force(_) => Drive::Force(waveform),
             Drive::Wall(_) => Drive::Wall(waveform),
             Drive::Body(site, _) => Drive::Body(*site, waveform),
+            Drive::Motion(site, _) => Drive::Motion(*site, waveform),
         }
     }
 
     pub fn waveform(&self) -> &Waveform {
         match self {
-            Drive::Force(waveform) | Drive::Wall(waveform) | Drive::Body(_, waveform) => waveform,
+            Drive::Force(waveform)
+            | Drive::Wall(waveform)
+            | Drive::Body(_, waveform)
+            | Drive::Motion(_, waveform) => waveform,
         }
     }
 
-    /// The body that is pushed, or that touches the wall that is moved.
+    /// The body that is pushed or moved, or that touches the wall that is moved.
     pub fn site(&self) -> usize {
         match self {
-            Drive::Body(site, _) => *site,
+            Drive::Body(site, _) | Drive::Motion(site, _) => *site,
             Drive::Force(_) | Drive::Wall(_) => 0,
         }
     }
 
-    /// The force on that body from outside, at time t.
-    pub(crate) fn push_at(&self, t: f64) -> f64 {
+    /// The body whose motion is prescribed, and its displacement.
+    pub(crate) fn motion(&self) -> Option<(usize, &Waveform)> {
+        match self {
+            Drive::Motion(site, waveform) => Some((*site, waveform)),
+            _ => None,
+        }
+    }
+
+    /// The force from outside on [`Drive::site`] at time t, where forces of `inner` from the chain give it without a
+    /// drive this mass times its acceleration.
+    pub(crate) fn push_at(&self, t: f64, mass: f64, inner: impl FnOnce() -> f64) -> f64 {
         match self {
             Drive::Force(waveform) | Drive::Body(_, waveform) => waveform.at(t),
+            Drive::Motion(_, waveform) => mass * waveform.acceleration_at(t) - inner(),
             Drive::Wall(_) => 0.0,
         }
     }

@@ -91,6 +91,13 @@ pub struct OnSite {
     pub resonators: Option<Resonators>,
 }
 
+impl OnSite {
+    /// Whether springs hold sites, to the ground or to resonators.
+    pub(crate) fn any(&self) -> bool {
+        self.ground.is_some() || self.resonators.is_some()
+    }
+}
+
 /// Springs between sites and the ground: the force `-c F(x)` on a site at the displacement x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ground {
@@ -200,7 +207,7 @@ impl Chain {
 
     /// Whether forces act on sites that are none of contacts: drag, springs to the ground, or resonators.
     pub(crate) fn has_pulls(&self) -> bool {
-        self.losses.any() || self.on_site.ground.is_some() || self.resonators().is_some()
+        self.losses.any() || self.on_site.any()
     }
 
     /// Static overlap of the contact with a wall before site 0, of this coefficient.

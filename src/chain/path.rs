@@ -325,6 +325,11 @@ pub(super) fn acceleration(simulation: &Simulation, s: usize, t: f64, state: &St
             _ => 0.0,
         };
     };
+    if let Some((site, wave)) = simulation.drive.as_ref().and_then(Drive::motion)
+        && FIRST_SITE + site == s
+    {
+        return wave.acceleration_at(t);
+    }
     let right = state.force.get(s + 1).copied().unwrap_or(0.0);
     let push = match &simulation.drive {
         Some(Drive::Body(site, wave)) if FIRST_SITE + site == s => wave.at(t),

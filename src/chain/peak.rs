@@ -137,6 +137,11 @@ impl Run {
         else {
             return 0.0;
         };
+        if let Some((moved, wave)) = self.drive.as_ref().and_then(Drive::motion)
+            && moved == site
+        {
+            return wave.acceleration_at(time[sample]);
+        }
         let right = match site < chain.n_contacts() {
             true => force[[sample, site]],
             false => 0.0,

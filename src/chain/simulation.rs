@@ -6,6 +6,9 @@ use super::run::CHECKED_SAMPLES;
 use super::stepping::{Scheme, SteppedSites};
 use crate::{Error, Result};
 
+/// Jumps of a prescribed velocity, over the largest, that are rounding.
+const STEADY: f64 = 1e-12;
+
 /// What decides the length of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Accuracy {
@@ -147,14 +150,31 @@ impl Simulation {
             let expected = "a chain whose first end is free for a driving force";
             return Err(refuse("drive", expected, format!("{:?}", self.chain.ends)));
         }
-        if let Some(Drive::Body(site, _)) = self.drive
+        if let Some(site) = self.drive.as_ref().map(Drive::site)
             && site >= n
         {
-            return Err(refuse(
-                "drive_site",
-                &format!("a body from 0 to {}", n - 1),
-                site,
-            ));
+            let expected = format!("a body from 0 to {}", n - 1);
+            return Err(refuse("drive_site", &expected, site));
+        }
+        if let Some((site, wave)) = self.drive.as_ref().and_then(Drive::motion) {
+            let own = [
+                ("displacement", self.displacement[site], wave.at(0.0)),
+                ("velocity", self.velocity[site], wave.rate_at(0.0)),
+            ];
+            let end = match self.end_time {
+                EndTime::At(end) => end,
+                EndTime::Arrival => f64::INFINITY,
+            };
+            let jump = wave.largest_jump(end);
+            if jump > STEADY * wave.amplitude() * wave.angular_frequency() {
+                let expected = "the motion of a body whose velocity does not jump before the end: a tone burst, a \
+                                half-sine of the velocity, or a longer duration";
+                return Err(refuse("drive", expected, format!("a jump by {jump}")));
+            }
+            if let Some((name, found, told)) = own.into_iter().find(|(_, a, b)| a != b) {
+                let expected = format!("that of the drive on site {site}, {told}");
+                return Err(refuse(name, &expected, found));
+            }
         }
         let (needed, allowed) = (
             self.bytes(),
@@ -219,7 +239,7 @@ impl Simulation {
             let amplitude = drive.waveform().amplitude().abs();
             let frequency = drive.waveform().angular_frequency();
             match drive {
-                Drive::Wall(_) => amplitude * frequency,
+                Drive::Wall(_) | Drive::Motion(..) => amplitude * frequency,
                 Drive::Force(_) | Drive::Body(..) => {
                     amplitude / lightest * end.min(1.0 / frequency)
                 }

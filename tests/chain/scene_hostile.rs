@@ -258,7 +258,21 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "ends = 'fixed'\ndrive = 'wall'\ndrive_site = 2",
         5,
         "drive_site",
-        "of bodies forces",
+        "which are of a body",
+    ),
+    (
+        GOOD,
+        "drive = 'displacement'\ndrive_site = 2\ndrive_waveform = 'half-sine'\ndrive_amplitude = 1\ndrive_duration = 1",
+        3,
+        "drive",
+        "does not jump",
+    ),
+    (
+        GOOD,
+        "striker_velocity = 2.0\ndrive = 'velocity'\ndrive_amplitude = 1\ndrive_frequency = 1",
+        4,
+        "drive",
+        "no other velocity at time 0",
     ),
     (
         GOOD,

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import make_interp_spline
 
-from waveforms import burst, chirp, half_sine, noise
+from waveforms import burst, burst_rate, chirp, half_sine, noise
 
 
 def law(kind, c, d, p):
@@ -20,9 +20,10 @@ def law(kind, c, d, p):
     return c * (d - alpha * d**2 + beta * d**3)
 
 
-def run(kind, c, left, end, force=None, wall=None, pressed=0.0, dashpot=0.0, drag=0.0, kinks=()):
+def run(kind, c, left, end, force=None, wall=None, body=None, pressed=0.0, dashpot=0.0, drag=0.0, kinks=()):
     """Final velocities and the work of the drive. `c`: contacts, the last one with the wall behind. `force`: a
-    site and its force; `wall`: displacement and velocity of the wall before site 0."""
+    site and its force; `wall`: displacement and velocity of the wall before site 0; `body`: a site, its displacement,
+    velocity and acceleration."""
     c = np.asarray(c)
     n = len(c)
 
@@ -34,6 +35,10 @@ def run(kind, c, left, end, force=None, wall=None, pressed=0.0, dashpot=0.0, dra
         first = law(kind, left, xl - x[0], pressed) + dashpot * (vl - v[0]) if left else 0.0
         push = np.append(first, f[:-1]) - f - drag * v
         work = first * vl
+        if body:
+            site, _, speed, rate = body
+            work += (rate(t) - push[site]) * speed(t)
+            push[site] = rate(t)
         if force:
             site, of = force
             push[site] += of(t)
@@ -41,6 +46,8 @@ def run(kind, c, left, end, force=None, wall=None, pressed=0.0, dashpot=0.0, dra
         return np.concatenate([v, push, [work]])
 
     y, t = np.zeros(2 * n + 1), 0.0
+    if body:
+        y[body[0]], y[n + body[0]] = body[1](0.0), body[2](0.0)
     for stop in [*sorted(k for k in kinks if 0 < k < end), end]:
         step = 1e-9 * stop
         y = solve_ivp(rhs, (t, stop - step * 1e-6), y, method="DOP853", rtol=3e-14, atol=1e-16, max_step=0.05).y[:, -1]
@@ -72,6 +79,14 @@ sweep = chirp(0.3, 0.05, 0.25, 20.0)
 tone = burst(0.2, 0.15, 3.0)
 grid = np.linspace(0, 20, 4001)
 swept = make_interp_spline(grid, [sweep(t) for t in grid], k=9).antiderivative()
+slow = 2 * np.pi * 0.11
+swing = [lambda t: 0.3 * np.sin(slow * t), lambda t: 0.3 * slow * np.cos(slow * t), lambda t: -0.3 * slow**2 * np.sin(slow * t)]
+arch = [
+    lambda t: 0.25 * 4 / np.pi * (1 - np.cos(np.pi * min(t, 4.0) / 4)),
+    half_sine(0.25, 4.0),
+    lambda t: 0.25 * np.pi / 4 * np.cos(np.pi * t / 4) if t <= 4 else 0.0,
+]
+bump = (0, lambda t: 0.0, burst(0.02, 0.15, 3.0), burst_rate(0.02, 0.15, 3.0))
 tone_integral = lambda t: quad(tone, 0, min(t, 20.0), epsabs=1e-15, epsrel=1e-14, limit=200)[0]
 tone_table = make_interp_spline(grid, [tone(t) for t in grid], k=9).antiderivative()
 
@@ -119,6 +134,21 @@ cases = {
         head + fixed + spring + "end_time = 30.0\n"
         'drive = "wall-velocity"\ndrive_waveform = "tone-burst"\ndrive_amplitude = 0.2\ndrive_frequency = 0.15\ndrive_cycles = 3.0\n',
         run(fpu, n_1, 1.0, 30.0, wall=(held(tone_table, (0.0, 20.0)), tone), kinks=[20.0]),
+    ),
+    "a body swings in a fixed chain": (
+        head + fixed + spring + "end_time = 20.0\n"
+        'drive = "displacement"\ndrive_site = 4\ndrive_amplitude = 0.3\ndrive_frequency = 0.11\n',
+        run(fpu, n_1, 1.0, 20.0, body=(4, *swing)),
+    ),
+    "velocity of a body in an open chain": (
+        head + "stiffness_ratio = 2.0\nend_time = 25.0\n"
+        'drive = "velocity"\ndrive_site = 6\ndrive_waveform = "half-sine"\ndrive_amplitude = 0.25\ndrive_duration = 4.0\n',
+        run("hertz", dimer, 0.0, 25.0, body=(6, *arch), kinks=[4.0]),
+    ),
+    "burst of the first body's velocity with losses": (
+        head + "stiffness_ratio = 2.0\nprecompression = 0.05\ndashpot = 0.05\ndrag = 0.02\nend_time = 30.0\n"
+        'drive = "velocity"\ndrive_waveform = "tone-burst"\ndrive_amplitude = 0.02\ndrive_frequency = 0.15\ndrive_cycles = 3.0\n',
+        run("hertz", dimer, 0.0, 30.0, body=bump, pressed=0.05, dashpot=0.05, drag=0.02, kinks=[20.0]),
     ),
 }
 assert abs(tone_integral(11.3) - tone_table(11.3)) < 1e-13

@@ -22,6 +22,13 @@ def burst(a, f, n):
     return lambda t: a * np.sin(2 * np.pi * f * t) * np.sin(np.pi * f * t / n) ** 2 if t <= t_end else 0.0
 
 
+def burst_rate(a, f, n):
+    """Its derivative."""
+    w, b, t_end = 2 * np.pi * f, 2 * np.pi * f / n, n / f
+    parts = [(0.5 * a, w), (-0.25 * a, w + b), (-0.25 * a, w - b)]
+    return lambda t: sum(c * w * np.cos(w * t) for c, w in parts) if t <= t_end else 0.0
+
+
 def chirp(a, f0, f1, duration):
     return lambda t: a * np.sin(2 * np.pi * (f0 * t + (f1 - f0) * t * t / (2 * duration))) if t <= duration else 0.0
 

@@ -54,21 +54,26 @@ def static(f, coefficient, force):
 
 def drive(rng, ends, n):
     """The keys of a drive, its function of time, when it has kinks, and what it drives."""
-    kind = str(rng.choice(["force", "wall", "wall-velocity"] if ends == "fixed" else ["force"]))
+    bodies = ["force", "displacement", "velocity"]
+    kind = str(rng.choice(bodies + ["wall", "wall-velocity"] if ends == "fixed" else bodies))
     a, f, f1, cycles = rng.uniform(0.05, 0.3), rng.uniform(0.05, 0.2), rng.uniform(0.1, 0.4), float(rng.integers(1, 5))
     length, seed, site = rng.uniform(2, 8), int(rng.integers(1000)), int(rng.integers(n))
-    # The displacement of a wall neither jumps nor is held apart from 0.
+    rate = lambda t: 2 * np.pi * f * a * np.cos(2 * np.pi * f * t)
+    # The displacement of a wall neither jumps nor is held apart from 0; the velocity of a body does not jump.
+    which = {"wall": [0, 1, 2], "displacement": [0, 2], "velocity": [0, 1, 2, 4]}.get(kind, range(5))
     name, keys, of, kinks = [
         ("sine", {"frequency": f}, lambda t: a * np.sin(2 * np.pi * f * t), []),
         ("half-sine", {"duration": length}, waveforms.half_sine(a, length), [length]),
         ("tone-burst", {"frequency": f, "cycles": cycles}, waveforms.burst(a, f, cycles), [cycles / f]),
         ("chirp", {"frequency": f, "end_frequency": f1, "duration": length}, waveforms.chirp(a, f, f1, length), [length]),
         ("noise", {"band": [f, f + f1], "seed": seed}, waveforms.noise(a, f, f + f1, seed), []),
-    ][rng.integers(3 if kind == "wall" else 5)]
+    ][rng.choice(which)]
     keys = {"drive_waveform": name, "drive_amplitude": a, **{f"drive_{key}": value for key, value in keys.items()}}
-    if kind == "force":
+    if kind in bodies:
         keys["drive_site"] = site
-    return {"drive": kind, **keys}, of, kinks, kind, site
+    if kind == "displacement" and name == "tone-burst":
+        rate = waveforms.burst_rate(a, f, cycles)
+    return {"drive": kind, **keys}, [of, rate], kinks, kind, site
 
 
 def scene(seed):
@@ -89,7 +94,12 @@ def scene(seed):
     left = rng.uniform(0.5, 4)
     own = rng.uniform(0.1, 1, 3) * (rng.random(3) < 0.7) * (rng.random() < 0.6)
     spring, damper = rng.uniform(0.2, 3, 2), rng.uniform(0, 0.2, 1) * (rng.random() < 0.5)
-    driven, of, kinks, kind, site = drive(rng, ends, n) if rng.random() < 0.5 else ({}, None, [], "", 0)
+    driven, of, kinks, kind, site = drive(rng, ends, n) if rng.random() < 0.5 else ({}, [None] * 2, [], "", 0)
+    of, rate = of
+    is_moved = kind in ("displacement", "velocity")
+    told = {"velocity": of, "displacement": rate}.get(kind)
+    if is_moved and site == 0:
+        speed = told(0.0)
     if kind == "wall":
         dashpot = 0.0
     lines = {
@@ -130,6 +140,9 @@ def scene(seed):
         # The last value is the displacement of a wall of a given velocity.
         moved = {"wall": lambda: (of(t), 0.0), "wall-velocity": lambda: (state[-1], of(t))}
         at, speed = moved.get(kind, lambda: (0.0, 0.0))()
+        if is_moved:
+            x, v, speed = x.copy(), v.copy(), told(t)
+            x[site], v[site] = state[-1] if kind == "velocity" else of(t), speed
         overlap = at_rest + x[:m] - np.append(x[1:], 0.0)[:m]
         closing = v[:m] - np.append(v[1:], 0.0)[:m]
         push = np.array([c[j] * force[j](overlap[j]) for j in range(m)]) - rest
@@ -146,17 +159,23 @@ def scene(seed):
             pull -= ground * (x + 0.2 * x**3)
         if kind == "force":
             pull[site] += of(t)
+        if is_moved:
+            # Its velocity is compared with that of the drive elsewhere.
+            pull[site] = 0.0
         return np.concatenate([v, pull / mass, w, -tied * free, [speed]])
 
     start = np.zeros(4 * n + 1)
     start[n] = speed
     start[3 * n] = speed * (m_r[0] > 0)
+    if is_moved:
+        start[3 * n + site] = told(0.0) * (m_r[site] > 0)
     text = "".join(f"{key} = {json.dumps(value)}\n" for key, value in lines.items())
-    return text, rates, start, [*(k for k in kinks if k < end), end]
+    others = [j for j in range(n) if not (is_moved and j == site)]
+    return text, others, rates, start, [*(k for k in kinks if k < end), end]
 
 
-def off(rates, start, stops, time, velocities, longest):
-    """The largest difference of a velocity, of a body or a resonator."""
+def off(others, rates, start, stops, time, velocities, longest):
+    """The largest difference of a velocity, of these bodies or of a resonator."""
     n, t, worst = len(start) // 4, 0.0, 0.0
     for stop in stops:
         inside = (time >= t) & (time <= stop)
@@ -166,7 +185,9 @@ def off(rates, start, stops, time, velocities, longest):
         found = solve_ivp(rates, (t, last), start, "DOP853", at, rtol=3e-14, atol=1e-16, max_step=longest)
         for velocity, row in zip(velocities, (found.y[n : 2 * n], found.y[3 * n : 4 * n])):
             samples = velocity[inside]
-            worst = max(worst, np.abs(row[:, : len(samples)].T - samples).max(initial=0.0))
+            apart = np.abs(row[:, : len(samples)].T - samples)
+            which = others if velocity is velocities[0] else slice(None)
+            worst = max(worst, apart[:, which].max(initial=0.0))
         start, t = found.y[:, -1], stop
     return worst
 

@@ -73,7 +73,7 @@ class SceneKeys(TypedDict, total=False):
     modes: Sequence[int]
     mode_energy: float
     mode_amplitude: Measure
-    drive: Literal["force", "wall", "wall-velocity"]
+    drive: Literal["force", "wall", "wall-velocity", "displacement", "velocity"]
     drive_site: int
     drive_waveform: Literal["sine", "half-sine", "tone-burst", "chirp", "noise", "values"]
     drive_amplitude: float

@@ -79,7 +79,7 @@ impl Derived {
         let mut lost = Array2::zeros((samples, 1));
         for i in 0..samples {
             let at = motion.at(i);
-            contacts.evaluate(at.t, at.x, at.v, &mut state);
+            contacts.evaluate(at, &mut state);
             sites.evaluate(&contacts, at, &state);
             out.energy[[i, 0]] = sites.kinetic + sites.contact;
             lost[[i, 0]] = crate::numeric::sum(&sites.loss);

@@ -169,7 +169,7 @@ impl Source for QuadraticChain<'_> {
     fn components(&self, sample: usize) -> Components {
         let at = self.motion.at(sample);
         let mut state = ContactState::default();
-        self.contacts.evaluate(at.t, at.x, at.v, &mut state);
+        self.contacts.evaluate(at, &mut state);
         let (r, closing) = (&state.overlap, &state.closing);
         let b = self.quadratic;
         let product: Vec<f64> = r.iter().map(|r| b * r * r).collect();

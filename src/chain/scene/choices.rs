@@ -62,6 +62,10 @@ pub enum DriveTyped {
     Wall,
     /// The velocity of this wall.
     WallVelocity,
+    /// The displacement of a body, whatever pushes it.
+    Displacement,
+    /// The velocity of a body.
+    Velocity,
 }
 
 /// The waveform of a drive.

@@ -50,10 +50,10 @@ pub(super) fn drive(check: Check, n: usize) -> Result<Option<(Drive, String)>> {
         return Ok(None);
     };
     let ends = scene.ends.unwrap_or_default();
-    let is_wall = typed != DriveTyped::Force;
+    let is_wall = matches!(typed, DriveTyped::Wall | DriveTyped::WallVelocity);
     if is_wall && scene.drive_site.is_some() {
-        let expected = "it only beside `drive = \"force\"`: of bodies forces can be stated, and of the wall \
-                        before site 0 its motion";
+        let expected =
+            "it only beside `drive` force, displacement or velocity, which are of a body";
         return Err(check.fault("drive_site", expected, "a wall"));
     }
     if is_wall && ends != EndsTyped::Fixed {
@@ -65,30 +65,29 @@ pub(super) fn drive(check: Check, n: usize) -> Result<Option<(Drive, String)>> {
         return Err(check.fault("drive_site", format!("a body from 0 to {}", n - 1), site));
     }
     let (waveform, about) = waveform(check, typed)?;
-    let (drive, what) = match typed {
-        DriveTyped::Wall => (
-            Drive::Wall(waveform.held()),
-            "displacement of the first wall".to_owned(),
-        ),
-        DriveTyped::WallVelocity => {
+    let (waveform, what) = match typed {
+        DriveTyped::Force => (waveform, "force"),
+        DriveTyped::Wall | DriveTyped::Displacement => (waveform.held(), "displacement"),
+        DriveTyped::WallVelocity | DriveTyped::Velocity => {
             let displacement = waveform.integral();
             let displacement =
                 displacement.map_err(|error| check.named(error, "drive_waveform"))?;
-            (
-                Drive::Wall(displacement),
-                "velocity of the first wall".to_owned(),
-            )
+            (displacement, "velocity")
         }
+    };
+    let is_open = matches!(ends, EndsTyped::Wall | EndsTyped::Free);
+    let (drive, of) = match typed {
+        _ if is_wall => (Drive::Wall(waveform), "of the first wall".to_owned()),
         DriveTyped::Force => {
-            let is_end = site == 0 && matches!(ends, EndsTyped::Wall | EndsTyped::Free);
-            let drive = match is_end {
+            let drive = match site == 0 && is_open {
                 true => Drive::Force(waveform),
                 false => Drive::Body(site, waveform),
             };
-            (drive, format!("force on site {site}"))
+            (drive, format!("on site {site}"))
         }
+        _ => (Drive::Motion(site, waveform), format!("of site {site}")),
     };
-    Ok(Some((drive, format!("{what}, {about}"))))
+    Ok(Some((drive, format!("{what} {of}, {about}"))))
 }
 
 fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
@@ -115,8 +114,8 @@ fn waveform(check: Check, typed: DriveTyped) -> Result<(Waveform, String)> {
     let [unit, hertz, seconds] = match (check.units, typed) {
         (Units::None, _) => [""; 3],
         (Units::Si, DriveTyped::Force) => [" N", " Hz", " s"],
-        (Units::Si, DriveTyped::Wall) => [" m", " Hz", " s"],
-        (Units::Si, DriveTyped::WallVelocity) => [" m/s", " Hz", " s"],
+        (Units::Si, DriveTyped::Wall | DriveTyped::Displacement) => [" m", " Hz", " s"],
+        (Units::Si, _) => [" m/s", " Hz", " s"],
     };
     let frequency = |what: &str| {
         let key = "drive_frequency";

@@ -166,8 +166,8 @@ impl Named<'_> {
             return Err(self.fault("times that rise", found));
         }
         let values = match kind {
-            Some("wall") => self.in_si::<Length>(&second)?,
-            Some("wall-velocity") => self.in_si::<Speed>(&second)?,
+            Some("wall" | "displacement") => self.in_si::<Length>(&second)?,
+            Some("wall-velocity" | "velocity") => self.in_si::<Speed>(&second)?,
             _ => self.in_si::<Force>(&second)?,
         };
         Ok([times, values])

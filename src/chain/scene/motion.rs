@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::check::Check;
 use super::{EndsTyped, Units};
-use crate::chain::{Chain, Pattern};
+use crate::chain::{Chain, Drive, Pattern};
 use crate::error::Result;
 
 /// How a chain starts.
@@ -15,8 +15,8 @@ pub(super) struct Start {
     pub(super) resonators: Option<[Vec<f64>; 2]>,
 }
 
-/// Initial velocities and displacements.
-pub(super) fn start(check: Check, chain: &Chain) -> Result<Start> {
+/// Initial velocities and displacements; a body whose motion is prescribed starts as it goes on.
+pub(super) fn start(check: Check, chain: &Chain, drive: Option<&Drive>) -> Result<Start> {
     let (scene, n) = (check.scene, chain.n_sites());
     check.one_of(
         &["striker_velocity", "velocities", "modes"],
@@ -75,6 +75,20 @@ pub(super) fn start(check: Check, chain: &Chain) -> Result<Start> {
         };
     }
     velocity[0] *= jitter(check)?;
+    if let Some((site, wave)) = drive.and_then(Drive::motion) {
+        let own = [
+            ("velocity", &mut velocity, wave.rate_at(0.0)),
+            ("displacement", &mut displacement, wave.at(0.0)),
+        ];
+        for (what, values, told) in own {
+            if values[site] != 0.0 && values[site] != told {
+                let expected =
+                    format!("a body of no other {what} at time 0 than the drive's, {told}");
+                return Err(check.fault("drive", expected, values[site]));
+            }
+            values[site] = told;
+        }
+    }
     let moves = |values: &[f64]| values.iter().any(|v| *v != 0.0);
     let all = [&velocity, &displacement]
         .into_iter()

@@ -71,13 +71,13 @@ pub(super) fn work_out(scene: &Scene, places: &Places, text: String) -> Result<S
         losses,
         on_site,
     };
+    let (scheme, accuracy) = stepping(check, chain.has_pulls())?;
+    let (drive, about) = drive::drive(check, n)?.unzip();
     let Start {
         velocity,
         displacement,
         resonators,
-    } = motion::start(check, &chain)?;
-    let (scheme, accuracy) = stepping(check, chain.has_pulls())?;
-    let (drive, about) = drive::drive(check, n)?.unzip();
+    } = motion::start(check, &chain, drive.as_ref())?;
     let simulation = Simulation {
         chain,
         drive,

@@ -244,14 +244,13 @@ pub struct Scene {
     /// What is driven from time 0 on.
     #[schemars(extend("x-group" = "Drive"), extend("examples" = ["force"]))]
     pub drive: Option<DriveTyped>,
-    /// The body that a force drives, from 0 on.
+    /// The body that is driven, from 0 on.
     #[schemars(extend("default" = 0))]
     pub drive_site: Option<usize>,
     /// The drive in time [default: sine, or values where they are given].
     #[schemars(extend("examples" = ["tone-burst"]))]
     pub drive_waveform: Option<WaveformTyped>,
-    /// Amplitude of the drive: a force, in N in an SI scene, or the displacement of the wall, in m, or its
-    /// velocity, in m/s; of noise the root mean square; a factor of values, by default 1.
+    /// Amplitude of the drive: a force, in N in an SI scene, a displacement, in m, or a velocity, in m/s; of noise the root mean square; a factor of values, by default 1.
     #[schemars(extend("examples" = [0.1]))]
     pub drive_amplitude: Option<f64>,
     /// Frequency of a sine or a tone burst, and the first one of a chirp, in cycles per unit of time (Hz in an SI

@@ -4,7 +4,7 @@ use super::super::law::Kernel;
 use super::energy::PassOn;
 use super::finish::Largest;
 use super::islands::Island;
-use super::pair::{Span, StepOutcome, StepScratch, set_end_forces};
+use super::pair::{Span, StepOutcome, StepScratch, press_placed};
 use super::stage::{outside, walk};
 use super::system::{State, System};
 use super::tableau::Composition;
@@ -47,7 +47,7 @@ pub(super) fn advance<K: Kernel>(
 ) -> StepOutcome {
     let blocks = island.blocks.clone();
     let energy = !state.passed.is_empty();
-    let moving_ends = system.has_moving_ends() && blocks.start == 0;
+    let has_placed = system.has_placed_in(island);
     let copy = |to: &mut AlignedRow, from: &AlignedRow| {
         to.0[blocks.clone()].copy_from_slice(&from.0[blocks.clone()]);
     };
@@ -65,10 +65,10 @@ pub(super) fn advance<K: Kernel>(
         input,
         ..
     } = next;
-    let pushed = system
-        .pushed()
-        .filter(|(place, _)| island.places().contains(place));
-    if pushed.is_some() {
+    let driven = system
+        .driven()
+        .filter(|place| island.places().contains(place));
+    if driven.is_some() {
         *input = state.input;
     }
     let push = |time: f64, t: f64, force: &AlignedRow, v: &mut AlignedRow| {
@@ -80,8 +80,8 @@ pub(super) fn advance<K: Kernel>(
             v,
         }
         .work();
-        if let Some((place, wave)) = pushed {
-            v[place] += time * system.mobility[place] * wave.at(t);
+        if let Some(place) = driven {
+            v[place] += time * system.mobility[place] * system.outer_force(place, t, force, 0.0);
         }
     };
     let mut leaked = false;
@@ -98,9 +98,9 @@ pub(super) fn advance<K: Kernel>(
             }
             .work();
             t += time;
-            if moving_ends {
-                system.place_ghosts(t, x, v);
-                set_end_forces(system, t, [x, v], force);
+            if has_placed {
+                system.place(t, x, v);
+                press_placed(system, t, [x, v], force);
             }
             leaked |= island.leaks(force);
         }
@@ -110,8 +110,8 @@ pub(super) fn advance<K: Kernel>(
             let middle = &mut scratch.v;
             copy(middle, v);
             push(0.5 * time, t, force, middle);
-            if moving_ends {
-                system.place_ghosts(t, &mut scratch.x, middle);
+            if has_placed {
+                system.place(t, &mut scratch.x, middle);
             }
             PassOn {
                 island,
@@ -122,14 +122,14 @@ pub(super) fn advance<K: Kernel>(
                 passed,
             }
             .work();
-            if let Some((place, wave)) = pushed {
-                *input += time * wave.at(t) * middle[place];
+            if let Some(place) = driven {
+                *input += time * system.outer_force(place, t, force, 0.0) * middle[place];
             }
         }
         push(time, t, force, v);
     }
-    if moving_ends {
-        system.place_ghosts(t, x, v);
+    if has_placed {
+        system.place(t, x, v);
     }
     StepOutcome {
         // A speed that is not finite is an error that no tolerance accepts.

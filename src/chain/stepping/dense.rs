@@ -157,8 +157,8 @@ impl<K: Kernel> Driver<K> {
                         .iter()
                         .for_each(|places| copy(patch, sample, places));
                 }
-                if self.system.has_moving_ends() {
-                    self.system.place_ghosts(t, &mut sample.x, &mut sample.v);
+                if self.system.has_placed() {
+                    self.system.place(t, &mut sample.x, &mut sample.v);
                 }
             }
             _ => {
@@ -213,8 +213,8 @@ impl<K: Kernel> Driver<K> {
             }
             .work();
         }
-        if self.system.has_moving_ends() {
-            super::pair::set_end_forces(&self.system, t, [x, v], force);
+        if self.system.has_placed() {
+            super::pair::press_placed(&self.system, t, [x, v], force);
         }
     }
 
@@ -276,9 +276,8 @@ impl<K: Kernel> Driver<K> {
             }
             .work();
         }
-        if self.system.has_moving_ends() {
-            self.system
-                .place_ghosts(checked, &mut sample.x, &mut sample.v);
+        if self.system.has_placed() {
+            self.system.place(checked, &mut sample.x, &mut sample.v);
         }
         if from < self.drive_ends {
             // What drives the first site has no polynomial.

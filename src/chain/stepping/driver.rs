@@ -4,7 +4,7 @@ use super::composed::{self, Splitting};
 use super::correction::Correction;
 use super::dense::Dense;
 use super::islands::Islands;
-use super::pair::set_end_forces;
+use super::pair::press_placed;
 use super::pair::{PairStep, Span, StepOutcome, StepScratch};
 use super::system::{State, System};
 use super::tableau::Tableau;
@@ -188,15 +188,15 @@ impl<K: Kernel> Driver<K> {
         self.system.drive = Some(drive.with(waveform));
     }
 
-    /// The velocity of a driven wall jumps where the drive begins or ends.
+    /// The velocity of what is moved may jump where the drive begins or ends.
     fn end_drive(&mut self) {
         if self.drive.is_none() || self.time != self.drive_ends {
             return;
         }
         self.set_drive();
         let State { x, v, force, .. } = &mut self.state;
-        self.system.place_ghosts(self.time, x, v);
-        set_end_forces(&self.system, self.time, [x, v], force);
+        self.system.place(self.time, x, v);
+        press_placed(&self.system, self.time, [x, v], force);
     }
 
     fn attempt(&mut self, h: f64) -> StepOutcome {

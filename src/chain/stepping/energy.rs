@@ -33,11 +33,11 @@ pub(super) fn pass_on<K: Kernel>(
     if lossy {
         next.lost.0[blocks.clone()].copy_from_slice(&state.lost.0[blocks]);
     }
-    let pushed = system
-        .pushed()
-        .filter(|(place, _)| island.places().contains(place));
-    if pushed.is_some() {
-        next.input = state.input;
+    let driven = system
+        .driven()
+        .filter(|place| island.places().contains(place));
+    if driven.is_some() {
+        next.input = state.input + events.missed_input(system, t + h, h);
     }
     for &(stage, weight) in tableau.bp.iter().filter(|(_, weight)| *weight != 0.0) {
         let weights = &tableau.velocity[stage];
@@ -50,8 +50,8 @@ pub(super) fn pass_on<K: Kernel>(
             [force, pull],
             v,
         );
-        if system.has_moving_ends() && island.blocks.start == 0 {
-            system.place_ghosts(t + tableau.c[stage] * h, x, v);
+        if system.has_placed_in(island) {
+            system.place(t + tableau.c[stage] * h, x, v);
         }
         events.correct_velocities(system, h, stage, v);
         let weight = weight * h;
@@ -64,8 +64,10 @@ pub(super) fn pass_on<K: Kernel>(
             passed: &mut next.passed,
         }
         .work();
-        if let Some((place, wave)) = pushed {
-            next.input += weight * wave.at(t + tableau.c[stage] * h) * v[place];
+        if let Some(place) = driven {
+            let at = t + tableau.c[stage] * h;
+            let outer = system.outer_force(place, at, &force[stage], pull[stage][place]);
+            next.input += weight * outer * v[place];
         }
         if lossy {
             lose_energy(system, island, weight, [&damping[stage], v], &mut next.lost);
@@ -89,7 +91,7 @@ fn lose_energy<K: Kernel>(
         lost[s] += right * heat;
     }
     for s in places.start..places.end.min(FIRST_SITE + system.sites) {
-        if system.mobility[s] > 0.0 {
+        if system.is_site(s) {
             lost[s] += weight * system.losses.drag * v[s] * v[s];
         }
     }

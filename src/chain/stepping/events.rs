@@ -141,7 +141,7 @@ impl Events {
         } = *step;
         let Events { found, blocks } = self;
         let [state, _] = path;
-        if system.has_moving_ends() && island.blocks.start == 0 {
+        if system.has_placed_in(island) {
             // What the ghosts do became known later.
             blocks.extend([0, system.sites / WIDTH, (system.sites + 1) / WIDTH]);
             blocks.sort_unstable();
@@ -224,7 +224,7 @@ impl Events {
             }
         }
         let end = span.t + span.h;
-        system.place_ghosts(end, &mut next.x, &mut next.v);
+        system.place(end, &mut next.x, &mut next.v);
         let first = (island.places().start + 1).max(system.contacts.start);
         let last = island.places().end.min(system.contacts.end);
         for event in &self.found {
@@ -243,6 +243,26 @@ impl Events {
         for event in &self.found {
             passed[event.contact] += h * system.coefficient[event.contact] * event.missed.work;
         }
+    }
+
+    /// Work that the quadrature missed, by what holds a body to its motion against contacts that push it: with its
+    /// velocity linear in time, which is as good as the small impulses need.
+    pub(super) fn missed_input<K: Kernel>(&self, system: &System<K>, end: f64, h: f64) -> f64 {
+        let Some((place, wave)) = system.moved() else {
+            return 0.0;
+        };
+        let (speed, slowing) = (wave.rate_at(end), h * wave.acceleration_at(end));
+        let of = |event: &Event| {
+            let sign = match event.contact {
+                s if s == place => -1.0,
+                s if s == place + 1 => 1.0,
+                _ => return 0.0,
+            };
+            let missed = &event.missed;
+            let work = speed * missed.impulse - slowing * missed.moment;
+            sign * h * system.coefficient[event.contact] * work
+        };
+        self.found.iter().map(of).sum()
     }
 
     /// Adds what the velocities at a stage missed.

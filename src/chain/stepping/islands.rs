@@ -97,8 +97,7 @@ impl Islands {
             .rev()
             .find(|&s| state.x[s] != 0.0 || state.v[s] != 0.0)
             .map_or(0, |last| last + 1);
-        let pushed = system.pushed().map(|(place, _)| place);
-        let front = front.max(pushed.map_or(0, |place| place + 1));
+        let front = front.max(system.driven().map_or(0, |place| place + 1));
         let ahead = (caution * self.ahead as f64) as usize;
         let reached = front.saturating_add(ahead).min(places);
         // Islands may end two places farther, and end with a whole block.
@@ -149,8 +148,8 @@ impl Islands {
         if system.drives_end() {
             masks[0] |= 2;
         }
-        if let Some((place, _)) = system.pushed() {
-            // A push changes how soon its contacts close.
+        if let Some(place) = system.driven() {
+            // A drive changes how soon its contacts close.
             for contact in [place, place + 1] {
                 masks[contact / WIDTH] |= 1 << (contact % WIDTH);
             }

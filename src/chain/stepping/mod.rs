@@ -345,7 +345,7 @@ fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {
             (x[s], v[s]) = (at[j], speed[j]);
         }
     }
-    system.place_ghosts(0.0, &mut x, &mut v);
+    system.place(0.0, &mut x, &mut v);
     for s in system.contacts.clone() {
         force[s] = system.force(s, 0.0, &x, &v).0;
     }

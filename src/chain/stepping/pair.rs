@@ -1,5 +1,6 @@
 //! One step of an embedded pair on one island.
 
+use super::super::drive::Drive;
 use super::super::law::Kernel;
 use super::correction::Correction;
 use super::energy;
@@ -149,8 +150,8 @@ impl<K: Kernel> PairStep<'_, K> {
             openings: events.openings(),
         }
         .work();
-        if system.has_moving_ends() && blocks.start == 0 {
-            system.place_ghosts(t + h, &mut next.x, &mut next.v);
+        if system.has_placed_in(island) {
+            system.place(t + h, &mut next.x, &mut next.v);
         }
         next.force.0[blocks.clone()].copy_from_slice(&force[last].0[blocks]);
 
@@ -191,7 +192,7 @@ impl<K: Kernel> PairStep<'_, K> {
         let Span { t, h } = self.span;
         let blocks = island.blocks.clone();
         let lossy = system.has_pulls();
-        let moving_ends = system.has_moving_ends() && blocks.start == 0;
+        let has_placed = system.has_placed_in(island);
         let last = tableau.stages() - 1;
         let StepScratch {
             force,
@@ -224,8 +225,8 @@ impl<K: Kernel> PairStep<'_, K> {
                 );
                 let weights = (&tableau.velocity[stage], h);
                 push(system, island, &state.v, None, weights, [force, pull], v);
-                if moving_ends {
-                    system.place_ghosts(t + ch, positions, v);
+                if has_placed {
+                    system.place(t + ch, positions, v);
                 }
                 let rows = [&mut force[stage], &mut damping[stage], &mut pull[stage]];
                 damp(system, t + ch, island, [positions, v], rows);
@@ -242,9 +243,9 @@ impl<K: Kernel> PairStep<'_, K> {
                     force: &mut from[0],
                 }
                 .work();
-                if moving_ends {
-                    system.place_ghosts(t + ch, positions, v);
-                    set_end_forces(system, t + ch, [positions, v], &mut from[0]);
+                if has_placed {
+                    system.place(t + ch, positions, v);
+                    press_placed(system, t + ch, [positions, v], &mut from[0]);
                 }
             }
             leaked |= island.leaks(&force[stage]);
@@ -307,18 +308,18 @@ fn damp<K: Kernel>(
             pull[resonator_place(system.sites, j)] = force;
         }
     }
-    if let Some((place, wave)) = system.pushed()
-        && island.places().contains(&place)
+    if let Some(Drive::Body(site, wave)) = &system.drive
+        && island.places().contains(&(FIRST_SITE + site))
     {
-        pull[place] -= wave.at(t);
+        pull[FIRST_SITE + site] -= wave.at(t);
     }
-    if system.has_moving_ends() && island.blocks.start == 0 {
-        set_end_forces(system, t, [x, v], force);
+    if system.has_placed_in(island) {
+        press_placed(system, t, [x, v], force);
     }
 }
 
-/// Forces of the contacts whose other side a block does not know.
-pub(super) fn set_end_forces<K: Kernel>(
+/// Forces of the contacts of places that a block does not know.
+pub(super) fn press_placed<K: Kernel>(
     system: &System<K>,
     t: f64,
     [x, v]: [&AlignedRow; 2],
@@ -331,5 +332,12 @@ pub(super) fn set_end_forces<K: Kernel>(
     }
     if system.drives_end() {
         force[1] = system.force(1, t, x, v).0;
+    }
+    if let Some((place, _)) = system.moved().filter(|(place, _)| system.is_site(*place)) {
+        for s in [place, place + 1] {
+            if system.contacts.contains(&s) {
+                force[s] = system.force(s, t, x, v).0;
+            }
+        }
     }
 }

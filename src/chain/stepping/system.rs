@@ -10,6 +10,7 @@ use super::super::drive::{Drive, Waveform};
 use super::super::lattice::{Chain, Ends, Ground, Losses};
 use super::super::law::Kernel;
 use super::super::resonators::Resonators;
+use super::islands::Island;
 use crate::numeric::lanes::AlignedRow;
 
 #[derive(Debug)]
@@ -19,8 +20,10 @@ pub(super) struct System<K> {
     pub(super) sites: usize,
     pub(super) coefficient: AlignedRow,
     pub(super) static_overlap: AlignedRow,
-    /// 1/m; 0 for ghosts.
+    /// 1/m; 0 for ghosts and for a body that moves as it is told.
     pub(super) mobility: AlignedRow,
+    /// Mass of the body that is driven.
+    pub(super) driven_mass: f64,
     pub(super) losses: Losses,
     pub(super) ground: Option<Ground>,
     pub(super) resonators: Option<Resonators>,
@@ -112,7 +115,11 @@ impl<K: Kernel> System<K> {
         match drive {
             Some(Drive::Wall(_)) => flux_share[0][1] = 1.0,
             Some(Drive::Force(_)) => flux_share[1][1] = 1.0,
-            Some(Drive::Body(..)) | None => {}
+            Some(Drive::Body(..) | Drive::Motion(..)) | None => {}
+        }
+        let driven = drive.as_ref().map_or(0, Drive::site);
+        if let Some((site, _)) = drive.as_ref().and_then(Drive::motion) {
+            mobility[FIRST_SITE + site] = 0.0;
         }
         let ends = matches!(drive, Some(Drive::Force(_) | Drive::Wall(_)));
         let first = if coefficient[1] == 0.0 && !ends {
@@ -126,6 +133,7 @@ impl<K: Kernel> System<K> {
             coefficient,
             static_overlap,
             mobility,
+            driven_mass: chain.mass[driven],
             losses: chain.losses,
             ground: chain.on_site.ground.clone(),
             resonators: chain.on_site.resonators.clone(),
@@ -176,13 +184,15 @@ impl<K: Kernel> System<K> {
     #[inline(always)]
     pub(super) fn acceleration(&self, s: usize, t: f64, at: [&[f64]; 2], force: &[f64]) -> f64 {
         let [x, _] = at;
-        if let (0, Some(Drive::Wall(wave))) = (s, &self.drive) {
+        if let Some((place, wave)) = self.moved()
+            && place == s
+        {
             return wave.acceleration_at(t);
         }
         let right = force.get(s + 1).copied().unwrap_or(0.0);
         let mut push = force[s] - right;
-        if let Some((place, wave)) = self.pushed()
-            && place == s
+        if let Some(Drive::Body(site, wave)) = &self.drive
+            && FIRST_SITE + site == s
         {
             push += wave.at(t);
         }
@@ -195,13 +205,33 @@ impl<K: Kernel> System<K> {
         }
     }
 
-    /// The place of a body that a force drives, and the force.
+    /// The place of a body that is driven, by a force or as it moves.
     #[inline(always)]
-    pub(super) fn pushed(&self) -> Option<(usize, &Waveform)> {
+    pub(super) fn driven(&self) -> Option<usize> {
         match &self.drive {
-            Some(Drive::Body(site, wave)) => Some((FIRST_SITE + site, wave)),
+            Some(Drive::Body(site, _) | Drive::Motion(site, _)) => Some(FIRST_SITE + site),
             _ => None,
         }
+    }
+
+    /// The place that moves as it is told, and its displacement.
+    #[inline(always)]
+    pub(super) fn moved(&self) -> Option<(usize, &Waveform)> {
+        match &self.drive {
+            Some(Drive::Wall(wave)) => Some((0, wave)),
+            Some(Drive::Motion(site, wave)) => Some((FIRST_SITE + site, wave)),
+            _ => None,
+        }
+    }
+
+    /// Force from outside on the driven body at place s, where contacts have these forces and others pull it back by
+    /// `pull`.
+    #[inline(always)]
+    pub(super) fn outer_force(&self, s: usize, t: f64, force: &[f64], pull: f64) -> f64 {
+        let right = force.get(s + 1).copied().unwrap_or(0.0);
+        let inner = || force[s] - right - pull;
+        let drive = self.drive.as_ref();
+        drive.map_or(0.0, |drive| drive.push_at(t, self.driven_mass, inner))
     }
 
     /// Whether bodies feel other forces than those of their contacts.
@@ -209,7 +239,7 @@ impl<K: Kernel> System<K> {
         self.losses.any()
             || self.ground.is_some()
             || self.resonators.is_some()
-            || self.pushed().is_some()
+            || self.driven().is_some()
     }
 
     /// Whether anything takes energy out.
@@ -259,7 +289,7 @@ impl<K: Kernel> System<K> {
 
     /// How what contact s loses is split between the places beside it.
     pub(super) fn loss_share(&self, s: usize) -> [f64; 2] {
-        match (self.mobility[s - 1] > 0.0, self.mobility[s] > 0.0) {
+        match (self.is_site(s - 1), self.is_site(s)) {
             (true, true) => [0.5, 0.5],
             // The closing contact of a ring is there twice, at either end.
             (left, _) if self.periodic => {
@@ -274,19 +304,34 @@ impl<K: Kernel> System<K> {
         }
     }
 
-    /// Whether an end moves or is another end's image, which a block alone does not know.
-    pub(super) fn has_moving_ends(&self) -> bool {
-        self.periodic || self.drives_end()
+    /// Whether place s holds a body of the chain.
+    pub(super) fn is_site(&self, s: usize) -> bool {
+        (FIRST_SITE..FIRST_SITE + self.sites).contains(&s)
     }
 
-    /// Sets the ghosts from the boundary conditions at time t.
-    pub(super) fn place_ghosts(&self, t: f64, x: &mut [f64], v: &mut [f64]) {
+    /// Whether places move as they are told or are images of others, which a block alone does not know.
+    pub(super) fn has_placed(&self) -> bool {
+        self.periodic || self.drives_end() || self.moved().is_some()
+    }
+
+    /// Whether such places, or their contacts, are in an island.
+    pub(super) fn has_placed_in(&self, island: &Island) -> bool {
+        let places = island.places();
+        let at_end = places.start == 0 && (self.periodic || self.drives_end());
+        at_end
+            || self
+                .moved()
+                .is_some_and(|(place, _)| places.contains(&place))
+    }
+
+    /// Sets these places as they are at time t.
+    pub(super) fn place(&self, t: f64, x: &mut [f64], v: &mut [f64]) {
         let n = self.sites;
+        if let Some((place, wave)) = self.moved() {
+            (x[place], v[place]) = (wave.at(t), wave.rate_at(t));
+        }
         if self.periodic {
             (x[0], v[0], x[n + 1], v[n + 1]) = (x[n], v[n], x[1], v[1]);
-        }
-        if let Some(Drive::Wall(wave)) = &self.drive {
-            (x[0], v[0]) = (wave.at(t), wave.rate_at(t));
         }
     }
 }
