@@ -94,8 +94,7 @@ pub fn simulate<'py>(
     let work = |observer: &dyn Observer| -> Result<_> {
         let source = scene(text, typed.scene.as_deref(), &typed.keys.settings)?;
         let setup = source.setup()?;
-        let run = setup.simulation.run(observer);
-        let run = run.map_err(|error| source.locate(error))?;
+        let run = typed.compute(&source, &setup, observer)?;
         let kept = Kept::new(Precision::F64);
         RunFile::hand_over(&setup, &run, &kept, observer)?;
         Ok((RunFile { setup, run }, kept))

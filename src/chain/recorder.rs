@@ -118,6 +118,7 @@ impl Recorder {
                 resonator_displacement: array(resonators && record.displacement, n),
                 resonator_velocity: array(resonators, n),
                 energy_input: (record.energy && driven).then(|| Array1::zeros(rows)),
+                gradient: None,
                 chain,
                 drive: simulation.drive.clone(),
                 report: RunReport {

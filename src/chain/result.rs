@@ -5,6 +5,7 @@ use ndarray::{Array1, Array2};
 use super::drive::Drive;
 use super::lattice::Chain;
 use super::stepping::Cost;
+use super::tangent::Gradient;
 use crate::field::{Axis, Field, Quantity, graded_masses};
 
 /// The results of a run; arrays are `(time, site)` or `(time, contact)`.
@@ -26,6 +27,8 @@ pub struct Run {
     /// Of the resonator of each site, 0 where there is none; only where the chain has resonators.
     pub resonator_displacement: Option<Array2<f64>>,
     pub resonator_velocity: Option<Array2<f64>>,
+    /// How it changes with keys of its scene, where that was asked for; not read from files.
+    pub gradient: Option<Gradient>,
     pub report: RunReport,
 }
 

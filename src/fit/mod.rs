@@ -10,6 +10,7 @@
 //! Whether noise explains what is left is tested ([`Misfit`]). Derivatives J are central differences of runs.
 
 mod directions;
+mod gradient;
 mod key;
 mod model;
 mod noise;
@@ -24,6 +25,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 pub use directions::Direction;
+pub use gradient::gradient;
 pub use key::FreeKey;
 pub(crate) use key::settings;
 pub use records::Records;

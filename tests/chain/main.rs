@@ -20,5 +20,6 @@ mod scene_hostile;
 mod solitary;
 mod states;
 mod sweep;
+mod tangents;
 mod window;
 mod work;

@@ -137,12 +137,13 @@ def scene(seed):
 
     def rates(t, state):
         x, v, y, w = state[: 4 * n].reshape(4, n)
-        # The last value is the displacement of a wall of a given velocity.
+        # The last value is the displacement of a wall or a body of a given velocity.
         moved = {"wall": lambda: (of(t), 0.0), "wall-velocity": lambda: (state[-1], of(t))}
         at, speed = moved.get(kind, lambda: (0.0, 0.0))()
+        grows = speed
         if is_moved:
-            x, v, speed = x.copy(), v.copy(), told(t)
-            x[site], v[site] = state[-1] if kind == "velocity" else of(t), speed
+            x, v, grows = x.copy(), v.copy(), told(t)
+            x[site], v[site] = state[-1] if kind == "velocity" else of(t), grows
         overlap = at_rest + x[:m] - np.append(x[1:], 0.0)[:m]
         closing = v[:m] - np.append(v[1:], 0.0)[:m]
         push = np.array([c[j] * force[j](overlap[j]) for j in range(m)]) - rest
@@ -162,7 +163,7 @@ def scene(seed):
         if is_moved:
             # Its velocity is compared with that of the drive elsewhere.
             pull[site] = 0.0
-        return np.concatenate([v, pull / mass, w, -tied * free, [speed]])
+        return np.concatenate([v, pull / mass, w, -tied * free, [grows]])
 
     start = np.zeros(4 * n + 1)
     start[n] = speed

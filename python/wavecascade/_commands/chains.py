@@ -77,7 +77,13 @@ def _merged(scene: Scene, keys: dict[str, Any], own: frozenset[str]) -> tuple[Sc
     return {**base, **of_scene}, rest
 
 
-def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[SceneKeys]) -> xr.Dataset:
+def simulate(
+    scene: Scene = None,
+    *,
+    gradient: Sequence[str] = (),
+    progress: Progress = None,
+    **keys: Unpack[SceneKeys],
+) -> xr.Dataset:
     """Integrate a chain of bodies in nearest-neighbour contact to a stated tolerance.
 
     m_j a_j = F(d_{j-1,j}) - F(d_{j,j+1}), with the contact law F = c d^1.5 for overlaps d > 0, or any
@@ -87,6 +93,8 @@ def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[S
     ----------
     scene
         Keys of a scene as a dictionary, or the path of a scene file.
+    gradient
+        Keys with respect to which derivatives of the run are returned: ``["young", "mass_cell[1]"]``.
     progress
         As for :func:`analyze`.
     **keys
@@ -100,7 +108,9 @@ def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[S
         ``(time, position)``; ``force`` and ``energy_passed`` ``(time, contact_position)``; with a
         drive ``energy_input`` ``(time)``; with resonators ``resonator_displacement`` and
         ``resonator_velocity`` ``(time, position)``; ``mass`` ``(position)``, ``contact_coefficient``
-        ``(contact_position)``. The scene and the report of the run are attributes. :func:`budget`,
+        ``(contact_position)``; with a gradient ``gradient_velocity``, ``gradient_displacement``
+        ``(parameter, time, position)``, per unit of each key, and ``gradient_error`` ``(parameter)``, over
+        the largest derivative. The scene and the report of the run are attributes. :func:`budget`,
         :func:`compare` and :func:`triads` take it as it is, also from a file of ``to_netcdf``.
 
     Raises
@@ -110,10 +120,14 @@ def simulate(scene: Scene = None, *, progress: Progress = None, **keys: Unpack[S
     """
     scene, rest = _merged(scene, dict(keys), frozenset())
     text, file = _scene(scene)
-    said = words("simulate", rest, (), file, _KEYS)
+    rest["gradient"] = list(gradient) or None
+    said = words("simulate", rest, ("gradient",), file, _KEYS)
     found = _native.simulate(text, said, observed(progress))
     warn(found)
-    return seal(dataset(found, {}))
+    run = dataset(found, {})
+    if gradient and not isinstance(run, dict):
+        run = run.assign_coords(parameter=list(gradient))
+    return seal(run)
 
 
 def budget(

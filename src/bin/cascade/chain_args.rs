@@ -4,7 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use wavecascade::chain::scene::PRESETS;
+use wavecascade::Result;
+use wavecascade::chain::Run;
+use wavecascade::chain::scene::{PRESETS, SceneSource, Setup};
+use wavecascade::fit::gradient;
+use wavecascade::observer::Observer;
 use wavecascade::sweep::Part;
 
 use crate::args::DetailArgs;
@@ -26,6 +30,11 @@ pub struct Simulate {
     #[arg(long)]
     pub force: bool,
 
+    /// Keys of the scene with respect to which the run's derivatives are recorded, too: `young,angle`, an entry of a list
+    /// (`mass_cell[1]`), a number of a table (`defect[0].factor`).
+    #[arg(long, value_name = "KEY,KEY", value_delimiter = ',')]
+    pub gradient: Vec<String>,
+
     /// Print what the scene describes and the memory of its run, and stop.
     #[arg(long)]
     pub plan: bool,
@@ -40,6 +49,24 @@ pub struct Simulate {
 
     #[command(flatten)]
     pub keys: SceneKeys,
+}
+
+impl Simulate {
+    /// The run of a scene, with its gradient where one is asked for.
+    pub fn compute(
+        &self,
+        source: &SceneSource,
+        setup: &Setup,
+        observer: &dyn Observer,
+    ) -> Result<Run> {
+        let run = setup.simulation.run(observer);
+        let mut run = run.map_err(|error| source.locate(error))?;
+        if !self.gradient.is_empty() {
+            let times = run.time.to_vec();
+            run.gradient = Some(gradient(source, &self.gradient, &times, observer)?);
+        }
+        Ok(run)
+    }
 }
 
 /// What `cascade sweep` takes.

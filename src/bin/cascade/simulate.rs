@@ -37,8 +37,7 @@ pub fn run(typed: Simulate) -> Result<(), Failure> {
     // Before any work: could the run be written?
     RunFile::check(&out, typed.force)?;
     let started = Instant::now();
-    let run = setup.simulation.run(&progress);
-    let run = run.map_err(|error| source.locate(error))?;
+    let run = typed.compute(&source, &setup, &progress)?;
     let seconds = started.elapsed().as_secs_f64();
     progress.begin_writing();
     RunFile::write(&out, typed.force, &setup, &run, &progress)?;
@@ -76,6 +75,7 @@ fn tell(
             "end_time": run.time[run.time.len() - 1],
             "scene": description,
             "report": run.report,
+            "gradient_error": run.gradient.as_ref().map(|gradient| &gradient.error),
             "warnings": warnings,
         });
         let text = serde_json::to_string_pretty(&summary).map_err(std::io::Error::from)?;
@@ -150,6 +150,15 @@ fn summary(description: &Description, run: &Run, seconds: f64, width: usize) -> 
             cost.corrected_contacts
         ),
     );
+    if let Some(gradient) = &run.gradient {
+        let worst = gradient.error.iter().fold(0.0f64, |m, e| m.max(*e));
+        let text = format!(
+            "{}, to {} of the largest",
+            gradient.names(),
+            error_size(worst)
+        );
+        lines.line("gradient", &text);
+    }
     lines.line("computation", &format!("{seconds:.3} s"));
     for warning in &report.warnings {
         lines.warning(&warning.message(), advice::of_run(warning));

@@ -192,7 +192,7 @@ impl Law {
     }
 
     /// The law as one of the trait.
-    fn shared(&self) -> Arc<dyn ContactLaw> {
+    pub(crate) fn shared(&self) -> Arc<dyn ContactLaw> {
         match self {
             Law::Hertz => Arc::new(power::OneSided { exponent: 1.5 }),
             Law::Power { exponent } => Arc::new(power::OneSided {

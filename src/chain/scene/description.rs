@@ -88,11 +88,16 @@ impl Setup {
             drag,
         } = chain.losses;
         let record = simulation.record;
+        let resonators = chain.resonators().is_some();
         let kept = [
             ("velocity", true),
             ("displacement", record.displacement),
             ("force", record.force),
             ("energy_passed", record.energy),
+            ("energy_lost", record.energy && chain.is_lossy()),
+            ("energy_input", record.energy && simulation.drive.is_some()),
+            ("resonator_velocity", resonators),
+            ("resonator_displacement", resonators && record.displacement),
         ];
         Description {
             units: self.units,

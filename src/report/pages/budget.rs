@@ -87,6 +87,7 @@ fn of(budgets: &[Named]) -> Vec<Vec<Picture>> {
     rows.extend(alone(views(budgets)));
     rows.push(maps(budgets, &FLUX));
     rows.push(vec![energies(budgets).into()]);
+    rows.extend(alone(modes(budgets)));
     rows.push(vec![passed(budgets).into()]);
     for kind in [&POWER_FLOW, &SPECTRUM, &SPECTRAL_FLUX, &SCALE_FLUX] {
         rows.push(maps(budgets, kind));
@@ -225,6 +226,31 @@ fn energies(budgets: &[Named]) -> CurveGroup {
         &first.time,
         vec![Chart::new(first.units.energy("energy"), curves.series)],
     )
+}
+
+/// By how many normal modes the energy is shared over time, and by how many in equilibrium; `None` without modes.
+fn modes(budgets: &[Named]) -> Option<CurveGroup> {
+    let first = budgets.iter().find(|(_, budget)| budget.modes.is_some())?.1;
+    let mut curves = Curves::new(budgets);
+    curves.points("modes", &|budget| {
+        let modes = budget.modes.as_ref()?;
+        let shared = modes.entropy.iter().map(|entropy| entropy.exp());
+        Some(budget.time.iter().copied().zip(shared).collect())
+    });
+    curves.points("in equilibrium", &|budget| {
+        let equilibrium = budget.modes.as_ref()?.equilibrium;
+        let ends = [budget.time.first()?, budget.time.last()?];
+        let points = ends.map(|time| (*time, equilibrium.exp()));
+        equilibrium.is_finite().then(|| points.to_vec())
+    });
+    Some(CurveGroup::new(
+        ("modes", "Modes that share the energy"),
+        "exp(S), S the entropy of the shares of the normal modes: 1 where one mode holds all of it. Beside it the \
+         mean of a chain in equilibrium.",
+        (first.units.time(), Some(Role::Time)),
+        &[],
+        vec![Chart::new("modes", curves.series).log()],
+    ))
 }
 
 /// Energy passed by the end through each contact, in either band, and what stayed behind.

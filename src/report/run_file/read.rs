@@ -166,6 +166,7 @@ fn read_run(members: &mut dyn Parts, setup: &Setup, report: RunReport) -> Result
         energy_input,
         resonator_displacement,
         resonator_velocity,
+        gradient: None,
         chain,
         drive: simulation.drive.clone(),
         report,

@@ -26,6 +26,9 @@ pub(super) fn archive(
         }
     })?;
     archive.append_text("scene", &setup.text)?;
+    if let Some(gradient) = &run.gradient {
+        archive.append_text("gradient_parameters", &gradient.names())?;
+    }
     archive.append_text("report", &report(path, run)?)?;
     archive.finish()
 }
@@ -53,6 +56,9 @@ pub(super) fn labelled(
     );
     file.attribute("scene", text(&setup.text));
     file.attribute("report", text(&report(path, run)?));
+    if let Some(gradient) = &run.gradient {
+        file.attribute("gradient_parameters", text(&gradient.names()));
+    }
     let (times, sites) = run.velocity.dim();
     file.attribute("shape", text(&format!("{times} x {sites}")));
     if let Ok(site) = run.struck().try_into() {
@@ -138,6 +144,26 @@ fn each_array(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Re
     if let Some(input) = &run.energy_input {
         let input = input.as_slice().unwrap_or_default();
         line(add, ["energy_input", "time"], input, units.energy)?;
+    }
+    if let Some(gradient) = &run.gradient {
+        let (parameters, times, sites) = gradient.velocity.dim();
+        for (name, array) in [
+            ("gradient_velocity", &gradient.velocity),
+            ("gradient_displacement", &gradient.displacement),
+        ] {
+            let labels = ArrayLabels {
+                name,
+                axes: &[
+                    ("parameter", parameters),
+                    ("time", times),
+                    ("position", sites),
+                ],
+                unit: "",
+                about: "per unit of the parameter, in the order of `gradient_parameters`",
+            };
+            add(&labels, array.as_slice().unwrap_or_default())?;
+        }
+        line(add, ["gradient_error", "parameter"], &gradient.error, None)?;
     }
     let chain = &run.chain;
     line(add, ["mass", "position"], &chain.mass, units.mass)?;

@@ -1,0 +1,107 @@
+//! The derivatives of a run's samples.
+
+use ndarray::Array3;
+
+use super::{Direction, Tangents};
+use crate::chain::lattice::refuse;
+use crate::chain::simulation::{Accuracy, Simulation};
+use crate::error::{Error, Result};
+use crate::observer::Observer;
+
+/// Local error of the pass that derivatives are checked with, over theirs.
+const COARSER: f64 = 32.0;
+
+/// How a run changes with parameters; arrays are `(parameter, time, site)`.
+#[derive(Debug, Clone)]
+pub struct Gradient {
+    /// Names of the parameters, and their units, empty for none.
+    pub parameters: Vec<(String, String)>,
+    /// Per unit of the parameter.
+    pub displacement: Array3<f64>,
+    pub velocity: Array3<f64>,
+    /// Of each parameter twice the largest difference of a derivative of a velocity from that of a pass with a local error larger
+    /// by 32, over the largest one.
+    pub error: Vec<f64>,
+}
+
+impl Gradient {
+    /// The parameters with their units: `young [GPa], angle [deg]`.
+    pub fn names(&self) -> String {
+        let name = |(name, unit): &(String, String)| match unit.is_empty() {
+            true => name.clone(),
+            false => format!("{name} [{unit}]"),
+        };
+        self.parameters
+            .iter()
+            .map(name)
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+}
+
+impl Simulation {
+    /// Derivatives at these times, rising from 0, with the error of a run of this accuracy.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for schemes of fixed steps; [`Error::Memory`]; as [`Simulation::tangents`].
+    pub fn gradient(
+        &self,
+        parameters: Vec<(String, String)>,
+        directions: &[Direction],
+        times: &[f64],
+        observer: &dyn Observer,
+    ) -> Result<Gradient> {
+        let local = match self.accuracy {
+            Accuracy::Tolerance(tolerance) => self.local_error_for(tolerance),
+            Accuracy::LocalError(local) => local,
+            Accuracy::Step(_) => {
+                let expected = "a scheme that chooses its steps, `nystrom` or `runge-kutta`";
+                return Err(refuse("gradient", expected, "fixed steps"));
+            }
+        };
+        let shape = (directions.len(), times.len(), self.chain.n_sites());
+        let needed = 6 * 8 * (shape.0 * shape.1 * shape.2) as u64;
+        let allowed = self
+            .memory
+            .unwrap_or_else(crate::system::memory::available_memory);
+        if needed > allowed {
+            return Err(Error::Memory {
+                what: "the gradient",
+                needed,
+                allowed,
+            });
+        }
+        let both =
+            [local, COARSER * local].map(|local| self.tangents(directions, times, local, observer));
+        let [fine, coarse] = both;
+        let (fine, coarse) = (fine?, coarse?);
+        let rows = |p: usize, of: fn(&Tangents) -> &Vec<Vec<f64>>, from: &[Tangents]| {
+            let all = from.iter().flat_map(|at| of(at)[p].iter().copied());
+            all.collect::<Vec<f64>>()
+        };
+        let error = |p: usize| {
+            let [a, b] = [&fine, &coarse].map(|from| rows(p, |at| &at.velocity, from));
+            let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+            let off = a
+                .iter()
+                .zip(&b)
+                .fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+            2.0 * off / largest.max(f64::MIN_POSITIVE)
+        };
+        let array = |of: fn(&Tangents) -> &Vec<Vec<f64>>| {
+            let mut array = Array3::zeros(shape);
+            for (p, mut plane) in array.outer_iter_mut().enumerate() {
+                for (to, value) in plane.iter_mut().zip(rows(p, of, &fine)) {
+                    *to = value;
+                }
+            }
+            array
+        };
+        Ok(Gradient {
+            parameters,
+            displacement: array(|at| &at.displacement),
+            velocity: array(|at| &at.velocity),
+            error: (0..directions.len()).map(error).collect(),
+        })
+    }
+}

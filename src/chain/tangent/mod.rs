@@ -1,0 +1,409 @@
+//! How a run changes with parameters: the equations of motion linearized along it.
+//!
+//! With the state `y = (x, v)` of a chain `y' = f(t, y; p)` its derivative `Y = dy/dp` obeys
+//!
+//! ```text
+//! Y' = (df/dy) Y + df/dp,   Y(0) = dy(0)/dp
+//! ```
+//!
+//! Both are integrated together, by DOP853 within the steps of the run itself, from whose states each step begins. Where a
+//! contact opens or closes at the time `t*`, its stiffness goes with a power of `t - t*` and a dashpot's force jumps by `J`. Steps
+//! end there; beside it they are even in `s` with `t = t* +- s^2` (`s^4` with tangent damping or powers that are no multiples of
+//! 1/2), in which the equations are smooth; and the velocities of both bodies change by `J/m dt*/dp`, `dt*/dp = -(d delta/dp) / (d delta/dt)`.
+//!
+//! Source: E. Hairer, S. P. Norsett, G. Wanner, *Solving Ordinary Differential Equations I*, second edition (1993), I.14, II.6.
+
+mod direction;
+mod gradient;
+mod rates;
+
+use rayon::prelude::*;
+
+pub use direction::Direction;
+use direction::start_of;
+pub use gradient::Gradient;
+use rates::{Each, Motion, NONE, Rates};
+
+use super::simulation::Simulation;
+use super::stepping::{self, FIRST_SITE, Quintic, State, StepControl, Tableau, openings};
+use crate::Result;
+use crate::numeric::lanes::WIDTH;
+use crate::observer::Observer;
+
+/// Local error of derivatives, over their largest so far, for one of velocities.
+const LOOSER: f64 = 10.0;
+
+/// A singular time matters up to this many lengths of an interval away from it.
+const NEAR: f64 = 8.0;
+
+/// Steps of an interval, beyond which the local error is taken as it is.
+const MOST_STEPS: usize = 200;
+
+/// Derivatives at one time.
+#[derive(Debug, Clone)]
+pub struct Tangents {
+    /// Of displacements and velocities, parameter by parameter, site by site.
+    pub displacement: Vec<Vec<f64>>,
+    pub velocity: Vec<Vec<f64>>,
+}
+
+impl Simulation {
+    /// Derivatives of displacements and velocities at rising times, along a run of this local error.
+    ///
+    /// Eight directions share one pass; passes go to the threads of the current pool.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub fn tangents(
+        &self,
+        directions: &[Direction],
+        times: &[f64],
+        local_error: f64,
+        observer: &dyn Observer,
+    ) -> Result<Vec<Tangents>> {
+        self.check()?;
+        let n = self.chain.n_sites();
+        let passes: Result<Vec<Vec<[Vec<Vec<f64>>; 2]>>> = directions
+            .par_chunks(WIDTH)
+            .map(|directions| {
+                let mut rows = Vec::with_capacity(times.len());
+                self.pass(directions, times, local_error, observer, &mut |at| {
+                    let of = |i: usize, p: usize| (0..n).map(|s| at.each(s)[i][p]).collect();
+                    let all = |i: usize| (0..directions.len()).map(|p| of(i, p)).collect();
+                    rows.push([all(0), all(1)]);
+                })?;
+                Ok(rows)
+            })
+            .collect();
+        let mut passes: Vec<_> = passes?.into_iter().map(Vec::into_iter).collect();
+        let row = |_| {
+            let (mut displacement, mut velocity) = (Vec::new(), Vec::new());
+            for [x, v] in passes.iter_mut().filter_map(Iterator::next) {
+                displacement.extend(x);
+                velocity.extend(v);
+            }
+            Tangents {
+                displacement,
+                velocity,
+            }
+        };
+        Ok(times.iter().map(row).collect())
+    }
+
+    fn pass(
+        &self,
+        directions: &[Direction],
+        times: &[f64],
+        local_error: f64,
+        observer: &dyn Observer,
+        visit: &mut dyn FnMut(&Motion),
+    ) -> Result<()> {
+        let scale = self.velocity_scale(times.last().copied().unwrap_or(0.0));
+        let control = StepControl::LocalError(local_error * scale);
+        let mut stepping = stepping::prepare(&self.task(control, scale, false))?;
+        let mut follower =
+            Follower::new(self, directions, local_error * scale, LOOSER * local_error);
+        let mut t = 0.0;
+        for &time in times {
+            while t < time {
+                let next = stepping.step_towards(time, observer)?;
+                follower.follow([t, next], stepping.state());
+                t = next;
+            }
+            visit(&follower.at);
+        }
+        Ok(())
+    }
+}
+
+/// What follows a run step by step.
+struct Follower<'a> {
+    rates: Rates<'a>,
+    tableau: Tableau,
+    sites: usize,
+    masses: &'a [f64],
+    dashpot: f64,
+    /// With which `t - t*` goes with `s`.
+    power: i32,
+    /// Local errors of velocities, and of derivatives over their largest.
+    tolerance: [f64; 2],
+    at: Motion,
+    largest: Each,
+    /// When contacts last opened or closed.
+    last: f64,
+    stages: Vec<Motion>,
+    work: Motion,
+    /// Bodies from this one on are at rest.
+    moved: usize,
+}
+
+/// Times within a step, even in s: `t = origin + sign s^power`, or `t = s`.
+#[derive(Debug, Clone, Copy)]
+struct Clock {
+    /// Where stiffnesses are singular, and on which side.
+    origin: Option<(f64, f64)>,
+    power: i32,
+}
+
+impl Clock {
+    fn time(&self, s: f64) -> f64 {
+        match self.origin {
+            Some((origin, sign)) => origin + sign * s.powi(self.power),
+            None => s,
+        }
+    }
+
+    /// dt/ds.
+    fn speed(&self, s: f64) -> f64 {
+        match self.origin {
+            Some((_, sign)) => sign * f64::from(self.power) * s.powi(self.power - 1),
+            None => 1.0,
+        }
+    }
+
+    fn of(&self, t: f64) -> f64 {
+        match self.origin {
+            Some((origin, sign)) => (sign * (t - origin))
+                .max(0.0)
+                .powf(1.0 / f64::from(self.power)),
+            None => t,
+        }
+    }
+}
+
+impl<'a> Follower<'a> {
+    fn new(
+        simulation: &'a Simulation,
+        directions: &'a [Direction],
+        tolerance: f64,
+        of_each: f64,
+    ) -> Follower<'a> {
+        let start = start_of(simulation);
+        let places = start[0].len();
+        let mut at = Motion::zeros(places);
+        for s in 0..places {
+            at.set_base(s, [start[0][s], start[1][s]]);
+            let each = [0, 1].map(|i| {
+                let mut each = NONE;
+                for (value, direction) in each.iter_mut().zip(directions) {
+                    *value = direction.start[i][s];
+                }
+                each
+            });
+            at.set_each(s, each);
+        }
+        let tableau = Tableau::runge_kutta_8_5();
+        let rates = Rates::new(simulation, directions);
+        let losses = simulation.chain.losses;
+        let mut follower = Follower {
+            stages: vec![Motion::zeros(places); tableau.stages() - 1],
+            work: Motion::zeros(places),
+            tableau,
+            sites: simulation.chain.n_sites(),
+            masses: &simulation.chain.mass,
+            dashpot: losses.dashpot,
+            power: match losses.tangent == 0.0 && rates.opens_with_roots() {
+                true => 2,
+                false => 4,
+            },
+            rates,
+            tolerance: [tolerance, of_each],
+            at,
+            largest: NONE,
+            last: f64::NEG_INFINITY,
+            moved: 0,
+        };
+        follower.rates.place(0.0, &mut follower.at);
+        follower.note();
+        follower
+    }
+
+    /// Keeps the largest derivatives of velocities.
+    fn note(&mut self) {
+        for s in 0..self.at.places() {
+            let [_, v] = self.at.each(s);
+            for (most, v) in self.largest.iter_mut().zip(v) {
+                *most = most.max(v.abs());
+            }
+        }
+    }
+
+    /// Goes along a step of the run that ends in this state.
+    fn follow(&mut self, [from, to]: [f64; 2], end: &State) {
+        let places = self.at.places();
+        let moves = |s: &usize| end.x[FIRST_SITE + s] != 0.0 || end.v[FIRST_SITE + s] != 0.0;
+        let last = (0..self.sites).rev().find(moves).map_or(0, |s| s + 3);
+        self.moved = self.moved.max(last).min(self.sites);
+        let mut next = self.at.clone();
+        for s in 0..places {
+            // Resonators are behind the last ghost.
+            let place = FIRST_SITE + s + usize::from(s >= self.sites);
+            next.set_base(s, [end.x[place], end.v[place]]);
+        }
+        let (events, soon) = self.events([from, to], &next);
+        let mut t = from;
+        for (time, link) in events {
+            self.cross([t, time], Some(time));
+            self.jump(time, link);
+            self.last = time;
+            t = time;
+        }
+        self.cross([t, to], soon);
+        for s in 0..places {
+            self.at.set_base(s, next.base(s));
+        }
+        self.note();
+    }
+
+    /// When contacts open or close within a step, in order, and when the next one opens after it.
+    fn events(&mut self, [from, to]: [f64; 2], next: &Motion) -> (Vec<(f64, usize)>, Option<f64>) {
+        let h = to - from;
+        let [mut start, mut end] = [from, to].map(|_| std::mem::take(&mut self.work));
+        start.0.resize(self.at.0.len(), 0.0);
+        end.0.resize(self.at.0.len(), 0.0);
+        self.rates.evaluate(from, &self.at, self.moved, &mut start);
+        self.rates.evaluate(to, next, self.moved, &mut end);
+        let (mut found, mut soon) = (Vec::new(), f64::INFINITY);
+        for (i, link) in self.rates.links.iter().enumerate() {
+            let nearest = link.left.or(link.right).unwrap_or(0);
+            if !link.opens() || nearest > self.moved {
+                continue;
+            }
+            let node = |t: f64, at: &Motion, rate: &Motion| {
+                let ([r, closing], _) = self.rates.across(link, t, at);
+                let bend = |place: Option<usize>| place.map_or(0.0, |s| rate.base(s)[1]);
+                let bend = bend(link.left) - bend(link.right);
+                [link.overlap(r), h * closing, h * h * bend]
+            };
+            let (a, b) = (node(from, &self.at, &start), node(to, next, &end));
+            let path = Quintic::hermite(a, b);
+            found.extend(openings(&path).map(|share| (from + h * share, i)));
+            // Where it presses and parts, it opens within this many steps.
+            let [overlap, parting, bend] = b;
+            if overlap > 0.0 && parting < 0.0 {
+                let square = parting * parting - 2.0 * bend * overlap;
+                let share = 2.0 * overlap / (-parting + square.max(0.0).sqrt());
+                soon = soon.min(to + h * share);
+            }
+        }
+        self.work = start;
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (found, Some(soon).filter(|t| t.is_finite()))
+    }
+
+    /// What a dashpot that sets in or ends changes.
+    fn jump(&mut self, t: f64, i: usize) {
+        if self.dashpot == 0.0 {
+            return;
+        }
+        let link = &self.rates.links[i];
+        let ([_, closing], [dr, _]) = self.rates.across(link, t, &self.at);
+        let (overlap, (left, right)) = (link.shift(), (link.left, link.right));
+        // The jump is the dashpot times the speed, which cancels.
+        let jump = -self.dashpot
+            * if closing == 0.0 {
+                0.0
+            } else {
+                closing.signum()
+            };
+        let jumps: Each = std::array::from_fn(|p| jump * (dr[p] + overlap[p]));
+        for (place, sign) in [(left, 1.0), (right, -1.0)] {
+            let Some(s) = place else { continue };
+            let [x, mut v] = self.at.each(s);
+            (0..WIDTH).for_each(|p| v[p] += sign * jumps[p] / self.masses[s]);
+            self.at.set_each(s, [x, v]);
+        }
+        self.rates.place(t, &mut self.at);
+    }
+
+    /// Integrates over an interval, at whose end, or soon after it, a contact opens or closes.
+    fn cross(&mut self, [from, to]: [f64; 2], next: Option<f64>) {
+        let h = to - from;
+        if h <= 0.0 {
+            return;
+        }
+        let before = Some(self.last).filter(|t| from - t < NEAR * h);
+        let after = next.filter(|t| *t >= to && t - to < NEAR * h);
+        let power = self.power;
+        let clock = |origin| Clock { origin, power };
+        match (before, after) {
+            (Some(a), Some(b)) => {
+                let middle = 0.5 * (from + to);
+                self.run(clock(Some((a, 1.0))), [from, middle]);
+                self.run(clock(Some((b, -1.0))), [middle, to]);
+            }
+            (Some(a), None) => self.run(clock(Some((a, 1.0))), [from, to]),
+            (None, Some(b)) => self.run(clock(Some((b, -1.0))), [from, to]),
+            (None, None) => self.run(clock(None), [from, to]),
+        }
+    }
+
+    /// Steps that adapt to the error.
+    fn run(&mut self, clock: Clock, [from, to]: [f64; 2]) {
+        let [mut s, end] = [from, to].map(|t| clock.of(t));
+        let mut step = end - s;
+        for _ in 0..MOST_STEPS {
+            let is_last = (end - s).abs() <= step.abs() * (1.0 + 1e-12);
+            if is_last {
+                step = end - s;
+            }
+            let (next, error) = self.attempt(&clock, s, step);
+            if error > 1.0 && step.abs() > 1e-3 * (end - s).abs() {
+                step *= (0.8 * error.powf(-1.0 / 6.0)).clamp(0.1, 0.7);
+                continue;
+            }
+            self.at = next;
+            if is_last {
+                return;
+            }
+            s += step;
+            step *= (0.8 * error.max(1e-10).powf(-1.0 / 6.0)).clamp(0.5, 3.0);
+        }
+        self.at = self.attempt(&clock, s, end - s).0;
+    }
+
+    /// One step, and its error over the tolerance.
+    fn attempt(&mut self, clock: &Clock, s: f64, step: f64) -> (Motion, f64) {
+        let mut at = std::mem::take(&mut self.work);
+        for i in 0..self.stages.len() {
+            at.0.clone_from(&self.at.0);
+            let (done, rest) = self.stages.split_at_mut(i);
+            for (stage, weight) in &self.tableau.velocity[i] {
+                add(&mut at.0, step * weight, &done[*stage].0);
+            }
+            let here = s + self.tableau.c[i] * step;
+            self.rates.place(clock.time(here), &mut at);
+            self.rates
+                .evaluate(clock.time(here), &at, self.moved, &mut rest[0]);
+            let speed = clock.speed(here);
+            rest[0].0.iter_mut().for_each(|rate| *rate *= speed);
+        }
+        let mut next = self.at.clone();
+        at.0.fill(0.0);
+        for (stage, weight) in &self.tableau.bp {
+            add(&mut next.0, step * weight, &self.stages[*stage].0);
+        }
+        for (stage, weight) in &self.tableau.error {
+            add(&mut at.0, step * weight, &self.stages[*stage].0);
+        }
+        self.rates.place(clock.time(s + step), &mut next);
+        let mut error: f64 = 0.0;
+        for place in 0..at.places() {
+            let ([_, v], [_, each]) = (at.base(place), at.each(place));
+            error = error.max(v.abs() / self.tolerance[0]);
+            let [_, now] = next.each(place);
+            for (off, (now, largest)) in each.iter().zip(now.iter().zip(self.largest)) {
+                let size = largest.max(now.abs()).max(f64::MIN_POSITIVE);
+                error = error.max(off.abs() / (self.tolerance[1] * size));
+            }
+        }
+        self.work = at;
+        (next, error)
+    }
+}
+
+fn add(to: &mut [f64], weight: f64, from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to += weight * from;
+    }
+}

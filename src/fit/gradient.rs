@@ -1,0 +1,55 @@
+//! How a scene's run changes with its keys.
+
+use super::key::{FreeKey, settings};
+use crate::chain::scene::SceneSource;
+use crate::chain::{Direction, Gradient};
+use crate::error::{Error, Result};
+use crate::observer::Observer;
+
+/// Half of the difference of a key, over its value: its square, and rounding over it, are below 1e-10.
+const STEP: f64 = 2e-6;
+
+/// Derivatives of a scene's run at these times, rising from 0, with respect to keys that it states, as [`FreeKey::of`] reads them, per
+/// unit of the key.
+///
+/// # Errors
+/// [`Error::Request`] for keys that are no numbers of the scene; as [`crate::chain::Simulation::gradient`].
+pub fn gradient(
+    scene: &SceneSource,
+    keys: &[String],
+    times: &[f64],
+    observer: &dyn Observer,
+) -> Result<Gradient> {
+    let named = |error: Error| match error {
+        Error::Request {
+            expected, found, ..
+        } => Error::Request {
+            option: "gradient",
+            expected,
+            found,
+        },
+        other => other,
+    };
+    let keys: Result<Vec<FreeKey>> = keys.iter().map(|key| FreeKey::of(key, scene)).collect();
+    let keys = keys.map_err(named)?;
+    let directions: Result<Vec<Direction>> = keys
+        .iter()
+        .map(|key| direction(scene, key).map_err(named))
+        .collect();
+    let names = keys.iter().map(|key| (key.name.clone(), key.unit.clone()));
+    let simulation = scene.setup()?.simulation;
+    simulation.gradient(names.collect(), &directions?, times, observer)
+}
+
+/// How the scene changes with a key.
+pub(super) fn direction(scene: &SceneSource, key: &FreeKey) -> Result<Direction> {
+    let step = STEP * key.start.abs();
+    if step == 0.0 {
+        return Err(super::key::refuse("a key that is not 0", &key.name));
+    }
+    let at = |value: f64| {
+        let set = settings(std::slice::from_ref(key), std::iter::once(value));
+        Ok::<_, Error>(scene.with(set).setup()?.simulation)
+    };
+    Direction::between(&at(key.start - step)?, &at(key.start + step)?, 2.0 * step)
+}

@@ -1,0 +1,184 @@
+//! Derivatives of runs against differences of runs.
+
+use ndarray::Axis;
+use wavecascade::chain::scene::{SceneSource, Setting};
+use wavecascade::chain::{Accuracy, Direction, Simulation};
+use wavecascade::fit::gradient;
+use wavecascade::observer::Silent;
+
+/// The simulation of a scene in which `@` stands for the parameter.
+fn simulation(scene: &str, value: f64) -> Simulation {
+    let text = scene.replace('@', &format!("{value:?}"));
+    let setup = SceneSource::new(None, &text).setup();
+    setup
+        .unwrap_or_else(|error| panic!("{text}: {error}"))
+        .simulation
+}
+
+/// Derivatives of the last velocities, by differences of fourth order of runs of the least error.
+fn differences(scene: &str, value: f64) -> Vec<f64> {
+    let last = |value: f64| {
+        let mut simulation = simulation(scene, value);
+        simulation.accuracy = Accuracy::LocalError(1e-14);
+        simulation.estimate_error = false;
+        let run = simulation.run(&Silent).unwrap();
+        run.velocity.row(run.velocity.nrows() - 1).to_vec()
+    };
+    let step = 2e-4 * value;
+    let at = [-2.0, -1.0, 1.0, 2.0].map(|i| last(value + i * step));
+    (0..at[0].len())
+        .map(|j| (8.0 * (at[2][j] - at[1][j]) - (at[3][j] - at[0][j])) / (12.0 * step))
+        .collect()
+}
+
+fn tangents(scene: &str, value: f64, end: f64) -> Vec<f64> {
+    let step = 2e-6 * value;
+    let [below, above] = [value - step, value + step].map(|value| simulation(scene, value));
+    let direction = Direction::between(&below, &above, 2.0 * step).unwrap();
+    let found = simulation(scene, value).tangents(&[direction], &[end], 1e-11, &Silent);
+    found.unwrap()[0].velocity[0].clone()
+}
+
+const HEAD: &str = "sites = 12\nsamples = 3\nend_time = 15.0\n";
+
+const CASES: [(&str, &str, f64); 16] = [
+    (
+        "speed of a struck dimer",
+        "stiffness_ratio = 3.0\nstriker_velocity = @",
+        1.0,
+    ),
+    ("its ratio", "stiffness_ratio = @", 3.0),
+    (
+        "mass of the striker",
+        "stiffness_ratio = 3.0\nstriker_mass = @",
+        1.5,
+    ),
+    ("with a dashpot", "stiffness_ratio = 2.0\ndashpot = @", 0.05),
+    (
+        "ratio with a dashpot",
+        "stiffness_ratio = @\ndashpot = 0.05",
+        2.0,
+    ),
+    (
+        "with tangent damping",
+        "stiffness_ratio = 2.0\ntangent = @",
+        0.05,
+    ),
+    (
+        "ratio with tangent damping",
+        "stiffness_ratio = @\ntangent = 0.05",
+        2.0,
+    ),
+    ("with drag", "stiffness_ratio = 2.0\ndrag = @", 0.05),
+    (
+        "precompression",
+        "stiffness_ratio = 2.0\nprecompression = @",
+        0.1,
+    ),
+    (
+        "precompression between walls",
+        "stiffness_ratio = 2.0\nends = \"fixed\"\nprecompression = @",
+        0.1,
+    ),
+    ("exponent", "law = \"power @\"\nstiffness_ratio = 2.0", 1.8),
+    (
+        "cubic springs on a ring",
+        "law = \"polynomial 1 0.2 @\"\nends = \"periodic\"\nsites = 12",
+        0.3,
+    ),
+    (
+        "ground",
+        "stiffness_ratio = 2.0\nground_cell = [@]\nground_law = \"d + 0.2*d^3\"",
+        0.4,
+    ),
+    (
+        "resonators",
+        "stiffness_ratio = 2.0\nresonator_mass = [@, 0.0]\nresonator_stiffness = 0.7\nresonator_damping = 0.1",
+        0.5,
+    ),
+    (
+        "a wall that is moved",
+        "ends = \"fixed\"\nlaw = \"spring\"\nalpha = 0.25\ndrive = \"wall\"\ndrive_amplitude = 0.2\ndrive_frequency = @",
+        0.11,
+    ),
+    (
+        "a body that is moved",
+        "stiffness_ratio = 2.0\ndrive = \"velocity\"\ndrive_site = 6\ndrive_waveform = \"tone-burst\"\ndrive_amplitude = @\n\
+         drive_frequency = 0.15\ndrive_cycles = 2.0",
+        0.2,
+    ),
+];
+
+#[test]
+fn val_differences_of_runs() {
+    for (name, scene, value) in CASES {
+        let head = if scene.contains("sites") {
+            HEAD.replace("sites = 12\n", "")
+        } else {
+            HEAD.to_owned()
+        };
+        let scene = head + scene + "\n";
+        let (found, known) = (tangents(&scene, value, 15.0), differences(&scene, value));
+        let size = known.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let pairs = found.iter().zip(&known);
+        let off = pairs.fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+        println!("{name}: {:.1e}", off / size);
+        // Differences themselves have errors near 1e-9 where contacts open.
+        let most = match name {
+            "with tangent damping" | "with a dashpot" | "ratio with a dashpot" => 5e-8,
+            _ => 5e-9,
+        };
+        assert!(off < most * size, "{name}: {:e}", off / size);
+    }
+}
+
+/// By keys with units, through the run file; errors stated are no less than true ones.
+#[test]
+fn val_differences_of_a_scene() {
+    let text = "sites = 20\nradius = \"9 mm\"\nlength = \"18 mm\"\nangle = \"18 deg\"\nsecond_angle = \"90 deg\"\nyoung = \"72 GPa\"\npoisson = 0.17\n\
+                density = 2200\nstriker_velocity = 0.6\nend_time = \"300 us\"\nsamples = 40\ntangent = \"0.5 us\"\ntolerance = 1e-8";
+    let scene = SceneSource::new(None, text);
+    let keys = ["young", "tangent", "striker_velocity"].map(str::to_owned);
+    let run = scene.setup().unwrap().simulation.run(&Silent).unwrap();
+    let found = gradient(&scene, &keys, &run.time.to_vec(), &Silent).unwrap();
+    assert_eq!(found.names(), "young [GPa], tangent [us], striker_velocity");
+    for (p, (key, value, unit)) in [
+        ("young", 72.0, " GPa"),
+        ("tangent", 0.5, " us"),
+        ("striker_velocity", 0.6, " m/s"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let at = |value: f64| {
+            let set = Setting::new(key, format!("{value:?}{unit}"), "here");
+            let mut simulation = scene.with(vec![set]).setup().unwrap().simulation;
+            simulation.accuracy = Accuracy::LocalError(1e-13);
+            simulation.estimate_error = false;
+            simulation.run(&Silent).unwrap().velocity
+        };
+        let step = 3e-4 * value;
+        let [a, b, c, d] = [-2.0, -1.0, 1.0, 2.0].map(|i| at(value + i * step));
+        let known = (8.0 * (c - b) - (d - a)) / (12.0 * step);
+        let size = known.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let found_here = found.velocity.index_axis(Axis(0), p);
+        let off = (&found_here - &known)
+            .iter()
+            .fold(0.0f64, |m, v| m.max(v.abs()))
+            / size;
+        println!("{key}: {off:.1e}, stated {:.1e}", found.error[p]);
+        assert!(
+            off < found.error[p].max(1e-8) && found.error[p] < 1e-5,
+            "{key}: {off:e} {:e}",
+            found.error[p]
+        );
+    }
+    for (key, part) in [
+        ("sites", "sweep"),
+        ("drag", "to start from"),
+        ("yong", "young"),
+    ] {
+        let error = gradient(&scene, &[key.to_owned()], &[0.0, 1e-4], &Silent).unwrap_err();
+        assert!(error.to_string().contains(part), "{key}: {error}");
+    }
+}
