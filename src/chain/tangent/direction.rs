@@ -27,6 +27,8 @@ pub struct Direction {
     pub(super) drive: Option<[Waveform; 2]>,
     /// Length of the difference.
     pub(super) length: f64,
+    /// The largest of these derivatives over the size of what changes.
+    pub(super) relative: f64,
 }
 
 /// All contacts of a chain, one with a wall before site 0 first.
@@ -88,8 +90,12 @@ impl Direction {
             _ => Vec::new(),
         };
         let starts = [below, above].map(start_of);
+        let largest = |row: &[f64]| row.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let relative = |rate: f64, size: f64| if size > 0.0 { rate / size } else { 0.0 };
+        let speed = above.velocity_scale(0.0);
         let differ = |laws: [&Laws; 2]| (laws[0] != laws[1]).then(|| laws.map(Laws::clone));
-        Ok(Direction {
+        let mut direction = Direction {
+            relative: 0.0,
             mass: rates([&chains[0].mass, &chains[1].mass]),
             coefficient: of_contacts(|contact| contact.coefficient),
             static_overlap: of_contacts(|contact| contact.static_overlap),
@@ -109,7 +115,30 @@ impl Direction {
             },
             drive: drives([&below.drive, &above.drive])?,
             length,
-        })
+        };
+        let overlaps: Vec<f64> = all_contacts(chains[1])
+            .map(|of| of.static_overlap)
+            .collect();
+        let driven = direction
+            .drive
+            .as_ref()
+            .map(|[a, b]| [a, b].map(Waveform::amplitude));
+        direction.relative = [
+            relative(largest(&direction.mass), largest(&chains[1].mass)),
+            relative(
+                largest(&direction.coefficient),
+                largest(&chains[1].coefficient),
+            ),
+            relative(largest(&direction.static_overlap), largest(&overlaps)),
+            relative(largest(&direction.start[1]), speed),
+            relative(direction.dashpot.abs(), losses[1].dashpot),
+            relative(direction.tangent.abs(), losses[1].tangent),
+            relative(direction.drag.abs(), losses[1].drag),
+            driven.map_or(0.0, |[a, b]| relative(rate(a, b).abs(), b.abs())),
+        ]
+        .into_iter()
+        .fold(0.0, f64::max);
+        Ok(direction)
     }
 }
 

@@ -17,21 +17,27 @@ mod direction;
 mod gradient;
 mod rates;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 pub use direction::Direction;
 use direction::start_of;
 pub use gradient::Gradient;
-use rates::{Each, Motion, NONE, Rates};
+use rates::{Active, Motion, Rates};
 
 use super::simulation::Simulation;
 use super::stepping::{self, FIRST_SITE, Quintic, State, StepControl, Tableau, openings};
 use crate::Result;
-use crate::numeric::lanes::WIDTH;
+use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::observer::Observer;
 
-/// Local error of derivatives, over their largest so far, for one of velocities.
-const LOOSER: f64 = 10.0;
+/// The error estimated of derivatives, of order 5, over their largest so far, as a power of the local error of velocities: that of
+/// order 8 is then about the latter.
+const ESTIMATED: f64 = 2.0 / 3.0;
+
+/// Derivatives of velocities that are small, over the speed of the motion and the relative change of the chain.
+const SMALL: f64 = 1e-3;
 
 /// A singular time matters up to this many lengths of an interval away from it.
 const NEAR: f64 = 8.0;
@@ -68,7 +74,7 @@ impl Simulation {
             .map(|directions| {
                 let mut rows = Vec::with_capacity(times.len());
                 self.pass(directions, times, local_error, observer, &mut |at| {
-                    let of = |i: usize, p: usize| (0..n).map(|s| at.each(s)[i][p]).collect();
+                    let of = |i: usize, p: usize| (0..n).map(|s| at.each[s][i].0[p]).collect();
                     let all = |i: usize| (0..directions.len()).map(|p| of(i, p)).collect();
                     rows.push([all(0), all(1)]);
                 })?;
@@ -101,8 +107,7 @@ impl Simulation {
         let scale = self.velocity_scale(times.last().copied().unwrap_or(0.0));
         let control = StepControl::LocalError(local_error * scale);
         let mut stepping = stepping::prepare(&self.task(control, scale, false))?;
-        let mut follower =
-            Follower::new(self, directions, local_error * scale, LOOSER * local_error);
+        let mut follower = Follower::new(self, directions, [scale, local_error.powf(ESTIMATED)]);
         let mut t = 0.0;
         for &time in times {
             while t < time {
@@ -125,16 +130,19 @@ struct Follower<'a> {
     dashpot: f64,
     /// With which `t - t*` goes with `s`.
     power: i32,
-    /// Local errors of velocities, and of derivatives over their largest.
-    tolerance: [f64; 2],
+    /// Of the error of derivatives, over their largest; states are those of the run at the end of each of its steps.
+    tolerance: f64,
     at: Motion,
-    largest: Each,
+    largest: [f64; WIDTH],
     /// When contacts last opened or closed.
     last: f64,
     stages: Vec<Motion>,
     work: Motion,
     /// Bodies from this one on are at rest.
     moved: usize,
+    /// What moves other than in free flight in this step, and its places.
+    active: Active,
+    rows: Vec<Range<usize>>,
 }
 
 /// Times within a step, even in s: `t = origin + sign s^power`, or `t = s`.
@@ -175,22 +183,18 @@ impl<'a> Follower<'a> {
     fn new(
         simulation: &'a Simulation,
         directions: &'a [Direction],
-        tolerance: f64,
-        of_each: f64,
+        [scale, tolerance]: [f64; 2],
     ) -> Follower<'a> {
         let start = start_of(simulation);
         let places = start[0].len();
         let mut at = Motion::zeros(places);
         for s in 0..places {
-            at.set_base(s, [start[0][s], start[1][s]]);
-            let each = [0, 1].map(|i| {
-                let mut each = NONE;
-                for (value, direction) in each.iter_mut().zip(directions) {
+            at.base[s] = [start[0][s], start[1][s]];
+            for (i, each) in at.each[s].iter_mut().enumerate() {
+                for (value, direction) in each.0.iter_mut().zip(directions) {
                     *value = direction.start[i][s];
                 }
-                each
-            });
-            at.set_each(s, each);
+            }
         }
         let tableau = Tableau::runge_kutta_8_5();
         let rates = Rates::new(simulation, directions);
@@ -207,22 +211,26 @@ impl<'a> Follower<'a> {
                 false => 4,
             },
             rates,
-            tolerance: [tolerance, of_each],
+            tolerance,
             at,
-            largest: NONE,
+            largest: [0.0; WIDTH],
             last: f64::NEG_INFINITY,
             moved: 0,
+            active: Active::default(),
+            rows: Vec::new(),
         };
         follower.rates.place(0.0, &mut follower.at);
+        for (least, direction) in follower.largest.iter_mut().zip(directions) {
+            *least = SMALL * scale * direction.relative;
+        }
         follower.note();
         follower
     }
 
     /// Keeps the largest derivatives of velocities.
     fn note(&mut self) {
-        for s in 0..self.at.places() {
-            let [_, v] = self.at.each(s);
-            for (most, v) in self.largest.iter_mut().zip(v) {
+        for [_, v] in &self.at.each {
+            for (most, v) in self.largest.iter_mut().zip(v.0) {
                 *most = most.max(v.abs());
             }
         }
@@ -238,8 +246,11 @@ impl<'a> Follower<'a> {
         for s in 0..places {
             // Resonators are behind the last ghost.
             let place = FIRST_SITE + s + usize::from(s >= self.sites);
-            next.set_base(s, [end.x[place], end.v[place]]);
+            next.base[s] = [end.x[place], end.v[place]];
         }
+        let active = self.rates.active([from, to], [&self.at, &next], self.moved);
+        self.rows = active.places(self.sites, places);
+        self.active = active;
         let (events, soon) = self.events([from, to], &next);
         let mut t = from;
         for (time, link) in events {
@@ -249,8 +260,14 @@ impl<'a> Follower<'a> {
             t = time;
         }
         self.cross([t, to], soon);
+        let mut flying = 0;
+        for row in &self.rows {
+            fly(&mut self.at, flying..row.start, to - from);
+            flying = row.end;
+        }
+        fly(&mut self.at, flying..self.sites, to - from);
         for s in 0..places {
-            self.at.set_base(s, next.base(s));
+            self.at.base[s] = next.base[s];
         }
         self.note();
     }
@@ -258,20 +275,19 @@ impl<'a> Follower<'a> {
     /// When contacts open or close within a step, in order, and when the next one opens after it.
     fn events(&mut self, [from, to]: [f64; 2], next: &Motion) -> (Vec<(f64, usize)>, Option<f64>) {
         let h = to - from;
-        let [mut start, mut end] = [from, to].map(|_| std::mem::take(&mut self.work));
-        start.0.resize(self.at.0.len(), 0.0);
-        end.0.resize(self.at.0.len(), 0.0);
-        self.rates.evaluate(from, &self.at, self.moved, &mut start);
-        self.rates.evaluate(to, next, self.moved, &mut end);
+        let [mut start, mut end] = [(); 2].map(|()| Motion::zeros(self.at.places()));
+        self.rates
+            .evaluate(from, &self.at, &self.active, &mut start);
+        self.rates.evaluate(to, next, &self.active, &mut end);
         let (mut found, mut soon) = (Vec::new(), f64::INFINITY);
-        for (i, link) in self.rates.links.iter().enumerate() {
-            let nearest = link.left.or(link.right).unwrap_or(0);
-            if !link.opens() || nearest > self.moved {
+        for &i in &self.active.links {
+            let link = &self.rates.links[i];
+            if !link.opens() {
                 continue;
             }
             let node = |t: f64, at: &Motion, rate: &Motion| {
-                let ([r, closing], _) = self.rates.across(link, t, at);
-                let bend = |place: Option<usize>| place.map_or(0.0, |s| rate.base(s)[1]);
+                let [r, closing] = self.rates.across(link, t, at);
+                let bend = |place: Option<usize>| place.map_or(0.0, |s| rate.base[s][1]);
                 let bend = bend(link.left) - bend(link.right);
                 [link.overlap(r), h * closing, h * h * bend]
             };
@@ -286,7 +302,6 @@ impl<'a> Follower<'a> {
                 soon = soon.min(to + h * share);
             }
         }
-        self.work = start;
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         (found, Some(soon).filter(|t| t.is_finite()))
     }
@@ -297,8 +312,7 @@ impl<'a> Follower<'a> {
             return;
         }
         let link = &self.rates.links[i];
-        let ([_, closing], [dr, _]) = self.rates.across(link, t, &self.at);
-        let (overlap, (left, right)) = (link.shift(), (link.left, link.right));
+        let [_, closing] = self.rates.across(link, t, &self.at);
         // The jump is the dashpot times the speed, which cancels.
         let jump = -self.dashpot
             * if closing == 0.0 {
@@ -306,12 +320,18 @@ impl<'a> Follower<'a> {
             } else {
                 closing.signum()
             };
-        let jumps: Each = std::array::from_fn(|p| jump * (dr[p] + overlap[p]));
-        for (place, sign) in [(left, 1.0), (right, -1.0)] {
+        let sides = [(link.left, 1.0), (link.right, -1.0)];
+        let mut grows = link.shift().0;
+        for (place, sign) in sides {
             let Some(s) = place else { continue };
-            let [x, mut v] = self.at.each(s);
-            (0..WIDTH).for_each(|p| v[p] += sign * jumps[p] / self.masses[s]);
-            self.at.set_each(s, [x, v]);
+            let pairs = grows.iter_mut().zip(self.at.each[s][0].0);
+            pairs.for_each(|(grows, x)| *grows += sign * x);
+        }
+        for (place, sign) in sides {
+            let Some(s) = place else { continue };
+            let share = sign * jump / self.masses[s];
+            let pairs = self.at.each[s][1].0.iter_mut().zip(grows);
+            pairs.for_each(|(v, grows)| *v += share * grows);
         }
         self.rates.place(t, &mut self.at);
     }
@@ -362,39 +382,47 @@ impl<'a> Follower<'a> {
         self.at = self.attempt(&clock, s, end - s).0;
     }
 
+    /// Copies the state to where a stage begins.
+    fn restart(&self, at: &mut Motion) {
+        at.base.resize(self.at.places(), [0.0; 2]);
+        at.each.resize(self.at.places(), [LaneBlock::default(); 2]);
+        for row in &self.rows {
+            at.base[row.clone()].copy_from_slice(&self.at.base[row.clone()]);
+            at.each[row.clone()].copy_from_slice(&self.at.each[row.clone()]);
+        }
+    }
+
     /// One step, and its error over the tolerance.
     fn attempt(&mut self, clock: &Clock, s: f64, step: f64) -> (Motion, f64) {
         let mut at = std::mem::take(&mut self.work);
+        let mut lengths = vec![0.0; self.stages.len()];
         for i in 0..self.stages.len() {
-            at.0.clone_from(&self.at.0);
+            self.restart(&mut at);
             let (done, rest) = self.stages.split_at_mut(i);
             for (stage, weight) in &self.tableau.velocity[i] {
-                add(&mut at.0, step * weight, &done[*stage].0);
+                at.add(&self.rows, lengths[*stage] * weight, &done[*stage]);
             }
             let here = s + self.tableau.c[i] * step;
-            self.rates.place(clock.time(here), &mut at);
-            self.rates
-                .evaluate(clock.time(here), &at, self.moved, &mut rest[0]);
-            let speed = clock.speed(here);
-            rest[0].0.iter_mut().for_each(|rate| *rate *= speed);
+            lengths[i] = step * clock.speed(here);
+            let here = clock.time(here);
+            self.rates.place(here, &mut at);
+            self.rates.evaluate(here, &at, &self.active, &mut rest[0]);
         }
         let mut next = self.at.clone();
-        at.0.fill(0.0);
+        let mut off = Motion::zeros(next.places());
         for (stage, weight) in &self.tableau.bp {
-            add(&mut next.0, step * weight, &self.stages[*stage].0);
+            next.add(&self.rows, lengths[*stage] * weight, &self.stages[*stage]);
         }
         for (stage, weight) in &self.tableau.error {
-            add(&mut at.0, step * weight, &self.stages[*stage].0);
+            off.add(&self.rows, lengths[*stage] * weight, &self.stages[*stage]);
         }
         self.rates.place(clock.time(s + step), &mut next);
         let mut error: f64 = 0.0;
-        for place in 0..at.places() {
-            let ([_, v], [_, each]) = (at.base(place), at.each(place));
-            error = error.max(v.abs() / self.tolerance[0]);
-            let [_, now] = next.each(place);
-            for (off, (now, largest)) in each.iter().zip(now.iter().zip(self.largest)) {
+        for place in self.rows.iter().cloned().flatten() {
+            let pairs = off.each[place][1].0.iter().zip(next.each[place][1].0);
+            for ((off, now), largest) in pairs.zip(self.largest) {
                 let size = largest.max(now.abs()).max(f64::MIN_POSITIVE);
-                error = error.max(off.abs() / (self.tolerance[1] * size));
+                error = error.max(off.abs() / (self.tolerance * size));
             }
         }
         self.work = at;
@@ -402,8 +430,10 @@ impl<'a> Follower<'a> {
     }
 }
 
-fn add(to: &mut [f64], weight: f64, from: &[f64]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += weight * from;
+/// Derivatives in free flight.
+fn fly(at: &mut Motion, places: Range<usize>, time: f64) {
+    for s in places {
+        let [x, v] = &mut at.each[s];
+        x.0.iter_mut().zip(v.0).for_each(|(x, v)| *x += time * v);
     }
 }

@@ -1,67 +1,92 @@
 //! Rates of a chain's state, and of its derivatives with respect to up to eight parameters.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::direction::{Direction, all_contacts};
-use crate::chain::drive::Drive;
+use crate::chain::drive::{Drive, Waveform};
 use crate::chain::lattice::{Chain, Ends};
 use crate::chain::law::ContactLaw;
 use crate::chain::simulation::Simulation;
-use crate::numeric::lanes::WIDTH;
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, widest};
 
-/// A value for each parameter.
-pub(super) type Each = [f64; WIDTH];
-
-pub(super) const NONE: Each = [0.0; WIDTH];
-
-/// Numbers of a place in [`Motion`].
-const ROW: usize = 2 + 2 * WIDTH;
-
-/// Displacement and velocity of each place, and their derivatives. Resonators are behind the bodies.
+/// Displacement and velocity of each place, and their derivatives, a parameter a lane. Resonators are behind the bodies.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Motion(pub(super) Vec<f64>);
+pub(super) struct Motion {
+    pub(super) base: Vec<[f64; 2]>,
+    pub(super) each: Vec<[LaneBlock; 2]>,
+}
 
 impl Motion {
     pub(super) fn zeros(places: usize) -> Motion {
-        Motion(vec![0.0; ROW * places])
+        Motion {
+            base: vec![[0.0; 2]; places],
+            each: vec![[LaneBlock::default(); 2]; places],
+        }
     }
 
     pub(super) fn places(&self) -> usize {
-        self.0.len() / ROW
+        self.base.len()
     }
 
-    /// Displacement and velocity.
+    /// `self = from + weight rates` at some places, where `from` is none `self += weight rates`.
+    pub(super) fn add(&mut self, rows: &[Range<usize>], weight: f64, rates: &Motion) {
+        widest(Add {
+            to: self,
+            rows,
+            weight,
+            rates,
+        });
+    }
+
     #[inline(always)]
-    pub(super) fn base(&self, s: usize) -> [f64; 2] {
-        [self.0[ROW * s], self.0[ROW * s + 1]]
+    fn push<L: Lanes>(&mut self, s: usize, force: f64, each: L) {
+        self.base[s][1] += force;
+        (L::load(&self.each[s][1]) + each).store(&mut self.each[s][1]);
     }
+}
 
-    pub(super) fn set_base(&mut self, s: usize, base: [f64; 2]) {
-        self.0[ROW * s..][..2].copy_from_slice(&base);
-    }
+struct Add<'a> {
+    to: &'a mut Motion,
+    rows: &'a [Range<usize>],
+    weight: f64,
+    rates: &'a Motion,
+}
 
-    /// Their derivatives.
+impl SimdKernel for Add<'_> {
+    type Output = ();
+
     #[inline(always)]
-    pub(super) fn each(&self, s: usize) -> [Each; 2] {
-        [0, 1].map(|i| {
-            let mut each = NONE;
-            each.copy_from_slice(&self.0[ROW * s + 2 + WIDTH * i..][..WIDTH]);
-            each
-        })
-    }
-
-    pub(super) fn set_each(&mut self, s: usize, [x, v]: [Each; 2]) {
-        let row = &mut self.0[ROW * s..][..ROW];
-        row[2..2 + WIDTH].copy_from_slice(&x);
-        row[2 + WIDTH..].copy_from_slice(&v);
-    }
-
-    fn add(&mut self, s: usize, rate: f64, each: &Each) {
-        let row = &mut self.0[ROW * s..][..ROW];
-        row[1] += rate;
-        for (sum, value) in row[2 + WIDTH..].iter_mut().zip(each) {
-            *sum += value;
+    fn run<L: Lanes>(self) {
+        let weight = L::splat(self.weight);
+        for row in self.rows {
+            let pairs = self.to.base[row.clone()].iter_mut();
+            for (to, rate) in pairs.zip(&self.rates.base[row.clone()]) {
+                to[0] += self.weight * rate[0];
+                to[1] += self.weight * rate[1];
+            }
+            let pairs = self.to.each[row.clone()].iter_mut();
+            for (to, rate) in pairs.zip(&self.rates.each[row.clone()]) {
+                for (to, rate) in to.iter_mut().zip(rate) {
+                    (L::load(to) + weight * L::load(rate)).store(to);
+                }
+            }
         }
+    }
+}
+
+/// What moves in a step other than in free flight.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Active {
+    pub(super) links: Vec<usize>,
+    pub(super) bodies: Vec<Range<usize>>,
+}
+
+impl Active {
+    /// The places of bodies, and of resonators.
+    pub(super) fn places(&self, sites: usize, places: usize) -> Vec<Range<usize>> {
+        let own = (places > sites).then_some(sites..places);
+        self.bodies.iter().cloned().chain(own).collect()
     }
 }
 
@@ -71,8 +96,8 @@ pub(super) struct Link<'a> {
     contact: crate::chain::lattice::Contact<'a>,
     pub(super) left: Option<usize>,
     pub(super) right: Option<usize>,
-    coefficient: Each,
-    static_overlap: Each,
+    coefficient: LaneBlock,
+    static_overlap: LaneBlock,
     /// Laws at both ends of the difference, for the parameters that change them.
     laws: Vec<(usize, [Arc<dyn ContactLaw>; 2], f64)>,
 }
@@ -87,7 +112,7 @@ impl Link<'_> {
     }
 
     /// Derivative of the static overlap.
-    pub(super) fn shift(&self) -> &Each {
+    pub(super) fn shift(&self) -> &LaneBlock {
         &self.static_overlap
     }
 }
@@ -98,17 +123,17 @@ pub(super) struct Rates<'a> {
     drive: Option<&'a Drive>,
     directions: &'a [Direction],
     pub(super) links: Vec<Link<'a>>,
-    mass: Vec<Each>,
-    ground: Vec<Each>,
-    resonators: [Vec<Each>; 3],
-    losses: [Each; 3],
+    mass: Vec<LaneBlock>,
+    ground: Vec<LaneBlock>,
+    resonators: [Vec<LaneBlock>; 3],
+    losses: [LaneBlock; 3],
     drives: bool,
 }
 
 /// The same entry of each direction.
-fn gather(directions: &[Direction], of: impl Fn(&Direction) -> f64) -> Each {
-    let mut each = NONE;
-    for (value, direction) in each.iter_mut().zip(directions) {
+fn gather(directions: &[Direction], of: impl Fn(&Direction) -> f64) -> LaneBlock {
+    let mut each = LaneBlock::default();
+    for (value, direction) in each.0.iter_mut().zip(directions) {
         *value = of(direction);
     }
     each
@@ -120,7 +145,7 @@ impl<'a> Rates<'a> {
         let chain = &simulation.chain;
         let n = chain.n_sites();
         let offset = usize::from(chain.left_contact().is_some());
-        let row = |of: fn(&Direction) -> &Vec<f64>, count: usize| -> Vec<Each> {
+        let row = |of: fn(&Direction) -> &Vec<f64>, count: usize| -> Vec<LaneBlock> {
             let at = |j: usize| gather(directions, |d| of(d).get(j).copied().unwrap_or(0.0));
             (0..count).map(at).collect()
         };
@@ -169,19 +194,18 @@ impl<'a> Rates<'a> {
         }
     }
 
-    /// Value and rate at time t of what the drive does, and their derivatives.
-    fn driven(&self, t: f64) -> ([f64; 3], [Each; 3]) {
+    /// Value, rate and acceleration at time t of what the drive does, and their derivatives.
+    fn driven(&self, t: f64) -> ([f64; 3], [LaneBlock; 3]) {
+        let mut each = [LaneBlock::default(); 3];
         let Some(drive) = self.drive else {
-            return ([0.0; 3], [NONE; 3]);
+            return ([0.0; 3], each);
         };
-        let of =
-            |wave: &crate::chain::Waveform| [wave.at(t), wave.rate_at(t), wave.acceleration_at(t)];
-        let mut each = [NONE; 3];
+        let of = |wave: &Waveform| [wave.at(t), wave.rate_at(t), wave.acceleration_at(t)];
         if self.drives {
             for (p, d) in self.directions.iter().enumerate() {
                 if let Some(waves) = &d.drive {
                     let [a, b] = waves.each_ref().map(of);
-                    (0..3).for_each(|i| each[i][p] = (b[i] - a[i]) / d.length);
+                    (0..3).for_each(|i| each[i].0[p] = (b[i] - a[i]) / d.length);
                 }
             }
         }
@@ -194,157 +218,260 @@ impl<'a> Rates<'a> {
         powers.all(|power| (2.0 * power).fract() == 0.0)
     }
 
-    /// The excess overlap of a link and its rate, and their derivatives.
-    pub(super) fn across(&self, link: &Link, t: f64, at: &Motion) -> ([f64; 2], [Each; 2]) {
-        let side = |place: Option<usize>, is_left: bool| match (place, self.drive) {
-            (Some(s), _) => (at.base(s), at.each(s)),
-            (None, Some(Drive::Wall(_))) if is_left => {
-                let ([x, v, _], [dx, dv, _]) = self.driven(t);
-                ([x, v], [dx, dv])
+    /// Whether the wall before the first body is moved.
+    fn moves_wall(&self) -> bool {
+        matches!(self.drive, Some(Drive::Wall(_)))
+    }
+
+    /// The excess overlap of a link and its rate.
+    #[inline(always)]
+    pub(super) fn across(&self, link: &Link, t: f64, at: &Motion) -> [f64; 2] {
+        let left = match link.left {
+            Some(s) => at.base[s],
+            None if self.moves_wall() => {
+                let ([x, v, _], _) = self.driven(t);
+                [x, v]
             }
-            _ => ([0.0; 2], [NONE; 2]),
+            None => [0.0; 2],
         };
-        let (left, right) = (side(link.left, true), side(link.right, false));
-        let apart = |i: usize| left.0[i] - right.0[i];
-        let each = |i: usize| std::array::from_fn(|p| left.1[i][p] - right.1[i][p]);
-        ([apart(0), apart(1)], [each(0), each(1)])
+        let right = link.right.map_or([0.0; 2], |s| at.base[s]);
+        [left[0] - right[0], left[1] - right[1]]
+    }
+
+    /// Their derivatives.
+    #[inline(always)]
+    pub(super) fn across_each<L: Lanes>(&self, link: &Link, t: f64, at: &Motion) -> [L; 2] {
+        let zero = LaneBlock::default();
+        let left = match link.left {
+            Some(s) => at.each[s],
+            None if self.moves_wall() => {
+                let (_, [x, v, _]) = self.driven(t);
+                [x, v]
+            }
+            None => [zero; 2],
+        };
+        let right = link.right.map_or([zero; 2], |s| at.each[s]);
+        [
+            L::load(&left[0]) - L::load(&right[0]),
+            L::load(&left[1]) - L::load(&right[1]),
+        ]
     }
 
     /// Sets a body whose motion is prescribed.
     pub(super) fn place(&self, t: f64, at: &mut Motion) {
         if let Some((site, _)) = self.drive.and_then(Drive::motion) {
             let ([x, v, _], [dx, dv, _]) = self.driven(t);
-            at.set_base(site, [x, v]);
-            at.set_each(site, [dx, dv]);
+            (at.base[site], at.each[site]) = ([x, v], [dx, dv]);
         }
     }
 
-    /// Rates of change at time t of all that moves within the first `moved` bodies.
-    pub(super) fn evaluate(&self, t: f64, at: &Motion, moved: usize, out: &mut Motion) {
-        let (chain, n) = (self.chain, self.chain.n_sites());
-        let losses = &chain.losses;
-        out.0.fill(0.0);
-        for link in &self.links {
+    /// What moves other than in free flight, of the first `moved` bodies, in a step of this length between two states.
+    pub(super) fn active(&self, [from, to]: [f64; 2], ends: [&Motion; 2], moved: usize) -> Active {
+        let everywhere = self.chain.has_pulls() || self.drive.is_some();
+        let (mut links, mut bodies) = (Vec::new(), Vec::<Range<usize>>::new());
+        for (i, link) in self.links.iter().enumerate() {
             let nearest = link.left.unwrap_or(0).min(link.right.unwrap_or(usize::MAX));
-            if nearest < moved {
-                self.press(link, t, at, out);
+            let acts = everywhere || !link.opens() || link.contact.static_overlap > 0.0;
+            if nearest >= moved || !(acts || self.presses(link, [from, to], ends)) {
+                continue;
+            }
+            links.push(i);
+            for s in [link.left, link.right].into_iter().flatten() {
+                match bodies.last_mut() {
+                    Some(last) if (last.start..=last.end).contains(&s) => {
+                        last.end = last.end.max(s + 1);
+                    }
+                    _ => bodies.push(s..s + 1),
+                }
             }
         }
+        if everywhere {
+            bodies = std::iter::once(0..moved).collect();
+        }
+        // The last link of a ring leads to the first body.
+        bodies.sort_by_key(|bodies| bodies.start);
+        bodies.dedup_by(|next, last| {
+            let joined = next.start <= last.end;
+            if joined {
+                last.end = last.end.max(next.end);
+            }
+            joined
+        });
+        Active { links, bodies }
+    }
+
+    /// Whether a link may press within a step.
+    fn presses(&self, link: &Link, times: [f64; 2], ends: [&Motion; 2]) -> bool {
+        let node = |i: usize| {
+            let [r, closing] = self.across(link, times[i], ends[i]);
+            [link.overlap(r), closing]
+        };
+        let ([a, closing], [b, parting]) = (node(0), node(1));
+        let half = 0.5 * (times[1] - times[0]);
+        let meets = closing > 0.0 && parting < 0.0;
+        a > 0.0 || b > 0.0 || meets && (a + half * closing).max(b - half * parting) > 0.0
+    }
+
+    /// Rates of change at time t of what is active.
+    pub(super) fn evaluate(&self, t: f64, at: &Motion, active: &Active, out: &mut Motion) {
+        widest(Evaluate {
+            rates: self,
+            t,
+            at,
+            active,
+            out,
+        });
+    }
+
+    #[inline(always)]
+    fn evaluate_here<L: Lanes>(&self, t: f64, at: &Motion, active: &Active, out: &mut Motion) {
+        let (chain, n) = (self.chain, self.chain.n_sites());
+        for places in active.places(n, at.places()) {
+            out.base[places.clone()].fill([0.0; 2]);
+            out.each[places].fill([LaneBlock::default(); 2]);
+        }
+        for i in &active.links {
+            self.press::<L>(&self.links[*i], t, at, out);
+        }
         let (push, pushes) = self.driven(t);
-        for j in 0..moved {
-            let ([x, v], [dx, dv]) = (at.base(j), at.each(j));
-            let mut force = -losses.drag * v;
-            let mut each: Each =
-                std::array::from_fn(|p| -losses.drag * dv[p] - self.losses[2][p] * v);
+        let drag = chain.losses.drag;
+        for j in active.bodies.iter().cloned().flatten() {
+            let [x, v] = at.base[j];
+            let [dx, dv]: [L; 2] = [L::load(&at.each[j][0]), L::load(&at.each[j][1])];
+            let mut force = out.base[j][1] - drag * v;
+            let mut forces = L::load(&out.each[j][1])
+                - L::splat(drag) * dv
+                - L::splat(v) * L::load(&self.losses[2]);
             if let Some(ground) = &chain.on_site.ground {
                 let (law, c) = (ground.law.of(j), ground.coefficient[j]);
                 force -= law.force(c, 0.0, x);
-                let stiffness = law.stiffness(c, 0.0, x);
-                let one = law.force(1.0, 0.0, x);
-                for (p, sum) in each.iter_mut().enumerate() {
-                    *sum -= stiffness * dx[p] + one * self.ground[j][p];
-                    if let Some(Some(laws)) = self.directions.get(p).map(|d| &d.ground_laws) {
+                let (stiffness, one) = (law.stiffness(c, 0.0, x), law.force(1.0, 0.0, x));
+                let mut changed = LaneBlock::default();
+                for (value, d) in changed.0.iter_mut().zip(self.directions) {
+                    if let Some(laws) = &d.ground_laws {
                         let [a, b] = laws.each_ref().map(|laws| laws.of(j).force(c, 0.0, x));
-                        *sum -= (b - a) / self.directions[p].length;
+                        *value = (b - a) / d.length;
                     }
                 }
+                forces = forces
+                    - L::splat(stiffness) * dx
+                    - L::splat(one) * L::load(&self.ground[j])
+                    - L::load(&changed);
             }
             if let Some(drive @ (Drive::Force(_) | Drive::Body(..))) = self.drive
                 && drive.site() == j
             {
                 force += push[0];
-                (0..WIDTH).for_each(|p| each[p] += pushes[0][p]);
+                forces = forces + L::load(&pushes[0]);
             }
             if let Some(all) = chain.resonators().filter(|all| all.mass[j] > 0.0) {
-                let ([y, w], [dy, dw]) = (at.base(n + j), at.each(n + j));
-                let (ahead, faster) = (y - x, w - v);
+                let ([y, w], own) = (at.base[n + j], &at.each[n + j]);
+                let (ahead, faster, m) = (y - x, w - v, all.mass[j]);
                 let pull = all.force(j, ahead, faster);
-                let pulls: Each = std::array::from_fn(|p| {
-                    all.force(j, dy[p] - dx[p], dw[p] - dv[p])
-                        + self.resonators[1][j][p] * ahead
-                        + self.resonators[2][j][p] * faster
-                });
+                let of = |i: usize| L::load(&self.resonators[i][j]);
+                let pulls = L::splat(all.stiffness[j]) * (L::load(&own[0]) - dx)
+                    + L::splat(all.damping[j]) * (L::load(&own[1]) - dv)
+                    + L::splat(ahead) * of(1)
+                    + L::splat(faster) * of(2);
                 force += pull;
-                (0..WIDTH).for_each(|p| each[p] += pulls[p]);
-                let m = all.mass[j];
-                let own: Each =
-                    std::array::from_fn(|p| -(pulls[p] - pull / m * self.resonators[0][j][p]) / m);
-                out.add(n + j, -pull / m, &own);
+                forces = forces + pulls;
+                out.base[n + j] = [w, -pull / m];
+                out.each[n + j][0] = own[1];
+                let slowed = (L::splat(pull / m) * of(0) - pulls) / L::splat(m);
+                slowed.store(&mut out.each[n + j][1]);
             }
-            out.add(j, force, &each);
-            self.accelerate(j, out);
-            for s in [j, n + j] {
-                if s < at.places() {
-                    let ([_, v], [_, dv]) = (at.base(s), at.each(s));
-                    let ([_, a], [_, da]) = (out.base(s), out.each(s));
-                    out.set_base(s, [v, a]);
-                    out.set_each(s, [dv, da]);
-                }
-            }
+            let m = chain.mass[j];
+            out.base[j] = [v, force / m];
+            out.each[j][0] = at.each[j][1];
+            let faster = (forces - L::splat(force / m) * L::load(&self.mass[j])) / L::splat(m);
+            faster.store(&mut out.each[j][1]);
         }
         if let Some((site, _)) = self.drive.and_then(Drive::motion) {
-            out.set_base(site, [push[1], push[2]]);
-            out.set_each(site, [pushes[1], pushes[2]]);
+            out.base[site] = [push[1], push[2]];
+            out.each[site] = [pushes[1], pushes[2]];
         }
-    }
-
-    /// From forces to accelerations.
-    fn accelerate(&self, j: usize, out: &mut Motion) {
-        let m = self.chain.mass[j];
-        let ([_, force], [_, forces]) = (out.base(j), out.each(j));
-        let a = force / m;
-        out.set_base(j, [0.0, a]);
-        let each = std::array::from_fn(|p| (forces[p] - a * self.mass[j][p]) / m);
-        out.set_each(j, [NONE, each]);
     }
 
     /// Adds the force of a link to the places beside it.
-    fn press(&self, link: &Link, t: f64, at: &Motion, out: &mut Motion) {
+    #[inline(always)]
+    fn press<L: Lanes>(&self, link: &Link, t: f64, at: &Motion, out: &mut Motion) {
         let losses = &self.chain.losses;
-        let ([r, closing], [dr, dclosing]) = self.across(link, t, at);
+        let [r, closing] = self.across(link, t, at);
         let contact = &link.contact;
         let overlap = link.overlap(r);
         let is_open = link.opens() && overlap <= 0.0;
         if is_open && contact.static_overlap == 0.0 {
             return;
         }
+        let [dr, dclosing]: [L; 2] = self.across_each(link, t, at);
         let (c, d0) = (contact.coefficient, contact.static_overlap);
-        if c == 0.0 && link.coefficient == NONE {
-            return;
-        }
         let (one, stiffness) = (link.law.excess_force(d0, r), link.law.stiffness(overlap));
-        let rest = link.law.stiffness(d0);
         let bend = match losses.tangent > 0.0 {
-            true => c * link.law.bend(overlap),
+            true => losses.tangent * c * link.law.bend(overlap) * closing,
             false => 0.0,
         };
-        let dashpot = if is_open { 0.0 } else { losses.dashpot };
+        let (dashpot, felt) = match is_open {
+            true => (0.0, 0.0),
+            false => (losses.dashpot, closing),
+        };
         let damper = dashpot + losses.tangent * c * stiffness;
         let force = c * one + damper * closing;
-        let along = c * stiffness + losses.tangent * bend * closing;
-        let of_coefficient = one + losses.tangent * stiffness * closing;
-        let of_overlap = c * (stiffness - rest) + losses.tangent * bend * closing;
-        let of_dashpot = if is_open { 0.0 } else { closing };
-        let of_tangent = c * stiffness * closing;
-        let mut each: Each = std::array::from_fn(|p| {
-            along * dr[p]
-                + damper * dclosing[p]
-                + of_coefficient * link.coefficient[p]
-                + of_overlap * link.static_overlap[p]
-                + of_dashpot * self.losses[0][p]
-                + of_tangent * self.losses[1][p]
-        });
-        for (p, [a, b], length) in &link.laws {
-            let of = |law: &Arc<dyn ContactLaw>| {
-                c * (law.excess_force(d0, r) + losses.tangent * law.stiffness(overlap) * closing)
-            };
-            each[*p] += (of(b) - of(a)) / length;
+        let rest = match d0 > 0.0 {
+            true => link.law.stiffness(d0),
+            false => 0.0,
+        };
+        let mut forces = L::splat(c * stiffness + bend) * dr
+            + L::splat(damper) * dclosing
+            + L::splat(one + losses.tangent * stiffness * closing) * L::load(&link.coefficient);
+        if d0 > 0.0 {
+            let of_overlap = c * (stiffness - rest) + bend;
+            forces = forces + L::splat(of_overlap) * L::load(&link.static_overlap);
+        }
+        if losses.any() {
+            forces = forces
+                + L::splat(felt) * L::load(&self.losses[0])
+                + L::splat(c * stiffness * closing) * L::load(&self.losses[1]);
+        }
+        if !link.laws.is_empty() {
+            let mut changed = LaneBlock::default();
+            for (p, [a, b], length) in &link.laws {
+                let of = |law: &Arc<dyn ContactLaw>| {
+                    let damping = losses.tangent * law.stiffness(overlap) * closing;
+                    c * (law.excess_force(d0, r) + damping)
+                };
+                changed.0[*p] = (of(b) - of(a)) / length;
+            }
+            forces = forces + L::load(&changed);
         }
         if let Some(s) = link.left {
-            out.add(s, -force, &each.map(|f| -f));
+            out.push(s, -force, L::splat(0.0) - forces);
         }
         if let Some(s) = link.right {
-            out.add(s, force, &each);
+            out.push(s, force, forces);
         }
+    }
+}
+
+struct Evaluate<'a> {
+    rates: &'a Rates<'a>,
+    t: f64,
+    at: &'a Motion,
+    active: &'a Active,
+    out: &'a mut Motion,
+}
+
+impl SimdKernel for Evaluate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Evaluate {
+            rates,
+            t,
+            at,
+            active,
+            out,
+        } = self;
+        rates.evaluate_here::<L>(t, at, active, out);
     }
 }
