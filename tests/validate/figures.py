@@ -166,7 +166,11 @@ def all_of(families):
         caption = "Every difference, over the one that the docs allow. Left of the line a claim holds."
         found.append((differences(families), caption))
     if "verdicts" in series:
-        caption = "Verdicts in words on random fields whose answer follows from how they are made."
+        right, untold, false = (sum(row[i] for row in series["verdicts"]) for i in (1, 2, 3))
+        caption = (
+            "Statements in words on random fields whose answer follows from how they are made: "
+            f"{right} right, {untold} withheld, {false} false."
+        )
         found.append((verdicts(series["verdicts"]), caption))
     if "tolerances" in series:
         caption = "Velocities of struck dimers against 80-bit arithmetic."

@@ -178,16 +178,9 @@ def carried_out(function, program, folder, seed, quick):
     try:
         function(part)
     except Exception as fault:
-        last = "".join(traceback.format_exception(fault)[-2:])
-        part.row(
-            "the part is carried out to its end",
-            "",
-            "",
-            f"{type(fault).__name__}: {fault}",
-            "no error",
-            False,
-        )
-        part.note(last)
+        said = f"{type(fault).__name__}: {fault}"
+        part.row("the part is carried out to its end", "", "", said[:240], "no error", False)
+        part.note("".join(traceback.format_exception(fault)[-2:]))
     part.outcome.seconds = time.perf_counter() - start
     with contextlib.suppress(OSError):
         shutil.rmtree(part.folder)

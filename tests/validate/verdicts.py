@@ -63,6 +63,18 @@ def growing(rng):
     )
 
 
+def growing_dispersive(rng):
+    """The same where the harmonic is faster or slower than the burst that feeds it, and both spread."""
+    scan = Scan(rng)
+    share = rng.uniform(0.2, 0.5) * (scan.x / scan.x.max())
+    f = np.fft.rfftfreq(scan.times, scan.dt)[:, None]
+    first, second = (np.fft.rfft(scan.burst(n)[:, :1], axis=0) for n in (1, 2))
+    bend = rng.uniform(-0.02, 0.02)
+    delay = np.exp(-2j * np.pi * f * scan.x / scan.speed * (1 + bend * (f / scan.f) ** 2))
+    v = np.fft.irfft((np.sqrt(1 - share) * first + np.sqrt(share) * second) * delay, scan.times, axis=0)
+    return noisy(rng, v), scan, {"frequency": ("up",), "transfer": (True,)}
+
+
 def returning(rng):
     scan = Scan(rng)
     share = rng.uniform(0.2, 0.5) * (1 - scan.x / scan.x.max())
@@ -207,6 +219,7 @@ def steepening(rng):
 
 KINDS = {
     "second or third harmonic grows": growing,
+    "harmonic grows in a dispersive medium": growing_dispersive,
     "wave steepens (Fubini)": steepening,
     "harmonic returns to its fundamental": returning,
     "high frequencies absorbed": lossy_high,
@@ -307,17 +320,17 @@ def of_kinds(part, kinds):
 
 def transfers(part):
     """Verdicts of fields whose energy moves"""
-    of_kinds(part, list(KINDS)[:5])
+    of_kinds(part, list(KINDS)[:6])
 
 
 def still(part):
     """Verdicts of bursts and pulses whose content stays"""
-    of_kinds(part, list(KINDS)[5:10])
+    of_kinds(part, list(KINDS)[6:11])
 
 
 def steady(part):
     """Verdicts of steady fields"""
-    of_kinds(part, list(KINDS)[10:])
+    of_kinds(part, list(KINDS)[11:])
 
 
 def dimers(part):
