@@ -71,8 +71,8 @@ def balances(part):
         sums.append((np.abs(t.sum(axis=1)) / np.abs(t).max(axis=1).clip(1e-12)).max())
         change = np.cumsum(both[-1] - both[0])
         apart = np.abs(found["integrated_spectral_flux"][-1] + change).max() / scale
-        # The motion is integrated again, which departs from the one that is stored by so much.
-        passed.append(apart / (1e-12 + summary["closure"]["departure"]))
+        # The motion is integrated again: velocities depart by so much, energies by twice.
+        passed.append(apart / (1e-12 + 2 * summary["closure"]["departure"]))
     by = "energies by NumPy from the run's motion"
     what = "dimers, every site: change of energy less what passed, over the input"
     part.claim(what, 0.0, max(real["dimers"]), 7e-12, where="accuracy.md, Chains", by=by)
@@ -85,7 +85,9 @@ def balances(part):
     part.claim(what, 0.0, max(total), 1e-12, where=BUDGETS, by=by)
     what = "sum of the transfers over k, of the largest transfer"
     part.claim(what, 0.0, max(sums), 3e-14, where=BUDGETS, by="it is 0")
-    what = "energy passed k: integrated flux against the change of E(k), over 1e-12 and departure stated"
+    what = (
+        "energy passed k: integrated flux against the change of E(k), over 1e-12 and twice the departure"
+    )
     part.claim(
         what, 0.0, max(passed), 1.0, where=BUDGETS, by="NumPy's transforms of first and last sample"
     )
