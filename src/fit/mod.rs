@@ -9,6 +9,7 @@
 //!
 //! Whether noise explains what is left is tested ([`Misfit`]). Derivatives J are central differences of runs.
 
+mod cause;
 mod directions;
 mod gradient;
 mod key;
@@ -17,6 +18,7 @@ mod noise;
 mod records;
 mod result;
 mod sheet;
+mod shown;
 mod solver;
 mod verdict;
 
@@ -24,6 +26,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+pub use cause::Cause;
 pub use directions::Direction;
 pub use gradient::gradient;
 pub use key::FreeKey;
@@ -146,6 +149,7 @@ impl FitRequest {
             keys: &keys,
             records: &records,
             nuisances: self.nuisances(&records, None),
+            extra: None,
             local_error,
             observer: &counted,
         };
@@ -173,7 +177,12 @@ impl FitRequest {
             until,
             left_out: records.times.len() - used.times.len(),
         });
-        Fitted::of(&model, &best, (searches, horizon, error, counted.runs()))
+        let mut fitted = Fitted::of(&model, &best, (searches, horizon, error))?;
+        if let Some(misfit) = &fitted.misfit {
+            fitted.cause = cause::cause(&model, &best, &misfit.bodies)?;
+        }
+        fitted.runs = counted.runs();
+        Ok(fitted)
     }
 
     fn keys(&self, scene: &SceneSource) -> Result<Vec<FreeKey>> {

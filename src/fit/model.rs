@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::cause::Extra;
 use super::key::{FreeKey, settings};
 use super::records::Records;
 use super::solver::Problem;
@@ -34,13 +35,15 @@ pub(super) struct Nuisances {
     pub gain_weight: f64,
 }
 
-/// Records of a chain as a function of coordinates: those of the keys, of the time shift in steps of the samples, and
-/// logarithms of gains.
+/// Records of a chain as a function of coordinates: those of the keys, of the time shift in steps of the samples, of one
+/// number more, and logarithms of gains.
+#[derive(Clone, Copy)]
 pub(super) struct Model<'a> {
     pub scene: &'a SceneSource,
     pub keys: &'a [FreeKey],
     pub records: &'a Records,
     pub nuisances: Nuisances,
+    pub extra: Option<Extra>,
     pub local_error: f64,
     pub observer: &'a dyn Observer,
 }
@@ -48,7 +51,7 @@ pub(super) struct Model<'a> {
 impl Model<'_> {
     /// Number of coordinates that need runs.
     pub fn moved(&self) -> usize {
-        self.keys.len() + usize::from(self.nuisances.shift)
+        self.keys.len() + usize::from(self.nuisances.shift) + usize::from(self.extra.is_some())
     }
 
     pub fn unknowns(&self) -> usize {
@@ -62,7 +65,11 @@ impl Model<'_> {
 
     /// What the coordinates make of the scene.
     pub fn simulation(&self, at: &[f64]) -> Result<Simulation> {
-        Ok(self.scene.with(self.settings(at)).setup()?.simulation)
+        let mut simulation = self.scene.with(self.settings(at)).setup()?.simulation;
+        if let Some(extra) = self.extra {
+            extra.set(&mut simulation, at[self.moved() - 1]);
+        }
+        Ok(simulation)
     }
 
     pub fn settings(&self, at: &[f64]) -> Vec<Setting> {
@@ -75,19 +82,21 @@ impl Model<'_> {
     /// The records, without gains, one site after the other.
     pub fn records_at(&self, at: &[f64], local_error: f64) -> Result<Vec<f64>> {
         let simulation = self.simulation(at)?;
-        let shift = match self.nuisances.shift {
+        let mut shift = match self.nuisances.shift {
             true => at[self.keys.len()] * self.records.step(),
             false => 0.0,
         };
+        if let Some(extra) = self.extra {
+            shift += extra.shift(at[self.moved() - 1]);
+        }
         self.observer.stage("run", 1);
         let times: Vec<f64> = self.records.times.iter().map(|t| t - shift).collect();
-        simulated(
-            &simulation,
-            self.records,
-            &times,
-            local_error,
-            &CancelOnly(self.observer),
-        )
+        let watch = CancelOnly(self.observer);
+        let mut records = simulated(&simulation, self.records, &times, local_error, &watch)?;
+        if let Some(extra) = self.extra {
+            extra.scale(&mut records, times.len(), at[self.moved() - 1]);
+        }
+        Ok(records)
     }
 
     pub fn gain(&self, at: &[f64], site: usize) -> f64 {
@@ -135,6 +144,9 @@ impl Problem for Model<'_> {
     fn bounds(&self) -> Vec<[f64; 2]> {
         let mut all: Vec<[f64; 2]> = self.keys.iter().map(FreeKey::coordinates).collect();
         all.resize(self.unknowns(), [f64::NEG_INFINITY, f64::INFINITY]);
+        if let Some(extra) = self.extra {
+            all[self.moved() - 1] = extra.bounds();
+        }
         all
     }
 
@@ -189,6 +201,11 @@ impl Problem for Model<'_> {
 }
 
 impl Model<'_> {
+    /// The derivative of the records along one coordinate.
+    pub fn column(&self, at: &[f64], k: usize) -> Result<Vec<f64>> {
+        Ok(self.with_gains(at, self.along(at, k, FIRST_STEP)?))
+    }
+
     /// Nothing is known of missing samples.
     fn mask(&self, columns: &mut [Vec<f64>]) {
         let extra = if self.nuisances.gain_weight > 0.0 && self.nuisances.gains {

@@ -2,6 +2,7 @@
 
 use ndarray::Array2;
 
+use super::cause::Cause;
 use super::directions::{Coordinate, Direction, loose, null_space};
 use super::model::{Model, rms};
 use super::noise::{Linear, Noise};
@@ -56,6 +57,8 @@ pub struct Fitted {
     pub undetermined: Vec<Direction>,
     /// What noise does not explain; `None` for nothing.
     pub misfit: Option<Misfit>,
+    /// What explains the misfit, of all that was tried.
+    pub cause: Option<Cause>,
     pub records: Records,
     /// `(time, site)`.
     pub measured: Array2<f64>,
@@ -86,7 +89,7 @@ pub struct Fitted {
 
 /// Noise and covariance at a minimum.
 pub(super) struct Noted {
-    noise: Noise,
+    pub noise: Noise,
     covariance: Vec<Vec<f64>>,
     /// Directions that nothing is known of, and those that hardly anything is.
     unknown: Vec<Vec<f64>>,
@@ -98,6 +101,30 @@ impl Noted {
     pub fn gain_scale(&self) -> f64 {
         self.noise.sigma * self.noise.inflation().sqrt()
     }
+}
+
+/// Whether noise does not explain what is left at a minimum.
+pub(super) fn has_misfit(model: &Model, found: &Minimum) -> Result<bool> {
+    let noise = judge(model, found).noise;
+    Ok(misfit(model, found, &model.predicted(&found.at)?, &noise).is_some())
+}
+
+pub(super) fn misfit(
+    model: &Model,
+    found: &Minimum,
+    predicted: &[f64],
+    noise: &Noise,
+) -> Option<Misfit> {
+    let known: Vec<bool> = model.records.values.iter().map(|v| v.is_finite()).collect();
+    let judged = Judged {
+        records: model.records,
+        residual: &found.residual[..known.len()],
+        known: &known,
+        predicted,
+        columns: &found.columns,
+        noise,
+    };
+    judged.misfit()
 }
 
 /// Estimates noise and covariance at a minimum.
@@ -163,11 +190,11 @@ fn unit(count: usize) -> Vec<Vec<f64>> {
         .collect()
 }
 
-type Circumstances = (Vec<Search>, Option<Horizon>, f64, u64);
+type Circumstances = (Vec<Search>, Option<Horizon>, f64);
 
 impl Fitted {
     pub(super) fn of(model: &Model, found: &Minimum, about: Circumstances) -> Result<Fitted> {
-        let (searches, horizon, run_error, runs) = about;
+        let (searches, horizon, run_error) = about;
         let records = model.records;
         let Noted {
             noise,
@@ -185,15 +212,10 @@ impl Fitted {
             .collect();
         let left = rms(residual) / rms(&measured).max(f64::MIN_POSITIVE);
         let is_exact = left < ROUNDING.max(3.0 * run_error);
-        let judged = Judged {
-            records,
-            residual,
-            known: &known,
-            predicted: &predicted,
-            columns: &found.columns,
-            noise: &noise,
+        let misfit = match is_exact {
+            true => None,
+            false => misfit(model, found, &predicted, &noise),
         };
-        let misfit = if is_exact { None } else { judged.misfit() };
         let coordinates = coordinates(model);
         let directions = unknown
             .iter()
@@ -251,7 +273,8 @@ impl Fitted {
             run_error,
             horizon,
             searches,
-            runs,
+            runs: 0,
+            cause: None,
             scene: settings.map(|s| [s.key, s.text]).collect(),
             records: records.clone(),
         })
@@ -289,7 +312,7 @@ impl Fitted {
     }
 }
 
-fn coordinates(model: &Model) -> Vec<Coordinate> {
+pub(super) fn coordinates(model: &Model) -> Vec<Coordinate> {
     let keys = model.keys.iter().map(|key| Coordinate {
         name: key.name.clone(),
         linear: (!key.is_log).then(|| key.value_at(1.0) - key.value_at(0.0)),

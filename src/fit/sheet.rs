@@ -3,18 +3,16 @@
 use ndarray::Array2;
 use serde_json::json;
 
+use super::cause::Cause;
 use super::result::{Fitted, FittedValue};
-use super::verdict::Misfit;
-use crate::field::Quantity;
-use crate::measure::cycles_per;
+use super::shown::{per_time, places, record_charts, residual_map};
 use crate::sheet::{
     BLUE, Chart, Colors, Describe, HeatChart, Level, Look, Marker, Plot, PlotRow, Series, Sheet,
-    Table, VERMILLION, edges, error_size, listed, number, percent, range, with_half,
+    Table, VERMILLION, edges, error_size, listed, number, percent, with_half,
 };
 use crate::unit::{compose, label, square};
 
-/// Records that are drawn, and bodies and values that a sentence names, at most.
-const DRAWN: usize = 4;
+/// Values that a sentence names, at most.
 const NAMED: usize = 4;
 
 /// Share of the searches that should end in one minimum.
@@ -50,7 +48,7 @@ impl Describe for Fitted {
                 self.known,
                 self.records.quantity.name(),
                 self.records.bodies.len(),
-                self.places()
+                places(self.records.quantity)
             ),
             answer: self.answer(),
             tables: vec![self.table(), self.searches_table()],
@@ -63,6 +61,7 @@ impl Describe for Fitted {
             "values": self.values,
             "undetermined": self.undetermined,
             "misfit": self.misfit,
+            "cause": self.cause,
             "noise": self.noise,
             "explained": self.explained,
             "exact": self.is_exact,
@@ -81,9 +80,12 @@ impl Describe for Fitted {
     /// Some records with those of the fitted chain; what is left over time and bodies, and by frequency; intervals over
     /// values; correlations.
     fn pictures(&self) -> Vec<PlotRow> {
-        let mut rows = PlotRow::grid(2, self.record_charts());
+        let mut rows = PlotRow::grid(
+            2,
+            record_charts(&self.records, &self.measured, ("fitted", &self.fitted)),
+        );
         rows.push(PlotRow::of([
-            Plot::from(self.residual_map()),
+            Plot::from(residual_map(&self.records, &self.residual, "fitted")),
             Plot::from(self.spectrum_chart()),
         ]));
         rows.push(PlotRow::of([
@@ -98,13 +100,6 @@ impl Fitted {
     fn names(&self) -> Vec<String> {
         let keys = self.values.iter().filter(|value| value.is_key);
         keys.map(|value| value.name.clone()).collect()
-    }
-
-    fn places(&self) -> &'static str {
-        match self.records.quantity {
-            Quantity::Force => "contacts",
-            _ => "bodies",
-        }
     }
 
     fn answer(&self) -> String {
@@ -145,60 +140,13 @@ impl Fitted {
                 )
             }
             Some(misfit) => format!(
-                "the model does not explain the records: misfit {}; {share} of the signal is left",
-                self.place_of(misfit)
+                "the model does not explain the records: misfit {}; {share} of the signal is left{}",
+                misfit.place(&self.records),
+                self.cause
+                    .as_ref()
+                    .map_or(String::new(), |cause| format!("; {}", cause.words()))
             ),
         }
-    }
-
-    /// Where noise explains nothing, in words.
-    fn place_of(&self, misfit: &Misfit) -> String {
-        let mut words = match (misfit.is_everywhere, misfit.bodies.len()) {
-            (true, _) => format!("at all {}", self.places()),
-            (false, 1) => format!(
-                "at {} {}",
-                self.places().replace("ies", "y").trim_end_matches('s'),
-                misfit.bodies[0]
-            ),
-            (false, count) => {
-                let some: Vec<String> = misfit
-                    .bodies
-                    .iter()
-                    .take(NAMED)
-                    .map(usize::to_string)
-                    .collect();
-                let more = if count > NAMED { " and others" } else { "" };
-                format!("at {} {}{more}", self.places(), listed(&some))
-            }
-        };
-        let time = &self.records.units[0];
-        let ends = [
-            self.records.times[0],
-            self.records.times[self.records.times.len() - 1],
-        ];
-        if let Some([from, to]) = misfit.times {
-            let at = |t: f64| format!("{} {time}", number(t)).trim().to_owned();
-            words += &match (from <= ends[0], to >= ends[1]) {
-                (false, true) => format!(", after {}", at(from)),
-                (true, false) => format!(", until {}", at(to)),
-                _ => format!(", from {} to {}", at(from), at(to)),
-            };
-        }
-        let unit = if time.is_empty() {
-            String::new()
-        } else {
-            cycles_per(time)
-        };
-        let at = |f: f64| format!("{} {unit}", number(f)).trim().to_owned();
-        let nyquist = self.frequencies.last().copied().unwrap_or(0.0);
-        let [low, high] = misfit.frequencies;
-        words += &match (low < 0.02 * nyquist, high > 0.9 * nyquist) {
-            (true, true) => String::new(),
-            (false, true) => format!(", above {}", at(low)),
-            (true, false) => format!(", below {}", at(high)),
-            (false, false) => format!(", between {} and {}", at(low), at(high)),
-        };
-        words
     }
 
     fn table(&self) -> Table {
@@ -305,10 +253,15 @@ impl Fitted {
             );
         }
         if self.misfit.is_some() {
+            let advice = match &self.cause {
+                Some(cause) => format!("free or correct it: {}", cause.name),
+                None => "free what may be missing: none of losses, the exponent, one mass, coefficient or gain alone, or \
+                         another end explains it; or leave out the records or times at fault"
+                    .into(),
+            };
             sheet.warn(
                 "the intervals hold for a chain that is right, and this one is not",
-                "free what may be missing (losses, a coefficient, a gain or the clock of a record), or leave out the \
-                 records or times at fault",
+                advice,
             );
         }
         let at_bound: Vec<String> = self
@@ -401,72 +354,10 @@ impl Fitted {
         sheet.line("noise_correlation", "lag", "", &self.noise_correlation);
     }
 
-    fn value_label(&self) -> String {
-        label(self.records.quantity.name(), &self.records.units[1])
-    }
-
-    fn time_label(&self) -> String {
-        label("time t", &self.records.units[0])
-    }
-
-    fn record_charts(&self) -> Vec<Chart> {
-        let sites = self.records.bodies.len();
-        let count = DRAWN.min(sites);
-        let shown = (0..count).map(|i| {
-            if count == 1 {
-                0
-            } else {
-                i * (sites - 1) / (count - 1)
-            }
-        });
-        let one = &self.places().replace("ies", "y");
-        let one = one.trim_end_matches('s');
-        shown
-            .map(|site| {
-                let times = &self.records.times;
-                let measured = self.measured.column(site).to_vec();
-                let fitted = self.fitted.column(site).to_vec();
-                Chart::of(
-                    format!("{one} {}", self.records.bodies[site]),
-                    self.time_label(),
-                    self.value_label(),
-                    vec![
-                        Series::of("measured", BLUE, times, &measured),
-                        Series::of("fitted", VERMILLION, times, &fitted).with(Look::Dashed),
-                    ],
-                )
-            })
-            .collect()
-    }
-
-    fn residual_map(&self) -> HeatChart {
-        let largest = self
-            .residual
-            .iter()
-            .filter(|v| v.is_finite())
-            .fold(0.0, |m: f64, v| m.max(v.abs()));
-        let sites = self.records.bodies.len();
-        HeatChart {
-            title: "what is left".into(),
-            caption: "Measured less fitted. Noise looks the same everywhere.".into(),
-            x_label: "record".into(),
-            y_label: self.time_label(),
-            label: self.value_label(),
-            x: -0.5..sites as f64 - 0.5,
-            y: range(&self.records.times),
-            values: self.residual.clone(),
-            colors: Colors::Between(-largest..largest),
-            ..HeatChart::default()
-        }
-    }
-
     /// Of frequencies and of power spectral densities.
     fn spectral_units(&self) -> [String; 2] {
         let [time, sample] = &self.records.units;
-        let frequency = match time.is_empty() {
-            true => String::new(),
-            false => cycles_per(time),
-        };
+        let frequency = per_time(time);
         let density = match sample.is_empty() {
             true => String::new(),
             false => compose(&[&square(sample)], &[&frequency]),
@@ -553,6 +444,37 @@ impl Fitted {
             values: Array2::clone(&self.correlation),
             colors: Colors::Between(-1.0..1.0),
             ..HeatChart::default()
+        }
+    }
+}
+
+impl Cause {
+    /// What freeing it does.
+    fn words(&self) -> String {
+        let to = match self.held.is_nan() {
+            true => String::new(),
+            false => format!(" ({} to {})", number(self.held), number(self.free)),
+        };
+        let rivals: Vec<String> = [self.name.clone()]
+            .into_iter()
+            .chain(self.rivals.clone())
+            .collect();
+        let rest = if self.is_all {
+            "and leaves noise alone"
+        } else {
+            "and leaves a misfit"
+        };
+        match self.rivals.is_empty() {
+            true => format!(
+                "freeing {}{to} takes {} of that {rest}",
+                self.name,
+                percent(self.explained)
+            ),
+            false => format!(
+                "freeing one of {} takes {} of that {rest}",
+                listed(&rivals),
+                percent(self.explained)
+            ),
         }
     }
 }
