@@ -1,7 +1,9 @@
 //! Makes measurements of struck chains whose truth is known: records with noise, errors of gains, a late clock, missing
-//! samples, or of another chain than the one that is fitted. `examples/data/impact_records.csv` is the first of them.
+//! samples or bodies, or of another chain than the one that is fitted. `examples/data/impact_records.csv` is the first of them.
 //!
-//! `cargo run --example impact_records -- DIR` writes `NAME.csv` and `NAME.truth.toml`, the scene that was run.
+//! `cargo run --example impact_records -- DIR` writes `NAME.csv`, `NAME.truth.toml`, the scene that was run, and
+//! `NAME.truth.json`, what the instruments added. `python examples/score_records.py DIR/NAME result.json` scores what a
+//! method makes of a table.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -38,62 +40,69 @@ struct Measurement {
     gain_error: f64,
     late: f64,
     missing: bool,
+    bodies: &'static [usize],
+    /// What is wrong with the scene that is fitted, as `cascade fit` names it.
+    wrong: Option<&'static str>,
 }
 
-const ALL: [Measurement; 6] = [
-    Measurement {
-        name: "impact_records",
-        instead: "",
-        noise: 0.04,
-        correlation: 0.0,
-        gain_error: 0.0,
-        late: 0.0,
-        missing: false,
-    },
+/// White noise of 4 %, and all else as it should be.
+const PLAIN: Measurement = Measurement {
+    name: "impact_records",
+    instead: "",
+    noise: 0.04,
+    correlation: 0.0,
+    gain_error: 0.0,
+    late: 0.0,
+    missing: false,
+    bodies: &BODIES,
+    wrong: None,
+};
+
+const ALL: [Measurement; 8] = [
+    PLAIN,
     Measurement {
         name: "coloured_noise",
-        instead: "",
-        noise: 0.04,
         correlation: 0.8,
-        gain_error: 0.0,
-        late: 0.0,
-        missing: false,
+        ..PLAIN
     },
     Measurement {
         name: "gains_and_clock",
-        instead: "",
         noise: 0.02,
-        correlation: 0.0,
         gain_error: 0.02,
         late: 7e-6,
-        missing: false,
+        ..PLAIN
     },
     Measurement {
         name: "missing_samples",
-        instead: "",
-        noise: 0.04,
-        correlation: 0.0,
-        gain_error: 0.0,
-        late: 0.0,
         missing: true,
+        ..PLAIN
     },
     Measurement {
         name: "other_angle",
         instead: "second_angle = \"70 deg\"",
         noise: 0.02,
-        correlation: 0.0,
-        gain_error: 0.0,
-        late: 0.0,
-        missing: false,
+        wrong: Some("second_angle"),
+        ..PLAIN
     },
     Measurement {
         name: "heavy_body",
         instead: "tangent = \"0.6 us\"\n[[defect]]\nsite = 7\nfactor = 1.2",
         noise: 0.02,
-        correlation: 0.0,
-        gain_error: 0.0,
-        late: 0.0,
-        missing: false,
+        wrong: Some("mass of body 7"),
+        ..PLAIN
+    },
+    Measurement {
+        name: "two_bodies",
+        bodies: &[4, 10],
+        ..PLAIN
+    },
+    Measurement {
+        name: "all_at_once",
+        correlation: 0.5,
+        gain_error: 0.02,
+        late: 7e-6,
+        missing: true,
+        ..PLAIN
     },
 ];
 
@@ -124,20 +133,24 @@ impl Measurement {
         SCENE.lines().map(line).collect::<Vec<_>>().join("\n") + "\n"
     }
 
-    fn table(&self, seed: u64) -> wavecascade::Result<String> {
+    /// The table, and what the instruments added, in JSON.
+    fn table(&self, seed: u64) -> wavecascade::Result<(String, String)> {
         let mut simulation = SceneSource::new(None, self.truth()).setup()?.simulation;
         simulation.end_time = EndTime::At(END);
         simulation.samples = SAMPLES;
         let run = simulation.run(&Silent)?;
         let record = |body: usize| run.velocity.column(body).to_vec();
-        let records: Vec<Vec<f64>> = BODIES.iter().map(|body| record(*body)).collect();
+        let bodies = self.bodies;
+        let records: Vec<Vec<f64>> = bodies.iter().map(|body| record(*body)).collect();
         let squares: f64 = records.iter().flatten().map(|v| v * v).sum();
-        let sigma = self.noise * (squares / (SAMPLES * BODIES.len()) as f64).sqrt();
+        let sigma = self.noise * (squares / (SAMPLES * bodies.len()) as f64).sqrt();
+        let mut gains = Vec::new();
         let mut normal = Normal(seed);
         let fresh = (1.0 - self.correlation * self.correlation).sqrt();
         let mut noisy = Vec::new();
         for record in records {
             let gain = 1.0 + self.gain_error * normal.next();
+            gains.push(gain);
             let mut last = normal.next();
             let mut noise = || {
                 last = self.correlation * last + fresh * normal.next();
@@ -150,7 +163,7 @@ impl Measurement {
                     .collect::<Vec<f64>>(),
             );
         }
-        let names: Vec<String> = BODIES
+        let names: Vec<String> = bodies
             .iter()
             .map(|body| format!("body {body} [m/s]"))
             .collect();
@@ -171,7 +184,14 @@ impl Measurement {
             }
             text.push('\n');
         }
-        Ok(text)
+        let added = serde_json::json!({
+            "bodies": bodies,
+            "noise": sigma,
+            "gains": gains,
+            "time_shift": self.late,
+            "wrong": self.wrong,
+        });
+        Ok((text, format!("{added:#}\n")))
     }
 }
 
@@ -184,7 +204,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(&folder)?;
     for (seed, measurement) in (1..).zip(&ALL) {
         let file = |ending: &str| folder.join(format!("{}{ending}", measurement.name));
-        std::fs::write(file(".csv"), measurement.table(seed)?)?;
+        let (table, added) = measurement.table(seed)?;
+        std::fs::write(file(".csv"), table)?;
+        std::fs::write(file(".truth.json"), added)?;
         std::fs::write(file(".truth.toml"), measurement.truth())?;
     }
     Ok(())
