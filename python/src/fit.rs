@@ -27,7 +27,7 @@ pub fn fit<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let typed = typed!(&words, Fit);
     let (opener, from) = (field.opener(), field.from());
-    let threads = typed.how.threads.map(usize::from);
+    let threads = typed.result.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> Result<Made, Failure> {
         let path = opener.path();
         let name = path.clone().unwrap_or_else(|| PathBuf::from("field"));
@@ -45,29 +45,31 @@ pub fn fit<'py>(
     done.into_python(py)
 }
 
-/// The same of a design, whose scene is the text.
-#[pyfunction]
-#[pyo3(signature = (scene_text, words, progress=None))]
-pub fn design<'py>(
-    py: Python<'py>,
-    scene_text: Option<String>,
-    words: Vec<String>,
-    progress: Option<Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let typed = typed!(&words, Design);
-    let threads = typed.how.threads.map(usize::from);
-    let work = |observer: &dyn Observer| -> Result<Made, Failure> {
-        let scene = typed.source(scene_text)?;
-        let found = on_threads(threads, || typed.find(&scene, observer))?;
-        let name = typed
-            .scene
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy();
-        let provenance = Provenance::new(provenance(&words), None, None);
-        Made::new("design", found, &name, provenance)
+/// Defines the function of a command on a scene: the text, or the file among the words.
+macro_rules! of_scene {
+    ($function:ident, $command:ident, $name:literal) => {
+        #[pyfunction]
+        #[pyo3(signature = (scene_text, words, progress=None))]
+        pub fn $function<'py>(
+            py: Python<'py>,
+            scene_text: Option<String>,
+            words: Vec<String>,
+            progress: Option<Bound<'py, PyAny>>,
+        ) -> PyResult<Bound<'py, PyDict>> {
+            let typed = typed!(&words, $command);
+            let threads = typed.result.how.threads.map(usize::from);
+            let work = |observer: &dyn Observer| -> Result<Made, Failure> {
+                let scene = typed.source(scene_text)?;
+                let found = on_threads(threads, || typed.find(&scene, observer))?;
+                let name = typed.scene.file_stem().unwrap_or_default();
+                let provenance = Provenance::new(provenance(&words), None, None);
+                Made::new($name, found, &name.to_string_lossy(), provenance)
+            };
+            let done = watch::run(py, progress.as_ref(), work)?;
+            let done = done.map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
+            done.into_python(py)
+        }
     };
-    let done = watch::run(py, progress.as_ref(), work)?;
-    let done = done.map_err(|error| faults::of_failure(py, error, faults::From::Memory))?;
-    done.into_python(py)
 }
+
+of_scene!(design, Design, "design");

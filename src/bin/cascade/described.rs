@@ -1,8 +1,9 @@
 //! What is done with a described result, whatever it is: its files, and what is printed.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use wavecascade::Error;
 use wavecascade::arrays::Precision;
 use wavecascade::observer::Observer;
@@ -10,12 +11,76 @@ use wavecascade::plot::{self, figure_of};
 use wavecascade::report::{Archive, Provenance, ResultDirectory, sheet_html, write_beside};
 use wavecascade::sheet::{Describe, Sheet};
 
+use crate::analyze::{named_after, use_threads};
+use crate::budget::command;
 use crate::chain_args::How;
+use crate::estimates::subject_of;
 use crate::failure::Failure;
-use crate::figure_args::Drawing;
+use crate::figure_args::{Drawing, FigureArgs};
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::terminal::{self, Tone};
+
+/// Where the result of a command on one file goes, and how it is made.
+#[derive(Debug, Args)]
+pub struct ResultArgs {
+    /// Directory for the results; by default the file's name with the command's, here.
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Replace an existing result.
+    #[arg(long)]
+    pub force: bool,
+
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    #[command(flatten)]
+    pub how: How,
+}
+
+/// What was found of a file, with the hash of what was read and a file that goes beside the results.
+pub struct Found<T> {
+    pub found: T,
+    pub hash: Option<String>,
+    pub beside: Option<(&'static str, String)>,
+}
+
+impl ResultArgs {
+    /// Makes the result of a file, whose usual extension its directory leaves out, publishes it and prints it.
+    pub fn make<T: Describe>(
+        &self,
+        (file, usual): (&Path, &str),
+        command_name: &'static str,
+        find: impl FnOnce(&Progress) -> Result<Found<T>, Failure>,
+    ) -> Result<(), Failure> {
+        let drawing = self.figures.drawing()?;
+        use_threads(self.how.threads.map(usize::from))?;
+        let default = || named_after(file, usual, &format!("-{command_name}"));
+        let out = self.out.clone().unwrap_or_else(default);
+        let directory = ResultDirectory::create(&out, self.force)?;
+        let progress = Progress::new(!self.how.quiet && std::io::stderr().is_terminal());
+        let Found {
+            found,
+            hash,
+            beside,
+        } = find(&progress)?;
+        progress.begin_writing();
+        let provenance = Provenance::new(command(), Some(file.display().to_string()), hash);
+        let sheet = found.describe();
+        let described = Described {
+            found: &found,
+            sheet: &sheet,
+            name: &file.file_stem().unwrap_or_default().to_string_lossy(),
+            provenance: &provenance,
+        };
+        let write = |path: &Path| match beside {
+            Some((name, text)) => write_beside(path, name, text.as_bytes()).map(|_| ()),
+            None => Ok(()),
+        };
+        let main = described.publish((directory, sheet.name), &drawing, &progress, write)?;
+        described.tell(&subject_of(&[file.to_owned()]), &self.how, Some(&main))
+    }
+}
 
 /// A result with its description.
 pub struct Described<'a> {

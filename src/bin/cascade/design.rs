@@ -1,7 +1,6 @@
 //! `cascade design`: the chain that does what is wanted.
 
-use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args, ValueEnum};
@@ -9,17 +8,10 @@ use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::design::{Aim, DesignRequest, Designed, Judge, Limit};
 use wavecascade::observer::Observer;
-use wavecascade::report::{Provenance, ResultDirectory, write_beside};
-use wavecascade::sheet::Describe;
 
-use crate::analyze::{named_after, use_threads};
-use crate::budget::command;
-use crate::chain_args::How;
-use crate::described::Described;
-use crate::estimates::subject_of;
+use crate::args::choice;
+use crate::described::{Found, ResultArgs};
 use crate::failure::Failure;
-use crate::figure_args::FigureArgs;
-use crate::progress::Progress;
 
 /// The scene with the values found, in the directory of the results.
 const SCENE: &str = "design.toml";
@@ -77,26 +69,17 @@ pub struct DesignArgs {
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     pub seed: u64,
 
-    /// Directory for the results; by default the scene's name with `-design`, here.
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
-    /// Replace an existing result.
-    #[arg(long)]
-    pub force: bool,
-
     #[command(flatten)]
-    pub figures: FigureArgs,
-    #[command(flatten)]
-    pub how: How,
+    pub result: ResultArgs,
 }
 
-/// [`Judge`] as it is typed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum JudgeArg {
-    Worst,
-    Mean,
-}
+choice!(
+    /// [`Judge`] as it is typed.
+    JudgeArg => Judge {
+        Worst => Self::Worst,
+        Mean => Self::Mean,
+    }
+);
 
 impl DesignArgs {
     /// The scene of the file, or of a text in its place.
@@ -119,10 +102,7 @@ impl DesignArgs {
             is_most: self.maximize.is_some(),
             limits: limits?,
             tolerances: self.tolerance.clone(),
-            judge: match self.judge {
-                JudgeArg::Worst => Judge::Worst,
-                JudgeArg::Mean => Judge::Mean,
-            },
+            judge: self.judge.into(),
             members: self.members,
             tries: self.tries,
             seed: self.seed,
@@ -133,31 +113,15 @@ impl DesignArgs {
 }
 
 /// Runs the command.
-pub fn run(typed: DesignArgs) -> Result<(), Failure> {
-    let drawing = typed.figures.drawing()?;
-    use_threads(typed.how.threads.map(usize::from))?;
-    let out = typed.out.clone();
-    let out = out.unwrap_or_else(|| named_after(&typed.scene, "toml", "-design"));
-    let scene = typed.source(None)?;
-    let directory = ResultDirectory::create(&out, typed.force)?;
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let found = typed.find(&scene, &progress)?;
-    progress.begin_writing();
-    let provenance = Provenance::new(command(), Some(typed.scene.display().to_string()), None);
-    let name = typed
-        .scene
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy();
-    let sheet = found.describe();
-    let described = Described {
-        found: &found,
-        sheet: &sheet,
-        name: &name,
-        provenance: &provenance,
-    };
-    let beside = |path: &Path| write_beside(path, SCENE, found.scene.as_bytes()).map(|_| ());
-    let main = described.publish((directory, sheet.name), &drawing, &progress, beside)?;
-    let subject = subject_of(std::slice::from_ref(&typed.scene));
-    described.tell(&subject, &typed.how, Some(&main))
+pub fn run(typed: &DesignArgs) -> Result<(), Failure> {
+    typed
+        .result
+        .make((&typed.scene, "toml"), "design", |progress| {
+            let found = typed.find(&typed.source(None)?, progress)?;
+            Ok(Found {
+                beside: Some((SCENE, found.scene.clone())),
+                hash: None,
+                found,
+            })
+        })
 }

@@ -1,27 +1,19 @@
 //! `cascade fit`: the chain that did what was measured.
 
-use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::fit::{FitRequest, Fitted};
 use wavecascade::observer::Observer;
-use wavecascade::report::{Provenance, ResultDirectory, write_beside};
-use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
-use crate::analyze::{named_after, open_options, print_notes, use_threads};
+use crate::analyze::{open_options, print_notes};
 use crate::args::Input;
-use crate::budget::command;
-use crate::chain_args::How;
-use crate::described::Described;
-use crate::estimates::subject_of;
+use crate::described::{Found, ResultArgs};
 use crate::failure::Failure;
-use crate::figure_args::FigureArgs;
 use crate::parse;
-use crate::progress::Progress;
 
 /// The scene with the fitted values, in the directory of the results.
 const SCENE: &str = "fitted.toml";
@@ -72,20 +64,10 @@ pub struct Fit {
     #[arg(long, value_name = "SEED", default_value_t = FitRequest::default().seed)]
     pub seed: u64,
 
-    /// Directory for the results; by default the field's name with `-fit`, here.
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
-    /// Replace an existing result.
-    #[arg(long)]
-    pub force: bool,
-
     #[command(flatten)]
     pub input: Input,
     #[command(flatten)]
-    pub figures: FigureArgs,
-    #[command(flatten)]
-    pub how: How,
+    pub result: ResultArgs,
 }
 
 impl Fit {
@@ -126,45 +108,23 @@ impl Fit {
 }
 
 /// Runs the command.
-pub fn run(typed: Fit) -> Result<(), Failure> {
-    let drawing = typed.figures.drawing()?;
-    use_threads(typed.how.threads.map(usize::from))?;
-    let default = || named_after(&typed.field, "npy", "-fit");
-    let out = typed.out.clone().unwrap_or_else(default);
-    let directory = ResultDirectory::create(&out, typed.force)?;
-    let scene = typed.source(None)?;
-    let options = OpenOptions {
-        hash: true,
-        ..open_options(&typed.input, None)
-    };
-    let field = Field::open(&typed.field, &options)?;
-    print_notes(&field, typed.how.quiet);
-    let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
-    let found = typed.find(&field, &scene, &progress);
-    let found = found.map_err(|error| error.of_file(&typed.field))?;
-    let opened: Option<FileState> = field.file_state();
-    opened.as_ref().map_or(Ok(()), FileState::check)?;
-    progress.begin_writing();
-    let input = typed.field.display().to_string();
-    let provenance = Provenance::new(command(), Some(input), field.content_hash.clone());
-    let name = typed
-        .field
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy();
-    let sheet = found.describe();
-    let described = Described {
-        found: &found,
-        sheet: &sheet,
-        name: &name,
-        provenance: &provenance,
-    };
-    let text = found.scene_text(&scene)?;
-    let beside = |path: &Path| write_beside(path, SCENE, text.as_bytes()).map(|_| ());
-    let main = described.publish((directory, sheet.name), &drawing, &progress, beside)?;
-    described.tell(
-        &subject_of(std::slice::from_ref(&typed.field)),
-        &typed.how,
-        Some(&main),
-    )
+pub fn run(typed: &Fit) -> Result<(), Failure> {
+    typed.result.make((&typed.field, "npy"), "fit", |progress| {
+        let scene = typed.source(None)?;
+        let options = OpenOptions {
+            hash: true,
+            ..open_options(&typed.input, None)
+        };
+        let field = Field::open(&typed.field, &options)?;
+        print_notes(&field, typed.result.how.quiet);
+        let found = typed.find(&field, &scene, progress);
+        let found = found.map_err(|error| error.of_file(&typed.field))?;
+        let opened: Option<FileState> = field.file_state();
+        opened.as_ref().map_or(Ok(()), FileState::check)?;
+        Ok(Found {
+            beside: Some((SCENE, found.scene_text(&scene)?)),
+            hash: field.content_hash.clone(),
+            found,
+        })
+    })
 }
