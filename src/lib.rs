@@ -33,6 +33,7 @@ mod unit;
 pub use analyze::analyze;
 pub use error::{Error, Result};
 pub use field::Field;
+pub use fit::plan;
 
 /// The examples of the guide, compiled and run as tests.
 #[cfg(doctest)]

@@ -1,4 +1,4 @@
-//! `cascade fit`, of a field and a scene as text or as a file, and `cascade design`.
+//! `cascade fit`, of a field and a scene as text or as a file, and `cascade plan` and `cascade design`.
 
 use std::path::PathBuf;
 
@@ -73,3 +73,4 @@ macro_rules! of_scene {
 }
 
 of_scene!(design, Design, "design");
+of_scene!(plan, Plan, "plan");

@@ -31,7 +31,7 @@ mod _native {
     #[pymodule_export]
     use super::fft::{c2c, c2r, r2c};
     #[pymodule_export]
-    use super::fit::{design, fit};
+    use super::fit::{design, fit, plan};
     #[pymodule_export]
     use super::page::{Page, report};
     #[pymodule_export]

@@ -35,3 +35,12 @@ def test_a_chain_is_fitted_to_its_own_run():
     found = wc.fit(truth["velocity"], scene, free="coefficient_cell[0]", starts=1)
     assert abs(float(found["value"][0]) - 1.7) < 1e-4
     assert found.attrs["answer"]
+
+
+def test_a_measurement_is_planned():
+    scene = {"sites": 6, "stiffness_ratio": 2.0, "tangent": 0.02, "end_time": 12.0, "samples": 200}
+    planned = wc.plan_sensors(scene, free=["stiffness_ratio", "tangent"], sensors=2, noise="2%")
+    assert len(json.loads(planned.attrs["bodies"])) == 2
+    assert (planned["error_all"] <= planned["error"]).all()
+    with pytest.raises(ValueError, match="1 to 6"):
+        wc.plan_sensors(scene, free="tangent", sensors=7)

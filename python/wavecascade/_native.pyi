@@ -27,6 +27,7 @@ __all__ = [
     "open",
     "outline",
     "partial",
+    "plan",
     "planned",
     "program",
     "r2c",
@@ -125,6 +126,7 @@ def budget(
     moved: Run | _Source, scene_text: str | None, words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...
 def design(scene_text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
+def plan(scene_text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def fit(
     field: _Source, scene_text: str | None, words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...

@@ -319,7 +319,7 @@ fn number_of(value: &Value) -> Option<(f64, String)> {
 }
 
 /// One unit over another of the same dimension; a number without a unit is in the first one of its dimension.
-fn ratio(unit: &str, other: &str) -> Option<f64> {
+pub(super) fn ratio(unit: &str, other: &str) -> Option<f64> {
     fn of<D: Dimension>(unit: &str) -> Option<f64> {
         match unit {
             "" => Some(1.0),

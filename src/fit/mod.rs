@@ -15,6 +15,7 @@ mod gradient;
 mod key;
 mod model;
 mod noise;
+pub mod plan;
 mod records;
 mod result;
 mod sheet;

@@ -179,25 +179,38 @@ impl Scales {
                 "none stated, and none known from the file".into(),
             ));
         }
-        let (sample, unit) = match field.quantity {
-            Quantity::Velocity => (size::<measure::Speed>(stated)?, "m/s"),
-            Quantity::Displacement => (size::<measure::Length>(stated)?, "m"),
-            Quantity::Force => (size::<measure::Force>(stated)?, "N"),
-            Quantity::Acceleration if matches!(stated, None | Some("m/s^2" | "m/s²")) => {
-                (1.0, "m/s^2")
-            }
-            Quantity::Acceleration => {
-                return Err(unfit("accelerations in m/s^2", name(&field.unit)));
-            }
-            Quantity::StrainRate => return Err(no_run_has(field.quantity)),
+        let units = unit_of(field.quantity, setup.units)?;
+        let sample = match field.quantity {
+            Quantity::Velocity => size::<measure::Speed>(stated)?,
+            Quantity::Displacement => size::<measure::Length>(stated)?,
+            Quantity::Force => size::<measure::Force>(stated)?,
+            _ if matches!(stated, None | Some("m/s^2" | "m/s²")) => 1.0,
+            _ => return Err(unfit("accelerations in m/s^2", name(&field.unit))),
         };
         Ok(Scales {
             time: size::<measure::Time>(field.time.unit.as_deref())?,
             length: Some(size::<measure::Length>(field.space.unit.as_deref())?),
             sample,
-            units: ["s".into(), unit.into()],
+            units,
         })
     }
+}
+
+/// Units of times and of samples of a quantity beside a scene; empty where it has none.
+pub(super) fn unit_of(quantity: Quantity, units: Units) -> Result<[String; 2]> {
+    let unit = match quantity {
+        Quantity::Velocity => "m/s",
+        Quantity::Displacement => "m",
+        Quantity::Force => "N",
+        Quantity::Acceleration => "m/s^2",
+        Quantity::StrainRate => return Err(no_run_has(quantity)),
+    };
+    let both = ["s", unit].map(str::to_owned);
+    Ok(if units == Units::Si {
+        both
+    } else {
+        Default::default()
+    })
 }
 
 fn size<D: Dimension>(unit: Option<&str>) -> Result<f64> {

@@ -25,6 +25,7 @@ mod localize;
 mod long;
 mod modes;
 mod parts;
+mod plan;
 mod ridges;
 mod scans;
 mod several;

@@ -4,4 +4,5 @@ mod coverage;
 mod errors;
 mod known;
 mod made;
+mod plan;
 mod wrong_models;

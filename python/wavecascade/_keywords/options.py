@@ -215,6 +215,20 @@ class FitOptions(FieldOptions, total=False):
     threads: int
 
 
+class PlanOptions(TypedDict, total=False):
+    """The options of ``cascade plan``."""
+
+    noise: float | str
+    quantity: Literal["velocity", "displacement", "acceleration", "force"]
+    bodies: int | Sequence[int]
+    free_time_shift: bool
+    free_gains: bool
+    gain_error: float | str
+    rate: float | str
+    criterion: Literal["volume", "worst"]
+    threads: int
+
+
 class DesignOptions(TypedDict, total=False):
     """The options of ``cascade design``."""
 

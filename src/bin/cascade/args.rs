@@ -124,6 +124,15 @@ pub enum Command {
         after_help = "Example: cascade attenuate dimer.toml --against stiffness_ratio=1:8:32"
     )]
     Attenuate(Box<crate::attenuate::Attenuate>),
+    /// Choose where, how long and how fast to measure a chain.
+    ///
+    /// The N bodies whose records determine keys of SCENE best, with stated noise: by the Fisher information of runs, at the
+    /// values of the scene. Errors of the keys are compared with those of as many evenly spaced bodies and of all. The
+    /// shortest duration and the slowest sampling that tell as much are said, and what stays undetermined.
+    #[command(
+        after_help = "Example: cascade plan dimer.toml --free stiffness_ratio,striker_velocity --sensors 3 --noise 2%"
+    )]
+    Plan(Box<crate::plan::PlanArgs>),
     /// Find the chain that did what was measured, with intervals.
     ///
     /// Keys of SCENE are found by least squares of the records of FIELD less those of its run, from several starts.

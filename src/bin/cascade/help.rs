@@ -18,7 +18,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ),
     (
         "From a measurement to a design",
-        &["fit", "design", "attenuate", "localize"],
+        &["plan", "fit", "design", "attenuate", "localize"],
     ),
     (
         "Start, and tools",

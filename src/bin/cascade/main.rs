@@ -31,6 +31,7 @@ mod localize;
 mod manual;
 mod measured;
 mod parse;
+mod plan;
 mod progress;
 mod scan_args;
 mod scene;
@@ -102,6 +103,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Scene(typed) => scene::run(typed),
         Command::Attenuate(typed) => attenuate::run(*typed),
         Command::Design(typed) => design::run(&typed),
+        Command::Plan(typed) => plan::run(&typed),
         Command::Localize(typed) => localize::run(*typed),
         Command::Fit(typed) => fit::run(&typed),
         Command::Examples(typed) => examples::run(typed),

@@ -1,0 +1,124 @@
+//! `cascade plan`: where, how long and how fast to measure.
+
+use std::path::PathBuf;
+
+use clap::builder::RangedU64ValueParser;
+use clap::{Args, ValueEnum};
+use wavecascade::Error;
+use wavecascade::chain::scene::{SceneSource, Units};
+use wavecascade::measure::{Frequency, Measure};
+use wavecascade::observer::Observer;
+use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest, Planned};
+
+use crate::args::{QuantityArg, choice};
+use crate::described::{Found, ResultArgs};
+use crate::failure::Failure;
+use crate::parse;
+use crate::show_args::stated;
+
+/// What `cascade plan` takes.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// File with the scene of the chain; its values are where the information is taken.
+    pub scene: PathBuf,
+
+    /// A key of the scene to determine, as for `cascade fit`: young, striker_velocity, mass_cell[1], tangent=0..5us.
+    /// Several with commas between, or repeat it.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "KEY[=LOW..HIGH]",
+        required = true
+    )]
+    pub free: Vec<String>,
+
+    /// Number of bodies, or of forces contacts, that are measured.
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=100_000))]
+    pub sensors: usize,
+
+    /// Standard deviation of the noise of a sample: a share of the root mean square of all records, or a value with its
+    /// unit, as 5mm/s.
+    #[arg(long, value_name = "NOISE", default_value = "1%", value_parser = NoiseLevel::parse)]
+    pub noise: NoiseLevel,
+
+    /// What is measured.
+    #[arg(long, value_enum, default_value_t = QuantityArg::Velocity)]
+    pub quantity: QuantityArg,
+
+    /// Bodies, of forces contacts, that can be measured [default: all].
+    #[arg(long, value_delimiter = ',', value_name = "BODY,..")]
+    pub bodies: Option<Vec<usize>>,
+
+    /// The clock of the records may be off, and is fitted, too.
+    #[arg(long)]
+    pub free_time_shift: bool,
+
+    /// Each record has a gain of its own, which is fitted, too.
+    #[arg(long)]
+    pub free_gains: bool,
+
+    /// Relative standard error of the gains, as 0.02 or 2%.
+    #[arg(long, value_name = "SHARE", value_parser = parse::share)]
+    pub gain_error: Option<f64>,
+
+    /// Samples in a unit of time, as 1MHz, that the noise is stated of [default: those of the scene].
+    #[arg(long, value_name = "RATE", value_parser = parse::origin::<Frequency>)]
+    pub rate: Option<Measure<Frequency>>,
+
+    /// Which sensors are best.
+    #[arg(long, value_enum, default_value_t = CriterionArg::Volume)]
+    pub criterion: CriterionArg,
+
+    #[command(flatten)]
+    pub result: ResultArgs,
+}
+
+choice!(
+    /// [`Criterion`] as it is typed.
+    CriterionArg => Criterion {
+        /// Those with the least volume of the confidence ellipsoid of all keys.
+        Volume => Self::Volume,
+        /// Those with the least of the largest relative error of a key.
+        Worst => Self::Worst,
+    }
+);
+
+impl PlanArgs {
+    /// The scene of the file, or of a text in its place.
+    pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
+        text.map_or_else(
+            || SceneSource::read(&self.scene),
+            |text| Ok(SceneSource::new(None, text)),
+        )
+    }
+
+    /// What is asked, and found.
+    pub fn find(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Planned, Error> {
+        let units = scene.setup().map_err(|error| scene.locate(error))?.units;
+        let request = PlanRequest {
+            noise: self.noise.clone(),
+            quantity: self.quantity.into(),
+            bodies: self.bodies.clone(),
+            time_shift: self.free_time_shift,
+            gains: self.free_gains,
+            gain_error: self.gain_error,
+            rate: stated("rate", self.rate, (units == Units::Si).then_some("Hz"))?,
+            criterion: self.criterion.into(),
+            ..PlanRequest::of(&self.free, self.sensors)
+        };
+        request.run(scene, observer)
+    }
+}
+
+/// Runs the command.
+pub fn run(typed: &PlanArgs) -> Result<(), Failure> {
+    typed
+        .result
+        .make((&typed.scene, "toml"), "plan", |progress| {
+            Ok(Found {
+                found: typed.find(&typed.source(None)?, progress)?,
+                hash: None,
+                beside: None,
+            })
+        })
+}
