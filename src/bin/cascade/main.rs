@@ -1,4 +1,4 @@
-//! The program: arguments, one library call, files, exit code.
+// The program: arguments, one library call, files, exit code.
 
 mod advice;
 // The allocator of a process is the choice of its program, not of an extension.
