@@ -92,7 +92,7 @@ OF_FILES = {
     "help",
     "json",
 }
-OF_FILES |= {"max-time", "merge", "out", "part", "plan", "quiet", "style", "verbose"}
+OF_FILES |= {"max-time", "merge", "open", "out", "part", "plan", "quiet", "show", "style", "verbose"}
 
 
 @pytest.mark.parametrize("command", ["analyze", "filter", *sorted({command for command, _ in CASES})])

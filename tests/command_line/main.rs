@@ -26,6 +26,7 @@ mod long;
 mod modes;
 mod parts;
 mod plan;
+mod present;
 mod ridges;
 mod scans;
 mod several;

@@ -96,7 +96,8 @@ pub fn run(typed: &Analyze, files: &[PathBuf]) -> Result<(), Failure> {
         progress: &Progress::new(show),
     };
     let finished = task.run()?;
-    tell(typed, &finished, field, started)
+    tell(typed, &finished, field, started)?;
+    typed.figures.present.run(&finished.main())
 }
 
 impl Task<'_> {

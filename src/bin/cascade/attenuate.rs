@@ -225,6 +225,9 @@ pub fn run(typed: Attenuate) -> Result<(), Failure> {
         write_beside(out, "plot.py", script(&found.curves).as_bytes())?;
     }
     described.tell(&subject, &typed.how, main.as_deref())?;
+    if let Some(main) = &main {
+        drawing.present(main)?;
+    }
     match found.failed().len() {
         0 => Ok(()),
         failed => Err(Failure::Chains(failed)),

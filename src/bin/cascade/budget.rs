@@ -132,7 +132,8 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
         "computation",
         format!("{:.2} s", started.elapsed().as_secs_f64()),
     );
-    tell(&sheet, &json, &subject, &typed.how, Some(&main))
+    tell(&sheet, &json, &subject, &typed.how, Some(&main))?;
+    drawing.present(&main)
 }
 
 /// Where the motion comes from.

@@ -105,6 +105,10 @@ pub struct SweepCommand {
     #[arg(long, value_name = "DIR", num_args = 1..)]
     pub merge: Vec<PathBuf>,
 
+    /// Open the page of the table in the browser, once all members are done.
+    #[arg(long)]
+    pub open: bool,
+
     #[command(flatten)]
     pub how: How,
 

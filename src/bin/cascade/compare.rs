@@ -154,7 +154,8 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
         &subject,
         &typed.how,
         Some(&main),
-    )
+    )?;
+    drawing.present(&main)
 }
 
 /// Two names that differ.

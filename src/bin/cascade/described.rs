@@ -78,7 +78,8 @@ impl ResultArgs {
             None => Ok(()),
         };
         let main = described.publish((directory, sheet.name), &drawing, &progress, write)?;
-        described.tell(&subject_of(&[file.to_owned()]), &self.how, Some(&main))
+        described.tell(&subject_of(&[file.to_owned()]), &self.how, Some(&main))?;
+        drawing.present(&main)
     }
 }
 

@@ -12,6 +12,7 @@ use wavecascade::report::{
 use crate::analyze::{Finished, Task, print_plan};
 use crate::args::{Analyze, Output};
 use crate::failure::Failure;
+use crate::present::open_page;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::table::Table;
@@ -52,6 +53,7 @@ pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
     if typed.work.plan {
         return plans(typed, fields);
     }
+    typed.figures.present.refuse_for_several(fields.len())?;
     let names = field_names(fields)?;
     let out = typed.out.clone().unwrap_or_else(|| DEFAULT.into());
     let mut set = FieldSet::create(&out, typed.force)?;
@@ -80,6 +82,9 @@ pub fn run(typed: &Analyze, fields: &[PathBuf]) -> Result<(), Failure> {
         set.add(row(field, name, analyzed))?;
     }
     let rows = set.finish()?;
+    if typed.figures.present.open {
+        open_page(&out.join("index.html"));
+    }
     tell(typed, &rows, &out)
 }
 

@@ -1,11 +1,15 @@
 //! Options of figures, the same for all commands that draw.
 
+use std::path::Path;
+
 use clap::{Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::plot::{Colormap, Depth, Format, Style};
 
 use crate::args::choice;
+use crate::failure::Failure;
 use crate::parse;
+use crate::present::PresentArgs;
 
 /// Formats and size of figures.
 #[derive(Debug, Args)]
@@ -24,6 +28,8 @@ pub struct FigureArgs {
     /// Pixels per inch of PNG files [default: 144 for the screen, 300 for papers].
     #[arg(long, value_name = "N")]
     pub dpi: Option<u32>,
+    #[command(flatten)]
+    pub present: PresentArgs,
 }
 
 /// Colours of maps.
@@ -106,6 +112,7 @@ pub struct Drawing {
     /// None for no figures and no report.
     pub formats: Vec<Format>,
     pub style: Style,
+    pub present: PresentArgs,
 }
 
 impl Drawing {
@@ -119,6 +126,11 @@ impl Drawing {
             true => "report.html",
             false => "summary.json",
         }
+    }
+
+    /// Opens and shows a published result, as was asked.
+    pub fn present(&self, main: &Path) -> Result<(), Failure> {
+        self.present.run(main)
     }
 }
 
@@ -149,6 +161,7 @@ impl FigureArgs {
         without("figure-size", self.figure_size.is_some(), some, draws)?;
         let png = formats.contains(&Format::Png);
         without("dpi", self.dpi.is_some(), "`png`", png)?;
+        self.present.check(draws, png)?;
         if let Some(colors) = colors {
             without("colormap", colors.colormap.is_some(), some, draws)?;
             without("decades", colors.decades.is_some(), some, draws)?;
@@ -156,7 +169,11 @@ impl FigureArgs {
         }
         let style = self.style(colors);
         style.check()?;
-        Ok(Drawing { formats, style })
+        Ok(Drawing {
+            formats,
+            style,
+            present: self.present,
+        })
     }
 
     /// That no option is given where nothing is drawn.
@@ -166,6 +183,8 @@ impl FigureArgs {
             ("style", self.style.is_some()),
             ("figure-size", self.figure_size.is_some()),
             ("dpi", self.dpi.is_some()),
+            ("open", self.present.open),
+            ("show", self.present.show.is_some()),
         ];
         let typed = options.into_iter().find(|(_, typed)| *typed && !draws);
         match typed {

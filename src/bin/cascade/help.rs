@@ -62,7 +62,7 @@ const RARE: &str = "precision memory threads read significance equal_weights no_
     contacts measured measured_field sense lag_band histograms frames";
 
 /// What most need of the rare headings.
-const COMMON: &str = "layout dt dx unit noise figures transfer";
+const COMMON: &str = "layout dt dx unit noise figures transfer open";
 
 /// The program's arguments with their help.
 pub fn command() -> Command {

@@ -262,6 +262,9 @@ pub fn run(typed: Localize) -> Result<(), Failure> {
     let main = main.transpose()?;
     progress.clear();
     described.tell(&subject, &typed.how, main.as_deref())?;
+    if let Some(main) = &main {
+        drawing.present(main)?;
+    }
     let Found::Orders(orders) = &found else {
         return Ok(());
     };

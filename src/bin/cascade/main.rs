@@ -32,6 +32,8 @@ mod manual;
 mod measured;
 mod parse;
 mod plan;
+mod picture;
+mod present;
 mod progress;
 mod scan_args;
 mod scene;

@@ -16,6 +16,7 @@ use crate::budget::command;
 use crate::chain_args::SweepCommand;
 use crate::estimates::subject_of;
 use crate::failure::Failure;
+use crate::present::open_page;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::terminal;
@@ -97,6 +98,9 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
             ),
         });
         summary.print(typed.how.detail.verbose)?;
+    }
+    if let Some(table) = standing.table.as_ref().filter(|_| typed.open) {
+        open_page(&table.with_file_name("report.html"));
     }
     match standing.failed {
         0 => Ok(()),

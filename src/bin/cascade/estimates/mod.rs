@@ -298,5 +298,6 @@ pub fn publish<T: Typed>(
     let main = described.publish((directory, T::COMMAND), drawing, progress, |directory| {
         command_typed.write_beside(found, directory)
     })?;
-    described.tell(target.subject, &typed.how, Some(&main))
+    described.tell(target.subject, &typed.how, Some(&main))?;
+    drawing.present(&main)
 }
