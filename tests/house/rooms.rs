@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// Rooms in the order of the map; the program is not one of the library's.
-fn listed() -> Vec<String> {
+pub fn listed() -> Vec<String> {
     let text = fs::read_to_string(root().join("DESIGN.md")).unwrap();
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `src/"));
     let names = rows.filter_map(|row| row.split_once('`').map(|(name, _)| name));
@@ -101,19 +101,28 @@ fn every_room_is_on_the_map_once() {
     assert_eq!(rooms, unique);
 }
 
+/// Every file of a room, with the room and what its code names.
+pub fn uses() -> Vec<(PathBuf, String, BTreeSet<String>)> {
+    let mut sources = Vec::new();
+    files(&root().join("src"), &mut sources);
+    sources.sort();
+    let used = |path: PathBuf| {
+        let (room, used) = (room_of(&path), named(&code(&path)));
+        (path, room, used)
+    };
+    sources.into_iter().map(used).collect()
+}
+
 #[test]
 fn no_arrow_points_up() {
     let listed = listed();
     let place = |room: &str| listed.iter().position(|name| name == room);
-    let mut sources = Vec::new();
-    files(&root().join("src"), &mut sources);
     let mut wrong = Vec::new();
-    for path in &sources {
-        let room = room_of(path);
+    for (path, room, used) in uses() {
         let Some(own) = place(&room) else {
             continue;
         };
-        for used in named(&code(path)) {
+        for used in used {
             match place(&used) {
                 Some(other) if other <= own => {}
                 Some(_) => wrong.push(format!("{}: {used} lies above {room}", path.display())),
