@@ -1,0 +1,163 @@
+"""The commands of the guide run as they are written, on files of the names that they use."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conftest import ROOT
+
+PAGES = [
+    "README.md",
+    *sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs" / "guide").glob("*.md")),
+]
+PAGES += ["docs/site/start.md"]
+
+#: Commands of minutes: the sizes that are written are replaced by these.
+SMALLER = {
+    "--vary stiffness_ratio=1:120:400log": "--vary stiffness_ratio=1:120:4log",
+    "--members 200": "--members 3",
+    "stiffness_ratio=1:20:12log --members 50": "stiffness_ratio=1:20:2log --members 3",
+    "--order 1..19": "--order 1..3",
+    "localize --direct": "localize --order 1..2 --direct --cells 30",
+    "--launch 8 --cells 1000": "--launch 2 --cells 60",
+    "--against stiffness_ratio=1:100:41log": "--against stiffness_ratio=1:100:3log",
+    "--against angle": "--against angle=10:80:3",
+    "--minimize peak_force_last": "--minimize peak_force_last --tries 12",
+    "--bodies 100 --sense chain": "--bodies 20 --sense chain",
+    "--angles 8,18,90": "--angles 18,90 --bodies 12",
+    "--samples 8192": "--samples 1024",
+    "angle --out out/fit": "angle --starts 1 --out out/fit",
+}
+
+
+#: Not run, with what they need that no file made here has.
+NOT_RUN = {
+    "--scene chain.toml": "a measured chain and its scene, as in tests/budget",
+    "--fit diatomic": "a field with both branches of a diatomic lattice, as in tests/analysis/ridges.rs",
+}
+
+
+def commands(page: str) -> list[str]:
+    """The lines of a page that run the program, continued ones as one."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = "".join(re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
+    lines = blocks.replace("\\\n", " ").splitlines()
+    lines = [line for line in lines if line.startswith("cascade ")]
+    return [line for line in lines if not any(words in line for words in NOT_RUN)]
+
+
+def steepening(rng: np.random.Generator, times: int = 4096, sites: int = 64) -> np.ndarray:
+    """Waves of a band that go towards +x, with the sums of pairs behind them, and noise."""
+    t, x = 1e-4 * np.arange(times)[:, None], 0.05 * np.arange(sites)[None, :]
+    wave = sum(
+        np.cos(2 * np.pi * f * (t - x / 400) + p)
+        for f, p in zip(rng.uniform(100, 900, 40), rng.uniform(0, 6, 40), strict=True)
+    )
+    return 0.1 * wave + 2e-3 * x * wave**2 + 1e-2 * rng.standard_normal((times, sites))
+
+
+def run_in(folder: Path, line: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["bash", "-c", line], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def scan(file: Any, times: np.ndarray, values: np.ndarray) -> None:
+    """Writes velocities over time and x, and y between them if there are planes."""
+    axes = [("time", "s", times), ("y", "m", 3e-3 * np.arange(3)), ("x", "m", 0.05 * np.arange(20))]
+    with file:
+        velocity = file.create_dataset("scan/velocity", data=values)
+        velocity.attrs["units"] = "m/s"
+        for n, (name, unit, places) in enumerate(axes if values.ndim == 3 else axes[::2]):
+            scale = file.create_dataset(f"scan/{name}", data=places)
+            scale.attrs["units"] = unit
+            scale.make_scale(name)
+            velocity.dims[n].attach_scale(scale)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, program):
+    """A folder with a file for each name that the pages use."""
+    h5py = pytest.importorskip("h5py")
+    folder = tmp_path_factory.mktemp("guide")
+    rng = np.random.default_rng(7)
+    (folder / "examples").symlink_to(ROOT / "examples")
+    sidecar = (
+        'layout = "time-site"\ndt = 1e-4\ndx = 0.05\ntime_unit = "s"\nspace_unit = "m"\nunit = "m/s"\n'
+    )
+    for name in ("field", "long", "shot1", "shot2", "shot3", "data/day1", "data/day2"):
+        path = folder / f"{name}.npy"
+        path.parent.mkdir(exist_ok=True)
+        np.save(path, steepening(rng, 20_000 if name == "long" else 4096, 4 if name == "long" else 64))
+        path.with_suffix(".toml").write_text(sidecar)
+    (folder / "out").mkdir()
+    shutil.copy(folder / "field.npy", folder / "out" / "steepening.npy")
+    x = np.arange(128)
+    ring = sum(np.cos(2 * np.pi * k * x / 128 - 0.2 * np.arange(2048)[:, None]) / k for k in range(1, 9))
+    np.save(folder / "ring.npy", ring)
+    np.savez(folder / "ring.npz", v=ring, t=np.arange(2048.0), x=np.arange(128.0))
+    noise = rng.standard_normal((4096, 24))
+    for name in ("noise", "waves", "gaps"):
+        np.save(folder / f"{name}.npy", noise)
+    noise[700:720, 3] = np.nan
+    np.save(folder / "gaps.npy", noise)
+    wave = steepening(rng, 1024, 20)
+    uneven = 1e-4 * (np.arange(1024) + 0.1 * rng.uniform(-1, 1, 1024))
+    header = "time (s)," + ",".join(f"{0.05 * site:.2f}" for site in range(20))
+    np.savetxt(folder / "logger.csv", np.c_[uneven, wave], delimiter=",", header=header, comments="")
+    even = 1e-4 * np.arange(1024)
+    planes = np.stack([wave, wave, wave], axis=1)
+    for name, times, values in (("scan", even, planes), ("uneven", uneven, wave)):
+        scan(h5py.File(folder / f"{name}.h5", "w"), times, values)
+    (folder / "scan").mkdir()
+    for n in range(8):
+        rows = np.c_[wave[:, 0], wave[:, n]]
+        name = folder / "scan" / f"x={5 * n}mm.csv"
+        np.savetxt(name, rows, delimiter=",", header="hammer,velocity", comments="")
+    for path in (ROOT / "tests" / "data" / "scan_uff").glob("*.uff"):
+        shutil.copy(path, folder / "scan")
+    shutil.copy(ROOT / "tests" / "data" / "scan_segy" / "shot1.sgy", folder / "traces.sgy")
+    wavenumber = np.linspace(-3, 3, 61)
+    np.savetxt(
+        folder / "curve.csv",
+        np.c_[wavenumber, np.abs(wavenumber)],
+        delimiter=",",
+        header="k,f",
+        comments="",
+    )
+    for name in ("fput", "dimer"):
+        shutil.copy(ROOT / "examples" / "scenes" / f"{name}.toml", folder)
+    scene = (ROOT / "examples" / "scenes" / "dimer.toml").read_text(encoding="utf-8")
+    (folder / "scene.toml").write_text(f"coefficient_spread = 0.05\n{scene}", encoding="utf-8")
+    for name in ("localized", "dispersive", "out/dimer"):
+        line = f"{program} simulate dimer.toml --sites 60 --samples 257 --out {name}.npz --quiet"
+        assert run_in(folder, line).returncode == 0
+    return folder
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)])
+def test_val_commands_of_the_guide_run(page, files, program, tmp_path):
+    # Each page has the files to itself; what its commands write, later ones read.
+    for path in files.iterdir():
+        if path.is_dir() and not path.is_symlink():
+            shutil.copytree(path, tmp_path / path.name)
+        else:
+            (tmp_path / path.name).symlink_to(path)
+    told = []
+    for line in commands(page):
+        line = line.split("  #")[0].rstrip()
+        for written, smaller in SMALLER.items():
+            line = line.replace(written, smaller)
+        if page.endswith("scans.md"):
+            line = line.replace("scan.h5", "uneven.h5")
+        line = line.replace("FILE", "field.npy").replace("cascade ", f"{program} ", 1)
+        done = run_in(tmp_path, line)
+        # Alternatives of a page write to one place.
+        if "is already there" in done.stderr:
+            done = run_in(tmp_path, f"{line} --force")
+        if done.returncode:
+            told.append(f"{line}\n  exit code {done.returncode}: {done.stderr.strip()}")
+    assert not told, "\n".join(told)
