@@ -144,14 +144,14 @@ fn one_block_and_many_agree_bit_for_bit() -> Result<(), wavecascade::Error> {
         }
         // Several blocks of frequencies are read from the scratch file together.
         let least = made.memory_allowed;
-        let more = (1..80).map(|i| least + (i << 18)).find(|&memory| {
+        let more = (1..1280).map(|i| least + (i << 14)).find(|&memory| {
             let request = Request {
                 memory: Some(memory),
                 threads: Some(2),
                 ..request.clone()
             };
             let blocks = plan(&field, &request).unwrap().blocks();
-            blocks.frequencies < blocks.scratch
+            blocks.frequencies < blocks.scratch && blocks.sites < n_sites
         });
         let (blocks, made) = run(more.unwrap())?;
         assert!(made.streams() && made.blocks().sites < n_sites);
