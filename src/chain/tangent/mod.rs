@@ -53,6 +53,9 @@ pub struct Tangents {
     pub velocity: Vec<Vec<f64>>,
 }
 
+/// Derivatives of displacements and of velocities by parameter and site.
+type Rows = [Vec<Vec<f64>>; 2];
+
 impl Simulation {
     /// Derivatives of displacements and velocities at rising times, along a run of this local error.
     ///
@@ -69,7 +72,7 @@ impl Simulation {
     ) -> Result<Vec<Tangents>> {
         self.check()?;
         let n = self.chain.n_sites();
-        let passes: Result<Vec<Vec<[Vec<Vec<f64>>; 2]>>> = directions
+        let passes: Result<Vec<Vec<Rows>>> = directions
             .par_chunks(WIDTH)
             .map(|directions| {
                 let mut rows = Vec::with_capacity(times.len());
@@ -188,8 +191,8 @@ impl<'a> Follower<'a> {
         let start = start_of(simulation);
         let places = start[0].len();
         let mut at = Motion::zeros(places);
-        for s in 0..places {
-            at.base[s] = [start[0][s], start[1][s]];
+        for (s, (x, v)) in start[0].iter().zip(&start[1]).enumerate() {
+            at.base[s] = [*x, *v];
             for (i, each) in at.each[s].iter_mut().enumerate() {
                 for (value, direction) in each.0.iter_mut().zip(directions) {
                     *value = direction.start[i][s];

@@ -90,6 +90,9 @@ impl Active {
     }
 }
 
+/// A parameter, the laws at both ends of its difference, and the length of that.
+type ChangedLaw = (usize, [Arc<dyn ContactLaw>; 2], f64);
+
 /// A contact with the places that it joins; `None` for a wall.
 pub(super) struct Link<'a> {
     law: Arc<dyn ContactLaw>,
@@ -99,7 +102,7 @@ pub(super) struct Link<'a> {
     coefficient: LaneBlock,
     static_overlap: LaneBlock,
     /// Laws at both ends of the difference, for the parameters that change them.
-    laws: Vec<(usize, [Arc<dyn ContactLaw>; 2], f64)>,
+    laws: Vec<ChangedLaw>,
 }
 
 impl Link<'_> {
