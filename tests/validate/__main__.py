@@ -21,22 +21,22 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path.insert(0, str(HERE))
 
+import chains
+import energy
+import frame
+import intervals
 import jinja2
 import mpmath
 import numpy
-import scipy
-
-import chains
-import energy
-import figures
-import frame
-import intervals
 import promises
+import scipy
 import spectra
 import speed
 import unverified
 import verdicts
 import waves
+
+import figures
 
 FAMILIES = [
     ("spectra", "Spectra and estimates", spectra),

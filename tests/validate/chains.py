@@ -5,10 +5,10 @@ import pathlib
 
 import mpmath
 import numpy as np
+from frame import scene_text
 from scipy.integrate import solve_ivp
 from scipy.special import jv
 
-from frame import scene_text
 from reference import followed, hertz_chain
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -3,7 +3,6 @@
 import json
 
 import numpy as np
-
 from frame import scene_text
 
 BUDGETS = "accuracy.md, Budgets"

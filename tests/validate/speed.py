@@ -11,9 +11,8 @@ import time
 import numpy as np
 import scipy.fft
 import scipy.signal
-from scipy.integrate import odeint, solve_ivp
-
 from frame import scene_text
+from scipy.integrate import odeint, solve_ivp
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PERFORMANCE = "performance.md"

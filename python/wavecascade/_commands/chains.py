@@ -110,8 +110,8 @@ def simulate(
         drive ``energy_input`` ``(time)``; with resonators ``resonator_displacement`` and
         ``resonator_velocity`` ``(time, position)``; ``mass`` ``(position)``, ``contact_coefficient``
         ``(contact_position)``; with a gradient ``gradient_velocity``, ``gradient_displacement``
-        ``(parameter, time, position)``, per unit of each key, and ``gradient_error`` ``(parameter)``, over
-        the largest derivative. The scene and the report of the run are attributes. :func:`budget`,
+        ``(parameter, time, position)``, per unit of each key, and ``gradient_error`` ``(parameter)``,
+        over the largest derivative. The scene and the report of the run are attributes. :func:`budget`,
         :func:`compare` and :func:`triads` take it as it is, also from a file of ``to_netcdf``.
 
     Raises
