@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 import wavecascade as wc
@@ -39,8 +40,23 @@ def test_a_chain_is_fitted_to_its_own_run():
 
 def test_a_measurement_is_planned():
     scene = {"sites": 6, "stiffness_ratio": 2.0, "tangent": 0.02, "end_time": 12.0, "samples": 200}
-    planned = wc.plan_sensors(scene, free=["stiffness_ratio", "tangent"], sensors=2, noise="2%")
+    with pytest.warns(wc.CascadeWarning, match="still fall"):
+        planned = wc.plan_sensors(scene, free=["stiffness_ratio", "tangent"], sensors=2, noise="2%")
     assert len(json.loads(planned.attrs["bodies"])) == 2
     assert (planned["error_all"] <= planned["error"]).all()
     with pytest.raises(ValueError, match="1 to 6"):
         wc.plan_sensors(scene, free="tangent", sensors=7)
+
+
+def test_a_run_has_its_derivatives():
+    chain = dict(sites=8, stiffness_ratio=2.0, end_time=8.0, samples=9, tolerance=1e-10)
+    run = wc.simulate(chain, striker_velocity=1.0, gradient=["striker_velocity"])
+    slower, faster = (wc.simulate(chain, striker_velocity=speed).velocity for speed in (0.999, 1.001))
+    known = (faster - slower).values / 0.002
+    found = run.gradient_velocity.sel(parameter="striker_velocity")
+    assert found.dims == ("time", "position")
+    off = np.abs(found.values - known).max() / np.abs(known).max()
+    assert 1e-9 < off < 1e-5
+    assert float(run.gradient_error[0]) < 1e-6
+    with pytest.raises(ValueError, match="gradient"):
+        wc.simulate(chain, gradient=["sites"])
