@@ -11,6 +11,9 @@ use crate::observer::Observer;
 /// Local error of the pass that derivatives are checked with, over theirs.
 const COARSER: f64 = 32.0;
 
+/// The least error stated, over the largest derivative: differences of runs, where they are known so well, agree to this.
+const LEAST: f64 = 1e-7;
+
 /// How a run changes with parameters; arrays are `(parameter, time, site)`.
 #[derive(Debug, Clone)]
 pub struct Gradient {
@@ -20,7 +23,7 @@ pub struct Gradient {
     pub displacement: Array3<f64>,
     pub velocity: Array3<f64>,
     /// Of each parameter twice the largest difference of a derivative of a velocity from that of a pass with a local error larger
-    /// by 32, over the largest one.
+    /// by 32, over the largest one; 1e-7 at least.
     pub error: Vec<f64>,
 }
 
@@ -86,7 +89,7 @@ impl Simulation {
                 .iter()
                 .zip(&b)
                 .fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
-            2.0 * off / largest.max(f64::MIN_POSITIVE)
+            (2.0 * off / largest.max(f64::MIN_POSITIVE)).max(LEAST)
         };
         let array = |of: fn(&Tangents) -> &Vec<Vec<f64>>| {
             let mut array = Array3::zeros(shape);
