@@ -27,7 +27,7 @@ pub struct Run {
     /// Of the resonator of each site, 0 where there is none; only where the chain has resonators.
     pub resonator_displacement: Option<Array2<f64>>,
     pub resonator_velocity: Option<Array2<f64>>,
-    /// How it changes with keys of its scene, where that was asked for; not read from files.
+    /// How it changes with keys of its scene, where that was requested; not read from files.
     pub gradient: Option<Gradient>,
     pub report: RunReport,
 }

@@ -179,3 +179,22 @@ fn val_differences_of_a_scene() {
         assert!(error.to_string().contains(part), "{key}: {error}");
     }
 }
+
+/// What moves a kink of the drive has no derivative here; neither have fixed steps.
+#[test]
+fn regress_what_has_no_gradient_is_refused() {
+    let text = HEAD.to_owned()
+        + "stiffness_ratio = 2.0\ndrive = \"force\"\ndrive_waveform = \"half-sine\"\ndrive_amplitude = 0.1\ndrive_duration = 2.0\n";
+    let refused = |more: &str, key: &str| {
+        let scene = SceneSource::new(None, &(text.clone() + more));
+        let error = gradient(&scene, &[key.to_owned()], &[0.0, 1.0], &Silent).unwrap_err();
+        error.to_string()
+    };
+    let said = refused("", "drive_duration");
+    assert!(said.contains("sets in or ends"), "{said}");
+    let said = refused(
+        "scheme = \"velocity-verlet\"\nstep = 0.01\n",
+        "drive_amplitude",
+    );
+    assert!(said.contains("chooses its steps"), "{said}");
+}

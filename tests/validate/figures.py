@@ -137,7 +137,7 @@ def transmitted(points, least):
 
 
 def tolerances(points):
-    """Errors of chains against the tolerance asked for."""
+    """Errors of chains against the requested tolerance."""
     figure, axes = plt.subplots(figsize=(5.6, 2.9))
     ratios = sorted({point[0] for point in points})
     for ratio, color in zip(ratios, plt.cm.viridis(np.linspace(0, 0.85, len(ratios))), strict=True):

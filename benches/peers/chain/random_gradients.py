@@ -2,7 +2,7 @@
 
     python3 benches/peers/chain/random_gradients.py PROGRAM [FIRST_SEED [NUMBER]]
 
-Needs numpy and scipy. Each scene is asked for the derivative with respect to one of its numbers, at a tolerance of 1e-9, and run
+Needs numpy and scipy. Each scene is run with its derivative with respect to one of its numbers, at a tolerance of 1e-9, and
 at four values beside it with the least error. Prints what is off by more than stated and by more than 1e-7, and the largest.
 """
 

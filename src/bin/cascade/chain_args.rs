@@ -52,7 +52,7 @@ pub struct Simulate {
 }
 
 impl Simulate {
-    /// The run of a scene, with its gradient where one is asked for.
+    /// The run of a scene, with its gradient where one is requested.
     pub fn compute(
         &self,
         source: &SceneSource,

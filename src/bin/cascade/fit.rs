@@ -18,6 +18,22 @@ use crate::parse;
 /// The scene with the fitted values, in the directory of the results.
 const SCENE: &str = "fitted.toml";
 
+/// What instruments may add to records.
+#[derive(Debug, Args)]
+pub struct InstrumentArgs {
+    /// The clock of the records may be off: fit by how much they start late or early, too.
+    #[arg(long)]
+    pub free_time_shift: bool,
+
+    /// Fit a gain of each record, too.
+    #[arg(long)]
+    pub free_gains: bool,
+
+    /// Relative standard error of the gains, as 0.02 or 2%; fits them, and holds them by it.
+    #[arg(long, value_name = "SHARE", value_parser = parse::share)]
+    pub gain_error: Option<f64>,
+}
+
 /// What `cascade fit` takes.
 #[derive(Debug, Args)]
 pub struct Fit {
@@ -42,17 +58,8 @@ pub struct Fit {
     #[arg(long, value_delimiter = ',', value_name = "BODY,..")]
     pub bodies: Option<Vec<usize>>,
 
-    /// Fit by how much the records start late or early, too.
-    #[arg(long)]
-    pub free_time_shift: bool,
-
-    /// Fit a gain of each record, too.
-    #[arg(long)]
-    pub free_gains: bool,
-
-    /// Relative standard error of the gains, as 0.02 or 2%; fits them, and holds them by it.
-    #[arg(long, value_name = "SHARE", value_parser = parse::share)]
-    pub gain_error: Option<f64>,
+    #[command(flatten)]
+    pub instruments: InstrumentArgs,
 
     /// Searches: the first from the scene's values, the others from random ones within the bounds, or a tenth up and
     /// down.
@@ -75,9 +82,9 @@ impl Fit {
         FitRequest {
             free: self.free.clone(),
             bodies: self.bodies.clone(),
-            time_shift: self.free_time_shift,
-            gains: self.free_gains,
-            gain_error: self.gain_error,
+            time_shift: self.instruments.free_time_shift,
+            gains: self.instruments.free_gains,
+            gain_error: self.instruments.gain_error,
             starts: self.starts,
             seed: self.seed,
         }

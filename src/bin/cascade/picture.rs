@@ -325,7 +325,7 @@ mod tests {
         };
         assert_eq!(of(&[("TERM", "xterm-kitty")]), Protocol::Kitty);
         assert_eq!(
-            of(&[("TERM", "xterm-kitty"), ("TMUX", "/tmp/a")]),
+            of(&[("TERM", "xterm-kitty"), ("TMUX", "default,1,0")]),
             Protocol::Blocks
         );
         assert_eq!(of(&[("TERM_PROGRAM", "iTerm.app")]), Protocol::Iterm);

@@ -13,6 +13,7 @@ use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest, Planned};
 use crate::args::{QuantityArg, choice};
 use crate::described::{Found, ResultArgs};
 use crate::failure::Failure;
+use crate::fit::InstrumentArgs;
 use crate::parse;
 use crate::show_args::stated;
 
@@ -49,17 +50,8 @@ pub struct PlanArgs {
     #[arg(long, value_delimiter = ',', value_name = "BODY,..")]
     pub bodies: Option<Vec<usize>>,
 
-    /// The clock of the records may be off, and is fitted, too.
-    #[arg(long)]
-    pub free_time_shift: bool,
-
-    /// Each record has a gain of its own, which is fitted, too.
-    #[arg(long)]
-    pub free_gains: bool,
-
-    /// Relative standard error of the gains, as 0.02 or 2%.
-    #[arg(long, value_name = "SHARE", value_parser = parse::share)]
-    pub gain_error: Option<f64>,
+    #[command(flatten)]
+    pub instruments: InstrumentArgs,
 
     /// Samples in a unit of time, as 1MHz, that the noise is stated of [default: those of the scene].
     #[arg(long, value_name = "RATE", value_parser = parse::origin::<Frequency>)]
@@ -99,9 +91,9 @@ impl PlanArgs {
             noise: self.noise.clone(),
             quantity: self.quantity.into(),
             bodies: self.bodies.clone(),
-            time_shift: self.free_time_shift,
-            gains: self.free_gains,
-            gain_error: self.gain_error,
+            time_shift: self.instruments.free_time_shift,
+            gains: self.instruments.free_gains,
+            gain_error: self.instruments.gain_error,
             rate: stated("rate", self.rate, (units == Units::Si).then_some("Hz"))?,
             criterion: self.criterion.into(),
             ..PlanRequest::of(&self.free, self.sensors)

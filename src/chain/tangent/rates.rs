@@ -29,7 +29,7 @@ impl Motion {
         self.base.len()
     }
 
-    /// `self = from + weight rates` at some places, where `from` is none `self += weight rates`.
+    /// `self += weight rates` at some places.
     pub(super) fn add(&mut self, rows: &[Range<usize>], weight: f64, rates: &Motion) {
         widest(Add {
             to: self,
