@@ -93,6 +93,25 @@ fn val_convergence_of_fixed_steps_with_a_pushed_body() {
     }
 }
 
+/// A ring knows no first body: one moved in the middle and one at the end do the same.
+#[test]
+fn val_identity_moved_bodies_of_a_ring() {
+    let of = |site: usize| {
+        run(&format!(
+            "sites = 8\nsamples = 5\nends = \"periodic\"\nlaw = \"spring\"\nalpha = 0.25\nend_time = 9.0\n\
+             drive = \"displacement\"\ndrive_site = {site}\ndrive_amplitude = 0.2\ndrive_frequency = 0.1\n"
+        ))
+    };
+    let middle = of(3);
+    for site in [0, 7] {
+        let end = of(site);
+        let off = end.velocity.indexed_iter().fold(0.0f64, |m, ((i, j), v)| {
+            m.max((v - middle.velocity[[i, (j + 11 - site) % 8]]).abs())
+        });
+        assert!(off < 1e-11, "{site}: {off:e}");
+    }
+}
+
 /// Noise has the power stated, in its band alone.
 #[test]
 fn val_definition_noise() {
