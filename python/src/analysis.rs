@@ -23,7 +23,7 @@ use super::page::Page;
 use super::samples::{Opener, Source};
 use super::typed::{provenance, typed};
 use super::watch;
-use crate::analyze::{conclusions, in_time_of, in_time_of_run, request};
+use crate::analyze::{conclusions, in_time_of, motion_of_run, request};
 use crate::args::Analyze;
 use crate::failure::Failure;
 use crate::{dispersion, effect};
@@ -79,9 +79,10 @@ pub fn analyze<'py>(
         let mut analysis = analysis.map_err(|error| error.of_file(&name))?;
         match (&run, &path) {
             (Some(run), _) => in_time_of(run, &mut analysis)?,
-            (None, Some(path)) => {
-                in_time_of_run(path, &mut analysis)?;
-            }
+            (None, Some(path)) => match &motion_of_run(path)? {
+                Some(run) => in_time_of(run, &mut analysis)?,
+                None => {}
+            },
             (None, None) => {}
         }
         field.check_unchanged()?;

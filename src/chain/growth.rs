@@ -6,16 +6,11 @@
 //! difference of their first two runs grew; of the others none was above the tolerance of 1e-6, or
 //! 1e-9, by this estimate.
 
-use ndarray::{Array2, ArrayView1};
-
 use super::recorder::SampleTimes;
 use super::stepping::{FIRST_SITE, State};
 
 /// Parts of the time at whose ends runs of fewer samples are compared.
 const PARTS: usize = 32;
-
-/// Velocities of one run that are kept for it; of longer chains fewer times are kept.
-const MOST_KEPT: usize = 1 << 20;
 
 /// Fewer times show no growth.
 const LEAST_PARTS: usize = 8;
@@ -26,48 +21,48 @@ const ROUNDING: f64 = 1e-13;
 /// Differences this large, over the velocity scale, grow no more.
 const SATURATED: f64 = 1e-2;
 
-/// Velocities of a run at equally distant times, the start included.
+/// Velocities of a run at equally distant times after the start, up to the last body that moves.
 #[derive(Debug, Default)]
 pub(super) struct Checks {
-    velocity: Array2<f64>,
-    next: usize,
+    sites: usize,
+    velocity: Vec<Vec<f64>>,
 }
 
 impl Checks {
     /// Of a run whose samples are too few to show growth.
     pub(super) fn of(samples: SampleTimes, sites: usize) -> Checks {
-        let parts = PARTS.min(MOST_KEPT / sites.max(1));
-        if samples.number() > PARTS || parts < LEAST_PARTS {
-            return Checks::default();
-        }
+        let is_wanted = samples.number() <= PARTS;
         Checks {
-            velocity: Array2::zeros((parts + 1, sites)),
-            next: 1,
+            sites: if is_wanted { sites } else { 0 },
+            velocity: Vec::new(),
         }
     }
 
     /// The time of the next one, in a run to `end`.
     pub(super) fn next_time(&self, end: f64) -> Option<f64> {
-        let parts = self.velocity.nrows().checked_sub(1)?;
-        (self.next <= parts).then(|| end * (self.next as f64 / parts as f64))
+        let next = self.velocity.len() + 1;
+        (self.sites > 0 && next <= PARTS).then(|| end * (next as f64 / PARTS as f64))
     }
 
     pub(super) fn keep(&mut self, state: &State) {
-        let sites = self.velocity.ncols();
-        let row = ArrayView1::from(&state.v[FIRST_SITE..][..sites]);
-        self.velocity.row_mut(self.next).assign(&row);
-        self.next += 1;
+        let all = &state.v[FIRST_SITE..][..self.sites];
+        let moved = all
+            .iter()
+            .rposition(|v| *v != 0.0)
+            .map_or(0, |last| last + 1);
+        self.velocity.push(all[..moved].to_vec());
     }
 
-    /// The largest difference from another run at each time; none unless both kept the same times.
+    /// The largest difference from another run at each time, the start included; none unless both kept the same times.
     pub(super) fn differences(&self, other: &Checks) -> Option<Vec<f64>> {
-        let rows = || self.velocity.rows().into_iter().zip(other.velocity.rows());
-        let largest = |(a, b): (ArrayView1<f64>, ArrayView1<f64>)| {
-            let pairs = a.into_iter().zip(b);
-            pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()))
+        let are_alike = self.sites == other.sites && self.velocity.len() == other.velocity.len();
+        let largest = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+            let at = |row: &Vec<f64>, s: usize| row.get(s).copied().unwrap_or(0.0);
+            let sites = 0..a.len().max(b.len());
+            sites.fold(0.0, |worst: f64, s| worst.max((at(a, s) - at(b, s)).abs()))
         };
-        let are_alike = self.velocity.dim() == other.velocity.dim();
-        (are_alike && self.velocity.nrows() > 1).then(|| rows().map(largest).collect())
+        let rows = self.velocity.iter().zip(&other.velocity).map(largest);
+        (are_alike && !self.velocity.is_empty()).then(|| std::iter::once(0.0).chain(rows).collect())
     }
 }
 

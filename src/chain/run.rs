@@ -8,7 +8,7 @@ use super::recorder::{Recorder, SampleTimes};
 use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
 use super::stepping::{self, Cost, FIRST_SITE, State, StepControl, Stepping, Task};
-use crate::observer::Observer;
+use crate::observer::{CancelOnly, Observer};
 use crate::{Error, Result};
 
 /// The local error of a run over that of the coarser run that it is checked with. Where openings
@@ -218,28 +218,42 @@ impl Simulation {
             Some(_) => self.driven_scale(scale, few, observer)?,
             None => scale,
         };
-        let with = |local: f64, record, samples, checks: &mut Checks| {
+        let with = |local: f64, record, samples, checks: &mut Checks, observer: &dyn Observer| {
             let control = StepControl::LocalError(local * scale);
             self.once(control, scale, (samples, checks), record, observer)
         };
         if !self.estimate_error {
-            return with(local, self.record, all, &mut Checks::default());
+            return with(local, self.record, all, &mut Checks::default(), observer);
         }
+        let coarser = |local: f64, samples| {
+            let mut checks = Checks::of(samples, self.chain.n_sites());
+            let run = with(
+                local,
+                Record::default(),
+                samples,
+                &mut checks,
+                &CancelOnly(observer),
+            )?;
+            Ok((samples, run, checks))
+        };
         let mut coarse = FIRST_CHECK * local;
         let mut best = (f64::INFINITY, local);
         let mut finest: Option<(f64, Run, Checks)> = None;
         loop {
             let mut local = (coarse * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
             let mut checks = Checks::of(all, self.chain.n_sites());
-            let mut run = with(local, self.record, all, &mut checks)?;
-            let (difference, differences) = match finest.take() {
-                // The finer run of the last pair is the coarser one of this.
-                Some((at, other, others)) if at == coarse => {
-                    let rows = all.of_runs(&other, &run);
-                    (largest(&rows), checks.differences(&others).unwrap_or(rows))
-                }
-                _ => self.difference(&run, &checks, coarse, few, &with)?,
-            };
+            // The finer run of the last pair may be the coarser one of this.
+            let known = finest.take().filter(|(at, ..)| *at == coarse);
+            let (run, other) = rayon::join(
+                || with(local, self.record, all, &mut checks, observer),
+                || match known {
+                    Some((_, run, checks)) => Ok((all, run, checks)),
+                    None => coarser(coarse, few),
+                },
+            );
+            let mut run = run?;
+            let again = |samples| coarser(coarse, samples);
+            let (difference, differences) = difference((&run, &checks), other?, &again)?;
             let error = SURE * difference / scale;
             run.report.error = Some(error);
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
@@ -273,7 +287,7 @@ impl Simulation {
                 drop(run);
                 // The steps whose error is stated end where those did.
                 let mut checks = Checks::of(all, self.chain.n_sites());
-                run = with(local, self.record, all, &mut checks)?;
+                run = with(local, self.record, all, &mut checks, observer)?;
                 run.report.error = Some(reached);
             }
             let amplification = self.amplification(&run, local, scale, few, observer)?;
@@ -287,38 +301,6 @@ impl Simulation {
                 }
             });
             return Ok(run);
-        }
-    }
-
-    /// The largest difference of a velocity between a run and one with another local error, at the
-    /// given samples, and the largest at each of equally distant times. If dense samples force both
-    /// runs to the same steps, they agree to the last bit, which is no check. The difference is then
-    /// taken at fewer samples, and finally only at the end of a run whose steps end elsewhere.
-    fn difference(
-        &self,
-        run: &Run,
-        checks: &Checks,
-        local: f64,
-        mut samples: SampleTimes,
-        with: &dyn Fn(f64, Record, SampleTimes, &mut Checks) -> Result<Run>,
-    ) -> Result<(f64, Vec<f64>)> {
-        loop {
-            let mut others = Checks::of(samples, self.chain.n_sites());
-            let check = with(local, Record::default(), samples, &mut others)?;
-            let rows = samples.of_runs(&check, run);
-            let difference = largest(&rows);
-            if difference != 0.0 {
-                return Ok((difference, others.differences(checks).unwrap_or(rows)));
-            }
-            if samples.number() == 2 {
-                let samples = samples.cut_in(3);
-                let cut = with(local, Record::default(), samples, &mut Checks::default())?;
-                let last = |run: &Run| run.velocity.row(run.velocity.nrows() - 1).to_owned();
-                let pairs = last(&cut).into_iter().zip(last(run));
-                let difference = pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()));
-                return Ok((difference, Vec::new()));
-            }
-            samples = samples.at_most((samples.number() / 4).max(1));
         }
     }
 
@@ -501,6 +483,36 @@ impl Simulation {
             }
         }
         recorder.finish(control, stepping.cost())
+    }
+}
+
+/// A run of larger steps, the samples at which it is compared, and what was kept of it for that.
+type Other = (SampleTimes, Run, Checks);
+
+/// The largest difference of a velocity between a run and one with another local error, at the
+/// given samples, and the largest at each of equally distant times. If dense samples force both
+/// runs to the same steps, they agree to the last bit, which is no check. The difference is then
+/// taken at fewer samples, and finally only at the end of a run whose steps end elsewhere.
+fn difference(
+    (run, checks): (&Run, &Checks),
+    mut other: Other,
+    again: &dyn Fn(SampleTimes) -> Result<Other>,
+) -> Result<(f64, Vec<f64>)> {
+    loop {
+        let (samples, check, others) = other;
+        let rows = samples.of_runs(&check, run);
+        let difference = largest(&rows);
+        if difference != 0.0 {
+            return Ok((difference, others.differences(checks).unwrap_or(rows)));
+        }
+        if samples.number() == 2 {
+            let (_, cut, _) = again(samples.cut_in(3))?;
+            let last = |run: &Run| run.velocity.row(run.velocity.nrows() - 1).to_owned();
+            let pairs = last(&cut).into_iter().zip(last(run));
+            let difference = pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()));
+            return Ok((difference, Vec::new()));
+        }
+        other = again(samples.at_most((samples.number() / 4).max(1)))?;
     }
 }
 

@@ -135,16 +135,26 @@ impl Task<'_> {
         let directory = ResultDirectory::create(out, self.replace)?;
         let format = typed.output.format.into();
         let spectra = ArraysFile::create(&directory, "spectra", format, request.precision)?;
-        // Threads that are idle in a pass help with the hash.
-        let (analysis, hash) = rayon::join(
+        // Threads that are idle in a pass help with the hash, and, unless memory is short, with the run.
+        let (analysis, (hash, run)) = rayon::join(
             || run_plan(&field, &plan, spectra.arrays(), progress),
-            || match hash_first {
-                true => Ok(None),
-                false => field.file_hash(!plan.streams()),
+            || {
+                let hash = match hash_first {
+                    true => Ok(None),
+                    false => field.file_hash(!plan.streams()),
+                };
+                (
+                    hash,
+                    typed.work.memory.is_none().then(|| motion_of_run(path)),
+                )
             },
         );
         let mut analysis = analysis.map_err(|error| error.of_file(path))?;
-        let is_run = in_time_of_run(path, &mut analysis)?;
+        let run = run.unwrap_or_else(|| motion_of_run(path))?;
+        let is_run = run.is_some();
+        if let Some(run) = run {
+            in_time_of(&run, &mut analysis)?;
+        }
         analysis.content_hash = analysis.content_hash.or(hash?);
         let opened = field.file_state();
         let read_as = conclusions(&field);
@@ -205,17 +215,14 @@ impl Task<'_> {
     }
 }
 
-/// Whether a file holds a run: what moved in wavenumber is then that of the total energy.
-pub fn in_time_of_run(path: &Path, analysis: &mut Analysis) -> Result<bool, Failure> {
-    if !is_run_file(path)? {
-        return Ok(false);
-    }
-    let file = RunFile::read(path)?;
-    in_time_of(&file, analysis)?;
-    Ok(true)
+/// The motion of a run, if a file holds one.
+pub fn motion_of_run(path: &Path) -> Result<Option<RunFile>, Failure> {
+    Ok(is_run_file(path)?
+        .then(|| RunFile::read_motion(path))
+        .transpose()?)
 }
 
-/// The same of a run at hand.
+/// What moved in wavenumber in a run is that of the total energy.
 pub fn in_time_of(file: &RunFile, analysis: &mut Analysis) -> Result<(), Failure> {
     analysis.sample_error = file.run.report.error;
     Ok(answer_of_run(&file.run, analysis)?)

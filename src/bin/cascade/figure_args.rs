@@ -15,7 +15,7 @@ use crate::present::PresentArgs;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Figures")]
 pub struct FigureArgs {
-    /// Formats of the figures [default: png,svg]; none leaves the report out too.
+    /// Formats of the figures [default: png]; none leaves the report out too.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT")]
     pub figures: Vec<FigureArg>,
     /// Size and letters of the figures [default: screen].
@@ -200,7 +200,7 @@ impl FigureArgs {
     /// The formats typed, each once.
     fn formats(&self) -> Result<Vec<Format>, Error> {
         if self.figures.is_empty() {
-            return Ok(vec![Format::Png, Format::Svg]);
+            return Ok(vec![Format::Png]);
         }
         let known = [(FigureArg::Png, Format::Png), (FigureArg::Svg, Format::Svg)];
         let chosen: Vec<Format> = known
@@ -221,7 +221,7 @@ impl FigureArgs {
         let values = self.figures.iter().filter_map(FigureArg::to_possible_value);
         let names: Vec<String> = values.map(|value| value.get_name().to_owned()).collect();
         match names.is_empty() {
-            true => "png,svg".into(),
+            true => "png".into(),
             false => names.join(","),
         }
     }

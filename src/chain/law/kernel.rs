@@ -39,9 +39,15 @@ pub(crate) trait Kernel: Clone + Send + Sync {
     /// Derivative of the force along r.
     fn stiffness<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N;
 
-    /// Force of a contact of unit coefficient that opens, over the power of `node` with which it does: `F(delta) / node^p`
+    /// The same of one contact at one overlap or at many.
+    #[inline(always)]
+    fn stiffness_along<N: Number>(&self, at: usize, c: f64, d0: f64, r: N) -> N {
+        self.stiffness(at, N::splat(c), N::splat(d0), r)
+    }
+
+    /// Force of one contact of unit coefficient that opens, over the power of `node` with which it does: `F(delta) / node^p`
     /// for `delta >= 0`.
-    fn onset(&self, at: usize, delta: f64, node: f64) -> f64;
+    fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N;
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -65,8 +71,8 @@ impl Kernel for Hertz {
     }
 
     #[inline(always)]
-    fn onset(&self, _: usize, delta: f64, node: f64) -> f64 {
-        let ratio = (delta / node).max(0.0);
+    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
+        let ratio = (delta / node).positive();
         ratio * ratio.sqrt()
     }
 }
@@ -98,8 +104,8 @@ impl Kernel for PressedHertz {
     }
 
     #[inline(always)]
-    fn onset(&self, _: usize, delta: f64, node: f64) -> f64 {
-        let ratio = (delta / node).max(0.0);
+    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
+        let ratio = (delta / node).positive();
         ratio * ratio.sqrt()
     }
 }
@@ -138,8 +144,9 @@ impl Kernel for Power {
     }
 
     #[inline(always)]
-    fn onset(&self, _: usize, delta: f64, node: f64) -> f64 {
-        (delta / node).max(0.0).powf(self.exponent)
+    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
+        let power = |ratio: f64| ratio.max(0.0).powf(self.exponent);
+        delta.map3(node, node, |delta, node, _| power(delta / node))
     }
 }
 
@@ -162,7 +169,7 @@ impl Kernel for Spring {
         c * (N::splat(1.0) + r * (beta * r - alpha))
     }
 
-    fn onset(&self, _: usize, delta: f64, _: f64) -> f64 {
+    fn onset<N: Number>(&self, _: usize, delta: N, _: N) -> N {
         delta
     }
 }
@@ -239,10 +246,15 @@ impl Kernel for General {
         })
     }
 
-    fn onset(&self, at: usize, delta: f64, node: f64) -> f64 {
-        match (self.law(at), self.opens(at)) {
-            (Some(law), Some(power)) => law.force(delta.max(0.0)) / node.powf(power),
-            _ => 0.0,
-        }
+    fn stiffness_along<N: Number>(&self, at: usize, c: f64, d0: f64, r: N) -> N {
+        r.map3(r, r, |r, _, _| self.stiffness(at, c, d0, r))
+    }
+
+    fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
+        let of = self.law(at).zip(self.opens(at));
+        delta.map3(node, node, |delta, node, _| match of {
+            Some((law, power)) => law.force(delta.max(0.0)) / node.powf(power),
+            None => 0.0,
+        })
     }
 }

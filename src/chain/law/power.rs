@@ -57,7 +57,10 @@ impl ContactLaw for OneSided {
     }
 
     fn stiffness(&self, delta: f64) -> f64 {
-        slope(self.exponent, 1.0, delta)
+        match self.exponent == 1.5 {
+            true => 1.5 * delta.max(0.0).sqrt(),
+            false => slope(self.exponent, 1.0, delta),
+        }
     }
 
     fn bend(&self, delta: f64) -> f64 {
@@ -81,6 +84,9 @@ impl ContactLaw for OneSided {
     }
 
     fn excess_force(&self, d0: f64, r: f64) -> f64 {
+        if d0 == 0.0 {
+            return self.force(r);
+        }
         super::Law::Power {
             exponent: self.exponent,
         }

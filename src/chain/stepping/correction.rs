@@ -10,6 +10,7 @@
 use super::super::law::Kernel;
 use super::quadrature::{Rule, gauss_jacobi};
 use super::tableau::{MOST_STAGES, Tableau, Weights};
+use crate::numeric::lanes::{LaneBlock, Lanes, Number, SimdKernel, widest};
 use crate::numeric::root;
 
 const NODES: usize = 6;
@@ -43,9 +44,10 @@ impl Quintic {
         ])
     }
 
-    #[inline]
-    pub(crate) fn at(&self, s: f64) -> f64 {
-        self.0.iter().rfold(0.0, |sum, c| sum * s + c)
+    #[inline(always)]
+    pub(crate) fn at<N: Number>(&self, s: N) -> N {
+        let coefficients = self.0.iter().map(|c| N::splat(*c));
+        coefficients.rfold(N::splat(0.0), |sum, c| sum * s + c)
     }
 
     /// Where it passes zero from below, if it begins as a free flight, which has no curvature.
@@ -112,6 +114,7 @@ impl Correction {
         (kernel, contact): (&K, usize),
         tableau: &Tableau,
         (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
+        forces: &[f64; MOST_STAGES],
         speed: impl Fn(f64) -> f64,
     ) -> Missed {
         let mut missed = Missed::default();
@@ -160,17 +163,16 @@ impl Correction {
                 }
             }
         }
-        let force = |stage: usize| kernel.onset(contact, overlap.at(tableau.c[stage]), 1.0);
         for &(stage, weight) in &tableau.bp {
-            let weighted = weight * force(stage);
+            let weighted = weight * forces[stage];
             missed.impulse -= weighted;
             missed.work -= weighted * speed(tableau.c[stage]);
         }
         for &(stage, weight) in &tableau.b {
-            missed.moment -= weight * force(stage);
+            missed.moment -= weight * forces[stage];
         }
         for &(stage, weight) in &tableau.error {
-            missed.estimate += weight * force(stage);
+            missed.estimate += weight * forces[stage];
         }
         missed
     }
@@ -181,11 +183,8 @@ impl Correction {
         (kernel, contact): (&K, usize),
         tableau: &Tableau,
         (overlap, spans): (&Quintic, &[Option<Pressing>; 2]),
+        forces: &[f64; MOST_STAGES],
     ) -> MissedByStages {
-        let mut forces = [0.0; MOST_STAGES];
-        for (force, &c) in forces.iter_mut().zip(&tableau.c) {
-            *force = kernel.onset(contact, overlap.at(c), 1.0);
-        }
         let own = |weights: &Weights| -> f64 { weights.iter().map(|&(j, w)| w * forces[j]).sum() };
         let force = PressingForce {
             correction: self,
@@ -193,22 +192,35 @@ impl Correction {
             contact,
             overlap,
         };
+        let [impulses, firsts] = widest(UpToStages {
+            force,
+            spans,
+            nodes: &tableau.nodes,
+        });
         let mut missed = MissedByStages::default();
-        let wholes = spans.map(|span| span.map_or([0.0; 2], |span| force.fixed_part(span)));
-        for &(stage, _) in tableau.bp.iter().filter(|(stage, _)| *stage > 0) {
-            let c = tableau.c[stage];
-            let (mut impulse, mut first) = (0.0, 0.0);
-            for (span, whole) in spans.iter().zip(wholes) {
-                if let Some(span) = *span {
-                    let [i, m] = force.up_to(span, whole, c);
-                    (impulse, first) = (impulse + i, first + m);
-                }
+        let integrals = impulses.0.into_iter().zip(firsts.0);
+        for (&(stage, _), (impulse, first)) in tableau.bp.iter().zip(integrals) {
+            if stage > 0 {
+                let c = tableau.c[stage];
+                missed.impulse[stage] = impulse - own(&tableau.velocity[stage]);
+                missed.displacement[stage] = c * impulse - first - own(&tableau.a[stage]);
             }
-            missed.impulse[stage] = impulse - own(&tableau.velocity[stage]);
-            missed.displacement[stage] = c * impulse - first - own(&tableau.a[stage]);
         }
         missed
     }
+}
+
+/// Forces at all stages of a contact of unit coefficient with this overlap.
+pub(super) fn stage_forces<K: Kernel>(
+    (kernel, contact): (&K, usize),
+    tableau: &Tableau,
+    overlap: &Quintic,
+) -> [f64; MOST_STAGES] {
+    let mut forces = [0.0; MOST_STAGES];
+    for (force, &c) in forces.iter_mut().zip(&tableau.c) {
+        *force = kernel.onset(contact, overlap.at(c), 1.0);
+    }
+    forces
 }
 
 /// Integrals up to each stage, in units of the step, for unit coefficient: what the method missed.
@@ -228,62 +240,92 @@ struct PressingForce<'a, K> {
     overlap: &'a Quintic,
 }
 
+/// Integrals of a force, and of its product with s, from 0 to each of the nodes, a node a lane.
+struct UpToStages<'a, K> {
+    force: PressingForce<'a, K>,
+    spans: &'a [Option<Pressing>; 2],
+    nodes: &'a LaneBlock,
+}
+
+impl<K: Kernel> SimdKernel for UpToStages<'_, K> {
+    type Output = [LaneBlock; 2];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> [LaneBlock; 2] {
+        let mut sums = [L::splat(0.0); 2];
+        for span in self.spans.iter().flatten() {
+            sums = plus(sums, self.force.up_to(*span, L::load(self.nodes)));
+        }
+        let mut out = [LaneBlock::default(); 2];
+        for (sum, out) in sums.into_iter().zip(&mut out) {
+            sum.store(out);
+        }
+        out
+    }
+}
+
+#[inline(always)]
+fn plus<N: Number>(a: [N; 2], b: [N; 2]) -> [N; 2] {
+    [a[0] + b[0], a[1] + b[1]]
+}
+
+#[inline(always)]
+fn less<N: Number>(a: [N; 2], b: [N; 2]) -> [N; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
 impl<K: Kernel> PressingForce<'_, K> {
     /// Between an opening and another place.
-    fn beside(&self, opening: f64, end: f64) -> [f64; 2] {
+    #[inline(always)]
+    fn beside<N: Number>(&self, opening: f64, end: N) -> [N; 2] {
+        let opening = N::splat(opening);
         let length = end - opening;
-        let mut sums = [0.0; 2];
+        let mut sums = [N::splat(0.0); 2];
         for &(node, weight) in &self.correction.one_end {
+            let (node, weight) = (N::splat(node), N::splat(weight));
             let s = opening + length * node;
             let force = weight * self.kernel.onset(self.contact, self.overlap.at(s), node);
-            sums = [sums[0] + force, sums[1] + force * s];
+            sums = plus(sums, [force, force * s]);
         }
         sums.map(|sum| length.abs() * sum)
     }
 
-    /// What does not depend on the place up to which is integrated.
-    fn fixed_part(&self, span: Pressing) -> [f64; 2] {
-        match span {
-            Pressing::Beside { opening, end } if end < opening => self.beside(opening, end),
-            Pressing::Near { opening } if is_close(opening) => self.beside(opening, 0.0),
-            _ => [0.0; 2],
-        }
-    }
-
     /// From 0 to c.
-    fn up_to(&self, span: Pressing, fixed: [f64; 2], c: f64) -> [f64; 2] {
-        let less = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+    #[inline(always)]
+    fn up_to<N: Number>(&self, span: Pressing, c: N) -> [N; 2] {
+        let later = |t: f64| (c - N::splat(t)).choose(c, N::splat(t));
+        let earlier = |t: f64| (N::splat(t) - c).choose(c, N::splat(t));
         match span {
-            Pressing::Beside { opening, end } if end > opening => match c > opening {
-                true => self.beside(opening, c),
-                false => [0.0; 2],
-            },
-            Pressing::Beside { opening, .. } => match c < opening {
-                true => less(fixed, self.beside(opening, c)),
-                false => fixed,
-            },
-            Pressing::Between { from, .. } if c <= from => [0.0; 2],
-            Pressing::Between { from, to } if c <= to => self.beside(from, c.min(to)),
+            Pressing::Beside { opening, end } if end > opening => {
+                self.beside(opening, later(opening))
+            }
+            Pressing::Beside { opening, end } => {
+                let whole = self.beside(opening, N::splat(end));
+                less(whole, self.beside(opening, earlier(opening)))
+            }
             Pressing::Between { from, to } => {
-                let middle = 0.5 * (from + to);
-                let (a, b) = (self.beside(from, middle), self.beside(to, middle));
-                [a[0] + b[0], a[1] + b[1]]
+                let middle = N::splat(0.5 * (from + to));
+                let whole = plus(self.beside(from, middle), self.beside(to, middle));
+                let part = self.beside(from, later(from));
+                let is_past = c - N::splat(to);
+                [0, 1].map(|i| is_past.choose(whole[i], part[i]))
             }
             Pressing::Near { opening } if is_close(opening) => {
-                let to = self.beside(opening, c);
-                if opening < 0.0 {
-                    less(to, fixed)
-                } else {
-                    less(fixed, to)
+                let (to, start) = (self.beside(opening, c), self.beside(opening, N::splat(0.0)));
+                match opening < 0.0 {
+                    true => less(to, start),
+                    false => less(start, to),
                 }
             }
             Pressing::Near { .. } => {
-                let mut sums = [0.0; 2];
+                let mut sums = [N::splat(0.0); 2];
                 for &(node, weight) in &self.correction.smooth {
-                    let s = c * node;
-                    let force =
-                        c * weight * self.kernel.onset(self.contact, self.overlap.at(s), 1.0);
-                    sums = [sums[0] + force, sums[1] + force * s];
+                    let s = c * N::splat(node);
+                    let onset = self
+                        .kernel
+                        .onset(self.contact, self.overlap.at(s), N::splat(1.0));
+                    let force = c * N::splat(weight) * onset;
+                    sums = plus(sums, [force, force * s]);
                 }
                 sums
             }

@@ -3,13 +3,15 @@
 use std::ops::Range;
 
 use super::super::law::Kernel;
-use super::correction::{Missed, NEAR, Pressing, Quintic, opening_nearby, pressing_spans};
+use super::correction::{
+    Missed, NEAR, Pressing, Quintic, opening_nearby, pressing_spans, stage_forces,
+};
 use super::islands::Island;
 use super::pair::{PairStep, Span};
 use super::resolved::{Crossing, Resolved};
 use super::system::{State, System};
 use super::tableau::{MOST_STAGES, Weights};
-use crate::numeric::lanes::{AlignedRow, WIDTH};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Openings that change velocities by less than this share of the tolerance are left as they are.
 const NEGLIGIBLE: f64 = 1e-3;
@@ -174,14 +176,16 @@ impl Events {
                 continue;
             };
             let along = (&overlap, &spans);
+            let contact = (&system.kernel, s);
+            let at_stages = stage_forces(contact, tableau, &overlap);
             let missed = if energy {
                 let paths = [s - 1, s].map(|s| place_path(system, s, span, path, forces));
                 let share = [system.flux_share[0][s], system.flux_share[1][s]];
-                correction.along((&system.kernel, s), tableau, along, |at| {
+                correction.along(contact, tableau, along, &at_stages, |at| {
                     (share[0] * paths[0].slope_at(at) + share[1] * paths[1].slope_at(at)) / span.h
                 })
             } else {
-                correction.along((&system.kernel, s), tableau, along, |_| 0.0)
+                correction.along(contact, tableau, along, &at_stages, |_| 0.0)
             };
             let crossing = Crossing {
                 contact: s,
@@ -189,7 +193,7 @@ impl Events {
                 overlap: &overlap,
                 spans: &spans,
             };
-            let stages = correction.up_to_stages((&system.kernel, s), tableau, along);
+            let stages = correction.up_to_stages(contact, tableau, along, &at_stages);
             found.push(Event {
                 contact: s,
                 inside: !matches!(spans[0], Some(Pressing::Near { .. })),
@@ -355,15 +359,41 @@ fn changes<K: Kernel>(
         } else {
             overlap_path(system, k, span, path, forces)
         };
-        let d0 = system.static_overlap[k];
-        for &(stage, _) in &tableau.bp {
-            let stiffness = system
-                .kernel
-                .stiffness(k, c, d0, own.at(tableau.c[stage]) - d0);
+        let stiffness = widest(Stiffness {
+            contact: (&system.kernel, k),
+            coefficient: c,
+            static_overlap: system.static_overlap[k],
+            overlap: &own,
+            nodes: &tableau.nodes,
+        });
+        for (&(stage, _), stiffness) in tableau.bp.iter().zip(stiffness.0) {
             all[i][stage] = stiffness * part * scale * missed[stage];
         }
     }
     all
+}
+
+/// Of a contact along its overlap, a node a lane.
+struct Stiffness<'a, K> {
+    contact: (&'a K, usize),
+    coefficient: f64,
+    static_overlap: f64,
+    overlap: &'a Quintic,
+    nodes: &'a LaneBlock,
+}
+
+impl<K: Kernel> SimdKernel for Stiffness<'_, K> {
+    type Output = LaneBlock;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> LaneBlock {
+        let (kernel, at) = self.contact;
+        let (c, d0) = (self.coefficient, self.static_overlap);
+        let r = self.overlap.at(L::load(self.nodes)) - L::splat(d0);
+        let mut out = LaneBlock::default();
+        kernel.stiffness_along(at, c, d0, r).store(&mut out);
+        out
+    }
 }
 
 /// The overlap of contact s over the step.

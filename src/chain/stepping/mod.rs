@@ -34,8 +34,8 @@ pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
 use system::{System, resonator_place};
-pub(crate) use tableau::Tableau;
 use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
+pub(crate) use tableau::{MOST_STAGES, Tableau, Weights};
 pub(crate) use together::Together;
 
 /// An integration method; [`Scheme::citation`] names the source of each.

@@ -1,5 +1,7 @@
 //! The methods as data: coefficients, order, source.
 
+use crate::numeric::lanes::LaneBlock;
+
 /// An embedded explicit pair for `x'' = f(x)`:
 /// `k_i = f(x + c_i h v + h^2 sum a_ij k_j)`, `x1 = x + h v + h^2 sum b_i k_i`,
 /// `v1 = v + h sum bp_i k_i`; the last stage is the next step's first.
@@ -348,6 +350,8 @@ pub(crate) struct Tableau {
     pub(crate) bp: Weights,
     /// Weights of the error estimate of the velocity.
     pub(crate) error: Weights,
+    /// Nodes of the stages of `bp`, of which there are eight.
+    pub(crate) nodes: LaneBlock,
 }
 
 /// Stage and weight, zero weights left out.
@@ -378,7 +382,9 @@ impl Tableau {
             b: weights(pair.b.iter().copied()),
             bp: together(pair.bp.iter().copied(), error.clone()),
             error: together(error, pair.bp.iter().copied()),
+            nodes: LaneBlock::default(),
         }
+        .with_nodes()
     }
 
     /// The Runge-Kutta pair 8(5), for any force; a last stage at the step's end is added.
@@ -407,7 +413,17 @@ impl Tableau {
                 .collect(),
             bp: together(pair.b.iter().copied(), pair.error.iter().copied()),
             error: together(pair.error.iter().copied(), pair.b.iter().copied()),
+            nodes: LaneBlock::default(),
         }
+        .with_nodes()
+    }
+
+    fn with_nodes(mut self) -> Tableau {
+        debug_assert_eq!(self.bp.len(), self.nodes.0.len());
+        for (node, (stage, _)) in self.nodes.0.iter_mut().zip(&self.bp) {
+            *node = self.c[*stage];
+        }
+        self
     }
 
     pub(crate) fn stages(&self) -> usize {

@@ -74,9 +74,8 @@ impl Simulation {
                 allowed,
             });
         }
-        let both =
-            [local, COARSER * local].map(|local| self.tangents(directions, times, local, observer));
-        let [fine, coarse] = both;
+        let at = |local: f64| self.tangents(directions, times, local, observer);
+        let (fine, coarse) = rayon::join(|| at(local), || at(COARSER * local));
         let (fine, coarse) = (fine?, coarse?);
         let rows = |p: usize, of: fn(&Tangents) -> &Vec<Vec<f64>>, from: &[Tangents]| {
             let all = from.iter().flat_map(|at| of(at)[p].iter().copied());

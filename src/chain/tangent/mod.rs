@@ -27,9 +27,11 @@ pub use gradient::Gradient;
 use rates::{Active, Motion, Rates};
 
 use super::simulation::Simulation;
-use super::stepping::{self, FIRST_SITE, Quintic, State, StepControl, Tableau, openings};
+use super::stepping::{
+    self, FIRST_SITE, MOST_STAGES, Quintic, State, StepControl, Tableau, Weights, openings,
+};
 use crate::Result;
-use crate::numeric::lanes::{LaneBlock, WIDTH};
+use crate::numeric::lanes::WIDTH;
 use crate::observer::Observer;
 
 /// The error estimated of derivatives, of order 5, over their largest so far, as a power of the local error of velocities: that of
@@ -141,6 +143,7 @@ struct Follower<'a> {
     last: f64,
     stages: Vec<Motion>,
     work: Motion,
+    off: Motion,
     /// Bodies from this one on are at rest.
     moved: usize,
     /// What moves other than in free flight in this step, and its places.
@@ -205,6 +208,7 @@ impl<'a> Follower<'a> {
         let mut follower = Follower {
             stages: vec![Motion::zeros(places); tableau.stages() - 1],
             work: Motion::zeros(places),
+            off: Motion::zeros(places),
             tableau,
             sites: simulation.chain.n_sites(),
             masses: &simulation.chain.mass,
@@ -385,25 +389,16 @@ impl<'a> Follower<'a> {
         self.at = self.attempt(&clock, s, end - s).0;
     }
 
-    /// Copies the state to where a stage begins.
-    fn restart(&self, at: &mut Motion) {
-        at.base.resize(self.at.places(), [0.0; 2]);
-        at.each.resize(self.at.places(), [LaneBlock::default(); 2]);
-        for row in &self.rows {
-            at.base[row.clone()].copy_from_slice(&self.at.base[row.clone()]);
-            at.each[row.clone()].copy_from_slice(&self.at.each[row.clone()]);
-        }
-    }
-
     /// One step, and its error over the tolerance.
     fn attempt(&mut self, clock: &Clock, s: f64, step: f64) -> (Motion, f64) {
         let mut at = std::mem::take(&mut self.work);
-        let mut lengths = vec![0.0; self.stages.len()];
+        let mut lengths = [0.0; MOST_STAGES];
         for i in 0..self.stages.len() {
-            self.restart(&mut at);
             let (done, rest) = self.stages.split_at_mut(i);
-            for (stage, weight) in &self.tableau.velocity[i] {
-                at.add(&self.rows, lengths[*stage] * weight, &done[*stage]);
+            let terms = weighted(&self.tableau.velocity[i], &lengths, done);
+            match terms.is_empty() {
+                true => at.clone_from(&self.at),
+                false => at.sum(&self.rows, Some(&self.at), &terms),
             }
             let here = s + self.tableau.c[i] * step;
             lengths[i] = step * clock.speed(here);
@@ -412,13 +407,10 @@ impl<'a> Follower<'a> {
             self.rates.evaluate(here, &at, &self.active, &mut rest[0]);
         }
         let mut next = self.at.clone();
-        let mut off = Motion::zeros(next.places());
-        for (stage, weight) in &self.tableau.bp {
-            next.add(&self.rows, lengths[*stage] * weight, &self.stages[*stage]);
-        }
-        for (stage, weight) in &self.tableau.error {
-            off.add(&self.rows, lengths[*stage] * weight, &self.stages[*stage]);
-        }
+        let of = |weights| weighted(weights, &lengths, &self.stages);
+        next.sum(&self.rows, Some(&self.at), &of(&self.tableau.bp));
+        let off = &mut self.off;
+        off.sum(&self.rows, None, &of(&self.tableau.error));
         self.rates.place(clock.time(s + step), &mut next);
         let mut error: f64 = 0.0;
         for place in self.rows.iter().cloned().flatten() {
@@ -431,6 +423,16 @@ impl<'a> Follower<'a> {
         self.work = at;
         (next, error)
     }
+}
+
+/// Rates of stages, each times its weight and its length.
+fn weighted<'s>(
+    weights: &Weights,
+    lengths: &[f64],
+    stages: &'s [Motion],
+) -> Vec<(f64, &'s Motion)> {
+    let of = |(stage, weight): &(usize, f64)| (lengths[*stage] * weight, &stages[*stage]);
+    weights.iter().map(of).collect()
 }
 
 /// Derivatives in free flight.

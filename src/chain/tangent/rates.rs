@@ -29,13 +29,21 @@ impl Motion {
         self.base.len()
     }
 
-    /// `self += weight rates` at some places.
-    pub(super) fn add(&mut self, rows: &[Range<usize>], weight: f64, rates: &Motion) {
-        widest(Add {
+    /// `self = start + sum of weight times rates` at some places, without a start from 0.
+    pub(super) fn sum(
+        &mut self,
+        rows: &[Range<usize>],
+        start: Option<&Motion>,
+        terms: &[(f64, &Motion)],
+    ) {
+        self.base.resize(terms[0].1.places(), [0.0; 2]);
+        self.each
+            .resize(terms[0].1.places(), [LaneBlock::default(); 2]);
+        widest(Sum {
             to: self,
             rows,
-            weight,
-            rates,
+            start,
+            terms,
         });
     }
 
@@ -46,30 +54,33 @@ impl Motion {
     }
 }
 
-struct Add<'a> {
+struct Sum<'a> {
     to: &'a mut Motion,
     rows: &'a [Range<usize>],
-    weight: f64,
-    rates: &'a Motion,
+    start: Option<&'a Motion>,
+    terms: &'a [(f64, &'a Motion)],
 }
 
-impl SimdKernel for Add<'_> {
+impl SimdKernel for Sum<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let weight = L::splat(self.weight);
-        for row in self.rows {
-            let pairs = self.to.base[row.clone()].iter_mut();
-            for (to, rate) in pairs.zip(&self.rates.base[row.clone()]) {
-                to[0] += self.weight * rate[0];
-                to[1] += self.weight * rate[1];
-            }
-            let pairs = self.to.each[row.clone()].iter_mut();
-            for (to, rate) in pairs.zip(&self.rates.each[row.clone()]) {
-                for (to, rate) in to.iter_mut().zip(rate) {
-                    (L::load(to) + weight * L::load(rate)).store(to);
+        for place in self.rows.iter().cloned().flatten() {
+            let mut base = self.start.map_or([0.0; 2], |start| start.base[place]);
+            let mut each = match self.start {
+                Some(start) => [0, 1].map(|i| L::load(&start.each[place][i])),
+                None => [L::splat(0.0); 2],
+            };
+            for (weight, rates) in self.terms {
+                for i in [0, 1] {
+                    base[i] += weight * rates.base[place][i];
+                    each[i] = each[i] + L::splat(*weight) * L::load(&rates.each[place][i]);
                 }
+            }
+            self.to.base[place] = base;
+            for (each, to) in each.into_iter().zip(&mut self.to.each[place]) {
+                each.store(to);
             }
         }
     }

@@ -18,6 +18,7 @@ use crate::error::Result;
 use crate::field::{is_run_file, own_netcdf};
 use crate::observer::Observer;
 
+use read::Arrays;
 pub use read::RunParts;
 
 /// Version of the layout of run files, which their member `schema` holds.
@@ -101,7 +102,15 @@ impl RunFile {
     /// [`Error::Read`]; [`Error::Input`] for a file that is no run or whose arrays do not fit its
     /// scene; [`Error::Scene`] for an invalid scene.
     pub fn read(path: &Path) -> Result<RunFile> {
-        read::run_file(path)
+        read::run_file(path, Arrays::All)
+    }
+
+    /// The same without forces and energies.
+    ///
+    /// # Errors
+    /// As [`RunFile::read`].
+    pub fn read_motion(path: &Path) -> Result<RunFile> {
+        read::run_file(path, Arrays::Motion)
     }
 
     /// A run of arrays and texts in memory, as [`RunFile::hand_over`] gives them.
@@ -110,7 +119,7 @@ impl RunFile {
     /// As [`RunFile::read`].
     pub fn of(mut parts: RunParts) -> Result<RunFile> {
         let path = parts.path.clone();
-        read::of_parts(&path, &mut parts)
+        read::of_parts(&path, &mut parts, Arrays::All)
     }
 
     /// Reads the scene of a run and the time between its samples, in the unit of the scene,

@@ -15,6 +15,14 @@ use crate::field::{Members, is_run_archive, read_container, read_members};
 /// machine, relative to their size.
 const SAME: f64 = 1e-12;
 
+/// Which arrays of a run are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Arrays {
+    All,
+    /// Displacements and velocities.
+    Motion,
+}
+
 /// Where the arrays and texts of a run are.
 pub(super) trait Parts {
     fn text(&mut self, name: &str) -> Result<Option<String>>;
@@ -84,11 +92,11 @@ fn read<T>(path: &Path, of: impl FnOnce(&mut dyn Parts) -> Result<T>) -> Result<
     }
 }
 
-pub(super) fn run_file(path: &Path) -> Result<RunFile> {
-    read(path, |parts| of_parts(path, parts))
+pub(super) fn run_file(path: &Path, arrays: Arrays) -> Result<RunFile> {
+    read(path, |parts| of_parts(path, parts, arrays))
 }
 
-pub(super) fn of_parts(path: &Path, members: &mut dyn Parts) -> Result<RunFile> {
+pub(super) fn of_parts(path: &Path, members: &mut dyn Parts, arrays: Arrays) -> Result<RunFile> {
     let mut setup = read_setup(path, members)?;
     let report = text(members, "report")?;
     let report: RunReport = serde_json::from_str(&report).map_err(|error| {
@@ -98,7 +106,7 @@ pub(super) fn of_parts(path: &Path, members: &mut dyn Parts) -> Result<RunFile> 
     let chain = &mut setup.simulation.chain;
     chain.mass = stated(members, "mass", &chain.mass)?;
     chain.coefficient = stated(members, "contact_coefficient", &chain.coefficient)?;
-    let run = read_run(members, &setup, report)?;
+    let run = read_run(members, &setup, report, arrays)?;
     Ok(RunFile { setup, run })
 }
 
@@ -129,11 +137,19 @@ fn read_setup(path: &Path, members: &mut dyn Parts) -> Result<Setup> {
     SceneSource::carried(Some(path), scene).setup()
 }
 
-fn read_run(members: &mut dyn Parts, setup: &Setup, report: RunReport) -> Result<Run> {
+fn read_run(
+    members: &mut dyn Parts,
+    setup: &Setup,
+    report: RunReport,
+    arrays: Arrays,
+) -> Result<Run> {
     let simulation = &setup.simulation;
     let chain = simulation.chain.clone();
     let (samples, n, m) = (simulation.samples, chain.n_sites(), chain.n_contacts());
-    let record = simulation.record;
+    let mut record = simulation.record;
+    if arrays == Arrays::Motion {
+        (record.force, record.energy) = (false, false);
+    }
     let lost = record.energy && chain.is_lossy();
     let has_resonators = chain.resonators().is_some();
     let input = record.energy && simulation.drive.is_some();
