@@ -190,17 +190,15 @@ def of_random_scenes(part, count):
     above, refused, ratios = [], 0, []
     for _ in range(count):
         seed = int(part.rng.integers(0, 2**31))
-        text, rates, start, stops = scenes.scene(seed)
+        text, *known = scenes.scene(seed)
         try:
             run, report = part.simulated(text)
         except RuntimeError:
             refused += 1
             continue
         names = [name for name in ("velocity", "resonator_velocity") if name in run]
-        known = rates, start, stops, run["time"], [run[name] for name in names]
-        error = scenes.off(*known, 0.01) / report["velocity_scale"]
-        if error > report["error"]:
-            error = scenes.off(*known, 0.001) / report["velocity_scale"]
+        known += [run["time"], [run[name] for name in names]]
+        error = scenes.departure(known, report["error"], report["velocity_scale"])
         ratios.append(error / max(report["error"], scenes.OWN))
         if error > max(report["error"], scenes.OWN):
             above.append(f"random scene {seed}: error {error:.2e}, stated {report['error']:.2e}")

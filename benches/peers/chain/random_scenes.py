@@ -3,8 +3,8 @@
     python3 benches/peers/chain/random_scenes.py PROGRAM [FIRST_SEED [NUMBER]]
 
 Needs numpy and scipy. Prints each run whose error is larger than stated, and the largest ratios. DOP853 makes
-short steps, since it knows no kinks of forces; where an excess is near its own error, it runs again with steps
-a tenth as long. Errors below 2e-11 are its own.
+short steps, since it knows no kinks of forces; where it departs by more than is stated, it runs again with shorter
+ones. Errors below 2e-11 are its own.
 """
 
 import json
@@ -22,6 +22,9 @@ import waveforms
 
 #: What DOP853 is off by itself.
 OWN = 2e-11
+
+#: Its longest steps. At single lengths it is off by 2e-10 where a contact opens, and by 2e-12 at the next.
+STEPS = (0.01, 0.001, 0.0003)
 
 
 def law(rng):
@@ -193,6 +196,15 @@ def off(others, rates, start, stops, time, velocities, longest):
     return worst
 
 
+def departure(known, stated, scale):
+    """The error of a run, by the reference of longest steps that does not exceed what is stated; of the shortest otherwise."""
+    for longest in STEPS:
+        error = off(*known, longest) / scale
+        if error <= max(stated, OWN):
+            break
+    return error
+
+
 def main():
     program = sys.argv[1]
     first, number = map(int, (sys.argv[2:] + ["0", "300"][len(sys.argv) - 2 :])[:2])
@@ -213,9 +225,7 @@ def main():
             with np.load(run) as arrays:
                 names = [name for name in ("velocity", "resonator_velocity") if name in arrays]
                 known += [arrays["time"], [arrays[name] for name in names]]
-            error = off(*known, 0.01) / scale
-            if error > stated:
-                error = off(*known, 0.001) / scale
+            error = departure(known, stated, scale)
             if error > max(stated, OWN):
                 print(f"seed {seed}: {error:.2e}, stated {stated:.2e}")
             ratios.append(error / max(stated, OWN))
