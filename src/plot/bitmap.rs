@@ -157,8 +157,8 @@ pub(super) fn png(raster: &Raster, dpi: Option<u32>) -> Result<Vec<u8>, String> 
     let mut encoder = png::Encoder::new(&mut file, raster.columns as u32, raster.rows as u32);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
-    // The one filter for grounds and lines: choosing one for each row takes twice as long as compressing it.
-    encoder.set_filter(png::Filter::Up);
+    // As small as with a filter chosen for each row, in half of the time.
+    encoder.set_filter(png::Filter::Paeth);
     match raster.palette {
         Some(palette) => {
             encoder.set_color(png::ColorType::Indexed);
