@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayView2, s};
+use ndarray::{Array2, ArrayView2};
 
 use super::font;
 use super::panel::{self, EDGE, LABEL_SIZE, LINE, LabelSide, Panel, TICK_SIZE, label_upright};
@@ -86,22 +86,11 @@ pub(super) fn draw_signed(scene: &mut Scene, panel: &Panel, map: &Map, scale: &C
     });
     let palette: Vec<Color> = palette.chain(greys).chain([NO_VALUE]).collect();
     let mut cells = Vec::with_capacity(image.cells.len());
+    let least = blocks_of(low.view(), (rows, columns), f32::INFINITY, f32::min);
+    let most = blocks_of(high.view(), (rows, columns), f32::NEG_INFINITY, f32::max);
     for (at, &index) in image.cells.iter().enumerate() {
-        let part = s![
-            block(rows - 1 - at / columns, low.nrows(), rows),
-            block(at % columns, low.ncols(), columns)
-        ];
-        let least = low
-            .slice(part)
-            .iter()
-            .copied()
-            .fold(f32::INFINITY, f32::min);
-        let most = high
-            .slice(part)
-            .iter()
-            .copied()
-            .fold(f32::NEG_INFINITY, f32::max);
-        let [down, up] = [-least, most].map(f64::from);
+        let place = [rows - 1 - at / columns, at % columns];
+        let [down, up] = [-least[place], most[place]].map(f64::from);
         let is_missing = usize::from(index) + 1 == image.palette.len();
         cells.push(match balanced(down, up) {
             _ if is_missing => index,
@@ -179,19 +168,34 @@ where
 {
     let (rows, columns) = values.dim();
     let shape = (rows.min(most_rows), columns.min(most_columns));
-    Array2::from_shape_fn(shape, |(i, j)| {
-        values
-            .slice(s![block(i, rows, shape.0), block(j, columns, shape.1)])
-            .iter()
-            .map(|&value| value.into())
-            .fold(f64::NAN, |most: f64, value: f64| {
-                if most.is_nan() || value.abs() > most.abs() {
-                    value
-                } else {
-                    most
-                }
-            })
+    blocks_of(values, shape, f64::NAN, |most: f64, value| {
+        let value: f64 = value.into();
+        match most.is_nan() || value.abs() > most.abs() {
+            true => value,
+            false => most,
+        }
     })
+}
+
+/// A fold over each of so many blocks, row by row.
+fn blocks_of<T: Copy, R: Copy>(
+    values: ArrayView2<T>,
+    shape: (usize, usize),
+    start: R,
+    fold: impl Fn(R, T) -> R,
+) -> Array2<R> {
+    let (rows, columns) = values.dim();
+    let spans: Vec<Range<usize>> = (0..shape.1).map(|j| block(j, columns, shape.1)).collect();
+    let mut out = Array2::from_elem(shape, start);
+    for (i, mut cells) in out.rows_mut().into_iter().enumerate() {
+        for row in block(i, rows, shape.0) {
+            let row = values.row(row);
+            for (cell, span) in cells.iter_mut().zip(&spans) {
+                *cell = span.clone().fold(*cell, |found, j| fold(found, row[j]));
+            }
+        }
+    }
+    out
 }
 
 /// Where a colour bar is.
