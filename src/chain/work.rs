@@ -2,6 +2,7 @@
 
 use super::lattice::Contact;
 use super::lattice::{Ends, refuse};
+use super::law::Law;
 use super::simulation::{Accuracy, EndTime, Simulation};
 use super::stepping;
 use crate::error::Result;
@@ -105,8 +106,20 @@ impl Simulation {
     /// The time in which each contact stops two bodies that meet at this speed.
     pub(super) fn stopping_times(&self, speed: f64) -> impl Iterator<Item = f64> {
         let chain = &self.chain;
-        let contacts = chain.contacts().enumerate();
-        contacts.map(move |(j, of)| stepping::stopping_time(of, chain.reduced_mass(j), speed))
+        let stops = move |(j, contact): (usize, Contact)| {
+            let (c, mass) = (contact.coefficient, chain.reduced_mass(j));
+            let power = match *contact.law {
+                Law::Hertz => Some(1.5),
+                Law::Power { exponent } => Some(exponent),
+                _ => None,
+            };
+            match power.filter(|_| contact.static_overlap == 0.0 && c > 0.0 && speed > 0.0) {
+                // `c (v t)^p t = m v`
+                Some(p) => ((mass.ln() + (1.0 - p) * speed.ln() - c.ln()) / (p + 1.0)).exp(),
+                None => stepping::stopping_time(contact, mass, speed),
+            }
+        };
+        chain.contacts().enumerate().map(stops)
     }
 
     /// Steps that the motion needs, where contacts relax at `rate` or more slowly. Calibrated at 300 random scenes, of which
