@@ -31,6 +31,26 @@ pub fn huge_pages(bytes: usize) -> Result<MmapMut> {
     Ok(pages)
 }
 
+/// Bytes from which fresh memory is asked for in huge pages, which are made 512 times as seldom: that of a small page takes as long
+/// as writing it.
+const LARGE: usize = 4 << 20;
+
+/// Asks for huge pages within fresh memory, where it is large and the system has them.
+pub fn ask_for_huge_pages(memory: *mut u8, bytes: usize) {
+    #[cfg(target_os = "linux")]
+    if bytes >= LARGE && !memory.is_null() {
+        const HUGE: usize = 2 << 20;
+        let skipped = memory.align_offset(HUGE).min(bytes);
+        let whole = (bytes - skipped) / HUGE * HUGE;
+        // SAFETY: the range lies within the memory; advice changes nothing that is stored there. Small pages do as well
+        // where the system refuses.
+        let _refused =
+            unsafe { libc::madvise(memory.add(skipped).cast(), whole, libc::MADV_HUGEPAGE) };
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = (memory, bytes, LARGE);
+}
+
 thread_local! {
     static MAY_FAIL: Cell<bool> = const { Cell::new(false) };
 }

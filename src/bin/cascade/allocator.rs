@@ -1,10 +1,10 @@
 //! Memory that the system refuses: the program ends with a sentence and exit code 1, where the
-//! standard library would abort it.
+//! standard library would abort it. Large memory is asked for in huge pages.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 
-use wavecascade_system::memory::may_fail;
+use wavecascade_system::memory::{ask_for_huge_pages, may_fail};
 
 #[global_allocator]
 static ALLOCATOR: EndsOnRefusal = EndsOnRefusal;
@@ -36,6 +36,7 @@ fn granted(pointer: *mut u8, size: usize) -> *mut u8 {
     if pointer.is_null() && !may_fail() {
         refused(size);
     }
+    ask_for_huge_pages(pointer, size);
     pointer
 }
 

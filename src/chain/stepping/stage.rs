@@ -39,26 +39,62 @@ impl<'a> StageSums<'a> {
     /// Of one block, by two sets of weights for the same rows.
     #[inline(always)]
     pub(super) fn both<L: Lanes>(one: &Self, other: &Self, block: usize) -> (L, L) {
-        let mut sums = (L::splat(0.0), L::splat(0.0));
-        for ((weight, row), (weight_2, _)) in one.terms[..one.number]
-            .iter()
-            .zip(&other.terms[..one.number])
-        {
-            let value = L::load(&row[block]);
-            sums.0 = sums.0 + L::splat(*weight) * value;
-            sums.1 = sums.1 + L::splat(*weight_2) * value;
-        }
-        sums
+        unrolled(
+            one.number,
+            (L::splat(0.0), L::splat(0.0)),
+            #[inline(always)]
+            |sums, i| {
+                let ((weight, row), (weight_2, _)) = (one.terms[i], other.terms[i]);
+                let value = L::load(&row[block]);
+                (
+                    sums.0 + L::splat(weight) * value,
+                    sums.1 + L::splat(weight_2) * value,
+                )
+            },
+        )
     }
 
     /// Of one block, counted from the first of the island.
     #[inline(always)]
     fn at<L: Lanes>(&self, block: usize) -> L {
-        let mut sum = L::splat(0.0);
-        for (weight, row) in &self.terms[..self.number] {
-            sum = sum + L::splat(*weight) * L::load(&row[block]);
+        unrolled(
+            self.number,
+            L::splat(0.0),
+            #[inline(always)]
+            |sum, i| {
+                let (weight, row) = self.terms[i];
+                sum + L::splat(weight) * L::load(&row[block])
+            },
+        )
+    }
+}
+
+/// A fold over the first indices. Most sums have a few terms: a loop over them takes as long for its ends as for the terms.
+#[inline(always)]
+fn unrolled<T>(number: usize, start: T, add: impl Fn(T, usize) -> T) -> T {
+    #[inline(always)]
+    fn of<T, const N: usize>(mut sum: T, add: impl Fn(T, usize) -> T) -> T {
+        for i in 0..N {
+            sum = add(sum, i);
         }
         sum
+    }
+    match number {
+        1 => of::<T, 1>(start, add),
+        2 => of::<T, 2>(start, add),
+        3 => of::<T, 3>(start, add),
+        4 => of::<T, 4>(start, add),
+        5 => of::<T, 5>(start, add),
+        6 => of::<T, 6>(start, add),
+        7 => of::<T, 7>(start, add),
+        8 => of::<T, 8>(start, add),
+        _ => {
+            let mut sum = start;
+            for i in 0..number {
+                sum = add(sum, i);
+            }
+            sum
+        }
     }
 }
 
