@@ -180,11 +180,7 @@ impl Limit {
     /// # Errors
     /// [`Error::Request`] for another form.
     pub fn parse(text: &str) -> Result<Limit> {
-        let refuse = |expected: String| Error::Request {
-            option: "at-most",
-            expected,
-            found: text.to_owned(),
-        };
+        let refuse = |expected: String| Error::request("at-most", expected, text);
         let form = || "MEASURE=VALUE, such as total_mass=0.5".to_owned();
         let (name, value) = text.split_once('=').ok_or_else(|| refuse(form()))?;
         let most: f64 = value.trim().parse().map_err(|_| refuse(form()))?;

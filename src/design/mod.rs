@@ -23,15 +23,6 @@ const LOCAL_ERROR: f64 = 1e-8;
 /// What a design loses that exceeds a limit by all of it, over the size of the measure.
 const PENALTY: f64 = 10.0;
 
-/// By which of its members a design with tolerances is judged.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Judge {
-    #[default]
-    Worst,
-    Mean,
-}
-
 /// What is designed, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignRequest {
@@ -43,7 +34,6 @@ pub struct DesignRequest {
     pub limits: Vec<Limit>,
     /// Spreads of free keys: `angle=2deg`, `coefficients=10%`.
     pub tolerances: Vec<String>,
-    pub judge: Judge,
     /// Designs off the nominal one, within the tolerances.
     pub members: usize,
     /// Designs that are tried; by default 60, or 100 and 60 for each of several keys.
@@ -60,7 +50,6 @@ impl DesignRequest {
             is_most: false,
             limits: Vec::new(),
             tolerances: Vec::new(),
-            judge: Judge::default(),
             members: 20,
             tries: None,
             seed: 0,
@@ -132,7 +121,11 @@ impl DesignRequest {
             free.extend(Free::all_of(text, scene)?);
         }
         if free.is_empty() {
-            return Err(refuse("free", "keys of the scene with bounds", "none"));
+            return Err(Error::request(
+                "free",
+                "keys of the scene with bounds",
+                "none",
+            ));
         }
         let tolerances: Result<Vec<Tolerance>> = self
             .tolerances
@@ -168,7 +161,7 @@ impl DesignRequest {
                 true => ("maximize", "a scene whose run tells the measure"),
                 false => ("minimize", "a scene whose run tells the measure"),
             };
-            return Err(refuse(
+            return Err(Error::request(
                 option,
                 expected,
                 "none: a later end_time or more samples may show it",
@@ -194,7 +187,7 @@ impl DesignRequest {
         let value = |found: &Option<(f64, Vec<f64>)>| found.as_ref().map_or(f64::INFINITY, |f| f.0);
         let is_random = value(&tried) < value(&searched);
         let Some((best, point)) = (if is_random { tried } else { searched }) else {
-            return Err(refuse(
+            return Err(Error::request(
                 "free",
                 "keys for which a run tells the measure",
                 "none among all tries",
@@ -291,14 +284,10 @@ impl DesignRequest {
         if self.is_most { -measure } else { measure }
     }
 
-    /// What counts of a design by its members; infinite if one does not tell.
-    fn counted(&self, members: &[Option<f64>]) -> f64 {
-        let known: Option<Vec<f64>> = members.iter().map(|m| m.map(|m| self.signed(m))).collect();
-        match (known, self.judge) {
-            (None, _) => f64::INFINITY,
-            (Some(all), Judge::Worst) => all.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            (Some(all), Judge::Mean) => all.iter().sum::<f64>() / all.len() as f64,
-        }
+    /// What counts of a design: the worst of its members; infinite if one does not tell.
+    fn counted(&self, members: impl Iterator<Item = Option<f64>>) -> f64 {
+        let each = members.map(|m| m.map_or(f64::INFINITY, |m| self.signed(m)));
+        each.fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// By how much limits are exceeded, relative to them.
@@ -390,8 +379,9 @@ impl Trial<'_> {
     /// The value of a design, and by how much it exceeds limits.
     fn value(&mut self, told: &[Told]) -> (f64, f64) {
         let excess: f64 = told.iter().map(|(_, excess)| excess).sum();
-        let members: Vec<Option<f64>> = told.iter().map(|(measure, _)| *measure).collect();
-        let value = self.request.counted(&members);
+        let value = self
+            .request
+            .counted(told.iter().map(|(measure, _)| *measure));
         if self.size == 0.0 && value.is_finite() {
             self.size = value.abs();
         }
@@ -403,13 +393,5 @@ impl Trial<'_> {
     /// The best design and the course up to here; begins anew.
     fn restart(&mut self) -> (Option<(f64, Vec<f64>)>, Vec<f64>) {
         (self.best.take(), std::mem::take(&mut self.course))
-    }
-}
-
-fn refuse(option: &'static str, expected: &str, found: &str) -> Error {
-    Error::Request {
-        option,
-        expected: expected.to_owned(),
-        found: found.to_owned(),
     }
 }

@@ -14,11 +14,7 @@ pub(super) struct Free {
 }
 
 fn refuse(expected: impl Into<String>, found: &str) -> Error {
-    Error::Request {
-        option: "free",
-        expected: expected.into(),
-        found: found.to_owned(),
-    }
+    Error::request("free", expected, found)
 }
 
 impl Free {
@@ -130,11 +126,7 @@ pub(super) struct Tolerance {
 
 impl Tolerance {
     pub(super) fn parse(text: &str, free: &[Free]) -> Result<Tolerance> {
-        let refuse = |expected: &str| Error::Request {
-            option: "tolerance",
-            expected: expected.to_owned(),
-            found: text.to_owned(),
-        };
+        let refuse = |expected: &str| Error::request("tolerance", expected, text);
         let form = "KEY=SPREAD of a free key, such as angle=2deg or coefficients=10%";
         let (name, by) = text.split_once('=').ok_or_else(|| refuse(form))?;
         let name = name.trim().replace('-', "_");

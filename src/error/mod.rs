@@ -275,6 +275,19 @@ impl Error {
         }
     }
 
+    /// [`Error::Request`] of an option.
+    pub fn request(
+        option: &'static str,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Error {
+        Error::Request {
+            option,
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+
     pub(crate) fn scene(fault: SceneFault) -> Error {
         Error::Scene {
             fault: Box::new(fault),

@@ -4,6 +4,7 @@ use ndarray::Array2;
 use num_complex::Complex;
 use serde::Serialize;
 
+use super::solver::{cholesky, dot};
 use crate::numeric::hermitian::eigen;
 use crate::sheet::{listed, number};
 
@@ -56,13 +57,39 @@ fn eigen_of(matrix: &[Vec<f64>]) -> Vec<(f64, Vec<f64>)> {
 }
 
 /// The unit vectors of a scaled information matrix that it says nothing of.
-pub(super) fn null_space(information: &[Vec<f64>]) -> Vec<Vec<f64>> {
+fn null_space(information: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let all = eigen_of(information);
     let largest = all.first().map_or(0.0, |(value, _)| *value);
     let none = all
         .into_iter()
         .filter(|(value, _)| *value <= NOTHING * largest);
     none.map(|(_, vector)| vector).collect()
+}
+
+/// Cholesky's factor of an information scaled by sizes, which is made one of what it says nothing of, and the unit vectors
+/// of that in coordinates without the sizes.
+pub(super) fn factored(mut scaled: Vec<Vec<f64>>, sizes: &[f64]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let none = null_space(&scaled);
+    for vector in &none {
+        for (row, v) in scaled.iter_mut().zip(vector) {
+            row.iter_mut()
+                .zip(vector)
+                .for_each(|(entry, w)| *entry += v * w);
+        }
+    }
+    let unit = |k: usize| {
+        (0..sizes.len())
+            .map(|i| f64::from(u8::from(i == k)))
+            .collect()
+    };
+    let lower = cholesky(&scaled).unwrap_or_else(|| (0..sizes.len()).map(unit).collect());
+    let unscaled = |vector: &Vec<f64>| {
+        let change: Vec<f64> = vector.iter().zip(sizes).map(|(v, size)| v / size).collect();
+        let length = dot(&change, &change).sqrt();
+        change.iter().map(|v| v / length).collect()
+    };
+    let none = none.iter().map(unscaled).collect();
+    (lower, none)
 }
 
 /// The directions of a covariance in which almost anything goes.

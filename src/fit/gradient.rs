@@ -20,16 +20,7 @@ pub fn gradient(
     times: &[f64],
     observer: &dyn Observer,
 ) -> Result<Gradient> {
-    let named = |error: Error| match error {
-        Error::Request {
-            expected, found, ..
-        } => Error::Request {
-            option: "gradient",
-            expected,
-            found,
-        },
-        other => other,
-    };
+    let named = |error: Error| error.of_option("free", "gradient");
     let keys: Result<Vec<FreeKey>> = keys.iter().map(|key| FreeKey::of(key, scene)).collect();
     let keys = keys.map_err(named)?;
     let directions: Result<Vec<Direction>> = keys

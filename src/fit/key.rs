@@ -341,11 +341,7 @@ pub(super) fn ratio(unit: &str, other: &str) -> Option<f64> {
 }
 
 pub(super) fn refuse(expected: &str, found: &str) -> Error {
-    Error::Request {
-        option: "free",
-        expected: expected.to_owned(),
-        found: found.to_owned(),
-    }
+    Error::request("free", expected, found)
 }
 
 #[cfg(test)]

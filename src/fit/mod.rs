@@ -32,7 +32,7 @@ pub use directions::Direction;
 pub use gradient::gradient;
 pub use key::FreeKey;
 pub(crate) use key::settings;
-pub use records::Records;
+pub use records::{Records, Scales};
 pub use result::{Fitted, FittedValue, Horizon};
 pub use verdict::Misfit;
 
@@ -191,21 +191,12 @@ impl FitRequest {
             return Err(refuse("a key to fit, such as young=50GPa..90GPa", "none"));
         }
         if self.starts == 0 {
-            return Err(Error::Request {
-                option: "starts",
-                expected: "1 or more".into(),
-                found: "0".into(),
-            });
+            return Err(Error::request("starts", "1 or more", "0"));
         }
-        if let Some(error) = self
-            .gain_error
-            .filter(|error| !(*error > 0.0 && error.is_finite()))
-        {
-            return Err(Error::Request {
-                option: "gain-error",
-                expected: "a share above 0, such as 2%".into(),
-                found: error.to_string(),
-            });
+        let is_wrong = |error: &f64| !(*error > 0.0 && error.is_finite());
+        if let Some(error) = self.gain_error.filter(is_wrong) {
+            let expected = "a share above 0, such as 2%";
+            return Err(Error::request("gain-error", expected, error.to_string()));
         }
         let keys: Result<Vec<FreeKey>> = self
             .free
@@ -385,11 +376,12 @@ fn horizon(model: &Model, at: &[f64]) -> Result<(Option<f64>, f64)> {
 }
 
 fn amplifies(until: f64, share: f64) -> Error {
-    Error::Request {
-        option: "scene",
-        expected: "a chain whose rounding errors stay small over the records: shorter records, or fewer bodies".into(),
-        found: format!("one whose runs agree until {until:e} alone, {:.0} % of them", 100.0 * share.max(0.0)),
-    }
+    let share = 100.0 * share.max(0.0);
+    Error::request(
+        "scene",
+        "a chain whose rounding errors stay small over the records: shorter records, or fewer bodies",
+        format!("one whose runs agree until {until:e} alone, {share:.0} % of them"),
+    )
 }
 
 /// Counts runs, each of which asks once whether it is to stop.

@@ -38,13 +38,13 @@ impl Records {
     /// [`Error::Request`] and [`Error::Unfit`] for sites that are at no body, times before the start, units that do not
     /// belong to the scene's, a quantity that no run has, and too few samples.
     pub fn of(field: &Field, setup: &Setup, bodies: Option<&[usize]>) -> Result<Records> {
-        let scales = Scales::of(field, setup)?;
+        let scales = Scales::of(field, setup.units)?;
         let (n, m) = (field.n_times(), field.n_sites());
         let bodies = match bodies {
             Some(bodies) if bodies.len() == m => bodies.to_vec(),
             Some(bodies) => {
                 let expected = format!("{m} numbers, one for each site of the field");
-                return Err(wrong("bodies", &expected, bodies.len().to_string()));
+                return Err(Error::request("bodies", expected, bodies.len().to_string()));
             }
             None => bodies_of(field, setup, scales.length)?,
         };
@@ -75,24 +75,24 @@ impl Records {
         };
         if let Some(body) = self.bodies.iter().find(|body| **body >= count) {
             let expected = format!("a {what} of the chain, 0 to {}", count - 1);
-            return Err(wrong("bodies", &expected, body.to_string()));
+            return Err(Error::request("bodies", expected, body.to_string()));
         }
         if let Some(twice) =
             (1..self.bodies.len()).find(|i| self.bodies[..*i].contains(&self.bodies[*i]))
         {
             let found = format!("{} twice", self.bodies[twice]);
-            return Err(wrong("bodies", "each once", found));
+            return Err(Error::request("bodies", "each once", found));
         }
         if let Some(i) = (1..self.times.len()).find(|i| self.times[*i] <= self.times[i - 1]) {
             let found = format!("{} after {}", self.times[i], self.times[i - 1]);
-            return Err(wrong("field", "times that rise", found));
+            return Err(Error::request("field", "times that rise", found));
         }
         match self.times.last() {
             Some(last) if *last > 0.0 => Ok(()),
             _ => {
                 let expected =
                     "samples after time 0, at which the run starts (`--t0` states the first one)";
-                Err(wrong("t0", expected, "none".into()))
+                Err(Error::request("t0", expected, "none"))
             }
         }
     }
@@ -151,18 +151,24 @@ impl Records {
 }
 
 /// What numbers of a field are multiplied by to be in the units of a scene.
-struct Scales {
-    time: f64,
-    length: Option<f64>,
-    sample: f64,
-    units: [String; 2],
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scales {
+    pub time: f64,
+    /// `None` for scenes without units.
+    pub length: Option<f64>,
+    pub sample: f64,
+    /// Of times and samples; empty where the scene has none.
+    pub units: [String; 2],
 }
 
 impl Scales {
-    fn of(field: &Field, setup: &Setup) -> Result<Scales> {
+    /// # Errors
+    /// [`Error::Request`] for units that do not belong to the scene's, a field without a time step beside a scene in SI, and a
+    /// quantity that no run has.
+    pub fn of(field: &Field, scene: Units) -> Result<Scales> {
         let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
         let stated = field.unit.as_deref();
-        if setup.units != Units::Si {
+        if scene != Units::Si {
             return Ok(Scales {
                 time: 1.0,
                 length: None,
@@ -170,22 +176,27 @@ impl Scales {
                 units: [name(&field.time.unit), name(&field.unit)],
             });
         }
-        let is_index = field.time == Axis::index();
-        if is_index {
+        if field.time == Axis::index() {
             let expected = "the time step of the field, such as `--dt 1us`";
-            return Err(wrong(
+            return Err(Error::request(
                 "dt",
                 expected,
-                "none stated, and none known from the file".into(),
+                "none stated, and none known from the file",
             ));
         }
-        let units = unit_of(field.quantity, setup.units)?;
+        let units = unit_of(field.quantity, scene)?;
         let sample = match field.quantity {
             Quantity::Velocity => size::<measure::Speed>(stated)?,
             Quantity::Displacement => size::<measure::Length>(stated)?,
             Quantity::Force => size::<measure::Force>(stated)?,
             _ if matches!(stated, None | Some("m/s^2" | "m/s²")) => 1.0,
-            _ => return Err(unfit("accelerations in m/s^2", name(&field.unit))),
+            _ => {
+                return Err(Error::request(
+                    "unit",
+                    "accelerations in m/s^2",
+                    name(&field.unit),
+                ));
+            }
         };
         Ok(Scales {
             time: size::<measure::Time>(field.time.unit.as_deref())?,
@@ -223,13 +234,13 @@ fn size<D: Dimension>(unit: Option<&str>) -> Result<f64> {
             D::NAME,
             measure::units::<D>()
         );
-        unfit(&expected, unit.to_owned())
+        Error::request("unit", expected, unit.to_owned())
     })
 }
 
 fn no_run_has(quantity: Quantity) -> Error {
     let expected = "a velocity, displacement, acceleration or force, which a run has";
-    wrong("quantity", expected, quantity.name().into())
+    Error::request("quantity", expected, quantity.name())
 }
 
 fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<usize>> {
@@ -248,9 +259,9 @@ fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<us
                 let expected = format!(
                     "sites at bodies, which are {pitch} apart from 0 on, or `--bodies 3,7,11`"
                 );
-                Err(wrong(
+                Err(Error::request(
                     "bodies",
-                    &expected,
+                    expected,
                     format!("one at {}", field.space.at(site)),
                 ))
             }
@@ -261,21 +272,9 @@ fn bodies_of(field: &Field, setup: &Setup, length: Option<f64>) -> Result<Vec<us
 
 fn no_positions(field: &Field) -> Error {
     let expected = "the bodies of the field's sites, such as `--bodies 3,7,11`: the scene states no distance of bodies";
-    wrong(
+    Error::request(
         "bodies",
         expected,
         format!("positions in {}", field.space.space_unit()),
     )
-}
-
-fn unfit(expected: &str, found: String) -> Error {
-    wrong("unit", expected, found)
-}
-
-fn wrong(option: &'static str, expected: &str, found: String) -> Error {
-    Error::Request {
-        option,
-        expected: expected.to_owned(),
-        found,
-    }
 }

@@ -3,11 +3,11 @@
 use ndarray::Array2;
 
 use super::cause::Cause;
-use super::directions::{Coordinate, Direction, loose, null_space};
+use super::directions::{Coordinate, Direction, factored, loose};
 use super::model::{Model, rms};
 use super::noise::{Linear, Noise};
 use super::records::Records;
-use super::solver::{Minimum, cholesky, dot};
+use super::solver::{Minimum, dot};
 use super::verdict::{Judged, Misfit, spectrum};
 use super::{Search, is_same};
 use crate::Result;
@@ -143,17 +143,7 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
         .map(|(column, size)| column.iter().map(|v| v / size).collect())
         .collect();
     let row = |a: &Vec<f64>| scaled.iter().map(|b| dot(a, b)).collect();
-    let mut information: Vec<Vec<f64>> = scaled.iter().map(row).collect();
-    let none = null_space(&information);
-    for vector in &none {
-        for i in 0..vector.len() {
-            for j in 0..vector.len() {
-                information[i][j] += vector[i] * vector[j];
-            }
-        }
-    }
-    let count = found.at.len();
-    let lower = cholesky(&information).unwrap_or_else(|| unit(count));
+    let (lower, unknown) = factored(scaled.iter().map(row).collect(), &sizes);
     let linear = Linear {
         columns: &scaled,
         lower: &lower,
@@ -167,27 +157,12 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
             .zip(&sizes)
             .for_each(|(c, size)| *c /= sizes[i] * size);
     }
-    let unscaled = |vector: &Vec<f64>| {
-        let change: Vec<f64> = vector
-            .iter()
-            .zip(&sizes)
-            .map(|(v, size)| v / size)
-            .collect();
-        let length = dot(&change, &change).sqrt();
-        change.iter().map(|v| v / length).collect()
-    };
     Noted {
         noise,
-        unknown: none.iter().map(unscaled).collect(),
+        unknown,
         loose: loose(&covariance),
         covariance,
     }
-}
-
-fn unit(count: usize) -> Vec<Vec<f64>> {
-    (0..count)
-        .map(|i| (0..count).map(|j| f64::from(u8::from(i == j))).collect())
-        .collect()
 }
 
 type Circumstances = (Vec<Search>, Option<Horizon>, f64);

@@ -36,7 +36,6 @@ pub(super) struct Minimum {
     pub columns: Vec<Vec<f64>>,
     /// Whether the squares fall no more.
     pub is_settled: bool,
-    pub steps: usize,
 }
 
 /// The minimum next to a start. Each step solves `(J^T J + lambda D) d = J^T r` with D the largest diagonal so far;
@@ -98,7 +97,6 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
                     squares,
                     columns,
                     is_settled: true,
-                    steps: step,
                 });
             }
             let tried = match problem.residual(&next) {
@@ -123,7 +121,6 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
                 squares,
                 columns,
                 is_settled: step > 0,
-                steps: step,
             });
         };
         (at, residual, squares) = (next, new, now);
@@ -135,7 +132,6 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
         squares,
         columns,
         is_settled: false,
-        steps: MOST_STEPS,
     })
 }
 

@@ -5,13 +5,13 @@
 //! all), by Fisher's F beside the fitted unknowns; and by its variance in cells of time and site, and where the signal
 //! is against where it is not. Each family is wrong in 2 % of fits to noise alone.
 
-use column_fft::{Columns, ColumnsMut, Complex, RealToComplexColumns};
 use serde::Serialize;
 
 use super::noise::Noise;
 use super::records::Records;
 use super::solver::{cholesky, dot, solved};
 use crate::numeric::fisher_tail;
+use crate::transform::{RecordScratch, RecordTransform};
 
 /// Share of fits to noise alone that a family of tests calls a misfit.
 const ALPHA: f64 = 0.02;
@@ -283,24 +283,16 @@ impl Judged<'_> {
 
 /// Power of the records of sites at frequencies from 0 to the Nyquist frequency, a sum over records.
 pub(super) fn spectrum(grid: &[f64], times: usize, sites: &[usize]) -> Vec<f64> {
+    let transform = RecordTransform::<f64>::new(&vec![1.0; times], times);
+    let mut scratch = RecordScratch::default();
     let mut power = vec![0.0; times / 2 + 1];
-    let Ok(transform) = RealToComplexColumns::<f64>::new(times) else {
-        return power;
-    };
-    let mut spectrum = vec![Complex::default(); power.len()];
-    let bins = spectrum.len();
     for &site in sites {
-        let input = Columns::new(&grid[times * site..times * (site + 1)], times, 1, 1);
-        let output = ColumnsMut::new(&mut spectrum, bins, 1, 1);
-        let (Ok(input), Ok(output)) = (input, output) else {
-            continue;
-        };
-        if transform.process(input, output).is_ok() {
-            power
-                .iter_mut()
-                .zip(&spectrum)
-                .for_each(|(p, z)| *p += z.norm_sqr());
-        }
+        let record = &grid[times * site..times * (site + 1)];
+        let (spectrum, _) = transform.transform(std::iter::once(record), &mut scratch);
+        power
+            .iter_mut()
+            .zip(spectrum)
+            .for_each(|(p, z)| *p += z.norm_sqr());
     }
     power
 }

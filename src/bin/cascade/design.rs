@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::design::{Aim, DesignRequest, Designed, Judge, Limit};
+use wavecascade::design::{Aim, DesignRequest, Designed, Limit};
 use wavecascade::observer::Observer;
 
-use crate::args::choice;
 use crate::described::{Found, ResultArgs};
 use crate::failure::Failure;
+use crate::fit::source_of;
 
 /// The scene with the values found, in the directory of the results.
 const SCENE: &str = "design.toml";
@@ -47,14 +47,10 @@ pub struct DesignArgs {
     #[arg(long, value_name = "MEASURE=VALUE")]
     pub at_most: Vec<String>,
 
-    /// How far a free key may be off when it is made: angle=2deg, coefficients=10%. The design is judged by random ones
-    /// that are off by up to this. May be repeated.
+    /// How far a free key may be off when it is made: angle=2deg, coefficients=10%. The design is judged by the worst
+    /// of random ones that are off by up to this. May be repeated.
     #[arg(long, value_name = "KEY=SPREAD")]
     pub tolerance: Vec<String>,
-
-    /// By which of these designs it is judged.
-    #[arg(long, value_enum, default_value_t = JudgeArg::Worst, requires = "tolerance")]
-    pub judge: JudgeArg,
 
     /// Number of these designs.
     #[arg(long, value_name = "N", default_value_t = 20, requires = "tolerance",
@@ -73,21 +69,10 @@ pub struct DesignArgs {
     pub result: ResultArgs,
 }
 
-choice!(
-    /// [`Judge`] as it is typed.
-    JudgeArg => Judge {
-        Worst => Self::Worst,
-        Mean => Self::Mean,
-    }
-);
-
 impl DesignArgs {
     /// The scene of the file, or of a text in its place.
     pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
-        text.map_or_else(
-            || SceneSource::read(&self.scene),
-            |text| Ok(SceneSource::new(None, text)),
-        )
+        source_of(Some(&self.scene), text)
     }
 
     /// What is asked, and found.
@@ -102,7 +87,6 @@ impl DesignArgs {
             is_most: self.maximize.is_some(),
             limits: limits?,
             tolerances: self.tolerance.clone(),
-            judge: self.judge.into(),
             members: self.members,
             tries: self.tries,
             seed: self.seed,

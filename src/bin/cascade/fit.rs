@@ -1,6 +1,6 @@
 //! `cascade fit`: the chain that did what was measured.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use wavecascade::chain::scene::SceneSource;
@@ -92,15 +92,7 @@ impl Fit {
 
     /// The scene of the file, or of a text without one.
     pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
-        match (text, &self.scene) {
-            (Some(text), _) => Ok(SceneSource::new(None, text)),
-            (None, Some(path)) => SceneSource::read(path),
-            (None, None) => Err(Error::Request {
-                option: "scene",
-                expected: "the scene of the chain, `cascade fit FIELD SCENE`".into(),
-                found: "none".into(),
-            }),
-        }
+        source_of(self.scene.as_deref(), text)
     }
 
     /// Fits the chain of a scene to an opened field.
@@ -111,6 +103,16 @@ impl Fit {
         observer: &dyn Observer,
     ) -> Result<Fitted, Error> {
         self.request().run(field, scene, observer)
+    }
+}
+
+/// A scene as its text, else of a file.
+pub fn source_of(file: Option<&Path>, text: Option<String>) -> Result<SceneSource, Error> {
+    let expected = "the scene of the chain, `cascade fit FIELD SCENE`";
+    match (text, file) {
+        (Some(text), _) => Ok(SceneSource::new(None, text)),
+        (None, Some(path)) => SceneSource::read(path),
+        (None, None) => Err(Error::request("scene", expected, "none")),
     }
 }
 

@@ -13,7 +13,7 @@ use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest, Planned};
 use crate::args::{QuantityArg, choice};
 use crate::described::{Found, ResultArgs};
 use crate::failure::Failure;
-use crate::fit::InstrumentArgs;
+use crate::fit::{InstrumentArgs, source_of};
 use crate::parse;
 use crate::show_args::stated;
 
@@ -78,10 +78,7 @@ choice!(
 impl PlanArgs {
     /// The scene of the file, or of a text in its place.
     pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
-        text.map_or_else(
-            || SceneSource::read(&self.scene),
-            |text| Ok(SceneSource::new(None, text)),
-        )
+        source_of(Some(&self.scene), text)
     }
 
     /// What is asked, and found.

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use column_fft::{Columns, ColumnsMut, Complex, RealToComplexColumns};
+use num_complex::Complex;
+
+use crate::transform::{RecordScratch, RecordTransform};
 
 /// A symmetric matrix.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,17 +109,12 @@ impl Sums {
 
 /// Orthonormal cosine transform: bin k is at the frequency `k / (2 n dt)`, and sums of products stay what they are. The
 /// mirrored record has no jump, so that ends do not look like high frequencies.
-pub(super) fn cosines(record: &[f64]) -> Vec<f64> {
+pub(in crate::fit) fn cosines(record: &[f64]) -> Vec<f64> {
     let n = record.len();
     let mirrored: Vec<f64> = record.iter().chain(record.iter().rev()).copied().collect();
-    let mut spectrum = vec![Complex::default(); n + 1];
-    let transform = RealToComplexColumns::<f64>::new(2 * n);
-    let input = Columns::new(&mirrored, 2 * n, 1, 1);
-    let output = ColumnsMut::new(&mut spectrum, n + 1, 1, 1);
-    if let (Ok(transform), Ok(input), Ok(output)) = (transform, input, output) {
-        // Shapes are those of the plan.
-        let _ = transform.process(input, output);
-    }
+    let transform = RecordTransform::<f64>::new(&vec![1.0; 2 * n], 2 * n);
+    let mut scratch = RecordScratch::default();
+    let (spectrum, _) = transform.transform(std::iter::once(&mirrored[..]), &mut scratch);
     let bin = |k: usize| {
         let angle = -std::f64::consts::PI * k as f64 / (2 * n) as f64;
         let scale = if k == 0 { 1.0 } else { 2.0 } / n as f64;

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use super::super::directions::{Direction, loose, null_space};
+use super::super::directions::{Direction, factored, loose};
 use super::super::key::FreeKey;
 use super::super::model::Model;
 use super::super::result::coordinates;
@@ -118,38 +118,12 @@ impl<'a> Judge<'a> {
 /// The inverse of an information where it is one, and unit vectors of what it says nothing of.
 fn covariance(whole: &Matrix) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let sizes = whole.roots();
-    let mut scaled = whole.scaled(&sizes);
-    let none = null_space(&scaled);
-    for vector in &none {
-        for i in 0..vector.len() {
-            for j in 0..vector.len() {
-                scaled[i][j] += vector[i] * vector[j];
-            }
-        }
-    }
-    let count = sizes.len();
-    let unit = |k: usize| {
-        (0..count)
-            .map(|i| f64::from(u8::from(i == k)))
-            .collect::<Vec<f64>>()
-    };
-    let lower = cholesky(&scaled).unwrap_or_else(|| (0..count).map(unit).collect());
+    let (lower, none) = factored(whole.scaled(&sizes), &sizes);
     let row = |k: usize| {
-        let row = solved(&lower, &unit(k));
-        row.iter()
-            .zip(&sizes)
-            .map(|(c, size)| c / (size * sizes[k]))
-            .collect()
+        let mut unit = vec![0.0; sizes.len()];
+        unit[k] = 1.0;
+        let row = solved(&lower, &unit).into_iter().zip(&sizes);
+        row.map(|(c, size)| c / (size * sizes[k])).collect()
     };
-    let covariance = (0..count).map(row).collect();
-    let none = none.iter().map(|vector| {
-        let change: Vec<f64> = vector
-            .iter()
-            .zip(&sizes)
-            .map(|(v, size)| v / size)
-            .collect();
-        let length = change.iter().map(|c| c * c).sum::<f64>().sqrt();
-        change.iter().map(|c| c / length).collect()
-    });
-    (covariance, none.collect())
+    ((0..sizes.len()).map(row).collect(), none)
 }

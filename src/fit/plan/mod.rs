@@ -218,7 +218,11 @@ impl PlanRequest {
         let columns = model.columns(&origin, &mut Vec::new())?;
         let size = used.size();
         if size == 0.0 {
-            return Err(wrong("quantity", "records of what moves", "zeros alone"));
+            return Err(Error::request(
+                "quantity",
+                "records of what moves",
+                "zeros alone",
+            ));
         }
         let sigma = self.sigma(&records.units[1], size)?;
         let problem = Planning {
@@ -254,7 +258,7 @@ impl PlanRequest {
         let samples = (end / step * (1.0 + 1e-12)) as usize + 1;
         if !(2..=1 << 24).contains(&samples) {
             let expected = format!("a rate with 2 to {} samples up to {end:e}", 1 << 24);
-            return Err(wrong("rate", &expected, &format!("{samples}")));
+            return Err(Error::request("rate", expected, samples.to_string()));
         }
         let count = match self.quantity {
             Quantity::Force => setup.simulation.chain.n_contacts(),
@@ -266,7 +270,11 @@ impl PlanRequest {
                 "1 to {}, one for each body that can be measured",
                 bodies.len()
             );
-            return Err(wrong("sensors", &expected, &self.sensors.to_string()));
+            return Err(Error::request(
+                "sensors",
+                expected,
+                self.sensors.to_string(),
+            ));
         }
         let records = Records {
             quantity: self.quantity,
@@ -292,22 +300,11 @@ impl PlanRequest {
                     } else {
                         unit
                     };
-                    Err(wrong(
-                        "noise",
-                        &format!("a value in {unit}, or a share such as 2%"),
-                        own,
-                    ))
+                    let expected = format!("a value in {unit}, or a share such as 2%");
+                    Err(Error::request("noise", expected, own))
                 }
             },
         }
-    }
-}
-
-fn wrong(option: &'static str, expected: &str, found: &str) -> Error {
-    Error::Request {
-        option,
-        expected: expected.to_owned(),
-        found: found.to_owned(),
     }
 }
 
