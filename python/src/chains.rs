@@ -62,6 +62,12 @@ impl Run {
         let file = RunFile::of(parts).map_err(value_error)?;
         Ok(Run(Arc::new(file)))
     }
+
+    /// The scene that it is of.
+    #[getter]
+    fn scene(&self) -> &str {
+        &self.0.setup.text
+    }
 }
 
 /// Texts by their names.
@@ -152,7 +158,7 @@ pub fn budget<'py>(
                 (found, Some(read.motion.report))
             }
             (run, _) => {
-                measured::refuse_options_of_fields(&typed.measured)?;
+                measured::refuse_options_of_fields(&typed.measured.input, measured::WITH_SCENE)?;
                 let file = match (run, &path) {
                     (Some(run), _) => run,
                     (None, Some(path)) => Arc::new(RunFile::read(path)?),
@@ -340,6 +346,7 @@ pub fn compare(
     });
     let threads = typed.how.threads.map(usize::from);
     let work = |observer: &dyn Observer| -> std::result::Result<_, Failure> {
+        typed.refuse_options_of_fields()?;
         typed.views.refuse_without_effect()?;
         let mut files = Vec::new();
         for (path, held) in paths.iter().zip(held) {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::Observer;
 use wavecascade::report::Provenance;
 
@@ -74,3 +75,35 @@ macro_rules! of_scene {
 
 of_scene!(design, Design, "design");
 of_scene!(plan, Plan, "plan");
+
+/// `cascade compare` of a field and a run, or the scene of its text.
+#[pyfunction]
+#[pyo3(signature = (field, scene_text, words, progress=None))]
+pub fn compare_field<'py>(
+    py: Python<'py>,
+    field: Source,
+    scene_text: Option<String>,
+    words: Vec<String>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let typed = typed!(&words, Compare);
+    let (opener, from) = (field.opener(), field.from());
+    let threads = typed.how.threads.map(usize::from);
+    let work = |observer: &dyn Observer| -> Result<Made, Failure> {
+        let path = opener.path();
+        let name = path.clone().unwrap_or_else(|| PathBuf::from("field"));
+        let field = opener.open(&typed.input, None, None)?;
+        let found = on_threads(threads, || match scene_text {
+            Some(text) => typed.against(&field, &SceneSource::new(None, text), observer),
+            None => typed.find(&field, observer),
+        });
+        let found = found.map_err(|error| error.of_file(&name))?;
+        let input = path.map(|path| path.display().to_string());
+        let provenance = Provenance::new(provenance(&words), input, None);
+        let name = name.file_stem().unwrap_or_default().to_string_lossy();
+        Made::new("compare", found, &name, provenance)
+    };
+    let done = watch::run(py, progress.as_ref(), work)?;
+    let done = done.map_err(|error| faults::of_failure(py, error, from))?;
+    done.into_python(py)
+}

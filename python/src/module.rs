@@ -31,7 +31,7 @@ mod _native {
     #[pymodule_export]
     use super::fft::{c2c, c2r, r2c};
     #[pymodule_export]
-    use super::fit::{design, fit, plan};
+    use super::fit::{compare_field, design, fit, plan};
     #[pymodule_export]
     use super::page::{Page, report};
     #[pymodule_export]
@@ -41,7 +41,7 @@ mod _native {
     #[pymodule_export]
     use super::triads::triads;
     #[pymodule_export]
-    use super::{program, scene_keys};
+    use super::{is_run_file, program, scene_keys};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)]
@@ -54,6 +54,12 @@ fn program(py: Python<'_>, words: Vec<std::ffi::OsString>) -> u8 {
     // Words are given once in the life of a process, as for the program.
     let _ = crate::words::GIVEN.set(words);
     py.detach(crate::program)
+}
+
+/// Whether a file is that of a run; one that cannot be read is said to be so where it is read.
+#[pyfunction]
+fn is_run_file(path: std::path::PathBuf) -> bool {
+    !path.is_file() || wavecascade::field::is_run_file(&path).unwrap_or(true)
 }
 
 /// The keys of scenes.

@@ -38,12 +38,16 @@ def test_a_chain_is_fitted_to_its_own_run():
     assert found.attrs["answer"]
 
 
-def test_a_measurement_is_planned():
+def test_a_measurement_is_planned_and_a_field_compared():
     scene = {"sites": 6, "stiffness_ratio": 2.0, "tangent": 0.02, "end_time": 12.0, "samples": 200}
     with pytest.warns(wc.CascadeWarning, match="still fall"):
         planned = wc.plan_sensors(scene, free=["stiffness_ratio", "tangent"], sensors=2, noise="2%")
     assert len(json.loads(planned.attrs["bodies"])) == 2
     assert (planned["error_all"] <= planned["error"]).all()
+    run = wc.simulate(scene)
+    for other in (run, scene):
+        found = wc.compare(run["velocity"], other)
+        assert "agree to the error of runs" in found.attrs["answer"]
     with pytest.raises(ValueError, match="1 to 6"):
         wc.plan_sensors(scene, free="tangent", sensors=7)
 

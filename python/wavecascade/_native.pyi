@@ -17,11 +17,13 @@ __all__ = [
     "c2r",
     "combine",
     "compare",
+    "compare_field",
     "design",
     "estimate",
     "filter",
     "fit",
     "inspected",
+    "is_run_file",
     "join",
     "localize",
     "open",
@@ -73,6 +75,8 @@ class Page:
 @final
 class Run:
     def __new__(cls, arrays: dict[str, npt.NDArray[np.float64]], texts: dict[str, str]) -> Run: ...
+    @property
+    def scene(self) -> str: ...
 
 @final
 class Partial:
@@ -128,6 +132,10 @@ def budget(
 def design(scene_text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def plan(scene_text: str | None, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...
 def fit(
+    field: _Source, scene_text: str | None, words: list[str], progress: _Progress = None
+) -> dict[str, Any]: ...
+def is_run_file(path: str) -> bool: ...
+def compare_field(
     field: _Source, scene_text: str | None, words: list[str], progress: _Progress = None
 ) -> dict[str, Any]: ...
 def triads(moved: Run | _Source, words: list[str], progress: _Progress = None) -> dict[str, Any]: ...

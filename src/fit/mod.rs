@@ -10,6 +10,7 @@
 //! Whether noise explains what is left is tested ([`Misfit`]). Derivatives J are central differences of runs.
 
 mod cause;
+mod compare;
 mod directions;
 mod gradient;
 mod key;
@@ -28,6 +29,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 pub use cause::Cause;
+pub use compare::{AtBody, Attenuated, CompareRequest, Comparison, InBand};
 pub use directions::Direction;
 pub use gradient::gradient;
 pub use key::FreeKey;

@@ -4,6 +4,8 @@
 //! has taken from it is given back: with `P = J H^-1 J^T` the residual of noise of covariance S has the covariance
 //! `(1 - P) S (1 - P)`.
 
+use num_complex::Complex;
+
 use super::solver::{dot, solved};
 
 /// Highest order of the autoregression, and fewest samples a site for each order.
@@ -27,7 +29,7 @@ pub(super) struct Linear<'a> {
 }
 
 /// Autoregressive noise.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Noise {
     /// `r_i = sum_k a_k r_(i-k) + white`.
     pub coefficients: Vec<f64>,
@@ -132,6 +134,17 @@ impl Noise {
     pub fn independent(&self) -> f64 {
         let squares: f64 = self.correlation[1..].iter().map(|c| c * c).sum();
         self.samples as f64 / (1.0 + 2.0 * squares)
+    }
+
+    /// The power spectral density over that of white noise, at cycles a sample.
+    pub fn density(&self, frequency: f64) -> f64 {
+        let lags = self.coefficients.iter().zip(&self.correlation[1..]);
+        let white = 1.0 - lags.map(|(a, c)| a * c).sum::<f64>();
+        let turn =
+            |k: usize| Complex::from_polar(1.0, -std::f64::consts::TAU * frequency * k as f64);
+        let each = self.coefficients.iter().enumerate();
+        let gain = Complex::from(1.0) - each.map(|(k, a)| a * turn(k + 1)).sum::<Complex<f64>>();
+        white / gain.norm_sqr().max(f64::MIN_POSITIVE)
     }
 
     /// A column times the correlation, site by site.

@@ -1,4 +1,4 @@
-//! `cascade plan` as a stranger runs it.
+//! `cascade plan` and `cascade compare FIELD RUN` as a stranger runs them.
 
 use test_support::place::Place;
 
@@ -41,6 +41,47 @@ fn regress_a_measurement_is_planned() {
         (
             "plan scene.toml --free tangent --sensors 2 --rate 0 --force",
             "a rate",
+        ),
+    ] {
+        let said = place.refuses(2, line);
+        assert!(said.contains(named), "{line}: {said}");
+    }
+}
+
+#[test]
+fn regress_a_field_is_compared_with_a_run() {
+    let place = Place::new();
+    std::fs::write(place.path("scene.toml"), SCENE).unwrap();
+    std::fs::write(place.path("other.toml"), SCENE.replace("2.0", "2.1")).unwrap();
+    place.says("simulate scene.toml --out run.npz");
+    place.says("simulate other.toml --out other.npz");
+    place.says("convert run.npz field.csv");
+    let said = place.says("compare field.csv run.npz --out same --figures png");
+    assert!(said.contains("agree to the error of runs"), "{said}");
+    let said = place.says("compare field.csv other.toml --out parts");
+    assert!(
+        said.contains("measurement and run differ") && said.lines().count() <= 12,
+        "{said}"
+    );
+    assert_eq!(
+        place.json("parts/summary.json")["schema"],
+        "cascade.compare-field/1"
+    );
+    assert!(place.path("parts/compare-field.npz").exists());
+    place.says("compare field.csv other.npz --out parts --force -q");
+    for (line, named) in [
+        (
+            "compare run.npz other.npz --bodies 1,2 --out a",
+            "a measured field",
+        ),
+        (
+            "compare run.npz other.npz --dt 1 --out a",
+            "a measured field",
+        ),
+        ("compare field.csv run.npz --modes --out a", "two runs"),
+        (
+            "compare field.csv run.npz --bodies 1,2 --out a",
+            "one for each site",
         ),
     ] {
         let said = place.refuses(2, line);

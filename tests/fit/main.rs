@@ -1,5 +1,6 @@
 //! Chains fitted to records.
 
+mod compare;
 mod coverage;
 mod errors;
 mod known;

@@ -18,6 +18,7 @@ from wavecascade._arrays.runs import run_of, seal
 from wavecascade._keywords.advice import advising
 from wavecascade._keywords.options import (
     BudgetOptions,
+    CompareOptions,
     DesignOptions,
     FieldOptions,
     FitOptions,
@@ -197,30 +198,43 @@ def budget(
 
 
 def compare(
-    first: Any, second: Any, *, progress: Progress = None, **options: Unpack[BudgetOptions]
+    first: Any, second: Any, *, progress: Progress = None, **options: Unpack[CompareOptions]
 ) -> Any:
-    """The energy budgets of two runs, and by how much they differ.
+    """The energy budgets of two runs, or a measured field against a run at its places and times.
 
     Parameters
     ----------
-    first, second
-        Runs as for :func:`budget`. Edges and windows that are chosen for the first hold for both.
+    first
+        A run as for :func:`budget`, or a field as for :func:`analyze`.
+    second
+        A run; beside a field also keys of a scene as a dictionary, or the path of a scene. Of two runs,
+        edges and windows that are chosen for the first hold for both.
     progress
         As for :func:`analyze`.
     **options
-        The options of ``cascade compare``: ``only``, ``filter``, ``scales``, and so on.
+        Those of ``cascade compare``; of runs ``only``, ``filter``, ``scales`` and so on; of a field
+        ``bodies=[3, 7, 11]``, ``within="5%"``, ``threads``, and how it is read.
 
     Returns
     -------
-    pandas.DataFrame or dict
-        A row for each number that both have, by its path in ``summary.json``: ``first``, ``second`` and
-        their ``difference``. The whole is the attribute ``summary``, in JSON.
+    pandas.DataFrame, xarray.Dataset or dict
+        Of runs a row for each number that both have, by its path in ``summary.json``: ``first``,
+        ``second`` and their ``difference``; the whole is the attribute ``summary``, in JSON. Of a field
+        ``measured``, ``run``, ``residual`` ``(time, body)``; ``arrival_measured``, ``arrival_run``,
+        ``peak_measured``, ``peak_run`` ``(body)``; ``energy_ratio_low``, ``energy_ratio_high``,
+        ``coherence`` ``(band)``; the attribute ``answer`` says where they agree and where they part.
 
     Raises
     ------
     ValueError
-        For options that do not fit, runs that do not compare, or a dataset that is no run.
+        For options that do not fit, runs that do not compare, records that are not of the chain, or a
+        dataset that is no run.
+    OSError
+        For a file that cannot be read.
     """
+    handle = None if is_path(first) else run_of(first)
+    if handle is None and not (is_path(first) and _native.is_run_file(os.fspath(first))):
+        return _compare_field(first, second, dict(options), progress)
     moved: list[Any] = []
     names = []
     for which, run in (("first", first), ("second", second)):
@@ -238,6 +252,23 @@ def compare(
     rows = list(found["difference"])
     columns = {side: np.array([found[side][row] for row in rows]) for side in found}
     return frame({"number": np.array(rows), **columns}, {"summary": text}, page)
+
+
+def _compare_field(field: Any, run: Any, typed: dict[str, Any], progress: Progress) -> xr.Dataset:
+    """A measured field against a run, or the chain of a scene."""
+    handle = None if is_path(run) else run_of(run)
+    text, file = (handle.scene, []) if handle is not None else _scene(run)
+    of: Any = source(field, typed)
+    name = os.fspath(of[0]) if isinstance(of, list) else "field"
+    own = frozenset(CompareOptions.__annotations__) - frozenset(BudgetOptions.__annotations__)
+    allowed = own | {"threads"} | frozenset(FieldOptions.__annotations__)
+    with advising(allowed, of):
+        said = words("compare", typed, allowed, [name, *(file or ["run"])])
+        found = _native.compare_field(of, text, said, observed(progress))
+    warn(found)
+    out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
+    hold(out, found["page"])
+    return out
 
 
 def _leaves(tree: Any, path: str = "") -> Iterator[tuple[str, float]]:

@@ -196,6 +196,13 @@ class BudgetOptions(FieldOptions, total=False):
     drift: Literal["none", "constant", "linear"]
 
 
+class CompareOptions(BudgetOptions, total=False):
+    """The options of ``cascade compare``."""
+
+    bodies: int | Sequence[int]
+    within: float | str
+
+
 class TriadsOptions(FieldOptions, total=False):
     """The options of ``cascade triads``."""
 

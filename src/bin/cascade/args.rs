@@ -80,8 +80,15 @@ pub enum Command {
     /// scales larger than l. Each states by how much its balance over time fails to close.
     #[command(after_help = "Example: cascade budget dimer.npz")]
     Budget(Box<crate::budget::Budget>),
-    /// Compare the budgets of two runs on one page.
-    #[command(after_help = "Example: cascade compare localized.npz dispersive.npz")]
+    /// Compare a measured field with a run, or the budgets of two runs.
+    ///
+    /// Of a field and a run, or its scene: arrivals, largest values, energies, coherence and what is left by body and by
+    /// frequency, attenuation, what moved; where they agree, and where they part, told from the noise. Of two runs: their
+    /// budgets on one page.
+    #[command(
+        after_help = "Examples: cascade compare records.csv run.npz --bodies 2,4,6\n          \
+                            cascade compare localized.npz dispersive.npz"
+    )]
     Compare(Box<crate::compare::Compare>),
     /// Simulate a chain: from a scene to a run file.
     ///

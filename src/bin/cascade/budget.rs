@@ -22,7 +22,7 @@ use crate::described::tell;
 use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::{ColorArgs, FigureArgs};
-use crate::measured::{self, MeasuredArgs, MeasuredInput, refuse_options_of_fields};
+use crate::measured::{self, MeasuredArgs, MeasuredInput, WITH_SCENE, refuse_options_of_fields};
 use crate::progress::Progress;
 use crate::view_args::ViewArgs;
 
@@ -67,7 +67,7 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
     let opened = FileState::at(&typed.run)?;
     let source = match &typed.measured.scene {
         None => {
-            refuse_options_of_fields(&typed.measured)?;
+            refuse_options_of_fields(&typed.measured.input, WITH_SCENE)?;
             if typed.run.is_file() && !is_run_file(&typed.run)? {
                 return Err(Failure::Library(Error::Request {
                     option: "scene",

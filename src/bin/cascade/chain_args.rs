@@ -137,7 +137,7 @@ impl SweepCommand {
 }
 
 /// Options of a command of many runs: threads, memory, output.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct How {
     /// Worker threads [default: one a core]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]

@@ -1,35 +1,39 @@
-//! `cascade compare`: the budgets of two runs on one page.
+//! `cascade compare`: the budgets of two runs on one page, or a measured field against a run.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::Value;
-use wavecascade::Error;
 use wavecascade::budget::Budget;
-use wavecascade::chain::scene::Units;
-use wavecascade::field::{FileState, file_hash};
+use wavecascade::chain::scene::{SceneSource, Units};
+use wavecascade::field::{FileState, file_hash, is_run_file};
+use wavecascade::fit::{CompareRequest, Comparison};
 use wavecascade::observer::Observer;
 use wavecascade::plot::{Style, save_all, views};
 use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_html};
 use wavecascade::sheet::Sheet;
+use wavecascade::{Error, Field};
 
-use crate::analyze::use_threads;
+use crate::analyze::{open_options, print_notes, use_threads};
+use crate::args::Input;
 use crate::budget::{command, compute, name_of};
 use crate::chain_args::How;
-use crate::described::tell;
+use crate::described::{Found, ResultArgs, tell};
 use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
+use crate::measured::{refuse_options_of_fields, without_field};
+use crate::parse;
 use crate::progress::Progress;
 use crate::view_args::ViewArgs;
 
 /// What `cascade compare` takes.
 #[derive(Debug, Args)]
 pub struct Compare {
-    /// Run file of `cascade simulate`, for example of a chain that carries a localized wave.
+    /// Run file of `cascade simulate`, for example of a chain that carries a localized wave; or a measured field.
     pub first: PathBuf,
-    /// Another, for example of a dispersive one.
+    /// Another run, for example of a dispersive chain; beside a field a run or its scene.
     pub second: PathBuf,
     /// Directory for the results.
     #[arg(long, short, value_name = "DIR", default_value = "comparison")]
@@ -37,12 +41,75 @@ pub struct Compare {
     /// Replace an existing result.
     #[arg(long)]
     pub force: bool,
+    /// Of a field, the body of each site, or of forces the contact [default: by the positions, else by the numbers of the
+    /// sites].
+    #[arg(long, value_delimiter = ',', value_name = "BODY,..")]
+    pub bodies: Option<Vec<usize>>,
+    /// Of a field, the relative difference of energies up to which they agree [default: 5%].
+    #[arg(long, value_name = "SHARE", value_parser = parse::share)]
+    pub within: Option<f64>,
     #[command(flatten)]
     pub how: How,
     #[command(flatten)]
     pub views: ViewArgs,
     #[command(flatten)]
+    pub input: Input,
+    #[command(flatten)]
     pub figures: FigureArgs,
+}
+
+impl Compare {
+    /// Whether the first file is a run; others are fields.
+    pub fn is_of_runs(&self) -> Result<bool, Error> {
+        Ok(!self.first.is_file() || is_run_file(&self.first)?)
+    }
+
+    /// That no option of fields is there beside two runs.
+    pub fn refuse_options_of_fields(&self) -> Result<(), Error> {
+        let own = [
+            ("bodies", self.bodies.is_some()),
+            ("within", self.within.is_some()),
+        ];
+        let typed = own
+            .into_iter()
+            .find(|(_, typed)| *typed)
+            .map(|(option, _)| option);
+        let expected = "a measured field before the run, which it is of";
+        match typed {
+            Some(option) => Err(without_field(option, expected)),
+            None => refuse_options_of_fields(&self.input, expected),
+        }
+    }
+
+    /// A field against the chain of a run, or of a scene.
+    pub fn find(&self, field: &Field, observer: &dyn Observer) -> Result<Comparison, Error> {
+        let scene = match is_run_file(&self.second)? {
+            true => SceneSource::new(Some(&self.second), RunFile::read(&self.second)?.setup.text),
+            false => SceneSource::read(&self.second)?,
+        };
+        self.against(field, &scene, observer)
+    }
+
+    /// A field against the chain of a scene.
+    pub fn against(
+        &self,
+        field: &Field,
+        scene: &SceneSource,
+        observer: &dyn Observer,
+    ) -> Result<Comparison, Error> {
+        if let Some(option) = self.views.typed() {
+            return Err(Error::request(
+                option,
+                "two runs, whose budgets it is of",
+                "a field and a run",
+            ));
+        }
+        let request = CompareRequest {
+            bodies: self.bodies.clone(),
+            within: self.within.unwrap_or(CompareRequest::default().within),
+        };
+        request.run(field, scene, observer)
+    }
 }
 
 /// The budgets of two runs.
@@ -116,6 +183,10 @@ impl Compared {
 
 /// Runs the command.
 pub fn run(typed: Compare) -> Result<(), Failure> {
+    if !typed.is_of_runs()? {
+        return run_of_field(typed);
+    }
+    typed.refuse_options_of_fields()?;
     let drawing = typed.figures.drawing()?;
     typed.views.refuse_without_effect()?;
     let progress = Progress::new(!typed.how.quiet && std::io::stderr().is_terminal());
@@ -156,6 +227,30 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
         Some(&main),
     )?;
     drawing.present(&main)
+}
+
+fn run_of_field(typed: Compare) -> Result<(), Failure> {
+    let result = ResultArgs {
+        out: Some(typed.out.clone()),
+        force: typed.force,
+        figures: typed.figures.clone(),
+        how: typed.how.clone(),
+    };
+    result.make((&typed.first, "npy"), "compare", |progress| {
+        let field = Field::open(&typed.first, &open_options(&typed.input, None))?;
+        print_notes(&field, typed.how.quiet);
+        let found = typed.find(&field, progress);
+        let found = found.map_err(|error| error.of_file(&typed.first))?;
+        field
+            .file_state()
+            .as_ref()
+            .map_or(Ok(()), FileState::check)?;
+        Ok(Found {
+            hash: field.content_hash.clone(),
+            beside: None,
+            found,
+        })
+    })
 }
 
 /// Two names that differ.

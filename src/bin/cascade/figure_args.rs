@@ -12,7 +12,7 @@ use crate::parse;
 use crate::present::PresentArgs;
 
 /// Formats and size of figures.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Figures")]
 pub struct FigureArgs {
     /// Formats of the figures [default: png]; none leaves the report out too.
@@ -33,7 +33,7 @@ pub struct FigureArgs {
 }
 
 /// Colours of maps.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Figures")]
 pub struct ColorArgs {
     /// Colours of the maps in figures [default: viridis].

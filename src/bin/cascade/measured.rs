@@ -9,7 +9,8 @@ use wavecascade::budget::measured::{
 use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
 use wavecascade::chain::scene::{SceneSource, Setup, Units};
 use wavecascade::field::Axis;
-use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
+use wavecascade::fit::Scales;
+use wavecascade::measure::{Measure, Speed};
 use wavecascade::observer::Observer;
 use wavecascade::report::{ArrayFile, write_measured_arrays};
 use wavecascade::{Error, Field, Result};
@@ -102,22 +103,22 @@ pub fn of_field(
     views: &ViewArgs,
 ) -> Result<MeasuredInput> {
     if setup.simulation.drive.is_some() {
-        return Err(Error::Request {
-            option: "scene",
-            expected: "a chain that nothing drives: what a drive does is not measured".into(),
-            found: "a driven one".into(),
-        });
+        return Err(Error::request(
+            "scene",
+            "a chain that nothing drives: what a drive does is not measured",
+            "a driven one",
+        ));
     }
     if setup.units == Units::Si {
         to_si(&mut field, path)?;
     }
     let is_stated = typed.input.dt.is_some() || typed.input.rate.is_some();
     if !is_stated && field.time.unit.is_none() && field.time.step == 1.0 {
-        return Err(Error::Request {
-            option: "dt",
-            expected: "the time step, in the units of the scene".into(),
-            found: "none stated, and none known from the file".into(),
-        });
+        return Err(Error::request(
+            "dt",
+            "the time step, in the units of the scene",
+            "none stated, and none known from the file",
+        ));
     }
     let unit = (setup.units == Units::Si).then_some("m/s");
     let options = MeasuredOptions {
@@ -163,42 +164,28 @@ pub fn of_field(
     Ok(MeasuredInput { motion, request })
 }
 
-/// Puts the axes of a field that state units into seconds and metres, which an SI scene is in.
+/// Puts the axes of a field into seconds and metres, which an SI scene is in.
 fn to_si(field: &mut Field, path: &Path) -> Result<()> {
-    axis_to_si::<Time>(&mut field.time, path, "times")?;
-    axis_to_si::<Length>(&mut field.space, path, "positions")?;
-    let size = field.unit.as_deref().and_then(measure::size::<Speed>);
-    match (&field.unit, size) {
-        (Some(unit), Some(size)) if size != 1.0 => Err(Error::Unfit {
+    let scales = Scales::of(field, Units::Si).map_err(|error| error.of_file(path))?;
+    let scale = |axis: &mut Axis, size: f64, unit: &str| {
+        if axis.unit.is_some() {
+            *axis = Axis {
+                origin: size * axis.origin,
+                step: size * axis.step,
+                unit: Some(unit.to_owned()),
+            };
+        }
+    };
+    scale(&mut field.time, scales.time, "s");
+    scale(&mut field.space, scales.length.unwrap_or(1.0), "m");
+    match &field.unit {
+        Some(unit) if scales.sample != 1.0 => Err(Error::Unfit {
             path: path.to_owned(),
             expected: "velocities in m/s beside a scene in SI".into(),
             found: unit.clone(),
         }),
         _ => Ok(()),
     }
-}
-
-fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<()> {
-    let Some(unit) = axis.unit.clone() else {
-        return Ok(());
-    };
-    let convert = |value: f64| Measure::<D>::parse(&format!("{value:e} {unit}"));
-    let (Some(origin), Some(step)) = (convert(axis.origin), convert(axis.step)) else {
-        return Err(Error::Unfit {
-            path: path.to_owned(),
-            expected: format!(
-                "{what} in one of {} beside a scene in SI",
-                measure::units::<D>()
-            ),
-            found: unit,
-        });
-    };
-    *axis = Axis {
-        origin: origin.value,
-        step: step.value,
-        unit: Some(D::UNITS[0].0.to_owned()),
-    };
-    Ok(())
 }
 
 impl MeasuredInput {
@@ -209,8 +196,16 @@ impl MeasuredInput {
     }
 }
 
+/// What an option for a measured field expects, where there is none.
+pub const WITH_SCENE: &str = "`--scene` beside it: a run file states its axes itself";
+
+/// An option for a measured field without one.
+pub fn without_field(option: &'static str, expected: &str) -> Error {
+    Error::request(option, expected, "a run")
+}
+
 /// That no option for a measured field was given without one.
-pub fn refuse_options_of_fields(typed: &MeasuredArgs) -> Result<()> {
+pub fn refuse_options_of_fields(typed: &Input, expected: &str) -> Result<()> {
     let Input {
         layout,
         dt,
@@ -233,7 +228,7 @@ pub fn refuse_options_of_fields(typed: &MeasuredArgs) -> Result<()> {
         header,
         time_column,
         read,
-    } = &typed.input;
+    } = typed;
     let given = [
         ("layout", layout.is_some()),
         ("dt", dt.is_some()),
@@ -259,10 +254,6 @@ pub fn refuse_options_of_fields(typed: &MeasuredArgs) -> Result<()> {
     ];
     match given.into_iter().find(|(_, given)| *given) {
         None => Ok(()),
-        Some((option, _)) => Err(Error::Request {
-            option,
-            expected: "`--scene` beside it: a run file states its axes itself".into(),
-            found: "no scene".into(),
-        }),
+        Some((option, _)) => Err(without_field(option, expected)),
     }
 }

@@ -79,6 +79,26 @@ pub enum FilterArg {
 }
 
 impl ViewArgs {
+    /// The first option that was typed, by name.
+    pub fn typed(&self) -> Option<&'static str> {
+        let options = [
+            ("only", !self.only.is_empty()),
+            ("modes", self.modes),
+            ("from-samples", self.from_samples),
+            ("filter", self.filter != FilterArg::Gaussian),
+            ("scales", !self.scales.is_empty()),
+            ("map-scale", self.map_scale.is_some()),
+            ("band-edge-frequency", self.band_edge_frequency.is_some()),
+            ("band-edge-wavenumber", self.band_edge_wavenumber.is_some()),
+            ("between", !self.between.is_empty()),
+            ("window-samples", self.window_samples.is_some()),
+            ("window-sites", self.window_sites.is_some()),
+        ];
+        options
+            .into_iter()
+            .find_map(|(option, typed)| typed.then_some(option))
+    }
+
     /// That no option is for a view that `--only` leaves out.
     pub fn refuse_without_effect(&self) -> Result<(), Error> {
         let has = |view| self.only.is_empty() || self.only.contains(&view);

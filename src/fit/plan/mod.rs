@@ -32,7 +32,8 @@ use crate::observer::Observer;
 use crate::sweep::quantity;
 use crate::{Error, Result};
 use choice::{Chosen, choose, even};
-use information::{Matrix, Sums, cosines};
+pub(super) use information::cosines;
+use information::{Matrix, Sums};
 use judge::Judge;
 
 /// Normal quantile of 95 % intervals.
