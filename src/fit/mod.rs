@@ -13,6 +13,7 @@ mod cause;
 mod compare;
 mod directions;
 mod gradient;
+mod kept;
 mod key;
 mod model;
 mod noise;
@@ -24,6 +25,7 @@ mod shown;
 mod solver;
 mod verdict;
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
@@ -42,6 +44,7 @@ use crate::chain::scene::SceneSource;
 use crate::numeric::{split_mix, unit_interval};
 use crate::observer::{CancelOnly, Observer};
 use crate::{Error, Field, Result};
+use kept::{Kept, Searched};
 use key::refuse;
 use model::{Model, Nuisances, rms};
 use solver::{Minimum, Problem, minimize};
@@ -85,6 +88,8 @@ pub struct FitRequest {
     pub starts: usize,
     /// Of the other starts.
     pub seed: u64,
+    /// Directory that keeps each search once it has ended: the same fit resumes there.
+    pub resume: Option<PathBuf>,
 }
 
 impl Default for FitRequest {
@@ -97,6 +102,7 @@ impl Default for FitRequest {
             gain_error: None,
             starts: 5,
             seed: 0,
+            resume: None,
         }
     }
 }
@@ -119,7 +125,8 @@ impl FitRequest {
     ///
     /// # Errors
     /// [`Error::Request`] for keys that cannot be fitted, records that are not of the chain, too few samples, and
-    /// chains that amplify rounding from the start; [`Error::Scene`] for the scene; [`Error::Cancelled`].
+    /// chains that amplify rounding from the start; [`Error::Scene`] for the scene; [`Error::OutputInUse`] for a directory
+    /// with another fit; [`Error::Cancelled`].
     pub fn run(
         &self,
         field: &Field,
@@ -167,7 +174,7 @@ impl FitRequest {
                 .map_err(|_| amplifies(until, share))?;
         }
         model.records = used;
-        let (mut best, searches) = self.search(&model)?;
+        let (mut best, searches, runs) = self.search(&model)?;
         for _ in 0..REPEATED {
             if model.nuisances.gain_weight == 0.0 {
                 break;
@@ -184,7 +191,7 @@ impl FitRequest {
         if let Some(misfit) = &fitted.misfit {
             fitted.cause = cause::cause(&model, &best, &misfit.bodies)?;
         }
-        fitted.runs = counted.runs();
+        fitted.runs = counted.runs() + runs;
         Ok(fitted)
     }
 
@@ -227,36 +234,38 @@ impl FitRequest {
         }
     }
 
-    /// The best minimum, and where all searches ended.
-    fn search(&self, model: &Model) -> Result<(Minimum, Vec<Search>)> {
+    /// The best minimum, where all searches ended, and their runs.
+    fn search(&self, model: &Model) -> Result<(Minimum, Vec<Search>, u64)> {
         let mut first = vec![0.0; model.unknowns()];
         if model.nuisances.shift {
             first[model.keys.len()] = aligned(model, &first)?;
         }
         model.observer.stage("searches", self.starts as u64);
-        let starts: Vec<Vec<f64>> = (0..self.starts)
+        let kept = Kept::open(self, model)?;
+        let found: Vec<Result<Searched>> = (0..self.starts)
             .into_par_iter()
-            .map(|search| match search {
-                0 => first.clone(),
-                search => self.candidate(model, &first, search),
-            })
-            .collect();
-        let found: Vec<Result<Minimum>> = starts
-            .par_iter()
-            .map(|start| {
-                let found = minimize(model, start);
+            .map(|search| {
+                let found = kept.search(search, model, |model| {
+                    let start = match search {
+                        0 => first.clone(),
+                        search => self.candidate(model, &first, search),
+                    };
+                    let found = minimize(model, &start)?;
+                    Ok((start, found))
+                });
                 model.observer.advance(1);
                 found
             })
             .collect();
         let mut best: Option<Minimum> = None;
-        let mut searches = Vec::new();
+        let (mut searches, mut runs) = (Vec::new(), 0);
         let mut failed = None;
-        for (start, found) in starts.iter().zip(found) {
+        for found in found {
             match found {
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error @ (Error::Cancelled | Error::Write { .. })) => return Err(error),
                 Err(error) => failed = failed.or(Some(error)),
-                Ok(found) => {
+                Ok((start, found, of_search)) => {
+                    runs += of_search;
                     let values = |at: &[f64]| {
                         model
                             .keys
@@ -266,7 +275,7 @@ impl FitRequest {
                             .collect()
                     };
                     searches.push(Search {
-                        start: values(start),
+                        start: values(&start),
                         end: values(&found.at),
                         missed: (found.squares / model.records.known() as f64).sqrt(),
                         is_settled: found.is_settled,
@@ -281,7 +290,11 @@ impl FitRequest {
             }
         }
         match (best, failed) {
-            (Some(best), _) => Ok((best, searches)),
+            (Some(mut best), _) => {
+                // With the steps of no search, so that a resumed fit has the same bits.
+                best.columns = model.columns(&best.at, &mut Vec::new())?;
+                Ok((best, searches, runs))
+            }
             (None, error) => Err(error.unwrap_or(Error::Cancelled)),
         }
     }

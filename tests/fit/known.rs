@@ -1,10 +1,12 @@
 //! Values that are known are found again, with the intervals of the closed form.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use ndarray::Array2;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::field::Quantity;
-use wavecascade::fit::Records;
-use wavecascade::observer::Silent;
+use wavecascade::fit::{Fitted, Records};
+use wavecascade::observer::{Observer, Silent};
 use wavecascade::sheet::Describe;
 
 use super::made::Measurement;
@@ -15,7 +17,7 @@ fn chain(kappa: f64, speed: f64, tangent: f64) -> String {
     )
 }
 
-fn assert_near(found: &wavecascade::fit::Fitted, name: &str, expected: f64, most: f64) {
+fn assert_near(found: &Fitted, name: &str, expected: f64, most: f64) {
     let value = found.value(name).unwrap();
     let off = (value.value / expected - 1.0).abs();
     println!("{name}: {} off by {off:e}, {}", value.value, value.shown());
@@ -227,4 +229,70 @@ fn val_parseval_spectra_of_the_residual() {
             "{samples}: {integral} {mean}"
         );
     }
+}
+
+/// Cancels once so many searches have ended, and counts how often it is asked: of a run at least once.
+struct Impatient {
+    most: u64,
+    ended: AtomicU64,
+    asked: AtomicU64,
+}
+
+impl Impatient {
+    fn after(most: u64) -> Impatient {
+        let [ended, asked] = [AtomicU64::new(0), AtomicU64::new(0)];
+        Impatient { most, ended, asked }
+    }
+}
+
+impl Observer for Impatient {
+    fn stage(&self, _: &'static str, _: u64) {}
+
+    fn advance(&self, units: u64) {
+        self.ended.fetch_add(units, Ordering::Relaxed);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        self.ended.load(Ordering::Relaxed) >= self.most
+    }
+}
+
+/// A fit that was stopped goes on where it was, with the same bits and fewer runs; another one is refused there.
+#[test]
+fn regress_a_stopped_fit_resumes() {
+    let made = Measurement::of(&[2, 7], 200, 14.0);
+    let field = made.measured(&chain(2.0, 1.0, 0.01));
+    let scene = SceneSource::new(None, chain(1.8, 1.0, 0.02));
+    let mut request = made.request(&["stiffness_ratio=1..3", "tangent=0..0.1"]);
+    request.starts = 4;
+    let patient = Impatient::after(u64::MAX);
+    let whole = request.run(&field, &scene, &patient).unwrap();
+    let place = test_support::place::Place::new();
+    request.resume = Some(place.path("journal"));
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    let stopped = one.install(|| request.run(&field, &scene, &Impatient::after(1)));
+    assert!(matches!(stopped, Err(wavecascade::Error::Cancelled)));
+    let kept = std::fs::read_to_string(place.path("journal/members.jsonl")).unwrap();
+    assert!((1..4).contains(&kept.lines().count()), "{kept}");
+    let resumed = request.run(&field, &scene, &Silent).unwrap();
+    let short = Impatient::after(u64::MAX);
+    let again = request.run(&field, &scene, &short).unwrap();
+    let [short, long] = [short, patient].map(|observer| observer.asked.into_inner());
+    assert!(2 * short < long, "{short} of {long}");
+    // The sheet has every number, those of the runs among them.
+    let numbers = |fitted: &Fitted| serde_json::to_string(&fitted.describe().numbers).unwrap();
+    for other in [&resumed, &again] {
+        assert_eq!(numbers(other), numbers(&whole));
+        assert_eq!(other.residual, whole.residual);
+    }
+    request.seed = 1;
+    let error = request
+        .run(&field, &scene, &Silent)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("holds another fit"), "{error}");
 }

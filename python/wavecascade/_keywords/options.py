@@ -219,6 +219,7 @@ class FitOptions(FieldOptions, total=False):
     gain_error: float | str
     starts: int
     seed: int
+    resume: str
     threads: int
 
 

@@ -71,6 +71,11 @@ pub struct Fit {
     #[arg(long, value_name = "SEED", default_value_t = FitRequest::default().seed)]
     pub seed: u64,
 
+    /// Save each search in this directory as soon as it has ended; after an interrupt, a kill or `--max-time`, the same
+    /// command resumes.
+    #[arg(long, value_name = "DIR")]
+    pub resume: Option<PathBuf>,
+
     #[command(flatten)]
     pub input: Input,
     #[command(flatten)]
@@ -87,6 +92,7 @@ impl Fit {
             gain_error: self.instruments.gain_error,
             starts: self.starts,
             seed: self.seed,
+            resume: self.resume.clone(),
         }
     }
 
