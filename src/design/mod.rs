@@ -23,6 +23,15 @@ const LOCAL_ERROR: f64 = 1e-8;
 /// What a design loses that exceeds a limit by all of it, over the size of the measure.
 const PENALTY: f64 = 10.0;
 
+/// By which of its members a design with tolerances is judged.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Judge {
+    #[default]
+    Worst,
+    Mean,
+}
+
 /// What is designed, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignRequest {
@@ -34,6 +43,7 @@ pub struct DesignRequest {
     pub limits: Vec<Limit>,
     /// Spreads of free keys: `angle=2deg`, `coefficients=10%`.
     pub tolerances: Vec<String>,
+    pub judge: Judge,
     /// Designs off the nominal one, within the tolerances.
     pub members: usize,
     /// Designs that are tried; by default 60, or 100 and 60 for each of several keys.
@@ -50,6 +60,7 @@ impl DesignRequest {
             is_most: false,
             limits: Vec::new(),
             tolerances: Vec::new(),
+            judge: Judge::default(),
             members: 20,
             tries: None,
             seed: 0,
@@ -284,10 +295,14 @@ impl DesignRequest {
         if self.is_most { -measure } else { measure }
     }
 
-    /// What counts of a design: the worst of its members; infinite if one does not tell.
-    fn counted(&self, members: impl Iterator<Item = Option<f64>>) -> f64 {
+    /// What counts of a design by its members; infinite if one does not tell.
+    fn counted(&self, members: impl ExactSizeIterator<Item = Option<f64>>) -> f64 {
+        let number = members.len() as f64;
         let each = members.map(|m| m.map_or(f64::INFINITY, |m| self.signed(m)));
-        each.fold(f64::NEG_INFINITY, f64::max)
+        match self.judge {
+            Judge::Worst => each.fold(f64::NEG_INFINITY, f64::max),
+            Judge::Mean => each.sum::<f64>() / number,
+        }
     }
 
     /// By how much limits are exceeded, relative to them.

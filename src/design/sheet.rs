@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::{Design, Designed};
+use super::{Design, Designed, Judge};
 use crate::chain::scene::Units;
 use crate::sheet::{
     BLUE, Chart, Describe, GREEN, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number,
@@ -25,7 +25,7 @@ const DEFINITIONS: [[&str; 2]; 2] = [
     ],
     [
         "judged value",
-        "Without tolerances the measure; with them that of the worst design within.",
+        "Without tolerances the measure; with them that of the worst design within, or their mean, as asked.",
     ],
 ];
 
@@ -103,6 +103,7 @@ impl Describe for Designed {
             "tries": self.search.len() - 1,
             "untold": self.untold,
             "beyond_limits": self.beyond,
+            "judge": (!self.after.members.is_empty()).then_some(self.request.judge),
             "values": self.keys.iter().zip(self.before.values.iter().zip(&self.after.values)).map(|(key, (before, after))| json!({
                 "name": key.name, "unit": key.unit, "before": before, "after": after,
                 "low": key.bounds[0], "high": key.bounds[1],
@@ -195,9 +196,10 @@ impl Designed {
 
     fn answer(&self) -> String {
         let [before, after] = self.judged;
-        let what = match self.after.members.is_empty() {
-            true => self.request.aim.words(),
-            false => format!("the worst of {}", self.request.aim.words()),
+        let what = match (self.after.members.is_empty(), self.request.judge) {
+            (true, _) => self.request.aim.words(),
+            (false, Judge::Worst) => format!("the worst of {}", self.request.aim.words()),
+            (false, Judge::Mean) => format!("the mean of {}", self.request.aim.words()),
         };
         let unit = if self.unit().is_empty() {
             String::new()

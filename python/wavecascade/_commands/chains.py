@@ -222,7 +222,7 @@ def compare(
         ``second`` and their ``difference``; the whole is the attribute ``summary``, in JSON. Of a field
         ``measured``, ``run``, ``residual`` ``(time, body)``; ``arrival_measured``, ``arrival_run``,
         ``peak_measured``, ``peak_run`` ``(body)``; ``energy_ratio_low``, ``energy_ratio_high``,
-        ``coherence`` ``(band)``; the attribute ``answer`` says where they agree and where they part.
+        ``correlation`` ``(band)``; the attribute ``answer`` says where they agree and where they part.
 
     Raises
     ------

@@ -244,6 +244,7 @@ class DesignOptions(TypedDict, total=False):
     maximize: str
     at_most: str | Sequence[str]
     tolerance: str | Sequence[str]
+    judge: Literal["worst", "mean"]
     members: int
     tries: int
     seed: int

@@ -82,7 +82,7 @@ pub enum Command {
     Budget(Box<crate::budget::Budget>),
     /// Compare a measured field with a run, or the budgets of two runs.
     ///
-    /// Of a field and a run, or its scene: arrivals, largest values, energies, coherence and what is left by body and by
+    /// Of a field and a run, or its scene: arrivals, largest values, energies, correlation and what is left by body and by
     /// frequency, attenuation, what moved; where they agree, and where they part, told from the noise. Of two runs: their
     /// budgets on one page.
     #[command(

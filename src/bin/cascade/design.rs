@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
-use clap::{ArgGroup, Args};
+use clap::{ArgGroup, Args, ValueEnum};
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::design::{Aim, DesignRequest, Designed, Limit};
+use wavecascade::design::{Aim, DesignRequest, Designed, Judge, Limit};
 use wavecascade::observer::Observer;
 
+use crate::args::choice;
 use crate::described::{Found, ResultArgs};
 use crate::failure::Failure;
 use crate::fit::source_of;
@@ -47,10 +48,14 @@ pub struct DesignArgs {
     #[arg(long, value_name = "MEASURE=VALUE")]
     pub at_most: Vec<String>,
 
-    /// How far a free key may be off when it is made: angle=2deg, coefficients=10%. The design is judged by the worst
-    /// of random ones that are off by up to this. May be repeated.
+    /// How far a free key may be off when it is made: angle=2deg, coefficients=10%. The design is judged by random ones
+    /// that are off by up to this. May be repeated.
     #[arg(long, value_name = "KEY=SPREAD")]
     pub tolerance: Vec<String>,
+
+    /// By which of these designs it is judged.
+    #[arg(long, value_enum, default_value_t = JudgeArg::Worst, requires = "tolerance")]
+    pub judge: JudgeArg,
 
     /// Number of these designs.
     #[arg(long, value_name = "N", default_value_t = 20, requires = "tolerance",
@@ -68,6 +73,14 @@ pub struct DesignArgs {
     #[command(flatten)]
     pub result: ResultArgs,
 }
+
+choice!(
+    /// [`Judge`] as it is typed.
+    JudgeArg => Judge {
+        Worst => Self::Worst,
+        Mean => Self::Mean,
+    }
+);
 
 impl DesignArgs {
     /// The scene of the file, or of a text in its place.
@@ -87,6 +100,7 @@ impl DesignArgs {
             is_most: self.maximize.is_some(),
             limits: limits?,
             tolerances: self.tolerance.clone(),
+            judge: self.judge.into(),
             members: self.members,
             tries: self.tries,
             seed: self.seed,

@@ -29,7 +29,7 @@ pub struct InBand {
     /// The run's energy over that measured without noise: its least and its largest value. NaN where noise hides it.
     pub ratio: [f64; 2],
     /// `(sum Y P)^2 / (sum Y^2 sum P^2)` over records and frequencies.
-    pub coherence: f64,
+    pub correlation: f64,
     /// Energy of the difference over that of the measurement, with the noise.
     pub residual: f64,
 }
@@ -134,7 +134,7 @@ pub(super) fn bands(pair: &Pair) -> Vec<InBand> {
             } else {
                 [f64::NAN; 2]
             },
-            coherence: sums.both.powi(2) / (band.measured * band.run).max(f64::MIN_POSITIVE),
+            correlation: sums.both.powi(2) / (band.measured * band.run).max(f64::MIN_POSITIVE),
             residual: sums.residual / band.measured.max(f64::MIN_POSITIVE),
             ..band
         }

@@ -200,8 +200,14 @@ impl Front {
         [column(0), column(1)]
     }
 
-    /// What is told beside noise of one site; `None` where no sample of the front is known.
-    pub fn told(&self, run: &Curve, known: &[bool], noise: &Noise, step: f64) -> Option<Told> {
+    /// What is told of a record beside noise of one site; `None` where no sample of the front is known.
+    pub fn told(
+        &self,
+        run: &Curve,
+        (measured, known): (&[f64], &[bool]),
+        noise: &Noise,
+        step: f64,
+    ) -> Option<Told> {
         let columns = self.columns(run, known);
         let sizes = columns
             .each_ref()
@@ -224,9 +230,15 @@ impl Front {
         };
         let own = error(&scaled[..1], &[vec![1.0]], 0);
         let lower = cholesky(&matrix)?;
-        let size_error = error(&scaled, &lower, 0);
+        // A front of another shape may lie best at a delay, and at a size, that are none of its own: by as much as what is left of it
+        // beyond noise would change them.
+        let inside = measured.iter().zip(&columns[0]).filter(|(_, p)| **p != 0.0);
+        let squares = inside.map(|(y, p)| (y - self.size * p).powi(2) - noise.sigma.powi(2));
+        let shape = squares.sum::<f64>().max(0.0).sqrt() / TOLD;
+        let size_error = error(&scaled, &lower, 0).hypot(shape / sizes[0]);
         // The derivative along the delay is the rate times the size.
-        let delay_error = error(&scaled, &lower, 1) / self.size.abs().max(f64::MIN_POSITIVE);
+        let size = self.size.abs().max(f64::MIN_POSITIVE);
+        let delay_error = error(&scaled, &lower, 1).hypot(shape / sizes[1]) / size;
         let delay_error = delay_error.hypot(DELAY_RESOLUTION * step);
         // What a share of one variance of the noise lowers the squares by.
         let variance = (own * sizes[0]).powi(2);

@@ -385,7 +385,8 @@ impl<'a> Pair<'a> {
             sigma: self.noise.sigmas[site],
             ..self.noise.clone()
         };
-        let told = |front: &Front| front.told(&curve, known, &noise, self.records.step());
+        let record = (self.measured(site), known);
+        let told = |front: &Front| front.told(&curve, record, &noise, self.records.step());
         let found = told(&front)?;
         if found.is_late || front.delay.abs() <= TOLD * found.delay_error {
             return Some((front, found));

@@ -27,7 +27,7 @@ const DEFINITIONS: [[&str; 2]; 4] = [
          between what they are if all that the run leaves is noise, and if none is.",
     ],
     [
-        "coherence",
+        "correlation",
         "Squared correlation of measurement and run over the records and frequencies of a band.",
     ],
 ];
@@ -85,7 +85,7 @@ impl Describe for Comparison {
         sheet
     }
 
-    /// Records, what is left, energies and coherence by band, arrivals and largest values by body.
+    /// Records, what is left, energies and correlation by band, arrivals and largest values by body.
     fn pictures(&self) -> Vec<PlotRow> {
         let mut rows = PlotRow::grid(
             2,
@@ -264,23 +264,28 @@ impl Comparison {
     /// Fronts of another size.
     fn sizes(&self) -> String {
         let told: Vec<&AtBody> = self.bodies.iter().filter(|at| at.is_other).collect();
-        match told[..] {
-            [] => String::new(),
-            [first, .., last] => {
-                let bodies: Vec<usize> = told.iter().map(|at| at.body).collect();
+        let bodies: Vec<usize> = told.iter().map(|at| at.body).collect();
+        let order = |a: &&&AtBody, b: &&&AtBody| a.size()[0].total_cmp(&b.size()[0]);
+        let ends = told.iter().min_by(order).zip(told.iter().max_by(order));
+        let Some((least, most)) = ends else {
+            return String::new();
+        };
+        let place = self.place(&bodies);
+        match least.size()[1] < most.size()[0] {
+            true => format!(
+                "the run's fronts are {} (at {}) to {} (at {}) as large as measured",
+                times(least.size()),
+                least.body,
+                times(most.size()),
+                most.body
+            ),
+            false => {
+                let size = [most.size()[0], least.size()[1]];
                 format!(
-                    "its front is {} as large at {} ({} at {}) as measured",
-                    times(first.size()),
-                    self.place(&bodies),
-                    times(last.size()),
-                    last.body
+                    "the run's front is {} as large as measured at {place}",
+                    times(size)
                 )
             }
-            [one] => format!(
-                "its front is {} as large as measured at {}",
-                times(one.size()),
-                self.place(&[one.body])
-            ),
         }
     }
 
@@ -347,9 +352,13 @@ impl Comparison {
             );
         }
         let seen = self.bands.iter().filter(|band| !band.ratio[0].is_nan());
-        if let Some(ends) = span(seen.map(|band| band.coherence)) {
-            let [low, high] = ends.map(|coherence| format!("{coherence:.3}"));
-            sheet.fact("coherence", format!("{low} to {high} by band"));
+        if let Some(ends) = span(seen.map(|band| band.correlation)) {
+            let [low, high] = ends.map(|correlation| format!("{correlation:.3}"));
+            let by_band = match low == high {
+                true => low,
+                false => format!("{low} to {high} by band"),
+            };
+            sheet.fact("correlation", by_band);
         }
         let ends = span(self.bodies.iter().map(|at| at.noise)).unwrap_or([0.0; 2]);
         let high = with_unit(ends[1], &self.records.units[1]);
@@ -400,7 +409,7 @@ impl Comparison {
                     true => "below noise".into(),
                     false => times(band.ratio),
                 },
-                format!("{:.3}", band.coherence),
+                format!("{:.3}", band.correlation),
                 percent(band.residual),
             ]
         };
@@ -409,7 +418,7 @@ impl Comparison {
             head: [
                 "band",
                 "energy of the run over measured",
-                "coherence",
+                "correlation",
                 "energy left",
             ]
             .map(str::to_owned)
@@ -450,7 +459,7 @@ impl Comparison {
                 ("band_to", &frequency, |band| band.to),
                 ("energy_ratio_low", "", |band| band.ratio[0]),
                 ("energy_ratio_high", "", |band| band.ratio[1]),
-                ("coherence", "", |band| band.coherence),
+                ("correlation", "", |band| band.correlation),
                 ("residual_by_band", "", |band| band.residual),
             ],
         );
@@ -472,8 +481,11 @@ impl Comparison {
             )
             .marked(Marker::Circle)
         };
-        let coherent = self.bands.iter().map(|band| (middle(band), band.coherence));
-        let coherence = Series::line("coherence", VERMILLION, coherent.collect())
+        let correlated = self
+            .bands
+            .iter()
+            .map(|band| (middle(band), band.correlation));
+        let correlation = Series::line("correlation", VERMILLION, correlated.collect())
             .with(Look::Dashed)
             .marked(Marker::Square);
         let unit = per_time(&self.records.units[0]);
@@ -481,7 +493,7 @@ impl Comparison {
             "by frequency",
             label("frequency f", &unit),
             "ratio",
-            vec![ratio, coherence],
+            vec![ratio, correlation],
         );
         let ends = span(self.bands.iter().map(middle));
         Chart {
