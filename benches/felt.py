@@ -2,8 +2,8 @@
 
     python3 benches/felt.py PROGRAM [OTHER ...] [--rounds 7] [--only sweep]
 
-Every program runs in every round, in turn. Prints the median seconds by the clock and of processor time, and the first program's
-over those of the others.
+Every program runs in every round, in turn. Prints the median seconds by the clock and of processor time,
+and the first program's over those of the others.
 """
 
 import argparse
@@ -16,12 +16,19 @@ import tempfile
 import time
 
 STRUCK = "--sites 300 --stiffness-ratio 4.9272 --end-time 295 --tolerance 1e-8"
+RUN = f"simulate {STRUCK} --samples 4096 --out run.npz"
 FAR = "--stiffness-ratio 4.9272 --end-time 1000 --samples 2 --tolerance 1e-6"
+SWEEP = "--sites 300 --end-time 250 --samples 2 --vary stiffness_ratio=1:1585:64log --tolerance 1e-6"
+KEYS = "stiffness_ratio,striker_velocity"
 GRADIENT = "--sites 100 --stiffness-ratio 4.9272 --end-time 95 --samples 64"
 
 #: Name, what is made before, and what is timed.
 WORK = [
-    ("analyze of a run, 4096 x 300", f"simulate {STRUCK} --samples 4096 --out run.npz", "analyze run.npz --out a"),
+    (
+        "analyze of a run, 4096 x 300",
+        f"simulate {STRUCK} --samples 4096 --out run.npz",
+        "analyze run.npz --out a",
+    ),
     ("the same without pictures", None, "analyze run.npz --figures none --out a"),
     ("simulate, 4096 samples", None, f"simulate {STRUCK} --samples 4096 --out b.npz"),
     ("simulate, 64 samples", None, f"simulate {STRUCK} --samples 64 --out b.npz"),
@@ -32,13 +39,9 @@ WORK = [
     (
         "its gradient by two keys",
         None,
-        f"simulate {GRADIENT} --striker-velocity 1 --gradient stiffness_ratio,striker_velocity --out b.npz",
+        f"simulate {GRADIENT} --striker-velocity 1 --gradient {KEYS} --out b.npz",
     ),
-    (
-        "sweep of 64 ratios, one thread",
-        None,
-        "sweep --sites 300 --end-time 250 --samples 2 --vary stiffness_ratio=1:1585:64log --threads 1 --tolerance 1e-6 --out a",
-    ),
+    ("sweep of 64 ratios, one thread", None, f"sweep {SWEEP} --threads 1 --out a"),
 ]
 
 
@@ -70,9 +73,9 @@ def main():
                 continue
             taken = [[] for _ in programs]
             for _ in range(typed.rounds):
-                for program, times in zip(programs, taken):
+                for program, times in zip(programs, taken, strict=True):
                     times.append(seconds(program, words, folder))
-            medians = [[statistics.median(column) for column in zip(*times)] for times in taken]
+            medians = [[statistics.median(own) for own in zip(*times, strict=True)] for times in taken]
             own, others = medians[0], medians[1:]
             ratios = "; ".join(f"{own[0] / other[0]:.2f}, {own[1] / other[1]:.2f}" for other in others)
             print(f"| {name} | {own[0]:.3f} | {own[1]:.3f} | {ratios} |", flush=True)

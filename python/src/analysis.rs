@@ -79,10 +79,11 @@ pub fn analyze<'py>(
         let mut analysis = analysis.map_err(|error| error.of_file(&name))?;
         match (&run, &path) {
             (Some(run), _) => in_time_of(run, &mut analysis)?,
-            (None, Some(path)) => match &motion_of_run(path)? {
-                Some(run) => in_time_of(run, &mut analysis)?,
-                None => {}
-            },
+            (None, Some(path)) => {
+                if let Some(run) = &motion_of_run(path)? {
+                    in_time_of(run, &mut analysis)?;
+                }
+            }
             (None, None) => {}
         }
         field.check_unchanged()?;

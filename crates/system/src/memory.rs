@@ -36,14 +36,17 @@ pub fn huge_pages(bytes: usize) -> Result<MmapMut> {
 const LARGE: usize = 4 << 20;
 
 /// Asks for huge pages within fresh memory, where it is large and the system has them.
-pub fn ask_for_huge_pages(memory: *mut u8, bytes: usize) {
+///
+/// # Safety
+/// Null, or memory of so many bytes.
+pub unsafe fn ask_for_huge_pages(memory: *mut u8, bytes: usize) {
     #[cfg(target_os = "linux")]
     if bytes >= LARGE && !memory.is_null() {
         const HUGE: usize = 2 << 20;
         let skipped = memory.align_offset(HUGE).min(bytes);
         let whole = (bytes - skipped) / HUGE * HUGE;
-        // SAFETY: the range lies within the memory; advice changes nothing that is stored there. Small pages do as well
-        // where the system refuses.
+        // SAFETY: the range lies within the caller's memory; advice changes nothing that is stored there. Small pages do as
+        // well where the system refuses.
         let _refused =
             unsafe { libc::madvise(memory.add(skipped).cast(), whole, libc::MADV_HUGEPAGE) };
     }

@@ -36,7 +36,8 @@ fn granted(pointer: *mut u8, size: usize) -> *mut u8 {
     if pointer.is_null() && !may_fail() {
         refused(size);
     }
-    ask_for_huge_pages(pointer, size);
+    // SAFETY: the allocator's, of this size.
+    unsafe { ask_for_huge_pages(pointer, size) };
     pointer
 }
 

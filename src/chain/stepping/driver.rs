@@ -41,7 +41,7 @@ const HARDLY_ANY: f64 = 1e-3;
 #[derive(Debug)]
 pub(super) enum Method {
     Pair {
-        tableau: Tableau,
+        tableau: Box<Tableau>,
         corrections: Vec<Correction>,
     },
     Composition(Splitting),

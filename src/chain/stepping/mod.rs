@@ -272,7 +272,7 @@ fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn St
     let system = System::new(task.chain, kernel.clone(), task.drive.cloned());
     let state = initial_state(task, &system);
     let pair = |tableau| Method::Pair {
-        tableau,
+        tableau: Box::new(tableau),
         corrections: kernel.powers().into_iter().map(Correction::new).collect(),
     };
     let method = match task.scheme.composition() {
