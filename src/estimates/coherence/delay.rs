@@ -383,6 +383,8 @@ impl<'a> DelaySearch<'a> {
 
     /// The maximum that Newton's method finds from `tau` on.
     fn climbed(&self, coherent: &[Coherent], mut tau: f64, correction: f64) -> f64 {
+        // Within the lobe that the search found, of which the correction moves the top by more than a point.
+        let most = 0.125 / moment(coherent, 2).sqrt();
         for _ in 0..8 {
             let (mut slope, mut bend) = (0.0, 0.0);
             for one in coherent {
@@ -390,9 +392,8 @@ impl<'a> DelaySearch<'a> {
                 slope -= one.weight * one.bin * sin;
                 bend -= one.weight * one.bin * one.bin * cos;
             }
-            // Within the lobe that the search found.
             let step = slope / bend / TAU;
-            if bend >= 0.0 || step.abs() > 1.0 / self.points() as f64 {
+            if bend >= 0.0 || step.abs() > most {
                 break;
             }
             tau -= step;
