@@ -9,6 +9,8 @@ const REACH: usize = 48;
 const FINE: usize = 32;
 /// A longer window has the same lobes to the digits that matter.
 const LONGEST: usize = 1024;
+/// Most that counts as the variance of a lobe, in squares of bins: the side lobes of a window that does not fall to 0 have no end.
+const WIDEST: f64 = 1.0;
 /// Places between two bins at which the shift of the parabola's top is tabulated.
 const PLACES: usize = 64;
 
@@ -22,6 +24,9 @@ pub(super) struct Lobe {
     pub half: f64,
     /// Width at half of the power, in bins.
     pub width: f64,
+    /// Variance of the lobe, in squares of bins: `sum (w_{n+1} - w_n)^2 / sum w^2` of the window w, over that of one bin; 1/3 of a
+    /// Hann window, and 0 on an axis that is taken as periodic.
+    pub variance: f64,
     /// Whether the axis is taken as periodic: there is no window, and waves that fit do not leak.
     periodic: bool,
     /// Where the top of the parabola through the logarithms of three bins lies, for a wave that is
@@ -46,10 +51,23 @@ impl Lobe {
         let below = power.iter().position(|p| *p < 0.5).unwrap_or(1);
         let (high, low) = (power[below - 1], power[below]);
         let crossing = below as f64 - 1.0 + (high - 0.5) / (high - low);
+        let periodic = window == Window::None;
+        let beside = samples.iter().cycle().skip(1);
+        let rises: f64 = samples
+            .iter()
+            .zip(beside)
+            .map(|(a, b)| (b - a).powi(2))
+            .sum();
+        let energy: f64 = samples.iter().map(|w| w * w).sum();
+        let bin = TAU / samples.len() as f64;
         let mut lobe = Lobe {
+            variance: match periodic {
+                true => 0.0,
+                false => (rises / energy / (bin * bin)).min(WIDEST),
+            },
             half: first_rise.unwrap_or(FINE) as f64 / FINE as f64,
             width: 2.0 * crossing / FINE as f64,
-            periodic: window == Window::None,
+            periodic,
             power,
             envelope,
             tops: Vec::new(),
@@ -113,6 +131,13 @@ pub(super) fn parabola(powers: [f64; 3]) -> f64 {
     }
 }
 
+/// The logarithm of the power at that top.
+pub(super) fn top_of(powers: [f64; 3]) -> f64 {
+    let least = (powers[1] * 1e-30).max(f64::MIN_POSITIVE);
+    let [a, b, c] = powers.map(|p| p.max(least).ln());
+    b + 0.25 * (c - a) * parabola(powers)
+}
+
 fn transform(samples: &[f64], bins: f64) -> f64 {
     let step = TAU * bins / samples.len() as f64;
     let (mut re, mut im) = (0.0, 0.0);
@@ -158,6 +183,7 @@ mod tests {
         assert!((lobe.half - 2.0).abs() < 0.05 && (lobe.width - 1.4406).abs() < 2e-3);
         // The highest side lobe of a Hann window is 31.5 dB below its top.
         assert!((10.0 * lobe.leak(2.1).log10() + 31.47).abs() < 0.05);
+        assert!((lobe.variance - 1.0 / 3.0).abs() < 1e-4);
         assert_eq!(lobe.leak(1.0), 0.0);
         assert!(lobe.leak(100.0) < 1e-9 && lobe.leak(100.0) > 0.0);
     }

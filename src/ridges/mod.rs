@@ -182,7 +182,8 @@ impl Ridges {
 /// ```text
 /// peak of a cut:   S > level * noise,   P(chi2_{2 K} / 2 K > level) = alpha / cells,
 ///                  noise = median / median(chi2_{2 K} / 2 K),
-/// f, k:            top of the parabola through ln S of three bins, corrected for the window,
+/// f, k:            top of the parabola through ln S of three bins, corrected for the window; of the cut, f (or k) plus the
+///                  variance of the window's lobe times d ln S / df: the mean of what the window spreads into it,
 /// group velocity:  2 pi df/dk of a parabola through the points about it, by least squares,
 /// phase velocity:  2 pi f / k.
 /// ```
@@ -466,7 +467,9 @@ impl Search<'_> {
     fn found(&self, cuts: &Cuts<'_>, cut: RidgeCut) -> Vec<Found> {
         let places = cuts.power.ncols();
         let joined = branches::joined(&cuts.peaks(), places, self.request.fewest);
-        let smooth = joined.iter().map(|branch| branches::smooth(branch));
+        let smooth = joined
+            .iter()
+            .map(|branch| branches::smooth(branch, cuts.across.variance));
         smooth.map(|points| Found { cut, points }).collect()
     }
 }
@@ -475,13 +478,14 @@ impl Search<'_> {
 fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> RidgePoint {
     let Point {
         peak,
+        across,
         slope,
         slope_error,
     } = *point;
     let (at, error) = (peak.at, peak.error);
     let (m, j, f_error, k_error, bin) = match cut {
-        RidgeCut::Frequency => (peak.cut as f64, at, 0.0, error * dk, dk),
-        RidgeCut::Wavenumber => (at, peak.cut as f64, error * df, 0.0, df),
+        RidgeCut::Frequency => (across, at, 0.0, error * dk, dk),
+        RidgeCut::Wavenumber => (at, across, error * df, 0.0, df),
     };
     let (frequency, wavenumber) = (m * df, lowest + j * dk);
     let phase_velocity = TAU * frequency / wavenumber;
@@ -519,8 +523,8 @@ fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> Ridg
 /// Place of a point in bins: of frequency, of wavenumber.
 fn bins_of(cut: RidgeCut, point: &Point) -> [f64; 2] {
     match cut {
-        RidgeCut::Frequency => [point.peak.cut as f64, point.peak.at],
-        RidgeCut::Wavenumber => [point.peak.at, point.peak.cut as f64],
+        RidgeCut::Frequency => [point.across, point.peak.at],
+        RidgeCut::Wavenumber => [point.peak.at, point.across],
     }
 }
 

@@ -3,7 +3,7 @@
 use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 
-use super::lobe::{Lobe, parabola};
+use super::lobe::{Lobe, parabola, top_of};
 use crate::numeric::chi_square_level;
 
 /// Cells of a cut over which the median is taken, and the distance from one median to the next.
@@ -29,6 +29,8 @@ pub(super) struct Peak {
     pub at: f64,
     pub error: f64,
     pub power: f64,
+    /// Logarithm of the power at that place.
+    pub height: f64,
     /// Mean power of the noise about it.
     pub noise: f64,
     /// Full width at half maximum, in bins.
@@ -283,6 +285,7 @@ impl Judge<'_, '_> {
             at: i as f64 + at,
             error,
             power: powers[i],
+            height: top_of(three),
             noise,
             width,
         }
