@@ -7,8 +7,8 @@ use super::spacetime::{ByDirection, Frequencies};
 use super::warning::{Sites, Warning};
 use crate::error::Result;
 use crate::moved::{
-    AlongX, Answer, FOLDED, Movement, Options, Place, Profiles, Reason, Source, TOLERANCE, along_x,
-    in_time, quick,
+    AlongX, Answer, ArrivalWindows, FOLDED, Movement, Options, Place, Profiles, Reason, Source,
+    TOLERANCE, along_x, in_time, quick,
 };
 use crate::numeric::sum;
 use crate::observer::Observer;
@@ -66,6 +66,11 @@ pub(super) fn find(
         most_bytes: plan.answer_bytes,
     };
     let along = along_x(prepared, &options, observer)?;
+    let windows = along.window.map(|(width, samples)| ArrivalWindows {
+        arrivals: along.arrivals.clone(),
+        width,
+        samples,
+    });
     let since = since(&along, struck);
     let (wavenumber, along_t) = match plan.request.without_sites.is_empty() {
         true => wavenumbers(plan, prepared, &along, &since, struck),
@@ -85,6 +90,7 @@ pub(super) fn find(
         along_t,
         since,
         period: 1.0 / along.median,
+        windows,
         gain_changes: along.gain_changes,
         gain_steps: along.gain_steps,
         noise: along.noise,

@@ -11,6 +11,7 @@ use super::plan::Plan;
 use super::quality::is_noise;
 use super::result::{Front, FrontLength};
 use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
+use crate::moved::Answer;
 use crate::moved::quick;
 use crate::numeric::lanes::{LaneBlock, WIDTH};
 use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
@@ -315,6 +316,55 @@ pub(super) fn gather(
         low_share,
         high_share,
         headline,
+    }
+}
+
+impl Front {
+    /// The same with the windows of the answer, where noise exceeds a hundredth of the largest value before the wave arrives:
+    /// shares of what is above the noise, means over neighbouring sites.
+    pub(super) fn above_noise(self, answer: &Answer, plan: &Plan, edge: f64) -> Front {
+        let time = &plan.axes.time;
+        let Some(windows) = &answer.windows else {
+            return self;
+        };
+        let later = self.arrival.iter().zip(&windows.arrivals);
+        let later = later.filter_map(|(first, arrival)| {
+            let later = time.at((*arrival)?) - first;
+            later
+                .is_finite()
+                .then_some(later > windows.width * time.step)
+        });
+        let later: Vec<bool> = later.collect();
+        let is_first = matches!(self.length, FrontLength::NoArrival { .. });
+        if !is_first && 2 * later.iter().filter(|later| **later).count() <= later.len() {
+            return self;
+        }
+        let n_sites = self.arrival.len();
+        let mut high_share = vec![f64::NAN; n_sites];
+        if let Some(evidence) = &answer.along_x {
+            for (group, share) in evidence.groups.iter().zip(evidence.above(edge)) {
+                let [a, b] = group.place.rows.map(|row| row - plan.sites.start);
+                high_share[a.min(b)..=a.max(b)].fill(share);
+            }
+        }
+        let fits: Vec<bool> = high_share.iter().map(|share| share.is_finite()).collect();
+        let reference = self.headline.reference.map(|spot| spot.row);
+        let headline = Headline::of(&high_share, &fits, &fits, reference, |row| {
+            (plan.sites.start + row, plan.axes.space.at(row))
+        });
+        let at = |arrival: &Option<usize>| arrival.map_or(f64::NAN, |n| time.at(n));
+        Front {
+            length: FrontLength::Window {
+                window: windows.samples as f64 * time.step,
+                samples: windows.samples,
+                pulse_width: Some(windows.width * time.step),
+            },
+            arrival: windows.arrivals.iter().map(at).collect(),
+            fits,
+            low_share: high_share.iter().map(|share| 1.0 - share).collect(),
+            high_share,
+            headline,
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use super::motion::Motion;
 use crate::analyze::Analysis;
 use crate::chain::Run;
 use crate::error::Result;
-use crate::moved::{Place, Profiles, Source, TOLERANCE, Verdict, in_time};
+use crate::moved::{KEEPS, Place, Profiles, Source, TOLERANCE, Verdict, in_time};
 
 /// Puts what a run knows into the answer of an analysis of all its sites and times: whether the chain loses energy, and, where
 /// displacements were recorded, what moved in wavenumber, of the energy `E(k) = |q^|^2 / 2 + |phi^|^2`, in sines between fixed
@@ -83,6 +83,12 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
         },
     };
     (answer.wavenumber, answer.along_t) = in_time(&source);
+    // A chain whose wavenumbers keep their energies transfers none: what the front is short of follows behind.
+    let movement = &mut answer.frequency;
+    let is_short = movement.verdict == Verdict::Down && movement.energy_ratio < KEEPS;
+    if is_short && !answer.is_lossy && answer.wavenumber.verdict == Verdict::Unchanged {
+        (movement.transfer, movement.lags) = (None, true);
+    }
     Ok(())
 }
 

@@ -90,6 +90,8 @@ pub(crate) struct AlongX {
     pub levels: Vec<[f64; 2]>,
     /// Arrivals that count, by site.
     pub arrivals: Vec<Option<usize>>,
+    /// Of a measured field with fronts: the width of the pulse and the length of the windows, in samples.
+    pub window: Option<(f64, usize)>,
     /// Frequency below which half of the energy lies.
     pub median: f64,
     /// Variance of the noise, summed over the sites: of steady records, that of their white floor.
@@ -112,6 +114,7 @@ impl AlongX {
             first_site: 0,
             levels: Vec::new(),
             arrivals: Vec::new(),
+            window: None,
             median: f64::NAN,
             noise: 0.0,
             gain_changes: Vec::new(),
@@ -159,6 +162,14 @@ pub(crate) fn along_x(
     }
     let live: Vec<bool> = onsets.iter().map(|o| o.peak > LIVE * largest).collect();
 
+    if live.iter().filter(|live| **live).count() < 2 && n_sites > 1 {
+        let left_out = LeftOut {
+            sites: n_sites,
+            not_reached: n_sites - 1,
+            ..LeftOut::default()
+        };
+        return Ok(AlongX::untold(Reason::FewWindows { whole: 1, left_out }));
+    }
     let is_known = share_noise(prepared, &mut onsets, &live, how.noise, observer)?;
     let (steps, changes) = match options.is_simulated() {
         true => (Vec::new(), Vec::new()),
@@ -179,7 +190,13 @@ pub(crate) fn along_x(
     let eligible = fronts.eligible();
     let along = match is_known && fronts.arrive(&eligible) {
         true => fronts.compare(prepared, &eligible, &shape, observer)?,
-        false if !options.is_simulated() && fronts.are_transient() => fronts.untold(Reason::Begins),
+        false if !options.is_simulated() && fronts.are_transient() => {
+            let reason = match fronts.are_faint() {
+                true => Reason::Noise,
+                false => Reason::Begins,
+            };
+            fronts.untold(reason)
+        }
         false => {
             let along = steady::along_x(prepared, options, &fronts.onsets, &fronts.live, observer)?;
             AlongX {
@@ -258,8 +275,33 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
 }
 
 impl Fronts<'_> {
+    /// With windows of the usual length or, if reflections fall into most of them, with the shortest that hold a pulse.
     fn compare(
         mut self,
+        prepared: &Prepared,
+        eligible: &[usize],
+        shape: &NoiseShape,
+        observer: &dyn Observer,
+    ) -> Result<AlongX> {
+        let left_out = self.left_out;
+        let usual = self.compare_in(WIDTHS, prepared, eligible, shape, observer)?;
+        let is_free = self.options.window.is_none() && !self.options.is_simulated();
+        let read = eligible.len().min(GROUPS * NEIGHBOURS);
+        if !is_free || 2 * self.left_out.reflected <= read {
+            return Ok(usual);
+        }
+        self.left_out = left_out;
+        let short = self.compare_in(ENOUGH, prepared, eligible, shape, observer)?;
+        // Between reflections that lie so close, what seems to move may be one that is not told apart.
+        Ok(match short.movement.verdict {
+            Verdict::Unchanged => short,
+            _ => usual,
+        })
+    }
+
+    fn compare_in(
+        &mut self,
+        widths: f64,
         prepared: &Prepared,
         eligible: &[usize],
         shape: &NoiseShape,
@@ -283,7 +325,7 @@ impl Fronts<'_> {
         let longest = sorted[sorted.len() / 3];
         let wanted = options
             .window
-            .unwrap_or((WIDTHS * self.width).round() as usize);
+            .unwrap_or((widths * self.width).round() as usize);
         let is_free = options.window.is_none();
         let goes_on = is_free && wanted > longest && self.width > 0.25 * longest as f64;
         // What nearly all sites have, if it holds a pulse.
@@ -448,21 +490,24 @@ impl Fronts<'_> {
             false => speed::of_windows(&fronts, scale),
         };
         along.has_fronts = true;
+        along.window = (!options.is_simulated()).then_some((self.width, window));
         along.is_struck = is_struck;
         along.first_site = options.first_site;
         along.median = found.groups[0][0].quantile(&kinds[0].grid, 0.5);
         Ok(self.with_levels(along))
     }
 
-    fn untold(self, reason: Reason) -> AlongX {
+    fn untold(&self, reason: Reason) -> AlongX {
         let along = AlongX {
             has_fronts: true,
+            // A pulse lasts half a period and longer.
+            median: 0.5 / (self.width * self.options.dt),
             ..AlongX::untold(reason)
         };
         self.with_levels(along)
     }
 
-    fn with_levels(self, along: AlongX) -> AlongX {
+    fn with_levels(&self, along: AlongX) -> AlongX {
         AlongX {
             arrivals: self
                 .onsets

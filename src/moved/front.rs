@@ -2,7 +2,7 @@
 
 use super::LeftOut;
 use super::along_x::{Options, median};
-use super::onset::Onset;
+use super::onset::{Onset, REACHED};
 use super::share::Spectrum;
 use super::windows::Windows;
 
@@ -11,6 +11,8 @@ const ONE_WAY: f64 = 0.9;
 /// Steadiness of records above which they have no front, and below which they are no steady motion either.
 const STEADY: f64 = 0.5;
 const TRANSIENT: f64 = 0.35;
+/// Widths of the pulse by which an arrival is later than that of what comes back.
+const LATER: f64 = 3.0;
 /// Widths of the pulse within which arrivals are at once.
 const AT_ONCE: f64 = 2.0;
 /// Root mean square of records, over their quiet parts, below which these are none where the motion lasts.
@@ -128,6 +130,14 @@ impl Fronts<'_> {
         median(&mut steadiness) < TRANSIENT
     }
 
+    /// Whether noise that is known hides when the motion comes.
+    pub fn are_faint(&self) -> bool {
+        let live = self.onsets.iter().zip(&self.live).filter(|(_, l)| **l);
+        let known = live.filter_map(|(onset, _)| Some(onset.peak / onset.noise?));
+        let mut above: Vec<f64> = known.collect();
+        median(&mut above) <= REACHED
+    }
+
     fn correlation(&self, sites: &[usize]) -> f64 {
         let n = sites.len() as f64;
         let points = sites.iter().map(|&j| (j as f64, self.arrival(j) as f64));
@@ -207,6 +217,19 @@ impl Fronts<'_> {
         if pairs.len() < 3 || 2 * opposite <= pairs.len() {
             return;
         }
+        // The two arrivals of what comes back add up to the same everywhere. Where the second merges with the first, the next
+        // arrival is that of a later passage.
+        let sum = |j: usize| Some(seconds[j]? as f64 + self.arrival(j) as f64);
+        let common = median(&mut sites.iter().filter_map(|&j| sum(j)).collect::<Vec<_>>());
+        let near = LATER * self.width;
+        let back = |j: usize| {
+            let back = common - self.arrival(j) as f64;
+            (back > self.arrival(j) as f64 - near).then_some(back.max(0.0) as usize)
+        };
+        let second = |j: usize| match (second(j), back(j)) {
+            (Some(second), Some(back)) if second as f64 > back as f64 + near => Some(back),
+            (second, _) => second,
+        };
         for (k, kind) in kinds.iter().enumerate() {
             let mut state: Vec<Option<bool>> = sites
                 .iter()

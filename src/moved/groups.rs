@@ -11,6 +11,8 @@ pub(super) const NEIGHBOURS: usize = 4;
 pub(super) const FEWEST: usize = 2;
 /// Ratio of the parts of the energy that windows hold, at the last and the first group, below which a wave spreads out of them.
 const SPREADS_OUT: f64 = 0.85;
+/// The same of all energy, that below the resolution of the windows too.
+const HOLDS_ALL: f64 = 0.95;
 /// Part of the energy of a window of twice the length that a window may miss and hold all of the wave.
 const HOLDS: f64 = 0.03;
 /// Part of its first energy that a front holds as long as it is followed.
@@ -197,13 +199,17 @@ impl Found<'_> {
             true => [window, twice],
             false => [half, window],
         };
-        let held = |group: Option<&Group>| {
+        let held = |group: Option<&Group>, of: &dyn Fn(&Group) -> f64| {
             let group = group?;
             let same = short.iter().find(|one| one.rows == group.rows)?;
-            Some(same.energy / group.energy)
+            Some(of(same) / of(group))
         };
-        let ends = held(long.first()).zip(held(long.last()));
-        ends.is_some_and(|(first, last)| last < SPREADS_OUT * first)
+        let falls = |most: f64, of: &dyn Fn(&Group) -> f64| {
+            let ends = held(long.first(), of).zip(held(long.last(), of));
+            ends.is_some_and(|(first, last)| last < most * first)
+        };
+        // A pulse that absorption lengthens falls below the resolution of a window, not out of it.
+        falls(SPREADS_OUT, &|group| group.energy) && falls(HOLDS_ALL, &Group::with_drift)
     }
 
     pub fn of_struck_chain(&self, tail: Option<usize>) -> AlongX {

@@ -44,6 +44,8 @@ use share::{Group, Moved};
 
 /// Moves below this share count as none.
 pub const TOLERANCE: f64 = 0.05;
+/// Part of its energy from which on a front keeps it: windows hold a longer pulse to a tenth less.
+pub(crate) const KEEPS: f64 = 0.88;
 
 /// What is said of a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
@@ -317,10 +319,21 @@ pub struct Answer {
     pub(crate) period: f64,
     /// Variance of the noise, summed over the sites.
     pub(crate) noise: f64,
+    /// Of a measured field with fronts: arrivals by site, the width of the pulse and the length of the windows, in samples.
+    pub(crate) windows: Option<ArrivalWindows>,
     /// Channels of a steady record whose gain changes.
     pub(crate) gain_changes: Vec<GainChange>,
     /// Sites from which on gains differ.
     pub(crate) gain_steps: Vec<GainStep>,
+}
+
+/// Windows from arrivals on, in samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ArrivalWindows {
+    pub arrivals: Vec<Option<usize>>,
+    /// Full width at half maximum of the pulse's squared envelope.
+    pub width: f64,
+    pub samples: usize,
 }
 
 /// The least length of at least `samples` with no prime factor above 5.

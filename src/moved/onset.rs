@@ -18,7 +18,7 @@ const ALIKE: f64 = 1.3;
 const SILENT: f64 = 1e-3;
 /// Times the noise that an arrival exceeds, and that the largest amplitude of a site reached does.
 const ARRIVES: f64 = 5.0;
-const REACHED: f64 = 8.0;
+pub(super) const REACHED: f64 = 8.0;
 /// Part of the largest amplitude that an arrival exceeds for the first time.
 const ONSET: f64 = 0.03;
 /// Gaps between beats of one pulse, over the width of its largest.
@@ -241,11 +241,15 @@ impl Envelopes {
         }
         let gap = (BEATS * width as f64) as usize;
         let far = |side: &mut dyn Iterator<Item = &f64>| {
-            let mut last = 0;
+            // The envelope of a burst of noise is one of spikes: it goes on over gaps as long as what it has held so far.
+            let (mut last, mut held) = (0, 0);
             for (n, e) in side.enumerate() {
                 if *e > half {
                     last = n + 1;
-                } else if n > last + gap {
+                }
+                if *e > 0.5 * half {
+                    held = n + 1;
+                } else if n > held + gap.max(held) {
                     break;
                 }
             }

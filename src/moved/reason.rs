@@ -129,8 +129,9 @@ impl Reason {
                     ),
                 }
             }
+            Reason::ShortRecord { times: 1 } => "the record has one time".into(),
             Reason::ShortRecord { times } => format!("the record has {times} times"),
-            Reason::Noise => "the energy does not rise above the noise".into(),
+            Reason::Noise => "the wave does not rise far enough above the noise".into(),
             Reason::Windows { up, down } => format!(
                 "it differs with the window: {} up, {} down at another length",
                 percent(up),
@@ -141,7 +142,10 @@ impl Reason {
                 percent(up),
                 percent(down)
             ),
-            Reason::Errors { bound } => format!("errors hide moves of up to {}", percent(bound)),
+            Reason::Errors { bound } if bound < 1.0 => {
+                format!("errors hide moves of up to {}", percent(bound))
+            }
+            Reason::Errors { .. } => "errors hide moves of any size".into(),
             Reason::Begins => "no quiet part of the records goes before the wave".into(),
             Reason::Origins => "waves of several origins differ".into(),
             Reason::Resolution => "the record holds a few periods of most of the motion".into(),

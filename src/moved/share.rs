@@ -226,6 +226,12 @@ impl Group {
         group
     }
 
+    /// Adds the error that a flat floor leaves in the shares, which is known to this part of the group's energy.
+    pub fn add_floor_error(&mut self, flat: &[f64], error: f64) {
+        let shares = shares(flat).into_iter().zip(&self.cumulative);
+        self.spread = shares.map(|(flat, c)| error * (flat - c).abs()).collect();
+    }
+
     fn of_sums(sum: Vec<f64>, variance: Vec<f64>, members: usize, rows: [usize; 2]) -> Group {
         let n = members as f64;
         let spectrum: Vec<f64> = sum.iter().map(|e| e / n).collect();
@@ -449,6 +455,12 @@ fn error_of(a: &Group, b: &Group, m: usize) -> f64 {
     if n < 2 || n != b.without.len() {
         return (a.variance(m) + b.variance(m)).sqrt();
     }
+    of_parts(a, b, m).hypot(a.spread[m].hypot(b.spread[m]))
+}
+
+/// By the jackknife.
+fn of_parts(a: &Group, b: &Group, m: usize) -> f64 {
+    let n = a.without.len();
     let jackknife = |values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f64> = values.collect();
         let mean = values.iter().sum::<f64>() / n as f64;

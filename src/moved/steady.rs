@@ -16,8 +16,14 @@ const SEGMENTS: usize = 8;
 const SHORTEST: usize = 8;
 /// Degrees of freedom of a bin of their mean: half-overlapping segments under Hann's window count 0.9 each but for the ends.
 const DEGREES: f64 = 2.0 * 0.91 * SEGMENTS as f64;
-/// Share of a group's energy above its white floor from which on the floor is noise and the rest is not.
-const ABOVE_FLOOR: f64 = 0.3;
+/// Share of a group's energy above its white floor from which on the floor is noise and the rest is not, and errors of the
+/// floor that it exceeds.
+const ABOVE_FLOOR: f64 = 0.05;
+const SURELY: f64 = 4.0;
+/// Relative standard error of the lower quartile of so many values is this part of their own over the root of their number; what
+/// neighbours share under Hann's window leaves two of three bins.
+const OF_QUARTILE: f64 = 1.36;
+const APART: f64 = 2.0 / 3.0;
 /// Most that an unchanged verdict may leave open.
 const OPEN: f64 = 0.35;
 /// Groups from which on shares must follow x, and by what correlation.
@@ -161,13 +167,21 @@ pub(super) fn along_x(
         )
     });
     let sums: Vec<_> = sums.filter(|(members, ..)| *members > 0).collect();
-    let most = sums.iter().map(|(.., share)| *share).fold(0.0, f64::max);
-    let has_floor = options.struck.is_none() && most > ABOVE_FLOOR;
+    let bins = flat.iter().sum::<f64>();
+    // Of the floor of a site.
+    let floor_error = OF_QUARTILE * (2.0 / DEGREES / (APART * bins).max(1.0)).sqrt();
+    let is_above = |(members, .., share): &(usize, [usize; 2], Vec<Vec<f64>>, f64, f64)| {
+        *share > ABOVE_FLOOR.max(SURELY * floor_error / (*members as f64).sqrt())
+    };
+    let above = sums.iter().filter(|group| is_above(group)).count();
+    let has_floor = options.struck.is_none() && 2 * above > sums.len();
     let mut left_out = 0;
     let mut told = Vec::new();
-    for (members, rows, mut parts, floor, share) in sums {
+    for group in sums {
+        let is_above = is_above(&group);
+        let (members, rows, mut parts, floor, share) = group;
         if has_floor {
-            if share < ABOVE_FLOOR {
+            if !is_above {
                 left_out += 1;
                 continue;
             }
@@ -177,7 +191,12 @@ pub(super) fn along_x(
                     .for_each(|(p, bins)| *p -= floor * bins);
             }
         }
-        told.push(Group::of_parts(&parts, members, rows, true));
+        let mut group = Group::of_parts(&parts, members, rows, true);
+        if has_floor && share < 1.0 {
+            let error = floor_error / (members as f64).sqrt() * (1.0 - share) / share;
+            group.add_floor_error(&flat, error);
+        }
+        told.push(group);
     }
     told.retain(|group| group.energy > 0.0 && group.energy.is_finite());
     let mut along = untold(match (told.is_empty(), left_out) {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::super::{Analysis, Axes, Undirected};
-use crate::moved::{Answer, Evidence, GroupSpectrum, Movement, Place, Verdict};
+use crate::moved::{Answer, Evidence, GroupSpectrum, KEEPS, Movement, Place, Verdict};
 use crate::sheet::Fact;
 
 /// The verdict, and a fact for its numbers and for each further question; `None` where no answer was requested.
@@ -25,8 +25,6 @@ const EVEN: f64 = 0.1;
 
 /// Part of the sites from which on a verdict is one of all.
 const SPAN: f64 = 0.75;
-/// Part of its energy from which on a front keeps it: windows hold a longer pulse to a tenth less.
-const KEEPS: f64 = 0.88;
 
 /// The words of an answer.
 pub(crate) struct Words<'a> {
@@ -46,6 +44,17 @@ fn share(x: f64) -> String {
 /// What a share is below, rounded up: `2 %`.
 fn below(x: f64) -> String {
     format!("{} %", (100.0 * x).ceil().max(1.0))
+}
+
+/// By which body a front has lost which share of its energy.
+fn lost(of: &Movement) -> (usize, String) {
+    let by = of.to.map_or(0, |place| place.rows[0]);
+    (by, share(1.0 - of.energy_ratio))
+}
+
+/// `1 time`, `2 times`.
+fn counted(n: usize, one: &str) -> String {
+    format!("{n} {one}{}", if n == 1 { "" } else { "s" })
 }
 
 fn short(x: f64) -> String {
@@ -101,6 +110,13 @@ impl<'a> Words<'a> {
     fn verdict(&self) -> String {
         let of = &self.answer.frequency;
         if let Some(reason) = &of.reason {
+            if self.sheds(of) {
+                return format!(
+                    "{}; which way its content moves cannot be told: {}",
+                    self.shed(of),
+                    reason.message()
+                );
+            }
             let advice = reason.advice();
             return format!(
                 "what moves in frequency along x cannot be told: {}; {advice}",
@@ -197,28 +213,19 @@ impl<'a> Words<'a> {
                 "no energy moves up in frequency: the front settles by body {site} and {keeps}"
             );
         }
-        let by = of.to.map_or(0, |place| place.rows[0]);
-        let lost = share(1.0 - of.energy_ratio);
         if self.answer.is_lossy && of.energy_ratio < KEEPS {
             let first = match of.verdict {
                 Verdict::Down => ", high frequencies first",
                 Verdict::Up => ", low frequencies first",
                 _ => "",
             };
+            let (by, lost) = lost(of);
             return format!(
                 "the front loses {lost} by body {by}, to damping too{first}; it never settles"
             );
         }
-        let sheds = format!("the front sheds {lost} by body {by}");
-        let into = match &self.answer.tail {
-            Some(tail) => format!(
-                " into a tail around {}",
-                self.frequency(tail.peak_frequency)
-            ),
-            None => String::new(),
-        };
         let sheds = match of.energy_ratio < KEEPS {
-            true => format!("{sheds}{into}; it never settles"),
+            true => format!("{}; it never settles", self.shed(of)),
             false => "the front never settles".into(),
         };
         let which = sheds.replacen("the front", "which", 1);
@@ -235,15 +242,40 @@ impl<'a> Words<'a> {
             Verdict::Down if of.lags => format!("higher frequencies lag behind the front, {which}"),
             Verdict::Down => format!("energy moves down in frequency: {sheds}"),
             Verdict::Spreads => format!("energy spreads in frequency: {sheds}"),
+            _ if of.energy_ratio >= KEEPS => format!(
+                "no energy moves in frequency (less than {}, at 95 %): the front disperses and keeps its content",
+                below(of.bound)
+            ),
             _ => format!("no energy moves in frequency: {sheds}"),
         }
+    }
+
+    /// Whether the front of a struck chain without losses leaves a part of its energy behind, whatever its content does.
+    fn sheds(&self, of: &Movement) -> bool {
+        let is_known = self.answer.is_struck && !self.answer.is_lossy && of.settled_at.is_none();
+        is_known && of.energy_ratio < KEEPS && of.to.is_some()
+    }
+
+    /// What it leaves behind, and where its tail is.
+    fn shed(&self, of: &Movement) -> String {
+        let (by, lost) = lost(of);
+        let into = match &self.answer.tail {
+            Some(tail) => format!(
+                " into a tail around {}",
+                self.frequency(tail.peak_frequency)
+            ),
+            None => String::new(),
+        };
+        format!("the front sheds {lost} by body {by}{into}")
     }
 
     /// The second line.
     fn numbers(&self) -> String {
         let of = &self.answer.frequency;
         if of.up.is_nan() {
-            return format!("{} times, {} sites", self.axes.n_times, self.axes.n_sites);
+            let [times, sites] = [(self.axes.n_times, "time"), (self.axes.n_sites, "site")]
+                .map(|(n, one)| counted(n, one));
+            return format!("{times}, {sites}");
         }
         let launch = self
             .answer

@@ -220,7 +220,11 @@ impl<'a> Along<'a> {
                 pulse_width,
             } => {
                 let why = match pulse_width {
-                    Some(width) => format!("ten times the pulse's width of {}", time(width)),
+                    Some(width) => format!(
+                        "{:.0} times the pulse's width of {}",
+                        window / width,
+                        time(width)
+                    ),
                     None => "as given".into(),
                 };
                 let found = shares(&front.headline, &*self.place, "the last where it fits");
