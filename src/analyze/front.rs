@@ -320,50 +320,36 @@ pub(super) fn gather(
 }
 
 impl Front {
-    /// The same with the windows of the answer, where noise exceeds a hundredth of the largest value before the wave arrives:
-    /// shares of what is above the noise, means over neighbouring sites.
-    pub(super) fn above_noise(self, answer: &Answer, plan: &Plan, edge: f64) -> Front {
-        let time = &plan.axes.time;
+    /// None where noise exceeds a hundredth of the largest value before the wave arrives, by the arrivals of the answer, at most sites:
+    /// its windows hold that noise.
+    pub(super) fn unless_noise(self, answer: &Answer, plan: &Plan) -> Front {
+        let (time, n_sites) = (&plan.axes.time, self.arrival.len());
         let Some(windows) = &answer.windows else {
             return self;
         };
-        let later = self.arrival.iter().zip(&windows.arrivals);
-        let later = later.filter_map(|(first, arrival)| {
-            let later = time.at((*arrival)?) - first;
-            later
-                .is_finite()
-                .then_some(later > windows.width * time.step)
-        });
-        let later: Vec<bool> = later.collect();
-        let is_first = matches!(self.length, FrontLength::NoArrival { .. });
-        if !is_first && 2 * later.iter().filter(|later| **later).count() <= later.len() {
+        let both = self.arrival.iter().zip(&windows.arrivals);
+        let later = both.filter_map(|(first, arrival)| Some(time.at((*arrival)?) - first));
+        let later: Vec<f64> = later.filter(|later| later.is_finite()).collect();
+        let early = later.iter().filter(|t| **t > windows.width * time.step);
+        let early = early.count();
+        if 2 * early <= later.len() {
             return self;
         }
-        let n_sites = self.arrival.len();
-        let mut high_share = vec![f64::NAN; n_sites];
-        if let Some(evidence) = &answer.along_x {
-            for (group, share) in evidence.groups.iter().zip(evidence.above(edge)) {
-                let [a, b] = group.place.rows.map(|row| row - plan.sites.start);
-                high_share[a.min(b)..=a.max(b)].fill(share);
-            }
-        }
-        let fits: Vec<bool> = high_share.iter().map(|share| share.is_finite()).collect();
-        let reference = self.headline.reference.map(|spot| spot.row);
-        let headline = Headline::of(&high_share, &fits, &fits, reference, |row| {
-            (plan.sites.start + row, plan.axes.space.at(row))
-        });
-        let at = |arrival: &Option<usize>| arrival.map_or(f64::NAN, |n| time.at(n));
+        let nowhere = vec![f64::NAN; n_sites];
+        let fits = vec![false; n_sites];
         Front {
-            length: FrontLength::Window {
-                window: windows.samples as f64 * time.step,
-                samples: windows.samples,
-                pulse_width: Some(windows.width * time.step),
+            length: FrontLength::NoArrival {
+                at_once: early,
+                sites: later.len(),
+                noise: false,
             },
-            arrival: windows.arrivals.iter().map(at).collect(),
+            headline: Headline::of(&nowhere, &fits, &fits, None, |row| {
+                (plan.sites.start + row, plan.axes.space.at(row))
+            }),
+            arrival: nowhere.clone(),
             fits,
-            low_share: high_share.iter().map(|share| 1.0 - share).collect(),
-            high_share,
-            headline,
+            low_share: nowhere.clone(),
+            high_share: nowhere,
         }
     }
 }

@@ -214,7 +214,7 @@ pub enum FrontLength {
     NoPulse,
     /// The window is longer than the record.
     TooLong { window: f64 },
-    /// More than half of the sites move from the first sample on.
+    /// More than half of the sites move from the first sample on, or before the wave arrives.
     NoArrival {
         at_once: usize,
         sites: usize,

@@ -223,9 +223,9 @@ fn passes<T: Real>(
     // All of a chain that moves from the start stands in modes: no front passes.
     let has_front = |answer: &Answer| field.struck.is_none() || answer.has_fronts;
     let front = front.filter(|_| answer.as_ref().is_none_or(has_front));
-    let front = front.map(|front| match (&answer, frequency_edge) {
-        (Some(answer), Some(edge)) => front.above_noise(answer, plan, edge.value()),
-        _ => front,
+    let front = front.map(|front| match &answer {
+        Some(answer) => front.unless_noise(answer, plan),
+        None => front,
     });
     let (along_time, headline_time) = along_time.unzip();
     let by_direction = spacetime

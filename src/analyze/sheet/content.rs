@@ -259,7 +259,7 @@ impl<'a> Along<'a> {
                 noise: false,
             } => format!(
                 "undefined: no front is seen to arrive, since {at_once} of {sites} sites exceed a hundredth \
-                 of the largest value at the first sample, by motion or by noise"
+                 of the largest value before it comes, by motion or by noise"
             ),
         }
     }
