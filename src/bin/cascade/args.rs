@@ -85,10 +85,7 @@ pub enum Command {
     /// Of a field and a run, or its scene: arrivals, largest values, energies, correlation and what is left by body and by
     /// frequency, attenuation, what moved; where they agree, and where they part, told from the noise. Of two runs: their
     /// budgets on one page.
-    #[command(
-        after_help = "Examples: cascade compare records.csv run.npz --bodies 2,4,6\n          \
-                            cascade compare localized.npz dispersive.npz"
-    )]
+    #[command(after_help = "Example: cascade compare records.csv run.npz --bodies 2,4,6")]
     Compare(Box<crate::compare::Compare>),
     /// Simulate a chain: from a scene to a run file.
     ///
