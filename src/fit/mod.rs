@@ -36,7 +36,7 @@ pub use directions::Direction;
 pub use gradient::gradient;
 pub use key::FreeKey;
 pub(crate) use key::settings;
-pub use records::{Records, Scales};
+pub use records::Records;
 pub use result::{Fitted, FittedValue, Horizon};
 pub use verdict::Misfit;
 

@@ -152,20 +152,20 @@ impl Records {
 
 /// What numbers of a field are multiplied by to be in the units of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scales {
-    pub time: f64,
+struct Scales {
+    time: f64,
     /// `None` for scenes without units.
-    pub length: Option<f64>,
-    pub sample: f64,
+    length: Option<f64>,
+    sample: f64,
     /// Of times and samples; empty where the scene has none.
-    pub units: [String; 2],
+    units: [String; 2],
 }
 
 impl Scales {
     /// # Errors
     /// [`Error::Request`] for units that do not belong to the scene's, a field without a time step beside a scene in SI, and a
     /// quantity that no run has.
-    pub fn of(field: &Field, scene: Units) -> Result<Scales> {
+    fn of(field: &Field, scene: Units) -> Result<Scales> {
         let name = |unit: &Option<String>| unit.clone().unwrap_or_default();
         let stated = field.unit.as_deref();
         if scene != Units::Si {

@@ -433,8 +433,8 @@ fn val_construction_bursts_of_noise_are_held() {
             right += usize::from(is_right);
         }
     }
-    // One of them has spikes that windows hold better at the end: a tenth more is said to be gone, and to lag.
-    assert!(told >= 4 && right + 1 >= told, "{told} {right}");
+    // In two of them windows hold other spikes at the end than at the first sites: more is said to be gone, or to lag.
+    assert!(told >= 4 && right >= 4, "{told} {right}");
 }
 
 /// A Lorentzian pulse whose spectrum `exp(-b f)` absorption narrows by `exp(-x f)` becomes a longer one in closed form: what it loses

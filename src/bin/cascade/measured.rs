@@ -9,8 +9,7 @@ use wavecascade::budget::measured::{
 use wavecascade::budget::{Budget, BudgetRequest, BudgetUnits, Integration};
 use wavecascade::chain::scene::{SceneSource, Setup, Units};
 use wavecascade::field::Axis;
-use wavecascade::fit::Scales;
-use wavecascade::measure::{Measure, Speed};
+use wavecascade::measure::{self, Dimension, Length, Measure, Speed, Time};
 use wavecascade::observer::Observer;
 use wavecascade::report::{ArrayFile, write_measured_arrays};
 use wavecascade::{Error, Field, Result};
@@ -164,28 +163,42 @@ pub fn of_field(
     Ok(MeasuredInput { motion, request })
 }
 
-/// Puts the axes of a field into seconds and metres, which an SI scene is in.
+/// Puts the axes of a field that state units into seconds and metres, which an SI scene is in.
 fn to_si(field: &mut Field, path: &Path) -> Result<()> {
-    let scales = Scales::of(field, Units::Si).map_err(|error| error.of_file(path))?;
-    let scale = |axis: &mut Axis, size: f64, unit: &str| {
-        if axis.unit.is_some() {
-            *axis = Axis {
-                origin: size * axis.origin,
-                step: size * axis.step,
-                unit: Some(unit.to_owned()),
-            };
-        }
-    };
-    scale(&mut field.time, scales.time, "s");
-    scale(&mut field.space, scales.length.unwrap_or(1.0), "m");
-    match &field.unit {
-        Some(unit) if scales.sample != 1.0 => Err(Error::Unfit {
+    axis_to_si::<Time>(&mut field.time, path, "times")?;
+    axis_to_si::<Length>(&mut field.space, path, "positions")?;
+    let size = field.unit.as_deref().and_then(measure::size::<Speed>);
+    match (&field.unit, size) {
+        (Some(unit), Some(size)) if size != 1.0 => Err(Error::Unfit {
             path: path.to_owned(),
             expected: "velocities in m/s beside a scene in SI".into(),
             found: unit.clone(),
         }),
         _ => Ok(()),
     }
+}
+
+fn axis_to_si<D: Dimension>(axis: &mut Axis, path: &Path, what: &str) -> Result<()> {
+    let Some(unit) = axis.unit.clone() else {
+        return Ok(());
+    };
+    let convert = |value: f64| Measure::<D>::parse(&format!("{value:e} {unit}"));
+    let (Some(origin), Some(step)) = (convert(axis.origin), convert(axis.step)) else {
+        return Err(Error::Unfit {
+            path: path.to_owned(),
+            expected: format!(
+                "{what} in one of {} beside a scene in SI",
+                measure::units::<D>()
+            ),
+            found: unit,
+        });
+    };
+    *axis = Axis {
+        origin: origin.value,
+        step: step.value,
+        unit: Some(D::UNITS[0].0.to_owned()),
+    };
+    Ok(())
 }
 
 impl MeasuredInput {
