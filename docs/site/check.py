@@ -1,8 +1,9 @@
-"""Opens the built site in Chromium: no broken link, no console error, no network, no page too wide.
+"""Checks the built site: no broken link, and pages of more than 900 words have a table of contents.
 
-    python docs/site/check.py target/site/html [PICTURES]
+    python docs/site/check.py target/site/html [--open [PICTURES]]
 
-Pages of more than 900 words have a table of contents, and the search works without a server.
+With `--open` all pages are opened in Chromium: no console error, no network, no page too wide, no text
+cut off by a box around it, and the search works without a server.
 """
 
 import html.parser
@@ -11,9 +12,15 @@ import shutil
 import sys
 import urllib.parse
 
-from playwright.sync_api import sync_playwright
-
 WIDTHS = (1400, 390)
+#: Texts that a box around them cuts off: the box is narrower than they are, and does not scroll.
+CUT = """
+() => [...document.querySelectorAll("main, main *")].filter((box) => {
+    const style = getComputedStyle(box);
+    return ["hidden", "clip"].includes(style.overflowX) && box.clientWidth > 1
+        && !box.closest(".katex, svg, .js-plotly-plot") && box.scrollWidth > box.clientWidth + 1;
+}).map((box) => `${box.tagName} ${box.textContent.trim().slice(0, 60)}`)
+"""
 LONG = 900
 
 
@@ -78,7 +85,9 @@ def opened(page, path: pathlib.Path, out: pathlib.Path | None) -> list[str]:
     missing = page.evaluate(
         "[...document.images].filter((i) => i.complete && !i.naturalWidth).map((i) => i.src)"
     )
+    cut = page.evaluate(CUT)
     faults = [*page.faults, *([f"{over} pixels too wide"] if over > 0 else [])]
+    faults += [f"cut off: {text}" for text in cut]
     faults += [f"no picture {source}" for source in missing]
     if out:
         name = "-".join(path.with_suffix("").parts[-2:])
@@ -106,28 +115,38 @@ def searched(page, root: pathlib.Path) -> list[str]:
     return [] if "bicoherence" in texts else [f"search: bicoherence is not found: {texts[:200]}"]
 
 
-def main() -> None:
-    root = pathlib.Path(sys.argv[1]).resolve()
-    out = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    if out:
-        out.mkdir(parents=True, exist_ok=True)
-    files = sorted(root.rglob("*.html"))
-    results = [path for path in files if path.parent == root / "gallery"]
-    pages = {path: Page(path) for path in files if path not in results and path.name != "toc.html"}
-    faults = broken(root, pages)
+def all_opened(root: pathlib.Path, files: list[pathlib.Path], out: pathlib.Path | None) -> list[str]:
+    from playwright.sync_api import sync_playwright
+
+    faults = []
     with sync_playwright() as playwright:
         chromium = shutil.which("chromium") or shutil.which("chromium-browser")
         options = ["--no-sandbox", "--disable-background-networking"]
         browser = playwright.chromium.launch(executable_path=chromium, args=options)
         for width in WIDTHS:
             page = window(browser, width)
-            for path in [*pages, *results]:
+            for path in files:
                 faults += opened(page, path, out)
         faults += searched(window(browser, WIDTHS[0]), root)
         browser.close()
-    print(
-        "\n".join(faults) or f"{len(pages)} pages, {len(results)} results at {WIDTHS} pixels: all is well"
-    )
+    return faults
+
+
+def main() -> None:
+    root = pathlib.Path(sys.argv[1]).resolve()
+    is_opened = sys.argv[2:3] == ["--open"]
+    out = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else None
+    if out:
+        out.mkdir(parents=True, exist_ok=True)
+    files = sorted(root.rglob("*.html"))
+    results = [path for path in files if path.parent == root / "gallery"]
+    pages = {path: Page(path) for path in files if path not in results and path.name != "toc.html"}
+    faults = broken(root, pages)
+    said = f"{len(pages)} pages, {sum(len(page.links) for page in pages.values())} links"
+    if is_opened:
+        faults += all_opened(root, [*pages, *results], out)
+        said += f", {len(results)} results, opened at {WIDTHS[0]} and {WIDTHS[1]} pixels"
+    print("\n".join(faults) or f"{said}: all is well")
     sys.exit(bool(faults))
 
 

@@ -1,11 +1,13 @@
 """Writes the sources of the site: the documents, the commands' help, Python's docstrings and the gallery.
 
-    python docs/site/make.py BOOK [--without-gallery]
+    python docs/site/make.py BOOK [--source] [--without-gallery]
 
-`cascade` and the package must be installed where this runs, `node` must find katex in BOOK/node_modules.
+`cascade` must be found where this runs, `node` must find katex in BOOK/node_modules. Docstrings are those
+of the installed package, with `--source` those of its source, which leave out what is compiled.
 docs/site/build does all of it, and mdBook makes pages of what is written here.
 """
 
+import ast
 import html
 import importlib
 import inspect
@@ -17,6 +19,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import types
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -52,7 +55,7 @@ PARTS: list[tuple[str, list[str | tuple[str, str]]]] = [
         "Chains",
         [
             *(f"docs/guide/{name}.md" for name in ("chains", "budgets", "triads", "localized-waves")),
-            *(f"docs/guide/{name}.md" for name in ("attenuation", "fit", "design")),
+            *(f"docs/guide/{name}.md" for name in ("attenuation", "plan", "fit", "design")),
         ],
     ),
     (
@@ -294,6 +297,19 @@ def prose(text: str) -> str:
     )
 
 
+def package_from_source() -> None:
+    """The package without its compiled module, of which docstrings need names alone."""
+    stub = ast.parse((ROOT / "python/wavecascade/_native.pyi").read_text()).body
+    native = types.ModuleType("wavecascade._native")
+    for one in stub:
+        if isinstance(one, ast.ClassDef):
+            setattr(native, one.name, type(one.name, (), {}))
+    native.version = ""
+    native.scene_keys = list
+    sys.modules[native.__name__] = native
+    sys.path.insert(0, str(ROOT / "python"))
+
+
 def functions(title: str) -> str:
     """The docstrings of the package."""
     lines = [f"# {title}", "", "What `help()` says of each; `import wavecascade as wc`.", ""]
@@ -392,6 +408,8 @@ def gallery(site: Site) -> None:
 def main() -> None:
     book = pathlib.Path(sys.argv[1]).resolve()
     book.mkdir(parents=True, exist_ok=True)
+    if "--source" in sys.argv:
+        package_from_source()
     site = Site(book)
     site.documents()
     if "--without-gallery" not in sys.argv:
