@@ -57,7 +57,7 @@ def chains(part):
     sites, end, samples = 300, 295.0, 64
     times = np.linspace(0, end, samples)
     ratios = (4.9272,) if part.quick else (4.9272, 1631.0)
-    rounds = 1 if part.quick else 2
+    rounds = 3
     least = {4.9272: 12, 1631.0: 3.5}
     curves = {}
     for ratio in ratios:
