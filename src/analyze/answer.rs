@@ -8,7 +8,7 @@ use super::warning::{Sites, Warning};
 use crate::error::Result;
 use crate::moved::{
     AlongX, Answer, ArrivalWindows, FOLDED, Movement, Options, Place, Profiles, Reason, Source,
-    TOLERANCE, along_x, in_time, quick,
+    TOLERANCE, Verdict, along_x, in_time, quick,
 };
 use crate::numeric::sum;
 use crate::observer::Observer;
@@ -22,6 +22,8 @@ const FLAT: f64 = 0.6;
 const MEAN_MOTION: f64 = 1.5;
 /// Sites that a struck chain's front has passed before wavenumbers are compared, or a quarter of the chain.
 const PASSED: usize = 10;
+/// Part of the directed energy that goes the other way than arrivals from which on windows hold it.
+const BACK: f64 = 0.25;
 /// Share of directed energy that goes one way where records have no arrivals but a direction.
 const ONE_WAY: f64 = 0.8;
 
@@ -86,6 +88,7 @@ pub(super) fn find(
         is_struck: along.is_struck,
         is_lossy: false,
         has_fronts: along.has_fronts,
+        is_one_way: along.is_one_way,
         along_x: along.evidence,
         along_t,
         since,
@@ -120,6 +123,22 @@ pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
         answer.frequency.without_energies();
     }
     found
+}
+
+/// Withdraws what moves along x where arrivals run one way and nothing is seen to come back, though a good part of the energy does.
+/// `samples`: the sum of squares of the prepared samples.
+pub(super) fn returns(answer: &mut Answer, plan: &Plan, spacetime: &Frequencies, samples: f64) {
+    let of = &mut answer.frequency;
+    if !answer.is_one_way || matches!(of.verdict, Verdict::Unchanged | Verdict::Untold) {
+        return;
+    }
+    let (plus, minus) = by_sign(&spacetime.directions);
+    // Noise goes both ways.
+    let noise = answer.noise * plan.axes.n_times as f64 / samples * (plus + minus);
+    let [plus, minus] = [plus, minus].map(|part| (part - 0.5 * noise).max(0.0));
+    if plus.min(minus) > BACK * (plus + minus) {
+        *of = of.clone().but_untold(Reason::Returns);
+    }
 }
 
 /// Rows from which on a struck chain's front is well inside, to its arrival at the far end.

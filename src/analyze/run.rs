@@ -188,13 +188,12 @@ fn passes<T: Real>(
     let undirected = spacetime.as_ref().zip(columns.as_ref());
     let undirected = undirected.and_then(|(found, columns)| {
         let samples = sum(&columns.energies) / plan.segments.count() as f64;
-        answer::withheld(
-            plan,
-            answer.as_ref(),
-            found,
-            samples,
-            field.struck.is_some(),
-        )
+        let is_simulated = field.struck.is_some();
+        let withheld = answer::withheld(plan, answer.as_ref(), found, samples, is_simulated);
+        if let Some(answer) = answer.as_mut().filter(|_| withheld.is_none()) {
+            answer::returns(answer, plan, found, samples);
+        }
+        withheld
     });
     clock.lap(plan, "answer");
     let power_unit = if stored == 1.0 { unit } else { 1.0 };

@@ -161,6 +161,11 @@ impl Warning {
         }
     }
 
+    /// Whether most of the energy lies in a line that all sites have in common.
+    pub(super) fn is_hum(&self) -> bool {
+        matches!(self, Warning::CommonMode { share, line: Some(_), .. } if *share > 0.5)
+    }
+
     /// Takes the line from what is common to all sites: pulses hum at no frequency. Whether the warning holds of them.
     pub(super) fn is_of_pulses(&mut self) -> bool {
         match self {

@@ -82,6 +82,8 @@ pub(crate) struct AlongX {
     pub speed: Option<Speed>,
     /// Whether waves arrive; else the record is steady.
     pub has_fronts: bool,
+    /// Whether arrivals of a measured field run one way, and nothing is seen to come back.
+    pub is_one_way: bool,
     /// Whether the front is that of a struck chain.
     pub is_struck: bool,
     /// The site of the file that comes first.
@@ -110,6 +112,7 @@ impl AlongX {
             evidence: None,
             speed: None,
             has_fronts: false,
+            is_one_way: false,
             is_struck: false,
             first_site: 0,
             levels: Vec::new(),
@@ -285,9 +288,16 @@ impl Fronts<'_> {
     ) -> Result<AlongX> {
         let left_out = self.left_out;
         let usual = self.compare_in(WIDTHS, prepared, eligible, shape, observer)?;
-        let is_free = self.options.window.is_none() && !self.options.is_simulated();
+        let is_simulated = self.options.is_simulated();
         let read = eligible.len().min(GROUPS * NEIGHBOURS);
-        if !is_free || 2 * self.left_out.reflected <= read {
+        let is_short = match is_simulated {
+            true => matches!(
+                usual.movement.reason,
+                Some(Reason::ShortChain { .. } | Reason::FewWindows { .. })
+            ),
+            false => 2 * self.left_out.reflected > read,
+        };
+        if self.options.window.is_some() || !is_short {
             return Ok(usual);
         }
         self.left_out = left_out;
@@ -295,6 +305,8 @@ impl Fronts<'_> {
         // Between reflections that lie so close, what seems to move may be one that is not told apart.
         Ok(match short.movement.verdict {
             Verdict::Unchanged => short,
+            Verdict::Untold => usual,
+            _ if is_simulated => short,
             _ => usual,
         })
     }
@@ -414,7 +426,7 @@ impl Fronts<'_> {
             let site = one.site;
             seen[site] = Some(one);
         }
-        self.drop_reflected(&mut seen, &kinds);
+        let comes_back = self.drop_reflected(&mut seen, &kinds);
         let lone = |site: usize| seen[site].as_ref();
         // Whole groups alone, by kind of window.
         let of_kind = |kind: usize| -> Vec<Group> {
@@ -490,6 +502,7 @@ impl Fronts<'_> {
             false => speed::of_windows(&fronts, scale),
         };
         along.has_fronts = true;
+        along.is_one_way = sense != 0.0 && !comes_back && !options.is_simulated();
         along.window = (!options.is_simulated()).then_some((self.width, window));
         along.is_struck = is_struck;
         along.first_site = options.first_site;

@@ -201,27 +201,33 @@ impl Fronts<'_> {
     }
 
     /// Windows into which what comes back falls: a second arrival that travels the other way than the first. Where both fall
-    /// together, beside such windows, none can be told apart.
-    pub fn drop_reflected(&self, seen: &mut [Option<Seen>], kinds: &[Windows]) {
+    /// together, beside such windows, none can be told apart. Returns whether something is seen to come back.
+    pub fn drop_reflected(&self, seen: &mut [Option<Seen>], kinds: &[Windows]) -> bool {
         let sites: Vec<usize> = (0..seen.len()).filter(|&j| seen[j].is_some()).collect();
         let seconds: Vec<Option<usize>> = seen.iter().map(|s| s.as_ref()?.second).collect();
         let second = |j: usize| seconds[j];
-        let pairs = sites.windows(2).filter_map(|pair| {
+        let sum = |j: usize| Some(seconds[j]? as f64 + self.arrival(j) as f64);
+        let is_back = |pair: &[usize]| {
             let [a, b] = [pair[0], pair[1]];
             let later = second(b)? as f64 - second(a)? as f64;
             let first = self.arrival(b) as f64 - self.arrival(a) as f64;
-            (later * first != 0.0).then_some(later * first < 0.0)
-        });
-        let pairs: Vec<bool> = pairs.collect();
-        let opposite = pairs.iter().filter(|back| **back).count();
-        if pairs.len() < 3 || 2 * opposite <= pairs.len() {
-            return;
-        }
+            (later * first != 0.0).then_some((later * first < 0.0).then(|| sum(a)).flatten())
+        };
+        let pairs: Vec<Option<f64>> = sites.windows(2).filter_map(is_back).collect();
         // The two arrivals of what comes back add up to the same everywhere. Where the second merges with the first, the next
-        // arrival is that of a later passage.
-        let sum = |j: usize| Some(seconds[j]? as f64 + self.arrival(j) as f64);
-        let common = median(&mut sites.iter().filter_map(|&j| sum(j)).collect::<Vec<_>>());
+        // arrival is that of a later passage: then fewer than half of the sites see it.
+        let mut sums: Vec<f64> = pairs.iter().copied().flatten().collect();
         let near = LATER * self.width;
+        let common = median(&mut sums);
+        let same = sums
+            .iter()
+            .filter(|sum| (**sum - common).abs() < near)
+            .count();
+        let is_seen =
+            2 * sums.len() > pairs.len() || (3 * same > pairs.len() && 4 * same > 3 * sums.len());
+        if pairs.len() < 3 || !is_seen {
+            return false;
+        }
         let back = |j: usize| {
             let back = common - self.arrival(j) as f64;
             (back > self.arrival(j) as f64 - near).then_some(back.max(0.0) as usize)
@@ -262,5 +268,6 @@ impl Fronts<'_> {
                 }
             }
         }
+        true
     }
 }

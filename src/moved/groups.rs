@@ -3,7 +3,7 @@
 use super::along_x::{AlongX, Options};
 use super::share::{Grid, Group, Moved, Share};
 use super::windows::Windows;
-use super::{Evidence, Movement, Part, Reason, Verdict, seen};
+use super::{Evidence, KEEPS, Movement, Part, Reason, Verdict, seen};
 
 /// Sites of a group.
 pub(super) const NEIGHBOURS: usize = 4;
@@ -17,6 +17,13 @@ const HOLDS_ALL: f64 = 0.95;
 const HOLDS: f64 = 0.03;
 /// Part of its first energy that a front holds as long as it is followed.
 const FOLLOWED: f64 = 0.3;
+/// Bodies over which a front that has formed and keeps its energy is followed, at least; one that loses energy; and bodies
+/// after which one that has not formed is said not to: the launch takes up to thirteen.
+const TRAVEL: usize = 8;
+const LOSING: usize = 20;
+const NEVER: usize = 26;
+/// Bodies over which nothing is said of waves that go on.
+const FEW: usize = 16;
 /// The kind of window that fades, of those of a struck chain.
 const FADING: usize = 3;
 
@@ -168,6 +175,10 @@ impl Found<'_> {
         if moves && self.spreads_out() {
             (movement.transfer, movement.lags) = (None, true);
         }
+        let groups = &self.groups[0];
+        if self.options.is_simulated() && groups[last].bodies_from(&groups[0]) < FEW {
+            movement = self.in_short_chain(movement);
+        }
         let mut along = AlongX {
             movement,
             evidence: Some(self.evidence(0, [0, last])),
@@ -229,7 +240,16 @@ impl Found<'_> {
                 movement.bound = bound;
                 movement.settled_at = movement.from.map(|place| place.rows[0]);
                 // Groups beside have been compared, and those before are the launch.
-                let movement = self.checked_by_windows(FADING, (formed, last), &[4, 5], movement);
+                let mut movement =
+                    self.checked_by_windows(FADING, (formed, last), &[4, 5], movement);
+                let least = match movement.energy_ratio > KEEPS {
+                    true => TRAVEL,
+                    false => LOSING,
+                };
+                if groups[last].bodies_from(&groups[formed]) < least {
+                    movement.settled_at = None;
+                    movement = self.in_short_chain(movement);
+                }
                 let launch = self.between(FADING, 0, formed.max(1));
                 let mut along = AlongX {
                     movement,
@@ -256,6 +276,13 @@ impl Found<'_> {
         behind && end.energy < 0.5 * fading[formed].energy
     }
 
+    /// The launch and what follows it are not told apart.
+    fn in_short_chain(&self, movement: Movement) -> Movement {
+        let groups = &self.groups[0];
+        let bodies = groups[groups.len() - 1].bodies_from(&groups[0]);
+        movement.but_untold(Reason::ShortChain { bodies })
+    }
+
     /// The front never forms: it is followed while it holds three tenths of its energy.
     fn of_unsettled(&self, tail: Option<usize>) -> AlongX {
         let groups = &self.groups[0];
@@ -272,7 +299,10 @@ impl Found<'_> {
         if movement.energy_ratio < 0.9 || movement.lags {
             movement.transfer = None;
         }
-        let movement = self.checked(0, (0, end), &[1, 2], movement);
+        let mut movement = self.checked(0, (0, end), &[1, 2], movement);
+        if groups[groups.len() - 1].bodies_from(&groups[0]) < NEVER {
+            movement = self.in_short_chain(movement);
+        }
         let mut along = AlongX {
             movement,
             evidence: Some(self.evidence(0, [0, end])),

@@ -46,6 +46,8 @@ use share::{Group, Moved};
 pub const TOLERANCE: f64 = 0.05;
 /// Part of its energy from which on a front keeps it: windows hold a longer pulse to a tenth less.
 pub(crate) const KEEPS: f64 = 0.88;
+/// Part of the larger energy below which gains do not count by the smaller one.
+const LEFT: f64 = 0.01;
 
 /// What is said of a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
@@ -141,8 +143,9 @@ impl Movement {
         let moved = Moved::between(a, b);
         let verdict = moved.verdict(tolerance);
         let grows = |[before, v]: [f64; 2], [after, w]: [f64; 2]| {
-            // Of what is left: a wave that is damped may gain at its harmonics all the same.
-            let least = 0.5 * tolerance * a.energy.min(b.energy);
+            // Of what is left: a wave that is damped may gain at its harmonics all the same, unless next to nothing is left.
+            let left = a.energy.min(b.energy).max(LEFT * a.energy.max(b.energy));
+            let least = 0.5 * tolerance * left;
             after - before > (3.0 * (v + w).sqrt()).max(least)
         };
         // Upwards beyond any edge farther out: next to the one at which shares differ most lies what a loud line leaks.
@@ -186,7 +189,7 @@ impl Movement {
     }
 
     /// The same numbers, but nothing is said of them.
-    fn but_untold(self, reason: Reason) -> Movement {
+    pub(crate) fn but_untold(self, reason: Reason) -> Movement {
         Movement {
             verdict: Verdict::Untold,
             transfer: None,
@@ -262,7 +265,7 @@ impl Evidence {
         let m = self.upper.partition_point(|upper| *upper <= edge);
         let share = |group: &GroupSpectrum| match m {
             0 => 1.0,
-            m => 1.0 - group.cumulative[m - 1],
+            m => (1.0 - group.cumulative[m - 1]).clamp(0.0, 1.0),
         };
         self.groups.iter().map(share).collect()
     }
@@ -311,6 +314,8 @@ pub struct Answer {
     pub is_lossy: bool,
     /// Whether spectra are those of front windows; of steady records they are those of segments.
     pub has_fronts: bool,
+    /// Whether arrivals run one way, and nothing is seen to come back.
+    pub(crate) is_one_way: bool,
     pub along_x: Option<Evidence>,
     pub along_t: Option<Evidence>,
     /// Rows between which a struck chain's front is well inside.

@@ -45,6 +45,10 @@ pub enum Reason {
         whole: usize,
         left_out: LeftOut,
     },
+    /// Bodies over which the front of a run is followed, too few to tell its launch from its travel.
+    ShortChain {
+        bodies: usize,
+    },
     /// Samples of the record, too few to have frequencies.
     ShortRecord {
         times: usize,
@@ -69,6 +73,8 @@ pub enum Reason {
     Begins,
     /// Waves of several origins, whose content differs.
     Origins,
+    /// What comes back is in the windows of what arrives.
+    Returns,
     /// Most of the energy lies at frequencies of which a segment holds a few periods.
     Resolution,
     /// The wave is never all inside, and its content differs along x.
@@ -96,6 +102,7 @@ impl Reason {
             Reason::NoEnergy => "no-energy",
             Reason::FewSites { .. } => "few-sites",
             Reason::FewWindows { .. } => "few-windows",
+            Reason::ShortChain { .. } => "short-chain",
             Reason::ShortRecord { .. } => "short-record",
             Reason::Noise => "noise",
             Reason::Windows { .. } => "windows",
@@ -103,6 +110,7 @@ impl Reason {
             Reason::Errors { .. } => "errors",
             Reason::Begins => "begins",
             Reason::Origins => "origins",
+            Reason::Returns => "returns",
             Reason::Resolution => "resolution",
             Reason::NeverInside => "never-inside",
             Reason::LeavesEarly => "leaves-early",
@@ -129,6 +137,9 @@ impl Reason {
                     ),
                 }
             }
+            Reason::ShortChain { bodies } => format!(
+                "the front is followed over {bodies} bodies, in which it may not have formed yet"
+            ),
             Reason::ShortRecord { times: 1 } => "the record has one time".into(),
             Reason::ShortRecord { times } => format!("the record has {times} times"),
             Reason::Noise => "the wave does not rise far enough above the noise".into(),
@@ -148,6 +159,7 @@ impl Reason {
             Reason::Errors { .. } => "errors hide moves of any size".into(),
             Reason::Begins => "no quiet part of the records goes before the wave".into(),
             Reason::Origins => "waves of several origins differ".into(),
+            Reason::Returns => "what comes back mixes with what arrives".into(),
             Reason::Resolution => "the record holds a few periods of most of the motion".into(),
             Reason::NeverInside => "the wave is longer than the array".into(),
             Reason::LeavesEarly => "the wave is inside for less than two periods".into(),
@@ -177,12 +189,16 @@ impl Reason {
                     _ => "record longer, or shorten the window with `--front-window`",
                 }
             }
+            Reason::ShortChain { .. } => "simulate a longer chain, and for longer",
             Reason::ShortRecord { .. } | Reason::Windows { .. } => "record longer",
             Reason::Noise => "average several records, or state `--noise`",
             Reason::Neighbours { .. } => "record more sites behind it",
             Reason::Errors { .. } => "average several records, or record longer",
             Reason::Begins => "begin the record before the wave enters, without hum and drift",
             Reason::Origins => "record one source at a time, or analyze the sites beside each",
+            Reason::Returns => {
+                "end the record with `--times` before the wave is back, or move the ends away"
+            }
             Reason::Resolution => "record longer",
             Reason::Enters => "record longer, or a longer stretch of the structure",
             Reason::NeverInside | Reason::LeavesEarly | Reason::LongWaves => {

@@ -252,6 +252,11 @@ impl Group {
         }
     }
 
+    /// Rows from the first of `other` to the last of this one.
+    pub fn bodies_from(&self, other: &Group) -> usize {
+        self.rows[1].abs_diff(other.rows[0]) + 1
+    }
+
     /// Whether there is more than noise: energy above three of its errors.
     pub fn has_energy(&self) -> bool {
         self.energy > 0.0 && self.energy > 3.0 * self.energy_error && self.energy.is_finite()
@@ -395,7 +400,8 @@ impl Moved {
             };
             let at = bins.clone().max_by(by).unwrap_or(0);
             Share {
-                share: (sign * difference(at)).max(0.0),
+                // Noise that is subtracted leaves cumulative shares a little outside of 0 to 1.
+                share: (sign * difference(at)).clamp(0.0, 1.0),
                 error: error_of(a, b, at),
                 at,
             }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::super::{Analysis, Axes, Undirected};
+use super::super::{Analysis, Axes, Undirected, Warning};
 use crate::moved::{Answer, Evidence, GroupSpectrum, KEEPS, Movement, Place, Verdict};
 use crate::sheet::Fact;
 
@@ -30,6 +30,10 @@ const SPAN: f64 = 0.75;
 pub(crate) struct Words<'a> {
     axes: &'a Axes,
     answer: &'a Answer,
+    /// Whether steady records do not follow each other, as those of noise.
+    is_noise: bool,
+    /// A line that all sites have in common, which hides a wave.
+    hum: Option<&'a Warning>,
 }
 
 /// Whole percent of a share; one decimal below ten.
@@ -64,9 +68,12 @@ fn short(x: f64) -> String {
 impl<'a> Words<'a> {
     /// `None` where no answer was requested.
     pub fn of(analysis: &'a Analysis) -> Option<Words<'a>> {
+        let answer = analysis.answer.as_ref()?;
         Some(Words {
             axes: &analysis.axes,
-            answer: analysis.answer.as_ref()?,
+            answer,
+            is_noise: !answer.has_fronts && analysis.undirected == Some(Undirected::Noise),
+            hum: analysis.warnings.iter().find(|warning| warning.is_hum()),
         })
     }
 
@@ -117,11 +124,11 @@ impl<'a> Words<'a> {
                     reason.message()
                 );
             }
-            let advice = reason.advice();
-            return format!(
-                "what moves in frequency along x cannot be told: {}; {advice}",
-                reason.message()
-            );
+            let (reason, advice) = match self.hum {
+                Some(hum) => (hum.message(), hum.advice()),
+                None => (reason.message(), reason.advice()),
+            };
+            return format!("what moves in frequency along x cannot be told: {reason}; {advice}");
         }
         if self.answer.is_struck {
             return self.of_front(of);
@@ -134,9 +141,16 @@ impl<'a> Words<'a> {
         let way = if is_back { "towards -x" } else { "along x" };
         match of.verdict {
             Verdict::Unchanged => format!(
-                "no energy moves in frequency along x{} (less than {}, at 95 %)",
+                "no energy moves in frequency along x{} (less than {}, at 95 %){}",
                 self.span(of),
-                below(of.bound)
+                below(of.bound),
+                match self.hum {
+                    Some(hum) => format!("; {}", hum.message()),
+                    None if self.is_noise => {
+                        " in records like noise, which may hide a weak wave".into()
+                    }
+                    None => String::new(),
+                }
             ),
             Verdict::Down if of.lags => format!(
                 "higher frequencies lag behind the front: its share above {} falls by {} by site {to}",
