@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::plan::Plan;
+use super::result::Direction;
 use super::spacetime::{ByDirection, Frequencies};
 use super::warning::{Sites, Warning};
 use crate::error::Result;
@@ -38,10 +39,11 @@ pub enum Undirected {
     Noise,
 }
 
-/// Finds the answer from a field that is prepared and, where it was transformed in both, its directions.
+/// Finds the answer from a field that is prepared and, where they were transformed, the sum of squares of its `samples` and its directions.
 pub(super) fn find(
     plan: &Plan,
     prepared: &Prepared,
+    samples: Option<f64>,
     spacetime: Option<&Frequencies>,
     observer: &dyn Observer,
 ) -> Result<Answer> {
@@ -96,7 +98,7 @@ pub(super) fn find(
         windows,
         gain_changes: along.gain_changes,
         gain_steps: along.gain_steps,
-        noise: along.noise,
+        noise: samples.map_or(0.0, |samples| along.noise * axes.n_times as f64 / samples),
     })
 }
 
@@ -126,18 +128,14 @@ pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
 }
 
 /// Withdraws what moves along x where arrivals run one way and nothing is seen to come back, though a good part of the energy does.
-/// `samples`: the sum of squares of the prepared samples.
-pub(super) fn returns(answer: &mut Answer, plan: &Plan, spacetime: &Frequencies, samples: f64) {
-    let of = &mut answer.frequency;
-    if !answer.is_one_way || matches!(of.verdict, Verdict::Unchanged | Verdict::Untold) {
-        return;
-    }
-    let (plus, minus) = by_sign(&spacetime.directions);
-    // Noise goes both ways.
-    let noise = answer.noise * plan.axes.n_times as f64 / samples * (plus + minus);
-    let [plus, minus] = [plus, minus].map(|part| (part - 0.5 * noise).max(0.0));
-    if plus.min(minus) > BACK * (plus + minus) {
-        *of = of.clone().but_untold(Reason::Returns);
+pub(super) fn returns(answer: &mut Answer, direction: Direction) {
+    let moves = !matches!(
+        answer.frequency.verdict,
+        Verdict::Unchanged | Verdict::Untold
+    );
+    let (plus, minus) = (direction.toward_plus_x, direction.toward_minus_x);
+    if moves && answer.is_one_way && plus.min(minus) > BACK * (plus + minus) {
+        answer.frequency = answer.frequency.clone().but_untold(Reason::Returns);
     }
 }
 
@@ -275,12 +273,10 @@ impl Profiles for OfField<'_> {
 }
 
 /// Why shares by direction are withheld, if they are. The bodies of a chain are all there is: its waves do not fold.
-/// `samples`: the sum of squares of the prepared samples.
 pub(super) fn withheld(
     plan: &Plan,
     answer: Option<&Answer>,
     spacetime: &Frequencies,
-    samples: f64,
     simulated: bool,
 ) -> Option<Undirected> {
     if simulated {
@@ -294,7 +290,7 @@ pub(super) fn withheld(
     let nk = energies.len();
     let top = nk / 20;
     // Noise is as much at all wavenumbers.
-    let noise = answer.map_or(0.0, |answer| answer.noise) * plan.axes.n_times as f64 / samples;
+    let noise = answer.map_or(0.0, |answer| answer.noise);
     let all = sum(&energies);
     let (noise, tenth) = (noise * (all + still), (2 * top) as f64 / nk as f64);
     let high = sum(&energies[..top]) + sum(&energies[nk - top..]) - noise * tenth;

@@ -252,6 +252,20 @@ pub struct Direction {
     pub band: (f64, f64),
 }
 
+impl Direction {
+    /// The shares of the energy above noise, which holds the share `noise` of all and goes both ways alike.
+    pub(super) fn above(self, noise: f64) -> Direction {
+        let rest = |part: f64| ((part - 0.5 * noise) / (1.0 - noise)).clamp(0.0, 1.0);
+        let [plus, minus] = [self.toward_plus_x, self.toward_minus_x].map(rest);
+        Direction {
+            toward_plus_x: plus,
+            toward_minus_x: minus,
+            undirected: (1.0 - plus - minus).max(0.0),
+            ..self
+        }
+    }
+}
+
 /// `(energy in the transform domain) / (energy of the prepared, tapered samples) - 1`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Parseval {
@@ -372,6 +386,24 @@ pub struct Conventions {
     pub segments: usize,
     pub padded_time: usize,
     pub padded_space: usize,
+}
+
+/// Share of the energy below which noise does not count.
+const NOISE: f64 = 0.02;
+
+impl Analysis {
+    /// [`Self::direction`] of the energy above the noise; `None` where it says nothing of the waves. Over a band of frequencies the noise
+    /// is not known.
+    pub fn direction_of_waves(&self) -> Option<Direction> {
+        let direction = self.direction.filter(|_| self.undirected.is_none())?;
+        let is_whole =
+            self.axes.frequency.last() == Some(&direction.band.1) && direction.band.0 == 0.0;
+        let noise = self.answer.as_ref().map_or(0.0, |answer| answer.noise);
+        Some(match is_whole && noise > NOISE {
+            true => direction.above(noise),
+            false => direction,
+        })
+    }
 }
 
 /// The result of an analysis, but for the large arrays, which went to the [`crate::arrays::Sink`].

@@ -176,7 +176,15 @@ fn passes<T: Real>(
     }
 
     let mut answer = match results.answer && !prepared.is_silent() {
-        true => Some(answer::find(plan, &prepared, spacetime.as_ref(), observer)?),
+        true => Some(answer::find(
+            plan,
+            &prepared,
+            columns
+                .as_ref()
+                .map(|columns| sum(&columns.energies) / plan.segments.count() as f64),
+            spacetime.as_ref(),
+            observer,
+        )?),
         false => None,
     };
     if let Some(answer) = &mut answer {
@@ -185,13 +193,11 @@ fn passes<T: Real>(
             warnings.retain_mut(Warning::is_of_pulses);
         }
     }
-    let undirected = spacetime.as_ref().zip(columns.as_ref());
-    let undirected = undirected.and_then(|(found, columns)| {
-        let samples = sum(&columns.energies) / plan.segments.count() as f64;
-        let is_simulated = field.struck.is_some();
-        let withheld = answer::withheld(plan, answer.as_ref(), found, samples, is_simulated);
+    let undirected = spacetime.as_ref().and_then(|found| {
+        let withheld = answer::withheld(plan, answer.as_ref(), found, field.struck.is_some());
         if let Some(answer) = answer.as_mut().filter(|_| withheld.is_none()) {
-            answer::returns(answer, plan, found, samples);
+            let direction = direction(plan, &found.directions).above(answer.noise);
+            answer::returns(answer, direction);
         }
         withheld
     });

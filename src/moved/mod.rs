@@ -322,7 +322,7 @@ pub struct Answer {
     pub(crate) since: Option<std::ops::Range<usize>>,
     /// Of the frequency below which half of the moving energy lies.
     pub(crate) period: f64,
-    /// Variance of the noise, summed over the sites.
+    /// Energy of the noise, over that of the record.
     pub(crate) noise: f64,
     /// Of a measured field with fronts: arrivals by site, the width of the pulse and the length of the windows, in samples.
     pub(crate) windows: Option<ArrivalWindows>,

@@ -47,7 +47,7 @@ impl Headlines {
         let axes = &analysis.axes;
         let answer = analysis.answer.as_ref();
         let frequency = answer.map(|answer| &answer.frequency);
-        let told = analysis.direction.filter(|_| analysis.undirected.is_none());
+        let told = analysis.direction_of_waves();
         Headlines {
             times: axes.n_times,
             sites: axes.n_sites,

@@ -17,6 +17,7 @@ mod increments;
 mod modes;
 mod moved;
 mod moved_kinds;
+mod moved_limits;
 mod noise;
 mod parts;
 mod reference_problems;

@@ -12,7 +12,7 @@ use wavecascade::reference::{Grid, GrowingHarmonic};
 
 use test_support::fields::{analyzed, noise};
 
-fn analysis_of(values: Array2<f64>) -> Analysis {
+pub fn analysis_of(values: Array2<f64>) -> Analysis {
     let request = Request {
         results: Results {
             flux_surrogate: false,
@@ -26,7 +26,11 @@ fn analysis_of(values: Array2<f64>) -> Analysis {
 }
 
 /// Of `times` by `sites` samples, `of(n, j)` in noise of `level`.
-fn answer_of((times, sites): (usize, usize), level: f64, of: impl Fn(f64, f64) -> f64) -> Answer {
+pub fn answer_of(
+    (times, sites): (usize, usize),
+    level: f64,
+    of: impl Fn(f64, f64) -> f64,
+) -> Answer {
     let noise = noise(times, sites);
     let value = |(n, j): (usize, usize)| of(n as f64, j as f64) + level * noise[[n, j]];
     analysis_of(Array2::from_shape_fn((times, sites), value))
@@ -42,11 +46,11 @@ fn hann(s: f64, length: f64) -> f64 {
 }
 
 /// A burst of `length` samples at the frequency f.
-fn burst(s: f64, f: f64, length: f64) -> f64 {
+pub fn burst(s: f64, f: f64, length: f64) -> f64 {
     hann(s, length) * (TAU * f * s).sin()
 }
 
-fn ricker(s: f64, w: f64) -> f64 {
+pub fn ricker(s: f64, w: f64) -> f64 {
     (1.0 - (s / w).powi(2)) * (-0.5 * (s / w).powi(2)).exp()
 }
 
@@ -264,7 +268,7 @@ fn val_identity_graded_chains_keep_their_energy() {
 }
 
 /// What is said of the velocities of a run alone, and of the run, whose chain is known.
-fn answers_of_scene(text: &str) -> [Answer; 2] {
+pub fn answers_of_scene(text: &str) -> [Answer; 2] {
     let setup = SceneSource::new(None, text).setup().unwrap();
     let run = setup.simulation.run(&Silent).unwrap();
     let mut analysis = analyzed(&run.to_field(), &Request::default());
@@ -538,81 +542,4 @@ fn val_construction_noise_ahead_of_a_burst_is_no_front() {
     assert!(front.high_share.iter().all(|share| share.is_nan()));
     let front = of(1e-5).front.unwrap();
     assert!(front.high_share[20].is_finite());
-}
-
-/// A wave below the cut-off decays, a faint one above it passes: the share above grows to all there is, and no energy is gained there.
-#[test]
-fn val_construction_a_wave_that_decays_leaves_what_passes() {
-    let found = answer_of((4096, 64), 2e-3, |n, j| {
-        let slow = (-0.32 * j).exp() * burst(n - 600.0, 0.006, 1000.0);
-        slow + 0.01 * burst(n - 620.0 - 6.0 * j, 0.012, 700.0)
-    });
-    let moved = &found.frequency;
-    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
-    assert_eq!(moved.transfer, Some(false), "{moved:?}");
-    assert!((0.85..=1.0).contains(&moved.up), "{moved:?}");
-}
-
-/// Near an end that is all but fixed what comes and what comes back cancel, low frequencies most: the sites there are left out.
-#[test]
-fn val_construction_a_fixed_end_moves_nothing() {
-    let found = answer_of((4096, 64), 2e-3, |n, j| {
-        let passed = |i: i32| match i % 2 {
-            0 => f64::from(i) * 63.0 + j,
-            _ => f64::from(i + 1) * 63.0 - j,
-        };
-        let pulse = |i: i32| (-0.9f64).powi(i) * ricker(n - 500.0 - 4.17 * passed(i), 30.0);
-        (0..30).map(pulse).sum()
-    });
-    let moved = &found.frequency;
-    let is_quiet = matches!(moved.verdict, Verdict::Unchanged | Verdict::Untold);
-    assert!(is_quiet, "{moved:?}");
-}
-
-/// What is said of the front in a short chain is what is said of it in a long one, or nothing.
-#[test]
-fn val_identity_short_chains_say_what_long_ones_do() {
-    for ratio in [1.0, 2.398, 4.9272, 8.04, 14.622] {
-        let of = |sites: usize| {
-            let text = format!(
-                "sites = {sites}\nstiffness_ratio = {ratio}\nend_time = {}\nsamples = 1024\ntolerance = 1e-7",
-                sites + 6
-            );
-            let [_, known] = answers_of_scene(&text);
-            known.frequency
-        };
-        let long = of(100);
-        assert_ne!(long.verdict, Verdict::Untold, "{ratio}: {long:?}");
-        let mut told = 0;
-        for sites in [8, 10, 12, 16, 20, 24, 30, 40] {
-            let short = of(sites);
-            told += usize::from(short.verdict != Verdict::Untold);
-            let is_same = short.verdict == long.verdict
-                && short.settled_at.is_some() == long.settled_at.is_some();
-            assert!(
-                is_same || short.verdict == Verdict::Untold,
-                "{ratio}, {sites}: {short:?} {long:?}"
-            );
-        }
-        // A front that sheds its energy needs many.
-        assert!(told >= 2 || ratio == 2.398, "{ratio}: {told}");
-    }
-}
-
-/// Hum at all sites hides a burst whose harmonic grows: it is named.
-#[test]
-fn val_construction_hum_is_named() {
-    let noise = noise(4096, 56);
-    let scan = |(n, j): (usize, usize)| {
-        let (s, second) = (
-            n as f64 - 900.0 - 2.6 * j as f64,
-            0.2f64.sqrt() * j as f64 / 55.0,
-        );
-        let wave = burst(s, 0.032, 300.0) + second * burst(s, 0.064, 300.0);
-        wave + 0.5 * (TAU * 4e-4 * n as f64).cos() + 5e-3 * noise[[n, j]]
-    };
-    let words = analysis_of(Array2::from_shape_fn((4096, 56), scan))
-        .words()
-        .answer;
-    assert!(words.contains("common to all sites"), "{words}");
 }

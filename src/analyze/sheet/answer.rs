@@ -453,7 +453,7 @@ impl<'a> Words<'a> {
     }
 
     fn direction(&self, analysis: &Analysis) -> Option<Fact> {
-        let direction = analysis.direction.as_ref()?;
+        let direction = analysis.direction_of_waves().or(analysis.direction)?;
         let length = self.axes.space.unit.as_deref();
         let speed = self.answer.speed.map(|speed| {
             let unit = match (length, self.axes.time.unit.as_deref()) {
@@ -552,7 +552,8 @@ pub(super) fn numbers(analysis: &Analysis) -> Option<Value> {
     );
     frequency["front"] = json!(answer.front);
     frequency["tail"] = json!(answer.tail);
-    let direction = analysis.direction.as_ref().map(|direction| {
+    let direction = analysis.direction_of_waves().or(analysis.direction);
+    let direction = direction.map(|direction| {
         let reason = analysis
             .undirected
             .map(|reason| undirected(reason, &analysis.axes));

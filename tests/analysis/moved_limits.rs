@@ -1,0 +1,103 @@
+//! What moved: what cannot be told, and what must not be said for want of energy, of length or of a quiet background.
+
+use std::f64::consts::TAU;
+
+use ndarray::Array2;
+use wavecascade::moved::Verdict;
+
+use crate::moved_kinds::{analysis_of, answer_of, answers_of_scene, burst, ricker};
+use test_support::fields::noise;
+
+/// A wave below the cut-off decays, a faint one above it passes: the share above grows to all there is, and no energy is gained there.
+#[test]
+fn val_construction_a_wave_that_decays_leaves_what_passes() {
+    let found = answer_of((4096, 64), 2e-3, |n, j| {
+        let slow = (-0.32 * j).exp() * burst(n - 600.0, 0.006, 1000.0);
+        slow + 0.01 * burst(n - 620.0 - 6.0 * j, 0.012, 700.0)
+    });
+    let moved = &found.frequency;
+    assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
+    assert_eq!(moved.transfer, Some(false), "{moved:?}");
+    assert!((0.85..=1.0).contains(&moved.up), "{moved:?}");
+}
+
+/// Near an end that is all but fixed what comes and what comes back cancel, low frequencies most: the sites there are left out.
+#[test]
+fn val_construction_a_fixed_end_moves_nothing() {
+    let found = answer_of((4096, 64), 2e-3, |n, j| {
+        let passed = |i: i32| match i % 2 {
+            0 => f64::from(i) * 63.0 + j,
+            _ => f64::from(i + 1) * 63.0 - j,
+        };
+        let pulse = |i: i32| (-0.9f64).powi(i) * ricker(n - 500.0 - 4.17 * passed(i), 30.0);
+        (0..30).map(pulse).sum()
+    });
+    let moved = &found.frequency;
+    let is_quiet = matches!(moved.verdict, Verdict::Unchanged | Verdict::Untold);
+    assert!(is_quiet, "{moved:?}");
+}
+
+/// What is said of the front in a short chain is what is said of it in a long one, or nothing.
+#[test]
+fn val_identity_short_chains_say_what_long_ones_do() {
+    for ratio in [1.0, 2.398, 4.9272, 8.04, 14.622] {
+        let of = |sites: usize| {
+            let text = format!(
+                "sites = {sites}\nstiffness_ratio = {ratio}\nend_time = {}\nsamples = 1024\ntolerance = 1e-7",
+                sites + 6
+            );
+            let [_, known] = answers_of_scene(&text);
+            known.frequency
+        };
+        let long = of(100);
+        assert_ne!(long.verdict, Verdict::Untold, "{ratio}: {long:?}");
+        let mut told = 0;
+        for sites in [8, 10, 12, 16, 20, 24, 30, 40] {
+            let short = of(sites);
+            told += usize::from(short.verdict != Verdict::Untold);
+            let is_same = short.verdict == long.verdict
+                && short.settled_at.is_some() == long.settled_at.is_some();
+            assert!(
+                is_same || short.verdict == Verdict::Untold,
+                "{ratio}, {sites}: {short:?} {long:?}"
+            );
+        }
+        // A front that sheds its energy needs many.
+        assert!(told >= 2 || ratio == 2.398, "{ratio}: {told}");
+    }
+}
+
+/// Hum at all sites hides a burst whose harmonic grows: it is named.
+#[test]
+fn val_construction_hum_is_named() {
+    let noise = noise(4096, 56);
+    let scan = |(n, j): (usize, usize)| {
+        let (s, second) = (
+            n as f64 - 900.0 - 2.6 * j as f64,
+            0.2f64.sqrt() * j as f64 / 55.0,
+        );
+        let wave = burst(s, 0.032, 300.0) + second * burst(s, 0.064, 300.0);
+        wave + 0.5 * (TAU * 4e-4 * n as f64).cos() + 5e-3 * noise[[n, j]]
+    };
+    let words = analysis_of(Array2::from_shape_fn((4096, 56), scan))
+        .words()
+        .answer;
+    assert!(words.contains("common to all sites"), "{words}");
+}
+
+/// A wave towards +x in noise of three quarters of the energy and more: noise goes both ways, and counts for neither.
+#[test]
+fn val_construction_noise_has_no_direction() {
+    let noise = noise(4096, 56);
+    for level in [0.05, 0.1, 0.2] {
+        let scan = |(n, j): (usize, usize)| {
+            burst(n as f64 - 900.0 - 2.6 * j as f64, 0.032, 300.0) + level * noise[[n, j]]
+        };
+        let analysis = analysis_of(Array2::from_shape_fn((4096, 56), scan));
+        let all = analysis.direction.unwrap();
+        let waves = analysis.direction_of_waves().unwrap();
+        assert!(all.toward_minus_x > 0.04, "{level}: {all:?}");
+        assert!(waves.toward_plus_x > 0.95, "{level}: {waves:?}");
+        assert!(waves.toward_minus_x < 0.03, "{level}: {waves:?}");
+    }
+}
