@@ -538,8 +538,13 @@ fn val_construction_noise_ahead_of_a_burst_is_no_front() {
             burst(at, 0.03, 300.0) + level * noise[[n, j]]
         }))
     };
-    let front = of(0.02).front.unwrap();
-    assert!(front.high_share.iter().all(|share| share.is_nan()));
+    for level in [0.005, 0.01, 0.02] {
+        let front = of(level).front.unwrap();
+        assert!(
+            front.high_share.iter().all(|share| share.is_nan()),
+            "{level}"
+        );
+    }
     let front = of(1e-5).front.unwrap();
     assert!(front.high_share[20].is_finite());
 }

@@ -153,34 +153,30 @@ impl<'a> Words<'a> {
                 }
             ),
             Verdict::Down if of.lags => format!(
-                "higher frequencies lag behind the front: its share above {} falls by {} by site {to}",
-                self.frequency(of.down_at),
-                share(of.down)
+                "higher frequencies lag behind the front: its {} by site {to}",
+                self.shares(of)
             ),
             Verdict::Up if of.lags => format!(
-                "lower frequencies lag behind the front: its share above {} grows by {} by site {to}",
-                self.frequency(of.up_at),
-                share(of.up)
+                "lower frequencies lag behind the front: its {} by site {to}",
+                self.shares(of)
             ),
             Verdict::Spreads if of.lags => {
                 format!(
                     "frequencies part: low and high ones do not keep up with the front by site {to}"
                 )
             }
-            Verdict::Up if of.transfer == Some(false) => format!(
-                "selective loss: the share above {} grows by {}, no energy is gained there",
-                self.frequency(of.up_at),
-                share(of.up)
+            // Shares tell no more where several waves pass, or gains differ.
+            _ if of.transfer.is_none() => format!(
+                "the {} by site {to}; whether energy is gained there cannot be told",
+                self.shares(of)
             ),
-            Verdict::Down if of.transfer == Some(false) => format!(
-                "selective loss: the share above {} falls by {}, no energy is gained below",
-                self.frequency(of.down_at),
-                share(of.down)
-            ),
-            Verdict::Spreads if of.transfer == Some(false) => format!(
-                "selective loss: the shares above {} and below {} grow, no energy is gained there",
-                self.frequency(of.up_at),
-                self.frequency(of.down_at)
+            _ if of.transfer == Some(false) => format!(
+                "selective loss: the {}, no energy is gained {}",
+                self.shares(of),
+                match of.verdict {
+                    Verdict::Down => "below",
+                    _ => "there",
+                }
             ),
             Verdict::Up => format!(
                 "energy moves up in frequency {way}: {} of it past {} by site {to}",
@@ -199,6 +195,16 @@ impl<'a> Words<'a> {
                 share(of.down),
                 self.frequency(of.down_at)
             ),
+        }
+    }
+
+    /// Which shares have changed by how much.
+    fn shares(&self, of: &Movement) -> String {
+        let (up, down) = (self.frequency(of.up_at), self.frequency(of.down_at));
+        match of.verdict {
+            Verdict::Up => format!("share above {up} grows by {}", share(of.up)),
+            Verdict::Down => format!("share above {down} falls by {}", share(of.down)),
+            _ => format!("shares above {up} and below {down} grow"),
         }
     }
 
