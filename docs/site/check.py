@@ -70,7 +70,7 @@ def broken(root: pathlib.Path, pages: dict[pathlib.Path, Page]) -> list[str]:
                 faults.append(f"{path.relative_to(root)}: {link} leads nowhere")
             elif anchor and to in pages and anchor not in pages[to].anchors:
                 faults.append(f"{path.relative_to(root)}: {link} has no such heading")
-        if page.words > LONG and not page.has_contents and "main" not in page.anchors:
+        if page.words > LONG and not page.has_contents:
             faults.append(f"{path.relative_to(root)}: {page.words} words without a table of contents")
     return faults
 
