@@ -173,7 +173,7 @@ def all_of(families):
         )
         found.append((verdicts(series["verdicts"]), caption))
     if "tolerances" in series:
-        caption = "Velocities of struck dimers against 80-bit arithmetic."
+        caption = "Velocities of struck dimers against double-double arithmetic."
         found.append((tolerances(series["tolerances"]), caption))
     if "chains" in series:
         caption = "Struck chains of 300 sites to time 295; the program with its start and its files."
