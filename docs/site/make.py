@@ -11,6 +11,7 @@ import ast
 import html
 import importlib
 import inspect
+import itertools
 import json
 import os
 import pathlib
@@ -398,8 +399,11 @@ def gallery(site: Site) -> None:
             sys.exit(
                 f"gallery: {entry['page']} has no {entry['picture']}, but {[p.stem for p in pictures]}"
             )
-        first = done.stdout.strip().splitlines()
-        lines += ["```sh", *entry["commands"], "```", "", "```text", first[0], "```", ""]
+        first, *rest = done.stdout.strip().splitlines()
+        # The whole sentence: where it is wrapped, it goes on indented.
+        rest = itertools.takewhile(lambda line: line.startswith("  "), rest)
+        answer = " ".join([first, *map(str.strip, rest)])
+        lines += ["```sh", *entry["commands"], "```", "", "```text", answer, "```", ""]
         lines += [f"[Open the page](gallery/{name}.html)", ""]
         print(f"gallery: {entry['title']}", flush=True)
     site.texts["gallery.md"] = "\n".join(lines)
