@@ -49,7 +49,7 @@ def differences(families):
     axes.set_xscale("log")
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
-    axes.set_xlabel("difference found over that allowed (left end: less than 1e-4)")
+    axes.set_xlabel("difference over that allowed (left end: below 1e-4)")
     return drawn(figure)
 
 
@@ -76,7 +76,7 @@ def verdicts(table):
     axes.barh(rows, false, left=right + untold, color=RED, label="false")
     axes.set_yticks(rows, [row[0] for row in table])
     axes.invert_yaxis()
-    axes.set_xlabel("statements on frequencies, wavenumbers and direction")
+    axes.set_xlabel("statements")
     figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     return drawn(figure)
 
@@ -168,7 +168,8 @@ def all_of(families):
     if "verdicts" in series:
         right, untold, false = (sum(row[i] for row in series["verdicts"]) for i in (1, 2, 3))
         caption = (
-            "Statements in words on random fields whose answer follows from how they are made: "
+            "Statements on frequencies, wavenumbers and direction of random fields "
+            "whose answer follows from how they are made: "
             f"{right} right, {untold} withheld, {false} false."
         )
         found.append((verdicts(series["verdicts"]), caption))
