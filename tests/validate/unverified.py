@@ -4,7 +4,7 @@ CLAIMS = [
     (
         "On one thread with AVX-512 column FFTs take 0.33 to 0.55 of the time of the fastest of "
         "five others",
-        "README.md; performance.md, Column transforms",
+        "performance.md, Column transforms",
         "needs AVX-512, FFTW, MKL and ducc0, and times the library, not the program: "
         "`benches/peers/columns.py`",
     ),
@@ -16,13 +16,13 @@ CLAIMS = [
     ),
     (
         "Chain velocities are checked against two codes in double the precision",
-        "README.md",
-        "here one in 80 bits, another in SciPy, and closed forms; the two codes: `cargo test "
-        "--test chain high_precision`",
+        "accuracy.md, Chains",
+        "here against one of them, SciPy and closed forms; the other: `cargo test --test chain "
+        "reference`",
     ),
     (
         "Budgets of 21 kinds of chains close",
-        "README.md; accuracy.md, Budgets",
+        "accuracy.md, Budgets",
         "here random Hertz chains by NumPy, and eleven kinds by what the program states: `cargo "
         "test --test budget`",
     ),
