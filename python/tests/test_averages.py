@@ -366,7 +366,7 @@ def test_errors_of_averages(record):
     averaged = wc.distributed.averaged
     lazy = da.from_array(record, chunks=(100, 23))
     with pytest.raises(
-        ValueError, match="segment: expected a segment of 4 to 1501 samples, the record, found 4000"
+        ValueError, match="segment: expected 4 samples to the 1501 of the record, found 4000"
     ):
         averaged(lazy, segment=4000)
     with pytest.raises(ValueError, match="overlap"):

@@ -66,7 +66,7 @@ fn natural_mistakes_are_answered_with_what_to_type() {
     for (typed, code, expected) in [
         ("wave.npy", 2, "cascade analyze wave.npy"),
         ("analyze", 2, "<FIELD>"),
-        ("analize wave.npy", 2, "analyze"),
+        ("analize wave.npy", 2, "subcommand exists: 'analyze'\n"),
         ("plot wave.npy", 2, "cascade"),
         ("analyze wave", 1, "check the path"),
         ("analyze wave.npy --dt 0", 2, "above 0"),
@@ -78,13 +78,25 @@ fn natural_mistakes_are_answered_with_what_to_type() {
         ("analyze wave.npy --window-time hanning", 2, "hann"),
         ("analyze wave.npy --figures pdf", 2, "svg"),
         ("analyze scene.toml", 1, "cascade simulate"),
-        ("simulate wave.npy", 2, "wave.npy"),
+        ("simulate wave.npy", 2, "cascade analyze wave.npy"),
+        ("fit dimer.toml wave.npy", 2, "cascade fit FIELD SCENE"),
+        ("filter wave.npy --band 1:2", 2, "--frequency 2kHz:6kHz"),
+        ("sweep --vary stiffness_ratio=1-10 --out s", 2, "1:10:19"),
+        (
+            "spectrum wave.npy --segment 100000",
+            2,
+            "4 samples to the 96 of the record",
+        ),
         ("simulate dimer.toml", 1, "cascade examples dimer"),
         ("scene.toml", 2, "cascade simulate scene.toml"),
         ("analyze wave.npy --dt 1ms --noise 1mm", 2, "mm/s"),
         ("simulate scene.toml", 2, "stiffness_ratio"),
         ("simulate --stiffness-ration 3", 2, "--stiffness-ratio"),
-        ("budget wave.npy", 2, "--scene"),
+        (
+            "budget wave.npy",
+            2,
+            "cascade budget wave.npy --scene SCENE.toml",
+        ),
         ("coherence wave.npy --reference 99", 2, "0 to 11"),
     ] {
         let said = place.refuses(code, typed);

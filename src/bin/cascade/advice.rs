@@ -5,7 +5,7 @@ use std::path::Path;
 use wavecascade::Error;
 use wavecascade::chain::RunWarning;
 use wavecascade::error::{
-    CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, Problem, ScanFault,
+    CoordinateKind, FileKind, ForeignFormat, FormatError, InputFault, KeyPlace, Problem, ScanFault,
     SceneFault,
 };
 
@@ -25,7 +25,7 @@ pub fn of_error(error: &Error) -> Option<String> {
         Error::Changed { .. } => {
             Some("repeat the command once nothing writes to the file, or on a copy (`--read copy`)".into())
         }
-        Error::Scene { fault } => Some(of_scene(fault).into()),
+        Error::Scene { fault } => Some(of_scene(fault)),
         Error::Exists { .. } => {
             Some("name another place, or add `--force` to replace it".into())
         }
@@ -282,15 +282,28 @@ fn of_input(fault: &InputFault) -> Option<String> {
     Some(advice.into())
 }
 
-fn of_scene(fault: &SceneFault) -> &'static str {
-    match &fault.problem {
-        Problem::TooLarge { .. } => {
+fn of_scene(fault: &SceneFault) -> String {
+    let advice = match (&fault.problem, &fault.place) {
+        (Problem::TooLarge { .. }, _) => {
             "choose fewer `samples` or `sites`, keep less with `record`, or raise `memory`"
         }
-        Problem::Syntax { .. } => "`cascade scene` prints a scene to start from",
-        Problem::Value { .. } => "`cascade scene` prints all keys with what they mean",
+        (Problem::Syntax { .. }, _) => "`cascade scene` prints a scene to start from",
+        // Not one of its keys is at fault, but the file.
+        (Problem::Value { .. }, KeyPlace::File { path, line: None }) if fault.key.is_empty() => {
+            return format!(
+                "`cascade scene` prints a scene to start from; is it a field, `cascade analyze {}` reads it",
+                path.display()
+            );
+        }
+        (Problem::Value { .. }, KeyPlace::Setting { source })
+            if source.starts_with("values of ") =>
+        {
+            "write values as a list, 1,2,4, or a range: 1:10:19 (19 in equal steps), 1:10:19log, 1:10 (whole numbers)"
+        }
+        (Problem::Value { .. }, _) => "`cascade scene` prints all keys with what they mean",
         _ => "",
-    }
+    };
+    advice.into()
 }
 
 /// How a format that is not read is converted to one that is.

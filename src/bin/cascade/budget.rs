@@ -71,10 +71,11 @@ pub fn run(typed: Budget) -> Result<(), Failure> {
             if typed.run.is_file() && !is_run_file(&typed.run)? {
                 return Err(Failure::Library(Error::Request {
                     option: "scene",
-                    expected: "the chain that a measured field is a record of, or a run file of \
-                               `cascade simulate` in place of the field"
-                        .into(),
-                    found: format!("no scene, and {} is no run", typed.run.display()),
+                    expected: format!(
+                        "the chain that this field is a record of, `cascade budget {} --scene SCENE.toml`",
+                        typed.run.display()
+                    ),
+                    found: "no scene, and a file that is no run of `cascade simulate`".into(),
                 }));
             }
             MotionSource::Run(Box::new(RunFile::read(&typed.run)?))

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use clap::builder::UnknownArgumentValueParser;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use wavecascade::analyze::{Filtered, filtered};
@@ -23,6 +24,14 @@ use crate::show_args::{AxisUnits, Ends, ends};
 use crate::summary::Summary;
 use crate::terminal::{self, Tone, number};
 
+/// Refuses an option with those that it may mean.
+fn a_band() -> UnknownArgumentValueParser {
+    UnknownArgumentValueParser::suggest(
+        "a band of frequencies is `--frequency 2kHz:6kHz`; of wavenumbers `--wavenumber`, of phase velocities \
+         `--speed`",
+    )
+}
+
 /// What `cascade filter` takes.
 #[derive(Debug, Args)]
 pub struct Filter {
@@ -42,6 +51,10 @@ pub struct Filter {
     /// may be left out.
     #[arg(long, value_name = "FROM:TO", value_parser = ends::<Frequency>)]
     pub frequency: Option<Ends<Frequency>>,
+
+    /// Where it is looked for.
+    #[arg(long, hide = true, value_parser = a_band(), value_name = "FROM:TO")]
+    pub band: Option<String>,
 
     /// Magnitudes of wavenumbers that pass, in rad per unit of length or with their unit, likewise.
     #[arg(long, value_name = "FROM:TO", value_parser = ends::<Wavenumber>)]

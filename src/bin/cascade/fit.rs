@@ -38,6 +38,7 @@ pub struct InstrumentArgs {
 #[derive(Debug, Args)]
 pub struct Fit {
     /// File with the measured records: velocities, displacements, accelerations or forces.
+    #[arg(value_parser = records)]
     pub field: PathBuf,
 
     /// File with the scene of the chain; its values are where the first search starts.
@@ -109,6 +110,18 @@ impl Fit {
         observer: &dyn Observer,
     ) -> Result<Fitted, Error> {
         self.request().run(field, scene, observer)
+    }
+}
+
+/// The file of the records, which is no scene.
+fn records(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().is_some_and(|ending| ending == "toml") {
+        true => Err(
+            "expected the records first, then the scene: `cascade fit FIELD SCENE --free KEY`"
+                .into(),
+        ),
+        false => Ok(path),
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches};
+use wavecascade::error::nearest_key;
 
 use crate::args::Cli;
 use crate::help;
@@ -53,10 +54,20 @@ pub fn parsed(words: Vec<OsString>) -> Cli {
     parsed.unwrap_or_else(|mut error| {
         if error.kind() == ErrorKind::InvalidSubcommand
             && let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
-            && let Some(tip) = instead_of(name)
         {
-            let tip = StyledStr::from(tip);
-            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
+            let name = name.clone();
+            let command = Cli::command();
+            let known = command.get_subcommands().map(clap::Command::get_name);
+            // The one that was meant, not all that begin or end alike.
+            error.remove(ContextKind::SuggestedSubcommand);
+            if let Some(near) = nearest_key(&name, known) {
+                let near = ContextValue::String(near.into());
+                error.insert(ContextKind::SuggestedSubcommand, near);
+            }
+            if let Some(tip) = instead_of(&name) {
+                let tip = ContextValue::StyledStrs(vec![StyledStr::from(tip)]);
+                error.insert(ContextKind::Suggested, tip);
+            }
         }
         error.exit()
     })

@@ -96,13 +96,16 @@ impl SceneSource {
         };
         let length = regular_file(path)?.len();
         if length > LENGTH_LIMIT {
-            let expected = format!("a scene of at most {LENGTH_LIMIT} bytes");
+            let expected = format!("a scene, a text of at most {LENGTH_LIMIT} bytes");
             return Err(fault(&expected, format!("{length} bytes")));
         }
         let bytes = std::fs::read(path).map_err(Error::read("read", path))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let at = error.utf8_error().valid_up_to();
-            fault("text in UTF-8", format!("something else at byte {at}"))
+            fault(
+                "a scene, a text in UTF-8",
+                format!("something else at byte {at}"),
+            )
         })?;
         Ok(SceneSource::new(Some(path), text))
     }

@@ -488,7 +488,7 @@ impl Averaging {
             return Err(refuse("segment", expected, record));
         }
         if length < 4 || length > record {
-            let expected = format!("a segment of 4 to {record} samples, the record");
+            let expected = format!("4 samples to the {record} of the record");
             return Err(refuse("segment", expected, length));
         }
         let overlap = self.overlap.unwrap_or(length / 2);
