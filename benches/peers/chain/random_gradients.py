@@ -3,7 +3,8 @@
     python3 benches/peers/chain/random_gradients.py PROGRAM [FIRST_SEED [NUMBER]]
 
 Needs numpy and scipy. Each scene is run with its derivative with respect to one of its numbers, at a tolerance of 1e-9, and
-at four values beside it with the least error. Prints what is off by more than stated and by more than 1e-7, and the largest.
+at four values beside it with the least error; with other steps, too, if they are more than 1e-7 apart. Prints what is off by more
+than stated and by more than 1e-7, and the largest.
 """
 
 import json
@@ -56,20 +57,32 @@ def main():
                 new = value if place is None else [value if i == place else one for i, one in enumerate(stated)]
                 return run(re.sub(rf"(?m)^{key} = .*$", f"{key} = {json.dumps(new)}", text), 1e-13)
 
-            step = 2e-4 * value
-            around = [at(value + i * step) for i in (-2, -1, 1, 2)]
-            if any(isinstance(one, str) for one in around):
+            def apart(share):
+                """From differences with this step, over the value; None if a scene beside is refused."""
+                step = share * value
+                around = [at(value + i * step) for i in (-2, -1, 1, 2)]
+                if any(isinstance(one, str) for one in around):
+                    return None
+                a, b, c, d = (one["velocity"] for one in around)
+                known = (8 * (c - b) - (d - a)) / (12 * step)
+                return np.abs(gradient - known).max() / max(np.abs(known).max(), np.finfo(float).tiny)
+
+            gradient = found["gradient_velocity"][0]
+            # Contacts may open between two of the runs, and small gradients drown in rounding: the best of three steps.
+            tried = []
+            for share in (2e-4, 2e-5, 2e-3):
+                tried.append(apart(share))
+                if tried[-1] is None or tried[-1] < 1e-7:
+                    break
+            if None in tried:
                 print(f"seed {seed}: {name}: no differences")
                 continue
-            a, b, c, d = (one["velocity"] for one in around)
-            known = (8 * (c - b) - (d - a)) / (12 * step)
-            size = np.abs(known).max()
-            apart = np.abs(found["gradient_velocity"][0] - known).max() / size
+            least = min(tried)
             allowed = found["gradient_error"][0]
-            if apart > max(allowed, 1e-7):
-                print(f"seed {seed}: {name}: {apart:.1e}, stated {allowed:.1e}")
-            off.append(apart)
-            over.append(apart / max(allowed, 1e-8))
+            if least > max(allowed, 1e-7):
+                print(f"seed {seed}: {name}: {least:.1e}, stated {allowed:.1e}")
+            off.append(least)
+            over.append(least / max(allowed, 1e-8))
     off.sort()
     over.sort()
     print(f"{len(off)} gradients, off by {[f'{one:.1e}' for one in off[-5:]]}, over what is stated {[f'{one:.2f}' for one in over[-5:]]}")
