@@ -28,16 +28,46 @@ pub enum Aim {
     TotalMass,
 }
 
-/// Names without a value.
-const NAMED: [(&str, Aim); 8] = [
-    ("peak_force_first", Aim::PeakForceFirst),
-    ("peak_force_last", Aim::PeakForceLast),
-    ("impulse_last", Aim::ImpulseLast),
-    ("energy_passed_last", Aim::EnergyPassed),
-    ("energy_passed_share", Aim::EnergyPassedShare),
-    ("energy_lost", Aim::EnergyLost),
-    ("peak_force_last_time", Aim::PeakTime),
-    ("total_mass", Aim::TotalMass),
+/// Measures without a value of their own: names, words and units.
+const NAMED: [(Aim, &str, &str, &str); 8] = [
+    (
+        Aim::PeakForceFirst,
+        "peak_force_first",
+        "the largest force of the first contact",
+        "N",
+    ),
+    (
+        Aim::PeakForceLast,
+        "peak_force_last",
+        "the largest force of the last contact",
+        "N",
+    ),
+    (
+        Aim::ImpulseLast,
+        "impulse_last",
+        "the impulse of the last contact",
+        "N s",
+    ),
+    (
+        Aim::EnergyPassed,
+        "energy_passed_last",
+        "the energy past the last contact",
+        "J",
+    ),
+    (
+        Aim::EnergyPassedShare,
+        "energy_passed_share",
+        "the share of the energy past the last contact",
+        "",
+    ),
+    (Aim::EnergyLost, "energy_lost", "the energy lost", "J"),
+    (
+        Aim::PeakTime,
+        "peak_force_last_time",
+        "the time of the largest force of the last contact",
+        "s",
+    ),
+    (Aim::TotalMass, "total_mass", "the mass of all bodies", "kg"),
 ];
 
 const ABOVE: &str = "force_above:";
@@ -49,89 +79,79 @@ impl Aim {
     /// The names there are.
     pub fn parse(text: &str) -> std::result::Result<Aim, String> {
         let text = text.trim();
-        if let Some((_, aim)) = NAMED
-            .iter()
-            .find(|(name, _)| *name == text.replace('-', "_"))
-        {
+        let name = text.replace('-', "_");
+        if let Some((aim, ..)) = NAMED.iter().find(|(_, own, ..)| *own == name) {
             return Ok(*aim);
         }
         let above = text.strip_prefix(ABOVE).map(Measure::<Frequency>::read);
         match above {
             Some(Ok(edge)) if edge.value > 0.0 => Ok(Aim::ForceAbove(edge.value)),
             _ => {
-                let names: Vec<&str> = NAMED.iter().map(|(name, _)| *name).collect();
-                Err(format!(
-                    "expected {}, or {ABOVE}FREQUENCY",
-                    names.join(", ")
-                ))
+                let names = NAMED.map(|(_, name, ..)| name).join(", ");
+                Err(format!("expected {names}, or {ABOVE}FREQUENCY"))
             }
+        }
+    }
+
+    /// Name, words and unit.
+    fn said(self) -> [String; 3] {
+        match (NAMED.iter().find(|(aim, ..)| *aim == self), self) {
+            (Some((_, name, words, unit)), _) => [*name, *words, *unit].map(str::to_owned),
+            (None, Aim::ForceAbove(edge)) => [
+                format!("{ABOVE}{edge}"),
+                format!("the share of the last contact's force above {edge}"),
+                String::new(),
+            ],
+            _ => Default::default(),
         }
     }
 
     /// Its name, as it is typed.
     pub fn name(self) -> String {
-        match NAMED.iter().find(|(_, aim)| *aim == self) {
-            Some((name, _)) => (*name).into(),
-            None => match self {
-                Aim::ForceAbove(edge) => format!("{ABOVE}{edge}"),
-                _ => String::new(),
-            },
-        }
+        let [name, ..] = self.said();
+        name
     }
 
     /// In words.
     pub(super) fn words(self) -> String {
-        match self {
-            Aim::PeakForceFirst => "the largest force of the first contact".into(),
-            Aim::PeakForceLast => "the largest force of the last contact".into(),
-            Aim::ImpulseLast => "the impulse of the last contact".into(),
-            Aim::EnergyPassed => "the energy past the last contact".into(),
-            Aim::EnergyPassedShare => "the share of the energy past the last contact".into(),
-            Aim::EnergyLost => "the energy lost".into(),
-            Aim::ForceAbove(edge) => format!("the share of the last contact's force above {edge}"),
-            Aim::PeakTime => "the time of the largest force of the last contact".into(),
-            Aim::TotalMass => "the mass of all bodies".into(),
-        }
+        let [_, words, _] = self.said();
+        words
     }
 
     /// Its unit in a scene of these units; empty for none.
-    pub fn unit(self, units: Units) -> &'static str {
-        match (units, self) {
-            (Units::None, _) | (_, Aim::EnergyPassedShare | Aim::ForceAbove(_)) => "",
-            (_, Aim::PeakForceFirst | Aim::PeakForceLast) => "N",
-            (_, Aim::ImpulseLast) => "N s",
-            (_, Aim::EnergyPassed | Aim::EnergyLost) => "J",
-            (_, Aim::PeakTime) => "s",
-            (_, Aim::TotalMass) => "kg",
+    pub fn unit(self, units: Units) -> String {
+        let [.., unit] = self.said();
+        match units {
+            Units::Si => unit,
+            Units::None => String::new(),
         }
     }
 
     /// What a run must record.
     pub(super) fn needs(self) -> Record {
+        let energies = [Aim::EnergyPassed, Aim::EnergyPassedShare, Aim::EnergyLost];
         Record {
             displacement: true,
             force: true,
-            energy: matches!(
-                self,
-                Aim::EnergyPassed | Aim::EnergyPassedShare | Aim::EnergyLost
-            ),
+            energy: energies.contains(&self),
         }
     }
 
     /// Its value; `None` where the run does not tell, such as a force that still rises.
     pub(super) fn of_run(self, run: &Run) -> Option<f64> {
         let measures = || Measures::of(run);
+        let step = run.time[1] - run.time[0];
         match self {
             Aim::PeakForceFirst => measures().peak_force_first,
             Aim::PeakForceLast => measures().peak_force_last,
-            Aim::ImpulseLast => Some(impulse(&force_of(run)?, run.time[1] - run.time[0])),
+            Aim::ImpulseLast => Some(impulse(&force_of(run)?, step)),
             Aim::EnergyPassed => measures().energy_passed_last,
             Aim::EnergyPassedShare => {
                 let found = measures();
                 Some(found.energy_passed_last? / found.energy_input?)
             }
             Aim::EnergyLost => measures().energy_lost,
-            Aim::ForceAbove(edge) => share_above(&force_of(run)?, run.time[1] - run.time[0], edge),
+            Aim::ForceAbove(edge) => share_above(&force_of(run)?, step, edge),
             Aim::PeakTime => measures().peak_force_last_time,
             Aim::TotalMass => Some(run.chain.mass.iter().sum()),
         }

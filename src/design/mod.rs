@@ -13,6 +13,7 @@ use crate::chain::scene::SceneSource;
 use crate::chain::{Accuracy, Run, Simulation, run_each};
 use crate::observer::{CancelOnly, Observer};
 use crate::{Error, Result};
+use std::sync::{Mutex, PoisonError};
 
 pub use aim::{Aim, Limit};
 use search::Evaluate;
@@ -249,35 +250,55 @@ impl DesignRequest {
         let mut simulation = scene.with(space.settings(&values, 0)).setup()?.simulation;
         simulation.record = self.aim.needs();
         let run = simulation.run(&CancelOnly(observer))?;
-        let mut members = vec![None; space.members() - 1];
-        let simulations: Vec<Simulation> = (1..space.members())
-            .filter_map(|member| {
-                Some(
-                    self.quick(
-                        scene
-                            .with(space.settings(&values, member))
-                            .setup()
-                            .ok()?
-                            .simulation,
-                    ),
-                )
-            })
+        let members: Vec<(&[f64], usize)> = (1..space.members())
+            .map(|member| (&values[..], member))
             .collect();
-        let slots = std::sync::Mutex::new(&mut members);
-        run_each(&simulations, &CancelOnly(observer), &|i, run| {
-            let measure = run.ok().and_then(|run| self.aim.of_run(&run));
-            if let (Ok(mut slots), Some(slot)) = (slots.lock(), measure) {
-                slots[i] = Some(slot);
-            }
-        });
+        let told = self.told(scene, space, &members, &CancelOnly(observer))?;
+        let members = told.iter().filter_map(|(measure, _)| *measure).collect();
         Ok(Design {
-            values,
             measure: self.aim.of_run(&run),
-            members: members.into_iter().flatten().collect(),
+            members,
             time: run.time.to_vec(),
             force: aim::force_of(&run).unwrap_or_default(),
             error: run.report.error,
+            values,
         })
+    }
+
+    /// What the runs of members of designs tell; nothing where there is no run.
+    fn told(
+        &self,
+        scene: &SceneSource,
+        space: &Space,
+        designs: &[(&[f64], usize)],
+        observer: &dyn Observer,
+    ) -> Result<Vec<Told>> {
+        let with_run = designs
+            .iter()
+            .enumerate()
+            .filter_map(|(i, (values, member))| {
+                let setup = scene.with(space.settings(values, *member)).setup().ok()?;
+                Some((i, self.quick(setup.simulation)))
+            });
+        let (places, simulations): (Vec<usize>, Vec<Simulation>) = with_run.unzip();
+        let told = Mutex::new(vec![(None, 0.0); designs.len()]);
+        run_each(
+            &simulations,
+            &CancelOnly(observer),
+            &|i, run: Result<Run>| {
+                if let Ok(run) = run {
+                    let measure = self.aim.of_run(&run);
+                    let excess = self.excess(|aim| aim.of_run(&run));
+                    told.lock().unwrap_or_else(PoisonError::into_inner)[places[i]] =
+                        (measure, excess);
+                }
+                observer.advance(1);
+            },
+        );
+        match observer.cancelled() {
+            true => Err(Error::Cancelled),
+            false => Ok(told.into_inner().unwrap_or_else(PoisonError::into_inner)),
+        }
     }
 
     /// As accurate as a search needs.
@@ -338,22 +359,16 @@ impl Trial<'_> {
     /// does not tell.
     fn judged(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>> {
         let members = self.space.members();
-        let mut told: Vec<Told> = vec![(None, 0.0); points.len() * members];
-        let mut simulations = Vec::new();
-        let mut places = Vec::new();
-        for (i, point) in points.iter().enumerate() {
-            let values = self.space.values(point);
-            for member in 0..members {
-                let settings = self.space.settings(&values, member);
-                let Ok(setup) = self.scene.with(settings).setup() else {
-                    continue;
-                };
-                let place = i * members + member;
-                simulations.push(self.request.quick(setup.simulation));
-                places.push(place);
-            }
-        }
-        self.run(&simulations, &places, &mut told)?;
+        let values: Vec<Vec<f64>> = points
+            .iter()
+            .map(|point| self.space.values(point))
+            .collect();
+        let of = |values| (0..members).map(move |member| (values, member));
+        let designs: Vec<(&[f64], usize)> =
+            values.iter().flat_map(|values| of(&values[..])).collect();
+        let told = self
+            .request
+            .told(self.scene, self.space, &designs, self.observer)?;
         let values = told.chunks(members).zip(points).map(|(told, point)| {
             let (value, excess) = self.value(told);
             let best = self.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
@@ -365,30 +380,6 @@ impl Trial<'_> {
             value + PENALTY * self.size * excess
         });
         Ok(values.collect())
-    }
-
-    fn run(&self, simulations: &[Simulation], places: &[usize], told: &mut [Told]) -> Result<()> {
-        let slots = std::sync::Mutex::new(told);
-        let request = self.request;
-        run_each(simulations, &CancelOnly(self.observer), &|i,
-                                                            run: Result<
-            Run,
-        >| {
-            let found = run.ok().map(|run| {
-                (
-                    request.aim.of_run(&run),
-                    request.excess(|aim| aim.of_run(&run)),
-                )
-            });
-            if let (Ok(mut slots), Some(found)) = (slots.lock(), found) {
-                slots[places[i]] = found;
-            }
-            self.observer.advance(1);
-        });
-        match self.observer.cancelled() {
-            true => Err(Error::Cancelled),
-            false => Ok(()),
-        }
     }
 
     /// The value of a design, and by how much it exceeds limits.

@@ -2,11 +2,10 @@
 
 use serde_json::json;
 
-use super::{Design, Designed, Judge};
+use super::{Design, DesignKey, Designed, Judge};
 use crate::chain::scene::Units;
 use crate::sheet::{
-    BLUE, Chart, Describe, GREEN, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number,
-    percent,
+    BLUE, Chart, Describe, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number, percent,
 };
 use crate::unit::label;
 
@@ -53,14 +52,13 @@ impl Describe for Designed {
             ..Sheet::default()
         };
         let unit = self.unit();
-        let with_unit = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
         sheet.fact(
             "search",
             format!(
                 "{}: {}; random tries {}",
                 self.method,
-                with_unit(last(&self.search)),
-                with_unit(last(&self.random))
+                self.shown(last(&self.search)),
+                self.shown(last(&self.random))
             ),
         );
         if !self.after.members.is_empty() {
@@ -112,8 +110,8 @@ impl Describe for Designed {
         }));
         let tries: Vec<f64> = (0..self.search.len()).map(|i| i as f64).collect();
         sheet.line("try", "try", "", tries);
-        sheet.line("search", "try", unit, &self.search[..]);
-        sheet.line("random", "random_try", unit, &self.random[..]);
+        sheet.line("search", "try", &unit, &self.search[..]);
+        sheet.line("random", "random_try", &unit, &self.random[..]);
         for (name, design) in [("before", &self.before), ("after", &self.after)] {
             let (time, force) = self.pulse_units();
             sheet.line(
@@ -133,7 +131,7 @@ impl Describe for Designed {
                 sheet.line(
                     &format!("members_{name}"),
                     "member",
-                    unit,
+                    &unit,
                     &design.members[..],
                 );
             }
@@ -141,14 +139,11 @@ impl Describe for Designed {
         sheet
     }
 
-    /// The course of the search; the pulse before and after; values within their bounds; members in order.
+    /// The course of the search; the pulse before and after; values within their bounds.
     fn pictures(&self) -> Vec<PlotRow> {
         let mut charts = vec![self.course(), self.pulses()];
         if self.keys.len() > 1 {
             charts.push(self.values_chart());
-        }
-        if !self.after.members.is_empty() {
-            charts.push(self.members_chart());
         }
         PlotRow::grid(2, charts)
     }
@@ -160,25 +155,23 @@ fn last(course: &[f64]) -> f64 {
 
 /// Ends and median of the members.
 fn spread(design: &Design) -> String {
-    let sorted = sorted(design);
-    let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize];
-    format!(
-        "{} to {}, median {}",
-        number(at(0.0)),
-        number(at(1.0)),
-        number(at(0.5))
-    )
-}
-
-fn sorted(design: &Design) -> Vec<f64> {
     let mut sorted = design.members.clone();
     sorted.sort_by(f64::total_cmp);
-    sorted
+    let [low, middle, high] = [0.0, 0.5, 1.0]
+        .map(|share| number(sorted[((sorted.len() - 1) as f64 * share).round() as usize]));
+    format!("{low} to {high}, median {middle}")
 }
 
 impl Designed {
-    fn unit(&self) -> &'static str {
+    fn unit(&self) -> String {
         self.request.aim.unit(self.units)
+    }
+
+    /// A value with the unit.
+    fn shown(&self, value: f64) -> String {
+        format!("{} {}", number(value), self.unit())
+            .trim_end()
+            .to_owned()
     }
 
     fn pulse_units(&self) -> (&'static str, &'static str) {
@@ -201,16 +194,9 @@ impl Designed {
             (false, Judge::Worst) => format!("the worst of {}", self.request.aim.words()),
             (false, Judge::Mean) => format!("the mean of {}", self.request.aim.words()),
         };
-        let unit = if self.unit().is_empty() {
-            String::new()
-        } else {
-            format!(" {}", self.unit())
-        };
         if self.change().abs() <= LEAST_GAIN {
-            return format!(
-                "no design does better than the scene: {what} stays {}{unit}",
-                number(before)
-            );
+            let stays = self.shown(before);
+            return format!("no design does better than the scene: {what} stays {stays}");
         }
         let change = match before.is_nan() || before == 0.0 {
             true => "the scene exceeds a limit".to_owned(),
@@ -220,23 +206,19 @@ impl Designed {
                 if after < before { "less" } else { "more" }
             ),
         };
-        let verb = if after < before || before.is_nan() {
-            "falls"
-        } else {
-            "rises"
+        let verb = match after < before || before.is_nan() {
+            true => "falls",
+            false => "rises",
         };
         let found = match self.is_random {
             true => "a random try found it, the search did not".to_owned(),
             false => format!(
-                "as many random tries reach {}{unit}",
-                number(last(&self.random))
+                "as many random tries reach {}",
+                self.shown(last(&self.random))
             ),
         };
-        format!(
-            "{what} {verb} from {} to {}{unit}, {change}; {found}",
-            number(before),
-            number(after)
-        )
+        let (before, after) = (number(before), self.shown(after));
+        format!("{what} {verb} from {before} to {after}, {change}; {found}")
     }
 
     fn at_bounds(&self) -> impl Iterator<Item = &str> {
@@ -327,7 +309,7 @@ impl Designed {
         let mut chart = Chart::of(
             "Best so far",
             "tries",
-            label(&self.request.aim.name().replace('_', " "), self.unit()),
+            label(&self.request.aim.name().replace('_', " "), &self.unit()),
             vec![
                 Series::line("search", BLUE, points(&self.search)),
                 Series::line("random", VERMILLION, points(&self.random)).with(Look::Dashed),
@@ -360,31 +342,24 @@ impl Designed {
 
     /// Values along a list that is free as a whole; of different keys, their places between the bounds.
     fn values_chart(&self) -> Chart {
-        let base = |name: &str| name.split('[').next().unwrap_or_default().to_owned();
-        let first = base(&self.keys[0].name);
-        let is_one = self
-            .keys
-            .iter()
-            .all(|key| base(&key.name) == first && key.unit == self.keys[0].unit);
+        let list = |key: &DesignKey| key.name.split('[').next().unwrap_or_default().to_owned();
+        let (first, unit) = (list(&self.keys[0]), &self.keys[0].unit);
+        let mut keys = self.keys.iter();
+        let is_one = keys.all(|key| list(key) == first && key.unit == *unit);
         let of = |values: &[f64]| -> Vec<(f64, f64)> {
-            let values = values.iter().zip(&self.keys).enumerate();
-            let values = values.map(|(i, (value, key))| match is_one {
-                true => (i as f64, *value),
-                false => (
-                    i as f64,
-                    (value - key.bounds[0]) / (key.bounds[1] - key.bounds[0]),
-                ),
-            });
-            values.collect()
+            let place = |(key, value): (&DesignKey, &f64)| match is_one {
+                true => *value,
+                false => (value - key.bounds[0]) / (key.bounds[1] - key.bounds[0]),
+            };
+            let places = self.keys.iter().zip(values).map(place);
+            places.enumerate().map(|(i, v)| (i as f64, v)).collect()
         };
-        let ordinate = match is_one {
-            true => label(&first.replace('_', " "), &self.keys[0].unit),
-            false => "share of the way from bound to bound".into(),
-        };
-        let abscissa = if is_one {
-            "entry"
-        } else {
-            "key, by its row in the table"
+        let (abscissa, ordinate) = match is_one {
+            true => ("entry", label(&first.replace('_', " "), unit)),
+            false => (
+                "key, by its row in the table",
+                "share of the way from bound to bound".into(),
+            ),
         };
         Chart::of(
             "Values",
@@ -393,27 +368,6 @@ impl Designed {
             vec![
                 Series::line("scene", VERMILLION, of(&self.before.values)).with(Look::Dashed),
                 Series::line("design", BLUE, of(&self.after.values)),
-            ],
-        )
-    }
-
-    fn members_chart(&self) -> Chart {
-        let of = |design: &Design| -> Vec<(f64, f64)> {
-            let sorted = sorted(design);
-            let n = sorted.len() as f64;
-            sorted
-                .iter()
-                .enumerate()
-                .map(|(i, v)| (100.0 * (i as f64 + 0.5) / n, *v))
-                .collect()
-        };
-        Chart::of(
-            "Within the tolerances, in order",
-            "share of members (%)",
-            label(&self.request.aim.name().replace('_', " "), self.unit()),
-            vec![
-                Series::line("scene", VERMILLION, of(&self.before)).with(Look::Dashed),
-                Series::line("design", GREEN, of(&self.after)),
             ],
         )
     }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::model::Model;
 use super::result::{has_misfit, judge};
-use super::solver::{Minimum, dot, minimize};
+use super::solver::{Beside, Minimum, dot, minimize};
 use crate::chain::scene::{SceneSource, Setting};
 use crate::chain::{Ends, Law, Laws, Scheme, Simulation};
 use crate::field::Quantity;
@@ -207,20 +207,15 @@ impl Alternative {
     fn change(&self, model: &Model, found: &Minimum) -> Result<Vec<f64>> {
         let own = self.model(model);
         let point = self.point(model, &found.at);
-        let mut change = match self.extra {
+        let change = match self.extra {
             Some(_) => own.column(&point, model.moved())?,
             None => {
-                let pairs = own
-                    .predicted(&point)?
-                    .into_iter()
-                    .zip(model.predicted(&found.at)?);
+                let pairs = own.predicted(&point)?.into_iter();
+                let pairs = pairs.zip(model.predicted(&found.at)?);
                 pairs.map(|(a, b)| a - b).collect()
             }
         };
-        let missing = change.iter_mut().zip(&model.records.values);
-        missing
-            .filter(|(_, y)| !y.is_finite())
-            .for_each(|(c, _)| *c = 0.0);
+        let mut change = model.records.masked(change);
         change.resize(found.residual.len(), 0.0);
         Ok(change)
     }
@@ -312,42 +307,6 @@ fn alternatives(model: &Model, at: &[f64], bodies: &[usize]) -> Result<Vec<Alter
     Ok(found)
 }
 
-/// Columns made orthonormal, without what others explain.
-struct Beside {
-    columns: Vec<Vec<f64>>,
-}
-
-impl Beside {
-    fn of(columns: &[Vec<f64>]) -> Beside {
-        let mut beside = Beside {
-            columns: Vec::new(),
-        };
-        for column in columns {
-            let size = dot(column, column);
-            let rest = beside.rest(column);
-            let left = dot(&rest, &rest);
-            if left > 1e-12 * size {
-                beside
-                    .columns
-                    .push(rest.iter().map(|v| v / left.sqrt()).collect());
-            }
-        }
-        beside
-    }
-
-    /// Twice, so that rounding is none.
-    fn rest(&self, of: &[f64]) -> Vec<f64> {
-        let mut rest = of.to_vec();
-        for column in self.columns.iter().chain(&self.columns) {
-            let share = dot(column, &rest);
-            rest.iter_mut()
-                .zip(column)
-                .for_each(|(r, c)| *r -= share * c);
-        }
-        rest
-    }
-}
-
 /// What explains the misfit of a fit at its minimum; `None` where nothing that was tried does.
 ///
 /// # Errors
@@ -355,7 +314,7 @@ impl Beside {
 pub(super) fn cause(model: &Model, found: &Minimum, bodies: &[usize]) -> Result<Option<Cause>> {
     let all = alternatives(model, &found.at, bodies)?;
     model.observer.stage("causes", all.len() as u64);
-    let beside = Beside::of(&found.columns);
+    let beside = Beside::of(&found.columns, 1e-12);
     let residual = beside.rest(&found.residual);
     let score = |alternative: &Alternative| -> Result<f64> {
         let change = match alternative.change(model, found) {

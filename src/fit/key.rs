@@ -268,10 +268,7 @@ impl TypedKey {
     /// The bounds in a unit; infinite for none.
     fn in_unit(&self, unit: &str) -> Result<[f64; 2]> {
         let Some(ends) = &self.bounds else {
-            return Ok(match self.name.is_empty() {
-                true => [0.0; 2],
-                false => [f64::NEG_INFINITY, f64::INFINITY],
-            });
+            return Ok([f64::NEG_INFINITY, f64::INFINITY]);
         };
         let shared = ends[1].1.as_str();
         let of = |(value, own): &(f64, String)| {

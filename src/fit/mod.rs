@@ -133,8 +133,7 @@ impl FitRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Fitted> {
-        let setup = scene.setup()?;
-        let records = Records::of(field, &setup, self.bodies.as_deref())?;
+        let records = Records::of(field, scene, self.bodies.as_deref())?;
         self.of_records(records, scene, observer)
     }
 
@@ -149,38 +148,19 @@ impl FitRequest {
         observer: &dyn Observer,
     ) -> Result<Fitted> {
         let keys = self.keys(scene)?;
-        let setup = scene.setup().map_err(|error| scene.locate(error))?;
-        records.check(&setup)?;
-        let start = records.times.first().copied().unwrap_or(0.0);
         let counted = Counted::new(observer);
-        let local_error = local_error(&setup.simulation, &records)?;
-        let mut model = Model {
-            scene,
-            keys: &keys,
-            records: &records,
-            nuisances: self.nuisances(&records, None),
-            extra: None,
-            local_error,
-            observer: &counted,
-        };
+        let nuisances = self.nuisances(&records, None);
+        let mut model = Model::of(scene, &keys, &records, nuisances, &counted)?;
         records.check_number(model.unknowns())?;
-        let origin = vec![0.0; model.unknowns()];
-        let (until, error) = horizon(&model, &origin)?;
-        let cut = until.map(|until| records.until(until));
-        let used = cut.as_ref().unwrap_or(&records);
-        if let Some(until) = until {
-            let share = (until - start) / (records.times[records.times.len() - 1] - start);
-            used.check_number(model.unknowns())
-                .map_err(|_| amplifies(until, share))?;
-        }
-        model.records = used;
+        let (used, until, error) = reliable(&model, &vec![0.0; model.unknowns()])?;
+        model.records = &used;
         let (mut best, searches, runs) = self.search(&model)?;
         for _ in 0..REPEATED {
             if model.nuisances.gain_weight == 0.0 {
                 break;
             }
             let judged = result::judge(&model, &best);
-            model.nuisances = self.nuisances(used, Some(judged.gain_scale()));
+            model.nuisances = self.nuisances(&used, Some(judged.gain_scale()));
             best = minimize(&model, &best.at)?;
         }
         let horizon = until.map(|until| Horizon {
@@ -390,13 +370,22 @@ fn horizon(model: &Model, at: &[f64]) -> Result<(Option<f64>, f64)> {
     Ok((until, worst))
 }
 
-fn amplifies(until: f64, share: f64) -> Error {
-    let share = 100.0 * share.max(0.0);
-    Error::request(
+/// The records as far as runs agree; until when, where that is not the end; the error of runs before.
+fn reliable(model: &Model, at: &[f64]) -> Result<(Records, Option<f64>, f64)> {
+    let (records, unknowns) = (model.records, model.unknowns());
+    let (until, error) = horizon(model, at)?;
+    let used = until.map_or_else(|| records.clone(), |until| records.until(until));
+    let few = used.check_number(unknowns);
+    let (Some(until), Err(_)) = (until, &few) else {
+        return few.map(|()| (used, until, error));
+    };
+    let [start, end] = [0, records.times.len() - 1].map(|i| records.times[i]);
+    let share = 100.0 * ((until - start) / (end - start)).max(0.0);
+    Err(Error::request(
         "scene",
         "a chain whose rounding errors stay small over the records: shorter records, or fewer bodies",
         format!("one whose runs agree until {until:e} alone, {share:.0} % of them"),
-    )
+    ))
 }
 
 /// Counts runs, each of which asks once whether it is to stop.

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::cause::Extra;
 use super::key::{FreeKey, settings};
+use super::local_error;
 use super::records::Records;
 use super::solver::Problem;
 use crate::chain::Simulation;
@@ -46,6 +47,30 @@ pub(super) struct Model<'a> {
     pub extra: Option<Extra>,
     pub local_error: f64,
     pub observer: &'a dyn Observer,
+}
+
+impl<'a> Model<'a> {
+    /// # Errors
+    /// [`Error::Scene`]; [`Error::Request`] for records that are not of its chain.
+    pub fn of(
+        scene: &'a SceneSource,
+        keys: &'a [FreeKey],
+        records: &'a Records,
+        nuisances: Nuisances,
+        observer: &'a dyn Observer,
+    ) -> Result<Model<'a>> {
+        let setup = scene.setup().map_err(|error| scene.locate(error))?;
+        records.check(&setup)?;
+        Ok(Model {
+            local_error: local_error(&setup.simulation, records)?,
+            scene,
+            keys,
+            records,
+            nuisances,
+            extra: None,
+            observer,
+        })
+    }
 }
 
 impl Model<'_> {
@@ -159,8 +184,7 @@ impl Problem for Model<'_> {
     fn residual(&self, at: &[f64]) -> Result<Vec<f64>> {
         let predicted = self.predicted(at)?;
         let pairs = self.records.values.iter().zip(&predicted);
-        let beyond = |(y, p): (&f64, &f64)| if y.is_finite() { y - p } else { 0.0 };
-        let mut residual: Vec<f64> = pairs.map(beyond).collect();
+        let mut residual = self.records.masked(pairs.map(|(y, p)| y - p));
         if self.nuisances.gains && self.nuisances.gain_weight > 0.0 {
             let gains = &at[self.moved()..];
             residual.extend(gains.iter().map(|u| -self.nuisances.gain_weight * u));
@@ -214,10 +238,7 @@ impl Model<'_> {
             0
         };
         for column in columns {
-            let pairs = column.iter_mut().zip(&self.records.values);
-            pairs
-                .filter(|(_, y)| !y.is_finite())
-                .for_each(|(c, _)| *c = 0.0);
+            *column = self.records.masked(column.drain(..));
             column.resize(self.records.values.len() + extra, 0.0);
         }
     }

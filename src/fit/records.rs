@@ -1,6 +1,8 @@
 //! The measured records: where in the chain they are, and their samples in the units of the scene.
 
-use crate::chain::scene::{Setup, Units};
+use ndarray::Array2;
+
+use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
 use crate::measure::{self, Dimension};
 use crate::{Error, Field, Result};
@@ -30,14 +32,15 @@ pub struct Records {
 }
 
 impl Records {
-    /// The records of a field of `setup`'s chain. `bodies` are those of the field's sites; by default each site is at
+    /// The records of a field of a scene's chain. `bodies` are those of the field's sites; by default each site is at
     /// the body of its number, or where the field states positions and the scene the distance of its bodies, at that of
     /// its position.
     ///
     /// # Errors
     /// [`Error::Request`] and [`Error::Unfit`] for sites that are at no body, times before the start, units that do not
-    /// belong to the scene's, a quantity that no run has, and too few samples.
-    pub fn of(field: &Field, setup: &Setup, bodies: Option<&[usize]>) -> Result<Records> {
+    /// belong to the scene's, a quantity that no run has, and too few samples; [`Error::Scene`].
+    pub fn of(field: &Field, scene: &SceneSource, bodies: Option<&[usize]>) -> Result<Records> {
+        let setup = &scene.setup().map_err(|error| scene.locate(error))?;
         let scales = Scales::of(field, setup.units)?;
         let (n, m) = (field.n_times(), field.n_sites());
         let bodies = match bodies {
@@ -118,6 +121,23 @@ impl Records {
     pub fn record(&self, site: usize) -> &[f64] {
         let n = self.times.len();
         &self.values[n * site..n * (site + 1)]
+    }
+
+    pub(super) fn is_known(&self) -> Vec<bool> {
+        self.values.iter().map(|value| value.is_finite()).collect()
+    }
+
+    /// Values in place of the samples, 0 where these are missing.
+    pub(super) fn masked(&self, values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let all = values.into_iter().zip(&self.values);
+        all.map(|(value, own)| if own.is_finite() { value } else { 0.0 })
+            .collect()
+    }
+
+    /// Values in place of the samples as `(time, site)`.
+    pub(super) fn plane(&self, values: &[f64]) -> Array2<f64> {
+        let n = self.times.len();
+        Array2::from_shape_fn((n, self.bodies.len()), |(i, j)| values[n * j + i])
     }
 
     /// The step of the times, their median where they are uneven.

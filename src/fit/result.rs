@@ -7,13 +7,12 @@ use super::directions::{Coordinate, Direction, factored, loose};
 use super::model::{Model, rms};
 use super::noise::{Linear, Noise};
 use super::records::Records;
-use super::solver::{Minimum, dot};
-use super::verdict::{Judged, Misfit, spectrum};
+use super::solver::{Minimum, gram, scaled};
+use super::verdict::{Judged, Misfit, frequencies, mean_density};
 use super::{Search, is_same};
 use crate::Result;
 use crate::chain::scene::{SceneSource, Setting};
 use crate::numeric::student_two_sided;
-use crate::transform::fold;
 
 /// What is left, over the records, that is no noise but the error of runs and of their differences.
 const ROUNDING: f64 = 1e-6;
@@ -115,7 +114,7 @@ pub(super) fn misfit(
     predicted: &[f64],
     noise: &Noise,
 ) -> Option<Misfit> {
-    let known: Vec<bool> = model.records.values.iter().map(|v| v.is_finite()).collect();
+    let known = model.records.is_known();
     let judged = Judged {
         records: model.records,
         residual: &found.residual[..known.len()],
@@ -130,20 +129,9 @@ pub(super) fn misfit(
 /// Estimates noise and covariance at a minimum.
 pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
     let records = model.records;
-    let known: Vec<bool> = records.values.iter().map(|v| v.is_finite()).collect();
-    let size = |column: &Vec<f64>| match dot(column, column).sqrt() {
-        0.0 => 1.0,
-        size => size,
-    };
-    let sizes: Vec<f64> = found.columns.iter().map(size).collect();
-    let scaled: Vec<Vec<f64>> = found
-        .columns
-        .iter()
-        .zip(&sizes)
-        .map(|(column, size)| column.iter().map(|v| v / size).collect())
-        .collect();
-    let row = |a: &Vec<f64>| scaled.iter().map(|b| dot(a, b)).collect();
-    let (lower, unknown) = factored(scaled.iter().map(row).collect(), &sizes);
+    let known = records.is_known();
+    let (scaled, sizes) = scaled(&found.columns);
+    let (lower, unknown) = factored(gram(&scaled), &sizes);
     let linear = Linear {
         columns: &scaled,
         lower: &lower,
@@ -177,14 +165,9 @@ impl Fitted {
             unknown,
             loose,
         } = judge(model, found);
-        let known: Vec<bool> = records.values.iter().map(|v| v.is_finite()).collect();
         let residual = &found.residual[..records.values.len()];
         let predicted = model.predicted(&found.at)?;
-        let measured: Vec<f64> = records
-            .values
-            .iter()
-            .map(|v| if v.is_finite() { *v } else { 0.0 })
-            .collect();
+        let measured = records.masked(records.values.iter().copied());
         let left = rms(residual) / rms(&measured).max(f64::MIN_POSITIVE);
         let is_exact = left < ROUNDING.max(3.0 * run_error);
         let misfit = match is_exact {
@@ -216,29 +199,18 @@ impl Fitted {
                 false => covariance[i][j] / (covariance[i][i] * covariance[j][j]).sqrt(),
             }
         });
-        let (n, sites) = (records.times.len(), records.bodies.len());
-        let plane =
-            |of: &dyn Fn(usize) -> f64| Array2::from_shape_fn((n, sites), |(i, j)| of(n * j + i));
-        let all: Vec<usize> = (0..sites).collect();
         let settings = model.settings(&found.at).into_iter();
-        let density = |power: Vec<f64>| -> Vec<f64> {
-            let scale = records.step() / (n as f64 * sites as f64);
-            let power = power.iter().enumerate();
-            power.map(|(m, p)| p * fold(m, n) * scale).collect()
-        };
         Ok(Fitted {
             values,
             correlation,
             undetermined: directions,
             misfit,
-            measured: plane(&|at| records.values[at]),
-            fitted: plane(&|at| predicted[at]),
-            residual: plane(&|at| if known[at] { residual[at] } else { f64::NAN }),
-            frequencies: (0..=n / 2)
-                .map(|k| k as f64 / (n as f64 * records.step()))
-                .collect(),
-            residual_spectrum: density(spectrum(residual, n, &all)),
-            measured_spectrum: density(spectrum(&measured, n, &all)),
+            residual: records.plane(&records.values) - records.plane(&predicted),
+            measured: records.plane(&records.values),
+            fitted: records.plane(&predicted),
+            frequencies: frequencies(records),
+            residual_spectrum: mean_density(residual, records),
+            measured_spectrum: mean_density(&measured, records),
             noise: noise.sigma,
             noise_correlation: noise.correlation.clone(),
             independent: noise.independent(),

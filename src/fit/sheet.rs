@@ -1,16 +1,14 @@
 //! What a fit says: values with intervals, the verdict, where the chain and the records part.
 
-use ndarray::Array2;
 use serde_json::json;
 
 use super::cause::Cause;
 use super::result::{Fitted, FittedValue};
-use super::shown::{per_time, places, record_charts, residual_map};
+use super::shown::{places, record_charts, residual_map, spectral_units, spectrum_chart};
 use crate::sheet::{
-    BLUE, Chart, Colors, Describe, HeatChart, Level, Look, Marker, Plot, PlotRow, Series, Sheet,
-    Table, VERMILLION, edges, error_size, listed, number, percent, with_half,
+    BLUE, Describe, Plot, PlotRow, Sheet, Table, VERMILLION, error_size, listed, number, percent,
+    with_half,
 };
-use crate::unit::{compose, label, square};
 
 /// Values that a sentence names, at most.
 const NAMED: usize = 4;
@@ -51,7 +49,11 @@ impl Describe for Fitted {
                 places(self.records.quantity)
             ),
             answer: self.answer(),
-            tables: vec![self.table(), self.searches_table()],
+            tables: vec![
+                self.table(),
+                self.correlation_table(),
+                self.searches_table(),
+            ],
             definitions: DEFINITIONS.to_vec(),
             ..Sheet::default()
         };
@@ -77,8 +79,7 @@ impl Describe for Fitted {
         sheet
     }
 
-    /// Some records with those of the fitted chain; what is left over time and bodies, and by frequency; intervals over
-    /// values; correlations.
+    /// Some records with those of the fitted chain; what is left over time and bodies, and by frequency.
     fn pictures(&self) -> Vec<PlotRow> {
         let mut rows = PlotRow::grid(
             2,
@@ -86,11 +87,13 @@ impl Describe for Fitted {
         );
         rows.push(PlotRow::of([
             Plot::from(residual_map(&self.records, &self.residual, "fitted")),
-            Plot::from(self.spectrum_chart()),
-        ]));
-        rows.push(PlotRow::of([
-            Plot::from(self.interval_chart()),
-            Plot::from(self.correlation_map()),
+            Plot::from(spectrum_chart(
+                &self.records,
+                [
+                    ("measured", BLUE, &self.measured),
+                    ("what is left", VERMILLION, &self.residual),
+                ],
+            )),
         ]));
         rows
     }
@@ -303,14 +306,6 @@ impl Fitted {
             .collect()
     }
 
-    fn by_time(&self) -> Vec<f64> {
-        self.residual
-            .rows()
-            .into_iter()
-            .map(|row| known_rms(row.iter().copied()))
-            .collect()
-    }
-
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
         let [time, unit] = &self.records.units;
         let bodies: Vec<f64> = self
@@ -325,8 +320,7 @@ impl Fitted {
         sheet.plane("fitted", ["time", "body"], unit, &self.fitted);
         sheet.plane("residual", ["time", "body"], unit, &self.residual);
         sheet.line("residual_by_body", "body", unit, self.by_site());
-        sheet.line("residual_by_time", "time", unit, self.by_time());
-        let [frequency, density] = self.spectral_units();
+        let [frequency, density] = spectral_units(&self.records);
         sheet.line("frequency", "frequency", &frequency, &self.frequencies);
         sheet.line(
             "residual_spectrum",
@@ -354,126 +348,67 @@ impl Fitted {
         sheet.line("noise_correlation", "lag", "", &self.noise_correlation);
     }
 
-    /// Of frequencies and of power spectral densities.
-    fn spectral_units(&self) -> [String; 2] {
-        let [time, sample] = &self.records.units;
-        let frequency = per_time(time);
-        let density = match sample.is_empty() {
-            true => String::new(),
-            false => compose(&[&square(sample)], &[&frequency]),
+    /// Correlations of the values.
+    fn correlation_table(&self) -> Table {
+        let names = || self.values.iter().map(|value| value.name.clone());
+        let rows = names().zip(self.correlation.rows());
+        let row = |(name, row): (String, ndarray::ArrayView1<f64>)| {
+            let entry = |v: &f64| {
+                if v.is_finite() {
+                    format!("{v:.2}")
+                } else {
+                    "undetermined".into()
+                }
+            };
+            [name].into_iter().chain(row.iter().map(entry)).collect()
         };
-        [frequency, density]
-    }
-
-    fn spectrum_chart(&self) -> Chart {
-        let [unit, density] = self.spectral_units();
-        let line = |name: &str, colour, values: &[f64]| {
-            Series::of(name, colour, &self.frequencies[1..], &values[1..])
-        };
-        let series = vec![
-            line("measured", BLUE, &self.measured_spectrum),
-            line("what is left", VERMILLION, &self.residual_spectrum),
-        ];
-        Chart::of(
-            "by frequency",
-            label("frequency f", &unit),
-            label("mean power spectral density", &density),
-            series,
-        )
-        .logarithmic()
-    }
-
-    /// Names of the values with their numbers on an axis.
-    fn numbered(&self) -> String {
-        let names = self.values.iter().enumerate();
-        let names: Vec<String> = names.map(|(k, v)| format!("{k} {}", v.name)).collect();
-        names.join(", ")
-    }
-
-    /// Intervals over values.
-    fn interval_chart(&self) -> Chart {
-        let known = self
-            .values
-            .iter()
-            .enumerate()
-            .filter(|(_, value)| value.low.is_finite() && value.value != 0.0);
-        let (points, errors): (Vec<_>, Vec<f64>) = known
-            .map(|(k, value)| {
-                (
-                    (k as f64, 0.0),
-                    50.0 * (value.high - value.low) / value.value.abs(),
-                )
-            })
-            .unzip();
-        let widest = errors.iter().copied().fold(1e-9, f64::max);
-        // Ends that have ticks.
-        let power = 10f64.powf(widest.log10().floor());
-        let end = [1.2, 2.0, 5.0, 10.0].map(|ten| ten * power);
-        let end = end.into_iter().find(|end| *end > 1.1 * widest);
-        let end = end.unwrap_or(20.0 * power);
-        let series = Series {
-            errors,
-            ..Series::line("", BLUE, points)
-                .with(Look::Dots)
-                .marked(Marker::Circle)
-        };
-        Chart {
-            x: -0.5..self.values.len() as f64 - 0.5,
-            y: -end..end,
-            levels: vec![Level::zero()],
-            ..Chart::of(
-                "95 % intervals",
-                self.numbered(),
-                "off the value (%)",
-                vec![series],
-            )
-        }
-    }
-
-    fn correlation_map(&self) -> HeatChart {
-        let count = self.values.len();
-        let centres: Vec<f64> = (0..count).map(|k| k as f64).collect();
-        let (low, high) = edges(&centres);
-        HeatChart {
-            title: "correlation of the values".into(),
-            x_label: self.numbered(),
-            y_label: "value".into(),
-            label: "correlation".into(),
-            x: low..high,
-            y: low..high,
-            values: Array2::clone(&self.correlation),
-            colors: Colors::Between(-1.0..1.0),
-            ..HeatChart::default()
+        Table {
+            title: "correlations".into(),
+            head: [String::new()].into_iter().chain(names()).collect(),
+            rows: rows.map(row).collect(),
+            is_fact: false,
         }
     }
 }
 
 impl Cause {
+    /// It and all that explain as much.
+    fn names(&self) -> String {
+        let rivals = self.rivals.iter().cloned();
+        let all: Vec<String> = [self.name.clone()].into_iter().chain(rivals).collect();
+        match self.rivals.is_empty() {
+            true => self.name.clone(),
+            false => format!("one of {}", listed(&all)),
+        }
+    }
+
     /// What freeing it does.
     fn words(&self) -> String {
-        let to = match self.held.is_nan() {
+        let to = match self.held.is_nan() || !self.rivals.is_empty() {
             true => String::new(),
             false => format!(" ({} to {})", number(self.held), number(self.free)),
         };
-        let rivals: Vec<String> = [self.name.clone()]
-            .into_iter()
-            .chain(self.rivals.clone())
-            .collect();
         let rest = if self.is_all {
-            "and leaves noise alone"
+            "noise alone"
         } else {
-            "and leaves a misfit"
+            "a misfit"
         };
-        match self.rivals.is_empty() {
-            true => format!(
-                "freeing {}{to} takes {} of that {rest}",
-                self.name,
-                percent(self.explained)
-            ),
+        format!(
+            "freeing {}{to} takes {} of that and leaves {rest}",
+            self.names(),
+            percent(self.explained)
+        )
+    }
+
+    /// What a chain that it alone explains differs by.
+    pub(super) fn differs(&self) -> String {
+        match self.held.is_nan() || !self.rivals.is_empty() {
+            true => format!("by {}", self.names()),
             false => format!(
-                "freeing one of {} takes {} of that {rest}",
-                listed(&rivals),
-                percent(self.explained)
+                "by one number: {}, {} in place of {}",
+                self.name,
+                number(self.free),
+                number(self.held)
             ),
         }
     }

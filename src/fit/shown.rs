@@ -3,13 +3,13 @@
 use ndarray::Array2;
 
 use super::records::Records;
-use super::verdict::Misfit;
+use super::verdict::{Misfit, frequencies, mean_density};
 use crate::field::Quantity;
 use crate::measure::cycles_per;
 use crate::sheet::{
-    BLUE, Chart, Colors, HeatChart, Look, Series, VERMILLION, listed, number, range,
+    BLUE, Chart, Colors, HeatChart, Look, Role, Series, VERMILLION, listed, number, range,
 };
-use crate::unit::label;
+use crate::unit::{compose, label, square};
 
 /// Records that are drawn, and bodies that a sentence names, at most.
 const DRAWN: usize = 4;
@@ -113,17 +113,59 @@ pub(super) fn record_charts(
 /// What is measured beyond a run.
 pub(super) fn residual_map(records: &Records, residual: &Array2<f64>, name: &str) -> HeatChart {
     let known = residual.iter().filter(|v| v.is_finite());
+    let bodies: Vec<f64> = records.bodies.iter().map(|body| *body as f64).collect();
+    let is_even = bodies.windows(3).all(|at| at[2] - at[1] == at[1] - at[0]);
+    let is_rising = bodies.windows(2).all(|at| at[1] > at[0]);
+    let (x_label, x) = match is_even && is_rising {
+        true => ("body", range(&bodies)),
+        false => ("record", -0.5..bodies.len() as f64 - 0.5),
+    };
     let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
     HeatChart {
         title: "what is left".into(),
         caption: format!("Measured less {name}. Noise looks the same everywhere."),
-        x_label: "record".into(),
+        x_label: x_label.into(),
         y_label: label("time t", &records.units[0]),
         label: label(records.quantity.name(), &records.units[1]),
-        x: -0.5..records.bodies.len() as f64 - 0.5,
+        x,
         y: range(&records.times),
         values: residual.clone(),
         colors: Colors::Between(-largest..largest),
+        roles: Some([Role::Position, Role::Time]),
         ..HeatChart::default()
     }
+}
+
+/// Mean power spectral densities of records, missing samples as 0.
+pub(super) fn spectrum_chart<const N: usize>(
+    records: &Records,
+    planes: [(&str, usize, &Array2<f64>); N],
+) -> Chart {
+    let series = planes.map(|(name, colour, plane)| {
+        let columns = plane.columns().into_iter().flatten();
+        let grid: Vec<f64> = columns
+            .map(|v| if v.is_finite() { *v } else { 0.0 })
+            .collect();
+        let density = mean_density(&grid, records);
+        Series::of(name, colour, &frequencies(records)[1..], &density[1..])
+    });
+    let [frequency, density] = spectral_units(records);
+    Chart::of(
+        "by frequency",
+        label("frequency f", &frequency),
+        label("mean power spectral density", &density),
+        series.into(),
+    )
+    .logarithmic()
+}
+
+/// Of frequencies and of power spectral densities.
+pub(super) fn spectral_units(records: &Records) -> [String; 2] {
+    let [time, sample] = &records.units;
+    let frequency = per_time(time);
+    let density = match sample.is_empty() {
+        true => String::new(),
+        false => compose(&[&square(sample)], &[&frequency]),
+    };
+    [frequency, density]
 }

@@ -61,6 +61,7 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
     let mut columns = problem.columns(&at, &mut steps)?;
     let mut scale = vec![0.0f64; at.len()];
     let (mut damping, mut growth) = (DAMPING, 2.0);
+    let mut ended = None;
     for step in 0..MOST_STEPS {
         let (matrix, gradient) = normal(&columns, &residual);
         let held: Vec<bool> = (0..at.len())
@@ -91,13 +92,8 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
                 continue;
             }
             if predicted <= enough || squares <= problem.floor() {
-                return Ok(Minimum {
-                    at,
-                    residual,
-                    squares,
-                    columns,
-                    is_settled: true,
-                });
+                ended = Some(true);
+                break;
             }
             let tried = match problem.residual(&next) {
                 Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -115,13 +111,8 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
             growth *= 2.0;
         }
         let Some((next, new, now)) = accepted else {
-            return Ok(Minimum {
-                at,
-                residual,
-                squares,
-                columns,
-                is_settled: step > 0,
-            });
+            ended = ended.or(Some(step > 0));
+            break;
         };
         (at, residual, squares) = (next, new, now);
         columns = problem.columns(&at, &mut steps)?;
@@ -131,7 +122,7 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
         residual,
         squares,
         columns,
-        is_settled: false,
+        is_settled: ended.unwrap_or(false),
     })
 }
 
@@ -145,9 +136,72 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// `J^T J` and `J^T r`.
 pub(super) fn normal(columns: &[Vec<f64>], residual: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let row = |a: &Vec<f64>| columns.iter().map(|b| dot(a, b)).collect();
     let gradient = columns.iter().map(|column| dot(column, residual)).collect();
-    (columns.iter().map(row).collect(), gradient)
+    (gram(columns), gradient)
+}
+
+/// `J^T J`.
+pub(super) fn gram(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let row = |a: &Vec<f64>| columns.iter().map(|b| dot(a, b)).collect();
+    columns.iter().map(row).collect()
+}
+
+/// Columns of length 1, and what they were divided by, 1 for columns of zeros.
+pub(super) fn scaled(columns: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let size = |column: &Vec<f64>| match dot(column, column).sqrt() {
+        0.0 => 1.0,
+        size => size,
+    };
+    let sizes: Vec<f64> = columns.iter().map(size).collect();
+    let columns = columns.iter().zip(&sizes);
+    let columns = columns.map(|(column, size)| column.iter().map(|v| v / size).collect());
+    (columns.collect(), sizes)
+}
+
+/// Columns made orthonormal, without what others explain.
+#[derive(Clone)]
+pub(super) struct Beside {
+    columns: Vec<Vec<f64>>,
+}
+
+impl Beside {
+    /// Of columns of which more than a share of the squares is left beside those before them.
+    pub fn of(columns: &[Vec<f64>], share: f64) -> Beside {
+        let mut beside = Beside {
+            columns: Vec::new(),
+        };
+        for column in columns {
+            beside.add(column, share);
+        }
+        beside
+    }
+
+    /// Adds a column, unless too little of its squares is left; returns it.
+    pub fn add(&mut self, column: &[f64], share: f64) -> Option<&[f64]> {
+        let rest = self.rest(column);
+        let left = dot(&rest, &rest);
+        if left.is_nan() || left <= share * dot(column, column) {
+            return None;
+        }
+        self.columns
+            .push(rest.iter().map(|v| v / left.sqrt()).collect());
+        self.columns.last().map(Vec::as_slice)
+    }
+
+    pub fn count(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Without what the columns explain; twice, so that rounding is none.
+    pub fn rest(&self, of: &[f64]) -> Vec<f64> {
+        let mut rest = of.to_vec();
+        for column in self.columns.iter().chain(&self.columns) {
+            let share = dot(column, &rest);
+            let pairs = rest.iter_mut().zip(column);
+            pairs.for_each(|(r, c)| *r -= share * c);
+        }
+        rest
+    }
 }
 
 /// By how much a step lowers the squares where the residual is linear.

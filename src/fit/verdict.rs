@@ -9,9 +9,9 @@ use serde::Serialize;
 
 use super::noise::Noise;
 use super::records::Records;
-use super::solver::{cholesky, dot, solved};
+use super::solver::{Beside, dot};
 use crate::numeric::fisher_tail;
-use crate::transform::{RecordScratch, RecordTransform};
+use crate::transform::{RecordScratch, RecordTransform, fold};
 
 /// Share of fits to noise alone that a family of tests calls a misfit.
 const ALPHA: f64 = 0.02;
@@ -57,8 +57,7 @@ pub(super) struct Judged<'a> {
 /// Whitened numbers at the samples where they are known.
 struct White {
     error: Vec<f64>,
-    columns: Vec<Vec<f64>>,
-    lower: Vec<Vec<f64>>,
+    beside: Beside,
     /// Where in the records each is.
     places: Vec<usize>,
     degrees: f64,
@@ -77,52 +76,18 @@ impl Judged<'_> {
 
     fn whitened(&self) -> Option<White> {
         let n = self.residual.len();
-        let columns: Vec<Vec<f64>> = self
-            .columns
-            .iter()
-            .map(|column| self.white(&column[..n]))
-            .collect();
-        let mut error = self.white(self.residual);
-        let places = self.noise.whitened(self.residual, self.known, self.times());
-        let places = places
-            .iter()
-            .enumerate()
-            .filter(|(_, white)| white.is_some());
-        let places: Vec<usize> = places.map(|(at, _)| at).collect();
+        let columns = self.columns.iter().map(|column| self.white(&column[..n]));
         // Unknowns that the records do not tell are no regressors.
-        let scale = |column: &Vec<f64>| dot(column, column).sqrt();
-        let columns: Vec<Vec<f64>> = columns
-            .into_iter()
-            .filter_map(|column| {
-                let size = scale(&column);
-                (size > 0.0).then(|| column.iter().map(|v| v / size).collect())
-            })
-            .collect();
-        let ridge = |i: usize, j: usize| {
-            if i == j {
-                1.0 + 1e-9
-            } else {
-                dot(&columns[i], &columns[j])
-            }
-        };
-        let count = columns.len();
-        let matrix: Vec<Vec<f64>> = (0..count)
-            .map(|i| (0..count).map(|j| ridge(i, j)).collect())
-            .collect();
-        let lower = cholesky(&matrix)?;
-        let right: Vec<f64> = columns.iter().map(|column| dot(column, &error)).collect();
-        for (column, share) in columns.iter().zip(solved(&lower, &right)) {
-            error
-                .iter_mut()
-                .zip(column)
-                .for_each(|(e, c)| *e -= share * c);
-        }
-        let degrees = error.len() as f64 - count as f64;
+        let beside = Beside::of(&columns.collect::<Vec<_>>(), 1e-9);
+        let places = self.noise.whitened(self.residual, self.known, self.times());
+        let places = places.iter().enumerate();
+        let places: Vec<usize> = places.filter_map(|(at, white)| white.map(|_| at)).collect();
+        let error = beside.rest(&self.white(self.residual));
+        let degrees = (error.len() - beside.count()) as f64;
         let variance = dot(&error, &error) / degrees;
         (degrees > LEAST as f64 && variance > 0.0).then_some(White {
             error,
-            columns,
-            lower,
+            beside,
             places,
             degrees,
             variance,
@@ -282,7 +247,7 @@ impl Judged<'_> {
 }
 
 /// Power of the records of sites at frequencies from 0 to the Nyquist frequency, a sum over records.
-pub(super) fn spectrum(grid: &[f64], times: usize, sites: &[usize]) -> Vec<f64> {
+fn spectrum(grid: &[f64], times: usize, sites: &[usize]) -> Vec<f64> {
     let transform = RecordTransform::<f64>::new(&vec![1.0; times], times);
     let mut scratch = RecordScratch::default();
     let mut power = vec![0.0; times / 2 + 1];
@@ -297,37 +262,34 @@ pub(super) fn spectrum(grid: &[f64], times: usize, sites: &[usize]) -> Vec<f64> 
     power
 }
 
+/// Frequencies from 0 to the Nyquist frequency.
+pub(super) fn frequencies(records: &Records) -> Vec<f64> {
+    let n = records.times.len();
+    let whole = n as f64 * records.step();
+    (0..=n / 2).map(|m| m as f64 / whole).collect()
+}
+
+/// One-sided power spectral density, the mean over records.
+pub(super) fn mean_density(grid: &[f64], records: &Records) -> Vec<f64> {
+    let (n, sites) = (records.times.len(), records.bodies.len());
+    let scale = records.step() / (n * sites) as f64;
+    let all: Vec<usize> = (0..sites).collect();
+    let power = spectrum(grid, n, &all).into_iter().enumerate();
+    power.map(|(m, p)| p * fold(m, n) * scale).collect()
+}
+
 impl White {
     /// The probability that noise is explained as well by the regressors, beside the unknowns.
     fn probability(&self, regressors: Vec<Vec<f64>>) -> f64 {
-        let usual: Vec<f64> = regressors.iter().map(|z| dot(z, z)).collect();
-        let beside: Vec<Vec<f64>> = regressors
-            .iter()
-            .map(|z| self.columns.iter().map(|column| dot(column, z)).collect())
-            .collect();
-        let solved: Vec<Vec<f64>> = beside.iter().map(|b| solved(&self.lower, b)).collect();
-        // Cholesky's method, without the regressors that nothing is left of.
-        let mut rows: Vec<(usize, Vec<f64>)> = Vec::new();
-        let mut sums: Vec<f64> = Vec::new();
-        for (i, z) in regressors.iter().enumerate() {
-            let mut row: Vec<f64> = Vec::new();
-            for (j, of_j) in &rows {
-                let rest = dot(z, &regressors[*j])
-                    - dot(&beside[i], &solved[*j])
-                    - dot(&row, &of_j[..row.len()]);
-                row.push(rest / of_j[row.len()]);
+        let mut beside = self.beside.clone();
+        let mut explained = 0.0;
+        for regressor in &regressors {
+            // Nothing is told by those that little is left of.
+            if let Some(own) = beside.add(regressor, LEFT) {
+                explained += dot(own, &self.error).powi(2);
             }
-            let left = usual[i] - dot(&beside[i], &solved[i]) - dot(&row, &row);
-            if left.is_nan() || left <= LEFT * usual[i] || usual[i] == 0.0 {
-                continue;
-            }
-            let pivot = left.sqrt();
-            sums.push((dot(z, &self.error) - dot(&row, &sums)) / pivot);
-            row.push(pivot);
-            rows.push((i, row));
         }
-        let count = sums.len() as f64;
-        let explained = dot(&sums, &sums);
+        let count = (beside.count() - self.beside.count()) as f64;
         let rest = (self.variance * self.degrees - explained) / (self.degrees - count);
         match count > 0.0 && rest > 0.0 {
             true => fisher_tail(explained / count / rest, [count, self.degrees - count]),

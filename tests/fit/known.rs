@@ -289,10 +289,11 @@ fn regress_a_stopped_fit_resumes() {
         assert_eq!(numbers(other), numbers(&whole));
         assert_eq!(other.residual, whole.residual);
     }
-    request.seed = 1;
-    let error = request
-        .run(&field, &scene, &Silent)
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("holds another fit"), "{error}");
+    // Other records, and other starts.
+    let others = Measurement { seed: 2, ..made }.measured(&chain(2.0, 1.0, 0.01));
+    for (field, seed) in [(&others, request.seed), (&field, 1)] {
+        request.seed = seed;
+        let error = request.run(field, &scene, &Silent).unwrap_err().to_string();
+        assert!(error.contains("holds another fit"), "{error}");
+    }
 }

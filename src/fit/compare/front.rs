@@ -11,7 +11,7 @@
 //! more than the largest of as many delays of noise does.
 
 use super::super::noise::{Linear, Noise};
-use super::super::solver::{cholesky, dot};
+use super::super::solver::{cholesky, dot, gram, scaled};
 use super::TOLD;
 use crate::numeric::GoldenSection;
 
@@ -209,16 +209,7 @@ impl Front {
         step: f64,
     ) -> Option<Told> {
         let columns = self.columns(run, known);
-        let sizes = columns
-            .each_ref()
-            .map(|c| dot(c, c).sqrt().max(f64::MIN_POSITIVE));
-        let scaled: Vec<Vec<f64>> = columns
-            .iter()
-            .zip(sizes)
-            .map(|(column, size)| column.iter().map(|v| v / size).collect())
-            .collect();
-        let row = |a: &Vec<f64>| scaled.iter().map(|b| dot(a, b)).collect();
-        let matrix: Vec<Vec<f64>> = scaled.iter().map(row).collect();
+        let (scaled, sizes) = scaled(&columns);
         let error = |columns: &[Vec<f64>], lower: &[Vec<f64>], k: usize| {
             let linear = Linear {
                 columns,
@@ -229,7 +220,7 @@ impl Front {
             linear.covariance(noise)[k][k].max(0.0).sqrt() / sizes[k]
         };
         let own = error(&scaled[..1], &[vec![1.0]], 0);
-        let lower = cholesky(&matrix)?;
+        let lower = cholesky(&gram(&scaled))?;
         // A front of another shape may lie best at a delay, and at a size, that are none of its own: by as much as what is left of it
         // beyond noise would change them.
         let inside = measured.iter().zip(&columns[0]).filter(|(_, p)| **p != 0.0);

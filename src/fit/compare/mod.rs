@@ -20,11 +20,8 @@ use super::records::Records;
 use super::result::{judge, misfit};
 use super::solver::{Minimum, Problem, square};
 use super::verdict::Misfit;
-use super::{EXACT, amplifies, horizon, local_error};
-use crate::analyze::{Request, Results, analyze};
+use super::{EXACT, reliable};
 use crate::chain::scene::SceneSource;
-use crate::field::Axis;
-use crate::moved::Movement;
 use crate::numeric::LineFit;
 use crate::observer::Observer;
 use crate::{Field, Result};
@@ -40,7 +37,7 @@ const LEVEL: f64 = 0.02;
 const QUIET: f64 = 40.0;
 const CLEAN: f64 = 0.6;
 
-/// Fewest bodies that tell an attenuation, and what moved.
+/// Fewest bodies that tell an attenuation.
 const BODIES: usize = 4;
 
 /// How a field is compared.
@@ -99,8 +96,6 @@ pub struct Comparison {
     pub bodies: Vec<AtBody>,
     pub bands: Vec<InBand>,
     pub attenuation: Option<[Attenuated; 2]>,
-    /// What moved along x.
-    pub moved: Option<[Movement; 2]>,
     /// What noise does not explain of the difference; `None` for nothing.
     pub misfit: Option<Misfit>,
     /// The one number of the chain, of the clock or of a gain that explains it.
@@ -125,8 +120,7 @@ impl CompareRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison> {
-        let setup = scene.setup().map_err(|error| scene.locate(error))?;
-        let records = Records::of(field, &setup, self.bodies.as_deref())?;
+        let records = Records::of(field, scene, self.bodies.as_deref())?;
         self.of_records(records, scene, observer)
     }
 
@@ -140,23 +134,9 @@ impl CompareRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison> {
-        let setup = scene.setup().map_err(|error| scene.locate(error))?;
-        records.check(&setup)?;
-        let mut model = Model {
-            scene,
-            keys: &[],
-            records: &records,
-            nuisances: Nuisances::default(),
-            extra: None,
-            local_error: local_error(&setup.simulation, &records)?,
-            observer,
-        };
-        let (until, run_error) = horizon(&model, &[])?;
-        let cut = until.map(|until| records.until(until));
-        let used = cut.as_ref().unwrap_or(&records);
-        used.check_number(1)
-            .map_err(|error| until.map_or(error, |until| amplifies(until, 0.0)))?;
-        model.records = used;
+        let mut model = Model::of(scene, &[], &records, Nuisances::default(), observer)?;
+        let (used, until, run_error) = reliable(&model, &[])?;
+        model.records = &used;
         let predicted = model.predicted(&[])?;
         let residual = model.residual(&[])?;
         let minimum = Minimum {
@@ -167,7 +147,7 @@ impl CompareRequest {
             is_settled: true,
         };
         let is_exact = rms(&minimum.residual) <= used.size() * EXACT.max(3.0 * run_error);
-        let pair = Pair::of(used, &predicted, is_exact);
+        let pair = Pair::of(&used, &predicted, is_exact);
         let bodies: Vec<AtBody> = (0..pair.sites()).map(|site| pair.body(site)).collect();
         let is_told = bodies.iter().any(|at| at.is_late || at.is_other);
         let misfit = misfit(&model, &minimum, &predicted, &judge(&model, &minimum).noise)
@@ -179,55 +159,22 @@ impl CompareRequest {
             true => cause(&model, &minimum, places)?.filter(|cause| cause.is_all),
             false => None,
         };
-        let moved = match pair.sites() {
-            0..BODIES => None,
-            _ => moved(used, &pair.measured)?
-                .zip(moved(used, &pair.run)?)
-                .map(<[_; 2]>::from),
-        };
-        let plane = |of: &dyn Fn(usize) -> f64| {
-            let n = used.times.len();
-            Array2::from_shape_fn((n, pair.sites()), |(i, j)| of(n * j + i))
-        };
         Ok(Comparison {
-            measured: plane(&|at| used.values[at]),
-            run: plane(&|at| predicted[at]),
-            residual: plane(&|at| used.values[at] - predicted[at]),
+            residual: used.plane(&used.values) - used.plane(&predicted),
+            measured: used.plane(&used.values),
+            run: used.plane(&predicted),
             bands: bands::bands(&pair),
             attenuation: attenuations(&bodies),
             left: minimum.squares / square(&pair.measured).max(f64::MIN_POSITIVE),
             bodies,
-            moved,
             misfit,
             cause,
             is_exact,
             horizon: until,
             request: self.clone(),
-            records: used.clone(),
+            records: used,
         })
     }
-}
-
-/// What moves along x, of samples that are 0 where they are missing.
-fn moved(records: &Records, values: &[f64]) -> Result<Option<Movement>> {
-    let n = records.times.len();
-    let shape = (n, records.bodies.len());
-    let mut samples = Field::from_array(Array2::from_shape_fn(shape, |(i, j)| values[n * j + i]));
-    samples.time = Axis {
-        origin: records.times[0],
-        step: records.step(),
-        unit: None,
-    };
-    samples.quantity = records.quantity;
-    let request = Request {
-        results: Results {
-            answer: true,
-            ..Results::NONE
-        },
-        ..Request::default()
-    };
-    let (analysis, _) = analyze(&samples, &request)?;
-    Ok(analysis.answer.map(|answer| answer.frequency))
 }
 
 /// By how much largest values fall from body to body: lines through their logarithms.
@@ -262,18 +209,12 @@ struct Pair<'a> {
 
 impl<'a> Pair<'a> {
     fn of(records: &'a Records, run: &'a [f64], is_exact: bool) -> Pair<'a> {
-        let known: Vec<bool> = records.values.iter().map(|v| v.is_finite()).collect();
-        let masked = |values: &[f64]| -> Vec<f64> {
-            let all = values.iter().zip(&known);
-            all.map(|(v, known)| if *known { *v } else { 0.0 })
-                .collect()
-        };
         let mut pair = Pair {
-            measured: masked(&records.values),
-            run: masked(run),
+            measured: records.masked(records.values.iter().copied()),
+            run: records.masked(run.iter().copied()),
+            known: records.is_known(),
             records,
             whole: run,
-            known,
             fronts: Vec::new(),
             noise: Noise::default(),
             is_quiet: false,

@@ -1,12 +1,16 @@
 //! What a comparison says: where measurement and run agree, and where they part.
 
+use std::cmp::Ordering;
+
 use serde_json::json;
 
-use super::super::shown::{per_time, places, record_charts, residual_map, some_places, with_unit};
+use super::super::shown::{
+    per_time, places, record_charts, residual_map, some_places, spectrum_chart, with_unit,
+};
 use super::{AtBody, Attenuated, Comparison, InBand, TOLD};
 use crate::sheet::{
-    BLUE, Chart, Describe, Level, Look, Marker, Plot, PlotRow, Series, Sheet, Table, VERMILLION,
-    listed, number, percent,
+    BLUE, Chart, Describe, GREEN, Level, Look, Marker, Plot, PlotRow, Series, Sheet, Table,
+    VERMILLION, number, percent,
 };
 use crate::unit::label;
 
@@ -31,14 +35,6 @@ const DEFINITIONS: [[&str; 2]; 4] = [
         "Squared correlation of measurement and run over the records and frequencies of a band.",
     ],
 ];
-
-/// How a band does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Side {
-    Same,
-    Less,
-    More,
-}
 
 impl Describe for Comparison {
     fn describe(&self) -> Sheet<'_> {
@@ -70,9 +66,6 @@ impl Describe for Comparison {
             "bodies": self.bodies,
             "bands": self.bands,
             "attenuation": self.attenuation,
-            "moved": self.moved.as_ref().map(|both| both.each_ref().map(|moved| json!({
-                "verdict": moved.verdict, "up": moved.up, "down": moved.down, "bound": moved.bound,
-            }))),
             "agree": self.agrees(),
             "misfit": self.misfit,
             "cause": self.cause,
@@ -85,17 +78,25 @@ impl Describe for Comparison {
         sheet
     }
 
-    /// Records, what is left, energies and correlation by band, arrivals and largest values by body.
+    /// Arrivals and largest values by body, what is left, spectra, records.
     fn pictures(&self) -> Vec<PlotRow> {
-        let mut rows = PlotRow::grid(
+        let residual = residual_map(&self.records, &self.residual, "run");
+        let spectra = spectrum_chart(
+            &self.records,
+            [
+                ("measured", BLUE, &self.measured),
+                ("run", VERMILLION, &self.run),
+                ("what is left", GREEN, &self.residual),
+            ],
+        );
+        let mut rows = vec![PlotRow::of([Plot::from(residual), Plot::from(spectra)])];
+        if self.fronts().next().is_some() {
+            rows.insert(0, PlotRow::of([self.arrival_chart(), self.peak_chart()]));
+        }
+        rows.extend(PlotRow::grid(
             2,
             record_charts(&self.records, &self.measured, ("run", &self.run)),
-        );
-        rows.push(PlotRow::of([
-            Plot::from(residual_map(&self.records, &self.residual, "run")),
-            Plot::from(self.band_chart()),
-        ]));
-        rows.push(PlotRow::of([self.arrival_chart(), self.peak_chart()]));
+        ));
         rows
     }
 }
@@ -137,65 +138,93 @@ fn times([low, high]: [f64; 2]) -> String {
 }
 
 impl Comparison {
-    fn side(&self, band: &InBand) -> Option<Side> {
+    /// Whether the run's energy in a band is less or more than measured, or neither; `None` where noise hides it.
+    fn side(&self, band: &InBand) -> Option<Ordering> {
         let [low, high] = band.ratio;
-        match (low.is_nan(), self.request.within) {
-            (true, _) => None,
-            (_, within) if high < 1.0 - within => Some(Side::Less),
-            (_, within) if low > 1.0 + within => Some(Side::More),
-            _ => high.is_finite().then_some(Side::Same),
+        let within = self.request.within;
+        match low.is_nan() {
+            true => None,
+            _ if high < 1.0 - within => Some(Ordering::Less),
+            _ if low > 1.0 + within => Some(Ordering::Greater),
+            _ => high.is_finite().then_some(Ordering::Equal),
         }
     }
 
     /// Whether nothing is told to differ.
     pub fn agrees(&self) -> bool {
-        let parts = |band: &InBand| !matches!(self.side(band), None | Some(Side::Same));
-        self.misfit.is_none()
-            && !self.bodies.iter().any(|at| at.is_late || at.is_other)
-            && !self.bands.iter().any(parts)
+        let is_same = |band: &InBand| self.side(band).is_none_or(Ordering::is_eq);
+        self.misfit.is_none() && !self.is_told() && self.bands.iter().all(is_same)
+    }
+
+    fn is_told(&self) -> bool {
+        self.bodies.iter().any(|at| at.is_late || at.is_other)
+    }
+
+    /// Records whose front noise does not hide.
+    fn fronts(&self) -> impl Iterator<Item = &AtBody> {
+        self.bodies.iter().filter(|at| at.arrival[0].is_finite())
     }
 
     fn answer(&self) -> String {
         if self.is_exact {
             return "measurement and run agree to the error of runs".into();
         }
-        let noise = |left: f64| format!("noise of {} of the signal", percent(left.sqrt()));
-        let mut parts = vec![self.arrivals(), self.sizes(), self.energies()];
-        parts.retain(|part| !part.is_empty());
         if self.agrees() {
             // Of measured energy that is all noise the signal is what the run has.
             let size = (self.left / (1.0 - self.left).max(1e-3)).min(self.left_of_run());
-            return match parts.is_empty() {
-                true => format!("measurement and run agree: {} hides the run", noise(size)),
-                false => format!(
-                    "measurement and run agree but for {}: {}",
-                    noise(size),
-                    parts.join("; ")
-                ),
+            let noise = format!("noise of {} of the signal", percent(size.sqrt()));
+            let is_seen = self.fronts().next().is_some() || !self.groups().is_empty();
+            return match is_seen {
+                true => format!("measurement and run agree: {noise} is all that is between them"),
+                false => format!("measurement and run agree, but {noise} hides the run"),
             };
         }
-        match (&self.cause, &self.misfit) {
-            (Some(cause), _) => {
-                let names = [std::slice::from_ref(&cause.name), &cause.rivals].concat();
-                parts.push(match (names.len(), cause.held.is_nan()) {
-                    (1, true) => format!("{} explains it", cause.name),
-                    (1, false) => format!(
-                        "{} ({} to {}) explains it",
-                        cause.name,
-                        number(cause.held),
-                        number(cause.free)
-                    ),
-                    _ => format!("a change of one of these explains it: {}", listed(&names)),
-                });
+        let worst = self.worst();
+        match &self.cause {
+            Some(cause) => format!("measurement and run differ {}", cause.differs()),
+            None if self.is_told() || self.misfit.is_some() => {
+                format!("measurement and run differ: {worst}; no one number explains it")
             }
-            (None, Some(misfit)) => parts.push(format!(
-                "{} of the energy is left, {}",
-                percent(self.left),
-                misfit.place(&self.records)
-            )),
-            _ => {}
+            None => format!("measurement and run differ: {worst}"),
         }
-        format!("measurement and run differ: {}", parts.join("; "))
+    }
+
+    /// The first of what differs: by how much at most.
+    fn worst(&self) -> String {
+        let late = self.bodies.iter().filter(|at| at.is_late);
+        let (early, late): (Vec<&AtBody>, Vec<&AtBody>) = late.partition(|at| at.late() < 0.0);
+        let most = |of: Vec<&AtBody>, word: &str| {
+            let most = of
+                .iter()
+                .max_by(|a, b| a.late().abs().total_cmp(&b.late().abs()))?;
+            let by = with_unit(most.late().abs(), &self.records.units[0]);
+            Some(match of.len() {
+                1 => format!("{by} {word} at {}", self.place(&[most.body])),
+                _ => format!("up to {by} {word}"),
+            })
+        };
+        let sides: Vec<String> = [most(early, "early"), most(late, "late")]
+            .into_iter()
+            .flatten()
+            .collect();
+        if !sides.is_empty() {
+            return format!("the run arrives {}", sides.join(" and "));
+        }
+        let other = self.bodies.iter().filter(|at| at.is_other);
+        let off = |at: &&AtBody| (at.peak[1] / at.peak[0].max(0.0)).ln().abs();
+        if let Some(most) = other.max_by(|a, b| off(a).total_cmp(&off(b))) {
+            let size = times(most.size());
+            return format!(
+                "the run's largest value is {size} the measured at {}",
+                self.place(&[most.body])
+            );
+        }
+        let differ = self.groups().into_iter().filter(|(side, ..)| side.is_ne());
+        let off = |ends: &[f64; 2]| (ends[0] * ends[1]).ln().abs();
+        match differ.max_by(|a, b| off(&a.1).total_cmp(&off(&b.1))) {
+            Some((_, ends, place)) => format!("the run has {} the energy {place}", times(ends)),
+            None => format!("{} of the energy is left", percent(self.left)),
+        }
     }
 
     /// Energy of the difference over that of the run.
@@ -217,91 +246,82 @@ impl Comparison {
         }
     }
 
-    fn arrivals(&self) -> String {
+    fn arrivals(&self) -> Option<String> {
         let unit = &self.records.units[0];
-        let told: Vec<&AtBody> = self.bodies.iter().filter(|at| at.is_late).collect();
-        let there = self.bodies.iter().filter(|at| at.arrival[0].is_finite());
-        if told.is_empty() {
+        if !self.bodies.iter().any(|at| at.is_late) {
             let bound = |at: &AtBody| at.late().abs() + 2.0 * at.arrival_error;
-            let bound = there.map(bound).fold(f64::NAN, f64::max);
-            return match bound.is_nan() {
-                true => String::new(),
-                false => format!("arrivals agree within {}", with_unit(bound, unit)),
-            };
+            let bound = self.fronts().map(bound).max_by(f64::total_cmp)?;
+            return Some(format!("agree within {}", with_unit(bound, unit)));
         }
-        let side = |is_early: bool, word: &str| {
-            let some = told.iter().filter(|at| (at.late() < 0.0) == is_early);
-            let some: Vec<(f64, f64, usize)> = some
-                .map(|at| (at.late().abs(), at.arrival_error, at.body))
-                .collect();
-            let [least, most] = [
-                some.iter().min_by(|a, b| a.0.total_cmp(&b.0))?,
-                some.iter().max_by(|a, b| a.0.total_cmp(&b.0))?,
-            ];
-            let bodies: Vec<usize> = some.iter().map(|at| at.2).collect();
-            let mean = some.iter().map(|at| at.0).sum::<f64>() / some.len() as f64;
-            Some(match most.0 - least.0 > TOLD * most.1.hypot(least.1) {
-                false => format!(
-                    "{} {word} at {}",
-                    with_unit(mean, unit),
-                    self.place(&bodies)
-                ),
+        let side = |sign: f64, word: &str| {
+            let by = |at: &AtBody| sign * at.late();
+            let told = self.bodies.iter().filter(|at| at.is_late && by(at) > 0.0);
+            let told: Vec<&AtBody> = told.collect();
+            let order = |a: &&&AtBody, b: &&&AtBody| by(a).total_cmp(&by(b));
+            let (least, most) = told.iter().min_by(order).zip(told.iter().max_by(order))?;
+            let bodies: Vec<usize> = told.iter().map(|at| at.body).collect();
+            let place = self.place(&bodies);
+            let mean = told.iter().map(|at| by(at)).sum::<f64>() / told.len() as f64;
+            let error = TOLD * most.arrival_error.hypot(least.arrival_error);
+            Some(match by(most) - by(least) > error {
+                false => format!("{} {word} at {place}", with_unit(mean, unit)),
                 true => format!(
-                    "{word} at {}, by {} at {} to {} at {}",
-                    self.place(&bodies),
-                    number(least.0),
-                    least.2,
-                    with_unit(most.0, unit),
-                    most.2
+                    "{word} at {place}, {} at {} to {} at {}",
+                    number(by(least)),
+                    least.body,
+                    with_unit(by(most), unit),
+                    most.body
                 ),
             })
         };
-        let both = [side(true, "early"), side(false, "late")];
+        let both = [side(-1.0, "early"), side(1.0, "late")];
         let both: Vec<String> = both.into_iter().flatten().collect();
-        format!("the run arrives {}", both.join(", "))
+        Some(format!("the run is {}", both.join("; ")))
     }
 
-    /// Fronts of another size.
-    fn sizes(&self) -> String {
+    /// The run's largest values over the measured ones, with their ends.
+    fn sizes(&self) -> Option<String> {
         let told: Vec<&AtBody> = self.bodies.iter().filter(|at| at.is_other).collect();
-        let bodies: Vec<usize> = told.iter().map(|at| at.body).collect();
         let order = |a: &&&AtBody, b: &&&AtBody| a.size()[0].total_cmp(&b.size()[0]);
         let ends = told.iter().min_by(order).zip(told.iter().max_by(order));
         let Some((least, most)) = ends else {
-            return String::new();
+            let bound = |at: &AtBody| at.size().map(|end| (end - 1.0).abs());
+            let bounds = self.fronts().flat_map(bound);
+            return Some(format!(
+                "agree within {}",
+                percent(bounds.max_by(f64::total_cmp)?)
+            ));
         };
-        let place = self.place(&bodies);
-        match least.size()[1] < most.size()[0] {
+        let bodies: Vec<usize> = told.iter().map(|at| at.body).collect();
+        Some(match least.size()[1] < most.size()[0] {
             true => format!(
-                "the run's fronts are {} (at {}) to {} (at {}) as large as measured",
+                "in the run {} the measured at {}, {} at {}",
                 times(least.size()),
-                least.body,
+                self.place(&[least.body]),
                 times(most.size()),
                 most.body
             ),
             false => {
                 let size = [most.size()[0], least.size()[1]];
                 format!(
-                    "the run's front is {} as large as measured at {place}",
-                    times(size)
+                    "in the run {} the measured at {}",
+                    times(size),
+                    self.place(&bodies)
                 )
             }
-        }
+        })
     }
 
-    /// Neighbouring bands that do alike, in words.
-    fn energies(&self) -> String {
-        let mut groups: Vec<(Side, Vec<&InBand>)> = Vec::new();
-        for band in &self.bands {
-            match (self.side(band), groups.last_mut()) {
-                (None, _) => {}
-                (Some(side), Some((last, bands))) if *last == side => bands.push(band),
-                (Some(side), _) => groups.push((side, vec![band])),
-            }
-        }
+    /// Neighbouring bands that do alike: how, between which ratios, and where.
+    fn groups(&self) -> Vec<(Ordering, [f64; 2], String)> {
+        let told: Vec<(Ordering, &InBand)> = self
+            .bands
+            .iter()
+            .filter_map(|band| Some((self.side(band)?, band)))
+            .collect();
         let unit = per_time(&self.records.units[0]);
-        let words = groups.iter().map(|(side, bands)| {
-            let (from, to) = (bands[0].from, bands[bands.len() - 1].to);
+        let group = |group: &[(Ordering, &InBand)]| {
+            let (from, to) = (group[0].1.from, group[group.len() - 1].1.to);
             let [low, high] = [from, to].map(|f| with_unit(f, &unit));
             let is_last = self.bands.last().is_some_and(|last| last.to <= to);
             let place = match (from > 0.0, is_last) {
@@ -310,26 +330,42 @@ impl Comparison {
                 (true, true) => format!("above {low}"),
                 (true, false) => format!("between {low} and {high}"),
             };
-            let ends = bands
-                .iter()
-                .fold([f64::INFINITY, 0.0], |[low, high], band| {
-                    [f64::min(low, band.ratio[0]), f64::max(high, band.ratio[1])]
-                });
+            let ratios = group.iter().flat_map(|(_, band)| band.ratio);
+            (group[0].0, span(ratios).unwrap_or([f64::NAN; 2]), place)
+        };
+        told.chunk_by(|a, b| a.0 == b.0).map(group).collect()
+    }
+
+    fn energies(&self) -> Option<String> {
+        let words = self.groups().into_iter().map(|(side, ends, place)| {
+            let off = ends.map(|end| (end - 1.0).abs());
             match side {
-                Side::Same => {
-                    let off = ends.map(|end| (end - 1.0).abs());
-                    format!(
-                        "energies agree within {} {place}",
-                        percent(off[0].max(off[1]))
-                    )
-                }
-                _ => format!("the run has {} the energy {place}", times(ends)),
+                Ordering::Equal => format!("agree within {} {place}", percent(off[0].max(off[1]))),
+                _ => format!("in the run {} the measured {place}", times(ends)),
             }
         });
-        words.collect::<Vec<_>>().join(", ")
+        let words: Vec<String> = words.collect();
+        (!words.is_empty()).then(|| words.join("; "))
     }
 
     fn facts(&self, sheet: &mut Sheet<'_>) {
+        if !self.is_exact {
+            let all = [
+                ("arrivals", self.arrivals()),
+                ("largest values", self.sizes()),
+                ("energies", self.energies()),
+            ];
+            for (name, text) in all {
+                text.into_iter().for_each(|text| sheet.fact(name, text));
+            }
+        }
+        if let (Some(misfit), None) = (&self.misfit, &self.cause) {
+            let place = misfit.place(&self.records);
+            sheet.fact(
+                "left",
+                format!("{} of the energy, {place}", percent(self.left)),
+            );
+        }
         if let Some([measured, run]) = self.attenuation {
             let shown = |of: Attenuated| format!("{} ± {}", percent(of.rate), percent(of.error));
             sheet.fact(
@@ -340,25 +376,6 @@ impl Comparison {
                     shown(run)
                 ),
             );
-        }
-        if let Some(both) = &self.moved {
-            let shown = both.each_ref().map(|moved| match moved.reason {
-                Some(_) => "untold".into(),
-                None => format!("{} up, {} down", percent(moved.up), percent(moved.down)),
-            });
-            sheet.fact(
-                "moved",
-                format!("{} measured; {} in the run", shown[0], shown[1]),
-            );
-        }
-        let seen = self.bands.iter().filter(|band| !band.ratio[0].is_nan());
-        if let Some(ends) = span(seen.map(|band| band.correlation)) {
-            let [low, high] = ends.map(|correlation| format!("{correlation:.3}"));
-            let by_band = match low == high {
-                true => low,
-                false => format!("{low} to {high} by band"),
-            };
-            sheet.fact("correlation", by_band);
         }
         let ends = span(self.bodies.iter().map(|at| at.noise)).unwrap_or([0.0; 2]);
         let high = with_unit(ends[1], &self.records.units[1]);
@@ -465,44 +482,12 @@ impl Comparison {
         );
     }
 
-    fn band_chart(&self) -> Chart {
-        let seen = || self.bands.iter().filter(|band| band.ratio[1].is_finite());
-        let middle = |band: &InBand| 0.5 * (band.from + band.to);
-        let ratio = Series {
-            errors: seen()
-                .map(|band| 0.5 * (band.ratio[1] - band.ratio[0]))
-                .collect(),
-            ..Series::line(
-                "energy of the run over the measured",
-                BLUE,
-                seen()
-                    .map(|band| (middle(band), 0.5 * (band.ratio[0] + band.ratio[1])))
-                    .collect(),
-            )
-            .marked(Marker::Circle)
-        };
-        let correlated = self
-            .bands
-            .iter()
-            .map(|band| (middle(band), band.correlation));
-        let correlation = Series::line("correlation", VERMILLION, correlated.collect())
-            .with(Look::Dashed)
-            .marked(Marker::Square);
-        let unit = per_time(&self.records.units[0]);
-        let chart = Chart::of(
-            "by frequency",
-            label("frequency f", &unit),
-            "ratio",
-            vec![ratio, correlation],
-        );
-        let ends = span(self.bands.iter().map(middle));
+    /// A chart over the bodies, with room at its ends.
+    fn by_body(&self, title: &str, ordinate: String, series: Vec<Series>) -> Chart {
+        let chart = Chart::of(title, "body", ordinate, series);
+        let room = 0.03 * (chart.x.end - chart.x.start);
         Chart {
-            log_x: self.bands.len() > 1,
-            x: ends.map_or(chart.x.clone(), |[low, high]| 0.8 * low..1.25 * high),
-            levels: vec![Level {
-                at: 1.0,
-                label: String::new(),
-            }],
+            x: chart.x.start - room..chart.x.end + room,
             ..chart
         }
     }
@@ -523,7 +508,7 @@ impl Comparison {
         let ordinate = label("run late by", &self.records.units[0]);
         Chart {
             levels: vec![Level::zero()],
-            ..Chart::of("arrival", "body", ordinate, vec![late])
+            ..self.by_body("arrival", ordinate, vec![late])
         }
     }
 
@@ -535,14 +520,10 @@ impl Comparison {
         };
         let run = Series::line("run", VERMILLION, self.at_bodies(|at| at.peak[1]));
         let ordinate = label("largest value", &self.records.units[1]);
-        Chart::of(
-            "largest values",
-            "body",
-            ordinate,
-            vec![
-                measured.marked(Marker::Circle),
-                run.with(Look::Dashed).marked(Marker::Square),
-            ],
-        )
+        let series = vec![
+            measured.marked(Marker::Circle),
+            run.with(Look::Dashed).marked(Marker::Square),
+        ];
+        self.by_body("largest values", ordinate, series)
     }
 }

@@ -24,7 +24,7 @@ use super::key::FreeKey;
 use super::model::{Model, Nuisances};
 use super::records::{Records, unit_of};
 use super::solver::Problem;
-use super::{Counted, FitRequest, amplifies, horizon, local_error};
+use super::{Counted, FitRequest, reliable};
 use crate::chain::EndTime;
 use crate::chain::scene::SceneSource;
 use crate::field::Quantity;
@@ -192,30 +192,19 @@ impl PlanRequest {
         };
         let keys = fit.keys(scene)?;
         let blank = self.records(scene)?;
-        let mut model = Model {
-            scene,
-            keys: &keys,
-            records: &blank,
-            nuisances: Nuisances {
-                shift: self.time_shift,
-                ..Nuisances::default()
-            },
-            extra: None,
-            local_error: local_error(&scene.setup()?.simulation, &blank)?,
-            observer: &counted,
+        let nuisances = Nuisances {
+            shift: self.time_shift,
+            ..Nuisances::default()
         };
+        let mut model = Model::of(scene, &keys, &blank, nuisances, &counted)?;
         let origin = vec![0.0; model.unknowns()];
         let records = Records {
             values: model.records_at(&origin, model.local_error)?,
             ..blank.clone()
         };
         model.records = &records;
-        let until = horizon(&model, &origin)?.0;
-        let cut = until.map(|until| records.until(until));
-        let used = cut.as_ref().unwrap_or(&records);
-        used.check_number(model.unknowns())
-            .map_err(|error| until.map_or(error, |until| amplifies(until, 0.0)))?;
-        model.records = used;
+        let (used, until, _) = reliable(&model, &origin)?;
+        model.records = &used;
         let columns = model.columns(&origin, &mut Vec::new())?;
         let size = used.size();
         if size == 0.0 {
@@ -228,7 +217,7 @@ impl PlanRequest {
         let sigma = self.sigma(&records.units[1], size)?;
         let problem = Planning {
             request: self,
-            records: used,
+            records: &used,
             columns: &columns,
             keys: &keys,
             sigma,

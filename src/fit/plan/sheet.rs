@@ -294,96 +294,84 @@ impl Planned {
     /// A line of each key, with its errors in percent.
     fn lines(&self, x: &[f64], errors: &Array2<f64>, suffix: &str) -> Vec<Series> {
         let of = |(k, key): (usize, &PlannedKey)| {
-            let y: Vec<f64> = errors.column(k).iter().map(|error| 100.0 * error).collect();
-            // An error above the value says nothing, and would hide the others.
-            let y: Vec<f64> = y
-                .iter()
-                .map(|y| if *y > 1e4 { f64::NAN } else { *y })
-                .collect();
+            // An error of a hundred times the value says nothing, and would hide the others.
+            let shown = |error: &f64| {
+                if *error > 1e2 {
+                    f64::NAN
+                } else {
+                    100.0 * error
+                }
+            };
+            let y: Vec<f64> = errors.column(k).iter().map(shown).collect();
             Series::of(format!("{}{suffix}", key.name), k % PALETTE.len(), x, &y)
         };
         self.keys.iter().enumerate().map(of).collect()
     }
 
+    /// Errors over what more of costs more, with what is enough.
+    fn error_chart(&self, title: &str, x_label: String, lines: Vec<Series>, enough: f64) -> Chart {
+        let chart = Chart::of(title, x_label, "error (%)", lines);
+        Chart {
+            marks: vec![Mark {
+                at: enough,
+                label: "enough".into(),
+            }],
+            ..chart.logarithmic()
+        }
+    }
+
     fn number_chart(&self) -> Chart {
         let x: Vec<f64> = (1..=self.by_number[0].nrows()).map(|n| n as f64).collect();
-        let planned = self.lines(&x, &self.by_number[0], "");
-        let planned = planned.into_iter().map(|line| line.marked(Marker::Circle));
-        let spaced = self.lines(&x, &self.by_number[1], ", evenly spaced");
-        let series = planned.chain(spaced.into_iter().map(|line| line.with(Look::Dashed)));
-        let mut chart = Chart::of(
-            "number of sensors",
-            format!("{} measured", places(self.request.quantity)),
-            "error (%)",
-            series.collect(),
-        )
-        .logarithmic();
-        chart.marks.push(Mark {
-            at: self.chosen.len() as f64,
-            label: "plan".into(),
-        });
+        let planned = self.lines(&x, &self.by_number[0], "").into_iter();
+        let spaced = self
+            .lines(&x, &self.by_number[1], ", evenly spaced")
+            .into_iter();
+        let lines = planned.map(|line| line.marked(Marker::Circle));
+        let lines = lines.chain(spaced.map(|line| line.with(Look::Dashed)));
+        let x_label = format!("{} measured", places(self.request.quantity));
+        let at = self.chosen.len() as f64;
+        let mut chart = self.error_chart("number of sensors", x_label, lines.collect(), at);
+        chart.marks[0].label = "plan".into();
         chart
     }
 
     fn time_chart(&self) -> Chart {
         let lines = self.lines(&self.times, &self.by_time, "");
-        let mut chart = Chart::of(
-            "duration",
-            label("measured until", &self.units[0]),
-            "error (%)",
-            lines,
-        )
-        .logarithmic();
-        chart.marks.push(Mark {
-            at: self.duration,
-            label: "enough".into(),
-        });
-        chart
+        let x_label = label("measured until", &self.units[0]);
+        self.error_chart("duration", x_label, lines, self.duration)
     }
 
     fn rate_chart(&self) -> Chart {
         let lines = self.lines(&self.rates, &self.by_rate, "");
-        let mut chart = Chart::of(
-            "sampling",
-            label("rate", &per_time(&self.units[0])),
-            "error (%)",
-            lines,
-        )
-        .logarithmic();
-        chart.log_x = true;
-        chart.marks.push(Mark {
-            at: self.rate,
-            label: "enough".into(),
-        });
-        chart
+        let x_label = label("rate", &per_time(&self.units[0]));
+        Chart {
+            log_x: true,
+            ..self.error_chart("sampling", x_label, lines, self.rate)
+        }
     }
 
     fn body_chart(&self) -> Chart {
         let bodies: Vec<f64> = self.candidates.iter().map(|body| *body as f64).collect();
         let of = |(k, key): (usize, &PlannedKey)| {
-            let shares: Vec<f64> = self
+            let shares = self
                 .information
                 .column(k)
-                .iter()
-                .map(|share| 100.0 * share)
-                .collect();
+                .mapv(|share| 100.0 * share)
+                .to_vec();
             Series::of(key.name.clone(), k % PALETTE.len(), &bodies, &shares).marked(Marker::Circle)
         };
-        let mut chart = Chart::of(
-            "information by body",
-            if self.request.quantity == Quantity::Force {
-                "contact"
-            } else {
-                "body"
-            },
-            "share (%)",
-            self.keys.iter().enumerate().map(of).collect(),
-        );
+        let place = match self.request.quantity {
+            Quantity::Force => "contact",
+            _ => "body",
+        };
+        let lines = self.keys.iter().enumerate().map(of).collect();
         let chosen = self.chosen.iter().map(|body| Mark {
             at: *body as f64,
             label: body.to_string(),
         });
-        chart.marks.extend(chosen);
-        chart
+        Chart {
+            marks: chosen.collect(),
+            ..Chart::of("information by body", place, "share (%)", lines)
+        }
     }
 }
