@@ -5,7 +5,8 @@ use serde_json::json;
 use super::{Design, DesignKey, Designed, Judge};
 use crate::chain::scene::Units;
 use crate::sheet::{
-    BLUE, Chart, Describe, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number, percent,
+    BLUE, Chart, Describe, GREEN, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number,
+    percent,
 };
 use crate::unit::label;
 
@@ -139,11 +140,14 @@ impl Describe for Designed {
         sheet
     }
 
-    /// The course of the search; the pulse before and after; values within their bounds.
+    /// The course of the search; the pulse before and after; values within their bounds; members in order.
     fn pictures(&self) -> Vec<PlotRow> {
         let mut charts = vec![self.course(), self.pulses()];
         if self.keys.len() > 1 {
             charts.push(self.values_chart());
+        }
+        if !self.after.members.is_empty() {
+            charts.push(self.members_chart());
         }
         PlotRow::grid(2, charts)
     }
@@ -155,11 +159,16 @@ fn last(course: &[f64]) -> f64 {
 
 /// Ends and median of the members.
 fn spread(design: &Design) -> String {
-    let mut sorted = design.members.clone();
-    sorted.sort_by(f64::total_cmp);
+    let sorted = sorted(design);
     let [low, middle, high] = [0.0, 0.5, 1.0]
         .map(|share| number(sorted[((sorted.len() - 1) as f64 * share).round() as usize]));
     format!("{low} to {high}, median {middle}")
+}
+
+fn sorted(design: &Design) -> Vec<f64> {
+    let mut sorted = design.members.clone();
+    sorted.sort_by(f64::total_cmp);
+    sorted
 }
 
 impl Designed {
@@ -368,6 +377,23 @@ impl Designed {
             vec![
                 Series::line("scene", VERMILLION, of(&self.before.values)).with(Look::Dashed),
                 Series::line("design", BLUE, of(&self.after.values)),
+            ],
+        )
+    }
+    fn members_chart(&self) -> Chart {
+        let of = |design: &Design| -> Vec<(f64, f64)> {
+            let sorted = sorted(design);
+            let share = |i: usize| 100.0 * (i as f64 + 0.5) / sorted.len() as f64;
+            let places = sorted.iter().enumerate();
+            places.map(|(i, value)| (share(i), *value)).collect()
+        };
+        Chart::of(
+            "Within the tolerances, in order",
+            "share of members (%)",
+            label(&self.request.aim.name().replace('_', " "), &self.unit()),
+            vec![
+                Series::line("scene", VERMILLION, of(&self.before)).with(Look::Dashed),
+                Series::line("design", GREEN, of(&self.after)),
             ],
         )
     }

@@ -21,7 +21,10 @@ use super::result::{judge, misfit};
 use super::solver::{Minimum, Problem, square};
 use super::verdict::Misfit;
 use super::{EXACT, reliable};
+use crate::analyze::{Request, Results, analyze};
 use crate::chain::scene::SceneSource;
+use crate::field::Axis;
+use crate::moved::Movement;
 use crate::numeric::LineFit;
 use crate::observer::Observer;
 use crate::{Field, Result};
@@ -37,7 +40,7 @@ const LEVEL: f64 = 0.02;
 const QUIET: f64 = 40.0;
 const CLEAN: f64 = 0.6;
 
-/// Fewest bodies that tell an attenuation.
+/// Fewest bodies that tell an attenuation, and what moved.
 const BODIES: usize = 4;
 
 /// How a field is compared.
@@ -96,6 +99,8 @@ pub struct Comparison {
     pub bodies: Vec<AtBody>,
     pub bands: Vec<InBand>,
     pub attenuation: Option<[Attenuated; 2]>,
+    /// What moved along x.
+    pub moved: Option<[Movement; 2]>,
     /// What noise does not explain of the difference; `None` for nothing.
     pub misfit: Option<Misfit>,
     /// The one number of the chain, of the clock or of a gain that explains it.
@@ -159,7 +164,14 @@ impl CompareRequest {
             true => cause(&model, &minimum, places)?.filter(|cause| cause.is_all),
             false => None,
         };
+        let moved = match pair.sites() {
+            0..BODIES => None,
+            _ => moved(&used, &pair.measured)?
+                .zip(moved(&used, &pair.run)?)
+                .map(<[_; 2]>::from),
+        };
         Ok(Comparison {
+            moved,
             residual: used.plane(&used.values) - used.plane(&predicted),
             measured: used.plane(&used.values),
             run: used.plane(&predicted),
@@ -175,6 +187,26 @@ impl CompareRequest {
             records: used,
         })
     }
+}
+
+/// What moves along x, of samples that are 0 where they are missing.
+fn moved(records: &Records, values: &[f64]) -> Result<Option<Movement>> {
+    let mut samples = Field::from_array(records.plane(values));
+    samples.time = Axis {
+        origin: records.times[0],
+        step: records.step(),
+        unit: None,
+    };
+    samples.quantity = records.quantity;
+    let request = Request {
+        results: Results {
+            answer: true,
+            ..Results::NONE
+        },
+        ..Request::default()
+    };
+    let (analysis, _) = analyze(&samples, &request)?;
+    Ok(analysis.answer.map(|answer| answer.frequency))
 }
 
 /// By how much largest values fall from body to body: lines through their logarithms.

@@ -66,6 +66,9 @@ impl Describe for Comparison {
             "bodies": self.bodies,
             "bands": self.bands,
             "attenuation": self.attenuation,
+            "moved": self.moved.as_ref().map(|both| both.each_ref().map(|moved| json!({
+                "verdict": moved.verdict, "up": moved.up, "down": moved.down, "bound": moved.bound,
+            }))),
             "agree": self.agrees(),
             "misfit": self.misfit,
             "cause": self.cause,
@@ -376,6 +379,13 @@ impl Comparison {
                     shown(run)
                 ),
             );
+        }
+        if let Some(both) = &self.moved {
+            let [measured, run] = both.each_ref().map(|moved| match moved.reason {
+                Some(_) => "untold".into(),
+                None => format!("{} up, {} down", percent(moved.up), percent(moved.down)),
+            });
+            sheet.fact("moved", format!("{measured} measured; {run} in the run"));
         }
         let ends = span(self.bodies.iter().map(|at| at.noise)).unwrap_or([0.0; 2]);
         let high = with_unit(ends[1], &self.records.units[1]);
