@@ -41,7 +41,7 @@ fn tangents(scene: &str, value: f64, end: f64) -> Vec<f64> {
 
 const HEAD: &str = "sites = 12\nsamples = 3\nend_time = 15.0\n";
 
-const CASES: [(&str, &str, f64); 19] = [
+const CASES: [(&str, &str, f64); 20] = [
     (
         "speed of a struck dimer",
         "stiffness_ratio = 3.0\nstriker_velocity = @",
@@ -115,6 +115,11 @@ const CASES: [(&str, &str, f64); 19] = [
         "a wall that is moved",
         "ends = \"fixed\"\nlaw = \"spring\"\nalpha = 0.25\ndrive = \"wall\"\ndrive_amplitude = 0.2\ndrive_frequency = @",
         0.11,
+    ),
+    (
+        "a wall that is moved, with a dashpot",
+        "ends = \"fixed\"\nprecompression = 0.1\ndashpot = 0.1\nstriker_velocity = 0.5\ndrive = \"wall\"\ndrive_frequency = 0.1\ndrive_amplitude = @",
+        0.5,
     ),
     (
         "a body that is moved",

@@ -138,7 +138,7 @@ fn val_noise_alone_is_no_difference() {
         assert!(fact(&least, name).starts_with("agree within"), "{name}");
     }
     let answer = least.describe().answer;
-    assert!(answer.contains("noise of 0.00"), "{answer}");
+    assert!(answer.contains("e-5 % of the signal"), "{answer}");
     let last = compared(all.last().unwrap(), "", |_| (), 0.0);
     assert!(last.describe().answer.contains("hides the run"));
 }

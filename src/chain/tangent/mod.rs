@@ -294,9 +294,11 @@ impl<'a> Follower<'a> {
             }
             let node = |t: f64, at: &Motion, rate: &Motion| {
                 let [r, closing] = self.rates.across(link, t, at);
-                let bend = |place: Option<usize>| place.map_or(0.0, |s| rate.base[s][1]);
-                let bend = bend(link.left) - bend(link.right);
-                [link.overlap(r), h * closing, h * h * bend]
+                [
+                    link.overlap(r),
+                    h * closing,
+                    h * h * self.rates.bend(link, t, rate),
+                ]
             };
             let (a, b) = (node(from, &self.at, &start), node(to, next, &end));
             let path = Quintic::hermite(a, b);
@@ -327,14 +329,8 @@ impl<'a> Follower<'a> {
             } else {
                 closing.signum()
             };
-        let sides = [(link.left, 1.0), (link.right, -1.0)];
-        let mut grows = link.shift().0;
-        for (place, sign) in sides {
-            let Some(s) = place else { continue };
-            let pairs = grows.iter_mut().zip(self.at.each[s][0].0);
-            pairs.for_each(|(grows, x)| *grows += sign * x);
-        }
-        for (place, sign) in sides {
+        let grows = self.rates.overlap_each(link, t, &self.at).0;
+        for (place, sign) in [(link.left, 1.0), (link.right, -1.0)] {
             let Some(s) = place else { continue };
             let share = sign * jump / self.masses[s];
             let pairs = self.at.each[s][1].0.iter_mut().zip(grows);

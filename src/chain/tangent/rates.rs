@@ -124,11 +124,6 @@ impl Link<'_> {
     pub(super) fn opens(&self) -> bool {
         self.contact.law.is_one_sided() && self.contact.coefficient > 0.0
     }
-
-    /// Derivative of the static overlap.
-    pub(super) fn shift(&self) -> &LaneBlock {
-        &self.static_overlap
-    }
 }
 
 /// The equations of motion and their linearization.
@@ -255,20 +250,46 @@ impl<'a> Rates<'a> {
     /// Their derivatives.
     #[inline(always)]
     pub(super) fn across_each<L: Lanes>(&self, link: &Link, t: f64, at: &Motion) -> [L; 2] {
-        let zero = LaneBlock::default();
+        let [left, right] = self.beside_each(link, t, at);
+        [
+            L::load(&left[0]) - L::load(&right[0]),
+            L::load(&left[1]) - L::load(&right[1]),
+        ]
+    }
+
+    /// Derivatives of the overlap of a link.
+    pub(super) fn overlap_each(&self, link: &Link, t: f64, at: &Motion) -> LaneBlock {
+        let [[left, _], [right, _]] = self.beside_each(link, t, at);
+        let mut each = link.static_overlap;
+        for ((each, left), right) in each.0.iter_mut().zip(left.0).zip(right.0) {
+            *each += left - right;
+        }
+        each
+    }
+
+    /// Derivatives of displacement and velocity on both sides of a link.
+    #[inline(always)]
+    fn beside_each(&self, link: &Link, t: f64, at: &Motion) -> [[LaneBlock; 2]; 2] {
+        let still = [LaneBlock::default(); 2];
         let left = match link.left {
             Some(s) => at.each[s],
             None if self.moves_wall() => {
                 let (_, [x, v, _]) = self.driven(t);
                 [x, v]
             }
-            None => [zero; 2],
+            None => still,
         };
-        let right = link.right.map_or([zero; 2], |s| at.each[s]);
-        [
-            L::load(&left[0]) - L::load(&right[0]),
-            L::load(&left[1]) - L::load(&right[1]),
-        ]
+        [left, link.right.map_or(still, |s| at.each[s])]
+    }
+
+    /// Second derivative of the overlap of a link in time.
+    pub(super) fn bend(&self, link: &Link, t: f64, rates: &Motion) -> f64 {
+        let left = match link.left {
+            Some(s) => rates.base[s][1],
+            None if self.moves_wall() => self.driven(t).0[2],
+            None => 0.0,
+        };
+        left - link.right.map_or(0.0, |s| rates.base[s][1])
     }
 
     /// Sets a body whose motion is prescribed.
