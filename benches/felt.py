@@ -1,8 +1,8 @@
-"""What a user waits for: whole commands, side by side for one program or more.
+"""What a user waits for: whole commands, of one program or more.
 
     python3 benches/felt.py PROGRAM [OTHER ...] [--rounds 7] [--only sweep]
 
-Every program runs in every round, in turn. Prints the median seconds by the clock and of processor time,
+Programs run in interleaved rounds. Prints the median seconds by the clock and of processor time,
 and the first program's over those of the others.
 """
 

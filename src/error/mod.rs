@@ -176,8 +176,8 @@ pub enum Error {
     #[error("cancelled; nothing was written")]
     Cancelled,
 
-    /// The observer asked a sweep to stop.
-    #[error("stopped with {known} of {members} members known")]
+    /// The observer asked a sweep, or a fit that keeps its searches, to stop.
+    #[error("stopped with {known} of {members} known")]
     Paused { known: usize, members: usize },
 }
 

@@ -126,7 +126,7 @@ impl FitRequest {
     /// # Errors
     /// [`Error::Request`] for keys that cannot be fitted, records that are not of the chain, too few samples, and
     /// chains that amplify rounding from the start; [`Error::Scene`] for the scene; [`Error::OutputInUse`] for a directory
-    /// with another fit; [`Error::Cancelled`].
+    /// with another fit; [`Error::Cancelled`], or [`Error::Paused`] where searches are kept.
     pub fn run(
         &self,
         field: &Field,
@@ -237,11 +237,19 @@ impl FitRequest {
                 found
             })
             .collect();
+        let known = found.iter().filter(|found| found.is_ok()).count();
         let mut best: Option<Minimum> = None;
         let (mut searches, mut runs) = (Vec::new(), 0);
         let mut failed = None;
         for found in found {
             match found {
+                // Searches that have ended are kept.
+                Err(Error::Cancelled) if self.resume.is_some() => {
+                    return Err(Error::Paused {
+                        known,
+                        members: self.starts,
+                    });
+                }
                 Err(error @ (Error::Cancelled | Error::Write { .. })) => return Err(error),
                 Err(error) => failed = failed.or(Some(error)),
                 Ok((start, found, of_search)) => {

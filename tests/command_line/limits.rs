@@ -246,7 +246,10 @@ fn regress_the_time_allowed_ends_a_command() {
     let output = place.run(&words.split(' ').collect::<Vec<_>>());
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(124), "{said}");
-    assert!(said.contains("members known"), "{said}");
+    assert!(
+        said.contains("stopped with ") && said.contains(" known"),
+        "{said}"
+    );
     assert!(place.path("sweep/members.jsonl").exists());
     // While the scenes are checked, nothing is there to go on from.
     let many = "sweep --sites 60 --samples 2 --vary seed=1:100000 --mass-spread 0.1 --out many --max-time 50ms";

@@ -275,7 +275,10 @@ fn regress_a_stopped_fit_resumes() {
         .build()
         .unwrap();
     let stopped = one.install(|| request.run(&field, &scene, &Impatient::after(1)));
-    assert!(matches!(stopped, Err(wavecascade::Error::Cancelled)));
+    assert!(matches!(
+        stopped,
+        Err(wavecascade::Error::Paused { known: 1.., .. })
+    ));
     let kept = std::fs::read_to_string(place.path("journal/members.jsonl")).unwrap();
     assert!((1..4).contains(&kept.lines().count()), "{kept}");
     let resumed = request.run(&field, &scene, &Silent).unwrap();
