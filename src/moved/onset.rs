@@ -375,6 +375,23 @@ mod tests {
         assert!(onset.steadiness < 0.15);
     }
 
+    /// The envelope of a burst of noise is one of spikes: its width is that of many, at most that of the burst, 800 / sqrt(2).
+    #[test]
+    fn regress_a_burst_of_noise_is_longer_than_its_spikes() {
+        let envelopes = Envelopes::new(4000);
+        let width = |seed: u64| {
+            let mut record = noise(1.0, 4000, seed);
+            for (n, v) in record.iter_mut().enumerate() {
+                *v *= 0.5f64.powf(((n as f64 - 2000.0) / 400.0).powi(2));
+            }
+            envelopes.width(&record, 0.0, true)
+        };
+        let mut widths: Vec<f64> = (0..60).map(width).collect();
+        widths.sort_unstable_by(f64::total_cmp);
+        let median = widths[30];
+        assert!((60.0..566.0).contains(&median), "{widths:?}");
+    }
+
     #[test]
     fn val_noise_has_no_arrival_and_is_steady() {
         for seed in 0..50 {

@@ -121,6 +121,11 @@ impl Reason {
         }
     }
 
+    /// Stable name, message and advice.
+    pub(crate) fn parts(&self) -> (&'static str, String, &'static str) {
+        (self.code(), self.message(), self.advice())
+    }
+
     /// The reason, without a full stop.
     pub fn message(&self) -> String {
         match *self {

@@ -522,6 +522,23 @@ mod tests {
         assert_eq!(moved.verdict(0.2), Verdict::Unchanged);
     }
 
+    /// By hand: all but a few thousandths of the energy goes, and what was not there before is a part of what is left. A ten-thousandth
+    /// of what came in is no gain, a hundredth is one.
+    #[test]
+    fn val_a_gain_counts_by_what_came_in() {
+        let place = |of: &Group| crate::moved::Place {
+            rows: of.rows,
+            at: 0.0,
+        };
+        for (gained, transfer) in [(1e-4, false), (1e-2, true)] {
+            let (before, after) = (group(&[1.0, 0.0]), group(&[1e-3, gained]));
+            let upper = [1.0, 2.0];
+            let moved = crate::moved::Movement::between(&before, &after, &upper, 0.05, &place);
+            assert_eq!(moved.verdict, Verdict::Up);
+            assert_eq!(moved.transfer, Some(transfer), "{gained}: {moved:?}");
+        }
+    }
+
     /// Sums over intervals are those over bins, and single bins come first.
     #[test]
     fn val_a_grid_keeps_sums() {

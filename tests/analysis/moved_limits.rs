@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use ndarray::Array2;
-use wavecascade::moved::Verdict;
+use wavecascade::moved::{Reason, Verdict};
 
 use crate::moved_kinds::{analysis_of, answer_of, answers_of_scene, burst, ricker};
 use test_support::fields::noise;
@@ -85,12 +85,19 @@ fn val_construction_hum_is_named() {
             0.2f64.sqrt() * j as f64 / 55.0,
         );
         let wave = burst(s, 0.032, 300.0) + second * burst(s, 0.064, 300.0);
-        wave + 0.5 * (TAU * 4e-4 * n as f64).cos() + 5e-3 * noise[[n, j]]
+        wave + (TAU * 1e-3 * n as f64).cos() + 5e-3 * noise[[n, j]]
     };
-    let words = analysis_of(Array2::from_shape_fn((4096, 56), scan))
-        .words()
-        .answer;
-    assert!(words.contains("common to all sites"), "{words}");
+    let analysis = analysis_of(Array2::from_shape_fn((4096, 56), scan));
+    let sheet = analysis.words();
+    assert!(
+        sheet.answer.contains("common to all sites"),
+        "{}",
+        sheet.answer
+    );
+    assert_eq!(
+        sheet.numbers["moved"]["frequency"]["reason_code"],
+        "common-mode"
+    );
 }
 
 /// A wave towards +x in noise of three quarters of the energy and more: noise goes both ways, and counts for neither.
@@ -108,4 +115,21 @@ fn val_construction_noise_has_no_direction() {
         assert!(waves.toward_plus_x > 0.95, "{level}: {waves:?}");
         assert!(waves.toward_minus_x < 0.03, "{level}: {waves:?}");
     }
+}
+
+/// Bursts of five times the noise come and go, but no sample of theirs is eight times as large: noise is why, not a late start of
+/// the record.
+#[test]
+fn val_construction_noise_hides_when_it_arrives() {
+    let found = answer_of((4096, 40), 0.2, |n, j| {
+        let s = n - 900.0 - 9.0 * j;
+        let is_inside = (0.0..300.0).contains(&s);
+        if is_inside { (0.6 * s).sin() } else { 0.0 }
+    });
+    assert_eq!(
+        found.frequency.reason,
+        Some(Reason::Noise),
+        "{:?}",
+        found.frequency
+    );
 }

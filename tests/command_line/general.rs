@@ -81,6 +81,12 @@ fn natural_mistakes_are_answered_with_what_to_type() {
         ("simulate wave.npy", 2, "cascade analyze wave.npy"),
         ("fit dimer.toml wave.npy", 2, "cascade fit FIELD SCENE"),
         ("filter wave.npy --band 1:2", 2, "--frequency 2kHz:6kHz"),
+        (
+            "filter wave.npy --low-pass 2kHz",
+            2,
+            "--frequency 2kHz:6kHz",
+        ),
+        ("simulate --ratio 3", 2, "`--stiffness-ratio`"),
         ("sweep --vary stiffness_ratio=1-10 --out s", 2, "1:10:19"),
         (
             "spectrum wave.npy --segment 100000",

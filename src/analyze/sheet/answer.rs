@@ -1,9 +1,7 @@
-//! The answer of an analysis in words and as JSON.
+//! The answer of an analysis in words.
 
-use serde_json::{Value, json};
-
-use super::super::{Analysis, Axes, Undirected, Warning};
-use crate::moved::{Answer, Evidence, GroupSpectrum, KEEPS, Movement, Place, Verdict};
+use super::super::{Analysis, Axes, Direction, Undirected, Warning};
+use crate::moved::{Answer, Evidence, GroupSpectrum, KEEPS, Movement, Place, Reason, Verdict};
 use crate::sheet::Fact;
 
 /// The verdict, and a fact for its numbers and for each further question; `None` where no answer was requested.
@@ -13,7 +11,7 @@ pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
         Some(Fact::new("moved", words.numbers())),
         words.along_x(),
         words.in_time(),
-        words.direction(analysis),
+        words.direction(),
         words.attenuation(),
         words.front_and_tail(),
     ];
@@ -29,7 +27,10 @@ const SPAN: f64 = 0.75;
 /// The words of an answer.
 pub(crate) struct Words<'a> {
     axes: &'a Axes,
-    answer: &'a Answer,
+    pub(super) answer: &'a Answer,
+    /// Of the waves, where shares by direction can be told.
+    pub(super) direction: Option<Direction>,
+    undirected: Option<Undirected>,
     /// Whether steady records do not follow each other, as those of noise.
     is_noise: bool,
     /// A line that all sites have in common, which hides a wave.
@@ -72,6 +73,8 @@ impl<'a> Words<'a> {
         Some(Words {
             axes: &analysis.axes,
             answer,
+            direction: analysis.direction_of_waves().or(analysis.direction),
+            undirected: analysis.undirected,
             is_noise: !answer.has_fronts && analysis.undirected == Some(Undirected::Noise),
             hum: analysis.warnings.iter().find(|warning| warning.is_hum()),
         })
@@ -124,10 +127,7 @@ impl<'a> Words<'a> {
                     reason.message()
                 );
             }
-            let (reason, advice) = match self.hum {
-                Some(hum) => (hum.message(), hum.advice()),
-                None => (reason.message(), reason.advice()),
-            };
+            let (_, reason, advice) = self.why(reason);
             return format!("what moves in frequency along x cannot be told: {reason}; {advice}");
         }
         if self.answer.is_struck {
@@ -196,6 +196,30 @@ impl<'a> Words<'a> {
                 self.frequency(of.down_at)
             ),
         }
+    }
+
+    /// Why frequencies cannot be told: stable name, message and advice.
+    pub(super) fn why(&self, reason: &Reason) -> (&'static str, String, &'static str) {
+        match self.hum {
+            Some(hum) => (hum.code(), hum.message(), hum.advice()),
+            None => reason.parts(),
+        }
+    }
+
+    /// Why shares by direction are withheld, if they are.
+    pub(super) fn undirected(&self) -> Option<String> {
+        Some(match self.undirected? {
+            Undirected::Folded { share: top } => format!(
+                "wavenumbers fold, {} of the energy lies in the top tenth",
+                share(top)
+            ),
+            Undirected::Short { wavelength } => format!(
+                "wavenumbers fold, wavelengths of {} {} are shorter than twice the spacing",
+                short(wavelength),
+                self.axes.space_unit()
+            ),
+            Undirected::Noise => "there is noise alone".into(),
+        })
     }
 
     /// Which shares have changed by how much.
@@ -458,8 +482,8 @@ impl<'a> Words<'a> {
         })
     }
 
-    fn direction(&self, analysis: &Analysis) -> Option<Fact> {
-        let direction = analysis.direction_of_waves().or(analysis.direction)?;
+    fn direction(&self) -> Option<Fact> {
+        let direction = self.direction?;
         let length = self.axes.space.unit.as_deref();
         let speed = self.answer.speed.map(|speed| {
             let unit = match (length, self.axes.time.unit.as_deref()) {
@@ -474,8 +498,8 @@ impl<'a> Words<'a> {
             Some(speed) => format!("; arrivals at {speed}"),
             None => String::new(),
         };
-        let text = match analysis.undirected {
-            Some(reason) => format!("cannot be told: {}{speed}", undirected(reason, self.axes)),
+        let text = match self.undirected() {
+            Some(reason) => format!("cannot be told: {reason}{speed}"),
             None if direction.toward_plus_x.is_nan() => "cannot be told: there is one site".into(),
             // In a chain of cells, a one-way wave has components of both signs.
             None if self.answer.is_struck => {
@@ -525,87 +549,6 @@ impl<'a> Words<'a> {
         );
         Some(Fact::new("front, tail", text))
     }
-}
-
-/// Why shares by direction are withheld.
-fn undirected(reason: Undirected, axes: &Axes) -> String {
-    match reason {
-        Undirected::Folded { share: top } => format!(
-            "wavenumbers fold, {} of the energy lies in the top tenth",
-            share(top)
-        ),
-        Undirected::Short { wavelength } => format!(
-            "wavenumbers fold, wavelengths of {} {} are shorter than twice the spacing",
-            short(wavelength),
-            axes.space_unit()
-        ),
-        Undirected::Noise => "there is noise alone".into(),
-    }
-}
-
-/// `moved` of `summary.json`. Frequencies and wavenumbers are in the units of the axes, sites count in the file.
-pub(super) fn numbers(analysis: &Analysis) -> Option<Value> {
-    let answer = analysis.answer.as_ref()?;
-    let site = |place: &Place| json!(place.rows[0]);
-    let last_site = |place: &Place| json!(place.rows[1]);
-    let time = |place: &Place| json!(place.at);
-    let mut frequency = movement(&answer.frequency, &site, &last_site);
-    frequency["launch"] = json!(
-        answer
-            .launch
-            .as_ref()
-            .map(|launch| movement(launch, &site, &last_site))
-    );
-    frequency["front"] = json!(answer.front);
-    frequency["tail"] = json!(answer.tail);
-    let direction = analysis.direction_of_waves().or(analysis.direction);
-    let direction = direction.map(|direction| {
-        let reason = analysis
-            .undirected
-            .map(|reason| undirected(reason, &analysis.axes));
-        let told = |share: f64| match reason {
-            None => json!(share),
-            Some(_) => Value::Null,
-        };
-        json!({
-            "toward_plus_x": told(direction.toward_plus_x),
-            "toward_minus_x": told(direction.toward_minus_x),
-            "speed": answer.speed,
-            "reason": reason,
-        })
-    });
-    Some(json!({
-        "frequency": frequency,
-        "wavenumber": movement(&answer.wavenumber, &time, &time),
-        "direction": direction,
-    }))
-}
-
-fn movement(
-    of: &Movement,
-    first: &dyn Fn(&Place) -> Value,
-    last: &dyn Fn(&Place) -> Value,
-) -> Value {
-    json!({
-        "verdict": of.verdict,
-        "up": of.up,
-        "up_at": of.up_at,
-        "down": of.down,
-        "down_at": of.down_at,
-        "bound": of.bound,
-        "transfer": of.transfer,
-        "energy_ratio": of.energy_ratio,
-        "from": of.from.as_ref().map(first),
-        "to": of.to.as_ref().map(last),
-        "from_rows": of.from.map(|place| place.rows),
-        "to_rows": of.to.map(|place| place.rows),
-        "settled_at": of.settled_at,
-        "returns": of.returns,
-        "lags": of.lags,
-        "reason": of.reason.as_ref().map(|reason| reason.message()),
-        "reason_code": of.reason.as_ref().map(|reason| reason.code()),
-        "advice": of.reason.as_ref().map(|reason| reason.advice()),
-    })
 }
 
 /// Of pictures.

@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 
 use super::super::{Analysis, BandEdge};
-use super::answer;
+use super::answer::Words;
 use crate::estimates::NoiseFloor;
+use crate::moved::{Movement, Place, Reason};
 
 pub(super) fn of(analysis: &Analysis) -> Value {
     let (axes, conventions) = (&analysis.axes, &analysis.conventions);
@@ -65,7 +66,7 @@ pub(super) fn of(analysis: &Analysis) -> Value {
             },
         },
         "interval": analysis.interval,
-        "moved": answer::numbers(analysis),
+        "moved": Words::of(analysis).as_ref().map(moved),
         "noise": analysis.noise.as_ref().map(NoiseFloor::numbers),
         "parseval": {
             "time": analysis.parseval.time,
@@ -87,5 +88,65 @@ pub(super) fn of(analysis: &Analysis) -> Value {
         },
         "accuracy": analysis.accuracy,
         "timings": analysis.timings,
+    })
+}
+
+/// `moved`. Frequencies and wavenumbers are in the units of the axes, sites count in the file.
+fn moved(words: &Words) -> Value {
+    let answer = words.answer;
+    let site = |place: &Place| json!(place.rows[0]);
+    let last_site = |place: &Place| json!(place.rows[1]);
+    let time = |place: &Place| json!(place.at);
+    let along_x = |of: &Movement| movement(of, &site, &last_site, &|reason| words.why(reason));
+    let mut frequency = along_x(&answer.frequency);
+    frequency["launch"] = json!(answer.launch.as_ref().map(along_x));
+    frequency["front"] = json!(answer.front);
+    frequency["tail"] = json!(answer.tail);
+    let reason = words.undirected();
+    let told = |share: f64| reason.is_none().then_some(share);
+    let direction = words.direction.map(|direction| {
+        json!({
+            "toward_plus_x": told(direction.toward_plus_x),
+            "toward_minus_x": told(direction.toward_minus_x),
+            "speed": answer.speed,
+            "reason": reason,
+        })
+    });
+    json!({
+        "frequency": frequency,
+        "wavenumber": movement(&answer.wavenumber, &time, &time, &Reason::parts),
+        "direction": direction,
+    })
+}
+
+fn movement(
+    of: &Movement,
+    first: &dyn Fn(&Place) -> Value,
+    last: &dyn Fn(&Place) -> Value,
+    why: &dyn Fn(&Reason) -> (&'static str, String, &'static str),
+) -> Value {
+    let (code, reason, advice) = match of.reason.as_ref().map(why) {
+        Some((code, reason, advice)) => (Some(code), Some(reason), Some(advice)),
+        None => (None, None, None),
+    };
+    json!({
+        "verdict": of.verdict,
+        "up": of.up,
+        "up_at": of.up_at,
+        "down": of.down,
+        "down_at": of.down_at,
+        "bound": of.bound,
+        "transfer": of.transfer,
+        "energy_ratio": of.energy_ratio,
+        "from": of.from.as_ref().map(first),
+        "to": of.to.as_ref().map(last),
+        "from_rows": of.from.map(|place| place.rows),
+        "to_rows": of.to.map(|place| place.rows),
+        "settled_at": of.settled_at,
+        "returns": of.returns,
+        "lags": of.lags,
+        "reason": reason,
+        "reason_code": code,
+        "advice": advice,
     })
 }

@@ -53,7 +53,8 @@ pub struct Filter {
     pub frequency: Option<Ends<Frequency>>,
 
     /// Where it is looked for.
-    #[arg(long, hide = true, value_parser = a_band(), value_name = "FROM:TO")]
+    #[arg(long, hide = true, aliases = ["low-pass", "lowpass", "high-pass", "highpass", "band-pass", "bandpass"],
+          value_parser = a_band(), value_name = "FROM:TO")]
     pub band: Option<String>,
 
     /// Magnitudes of wavenumbers that pass, in rad per unit of length or with their unit, likewise.

@@ -1,4 +1,4 @@
-//! Words that are no command: commands that there are no more, with what takes their place, and files.
+//! Words that are no command and no option: those that there are no more, with what takes their place, files, and parts of a name.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -43,7 +43,9 @@ const GONE: [(&str, &str); 7] = [
 pub fn parsed(words: Vec<OsString>) -> Cli {
     use ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand};
     // Groups and brief help are made only for who asks: they take longer than the arguments of a run.
-    let typed = Cli::command().try_get_matches_from(words.clone());
+    let mut cli = Cli::command();
+    let command = words.get(1).cloned().unwrap_or_default();
+    let typed = cli.try_get_matches_from_mut(words.clone());
     let typed = typed.or_else(|error| match error.kind() {
         DisplayHelp | DisplayHelpOnMissingArgumentOrSubcommand => {
             help::command().try_get_matches_from(words)
@@ -56,8 +58,7 @@ pub fn parsed(words: Vec<OsString>) -> Cli {
             && let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
         {
             let name = name.clone();
-            let command = Cli::command();
-            let known = command.get_subcommands().map(clap::Command::get_name);
+            let known = cli.get_subcommands().map(clap::Command::get_name);
             // The one that was meant, not all that begin or end alike.
             error.remove(ContextKind::SuggestedSubcommand);
             if let Some(near) = nearest_key(&name, known) {
@@ -68,6 +69,17 @@ pub fn parsed(words: Vec<OsString>) -> Cli {
                 let tip = ContextValue::StyledStrs(vec![StyledStr::from(tip)]);
                 error.insert(ContextKind::Suggested, tip);
             }
+        }
+        if error.kind() == ErrorKind::UnknownArgument
+            && let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidArg)
+            && let Some(command) = cli.find_subcommand(&command)
+            && let Some(tip) = options_with(word, command)
+        {
+            for kind in [ContextKind::SuggestedArg, ContextKind::Usage] {
+                error.remove(kind);
+            }
+            let tip = ContextValue::StyledStrs(vec![StyledStr::from(tip)]);
+            error.insert(ContextKind::Suggested, tip);
         }
         error.exit()
     })
@@ -85,4 +97,15 @@ fn instead_of(word: &str) -> Option<String> {
     };
     path.is_file()
         .then(|| format!("a file comes after a command: `cascade {command} {word}`"))
+}
+
+/// Options of a command for a word that is none: those whose names have it as a part, `--stiffness-ratio` for `--ratio`.
+fn options_with(word: &str, command: &clap::Command) -> Option<String> {
+    let word = word.strip_prefix("--")?;
+    let names = command.get_arguments().filter_map(clap::Arg::get_long);
+    let names = names.filter(|name| name.split('-').any(|part| part == word));
+    let names: Vec<String> = names.map(|name| format!("`--{name}`")).collect();
+    (1..=4)
+        .contains(&names.len())
+        .then(|| format!("did you mean {}?", names.join(" or ")))
 }
