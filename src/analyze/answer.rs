@@ -69,7 +69,12 @@ pub(super) fn find(
         dx: axes.space.step,
         most_bytes: plan.answer_bytes,
     };
-    let along = along_x(prepared, &options, observer)?;
+    let mut along = along_x(prepared, &options, observer)?;
+    let noise = samples.map_or(0.0, |samples| along.noise * axes.n_times as f64 / samples);
+    let is_known = spacetime.is_none_or(|found| goes(&found.directions, noise, toward_minus));
+    if !along.has_fronts && struck.is_none() && !is_known {
+        along.movement.transfer = None;
+    }
     let windows = along.window.map(|(width, samples)| ArrivalWindows {
         arrivals: along.arrivals.clone(),
         width,
@@ -98,7 +103,7 @@ pub(super) fn find(
         windows,
         gain_changes: along.gain_changes,
         gain_steps: along.gain_steps,
-        noise: samples.map_or(0.0, |samples| along.noise * axes.n_times as f64 / samples),
+        noise,
     })
 }
 
@@ -157,6 +162,17 @@ fn since(along: &AlongX, struck: Option<usize>) -> Option<Range<usize>> {
 fn by_sign(directions: &[ByDirection]) -> (f64, f64) {
     let total = |of: fn(&ByDirection) -> f64| sum(&directions.iter().map(of).collect::<Vec<_>>());
     (total(|d| d.toward_plus_x), total(|d| d.toward_minus_x))
+}
+
+/// Whether waves go one way, that towards -x or the other, but for this share of noise.
+fn goes(directions: &[ByDirection], noise: f64, toward_minus: bool) -> bool {
+    let (plus, minus) = by_sign(directions);
+    let of_noise = 0.5 * noise * (plus + minus);
+    let [along, against] = match toward_minus {
+        true => [minus - of_noise, plus - of_noise],
+        false => [plus - of_noise, minus - of_noise],
+    };
+    along > ONE_WAY * (along + against.max(0.0))
 }
 
 fn wavenumbers(

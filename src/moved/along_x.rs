@@ -188,6 +188,7 @@ pub(crate) fn along_x(
         n_times,
         every,
         width: f64::NAN,
+        lead: 0,
         left_out: LeftOut::default(),
     };
     let eligible = fronts.eligible();
@@ -381,6 +382,11 @@ impl Fronts<'_> {
         let fits = room.iter().filter(|room| **room >= window).count();
         let size = group_size(fits, options.is_simulated());
         let mut order = eligible.to_vec();
+        // A window that cuts a pulse cuts it alike everywhere.
+        if !options.is_simulated() && (window as f64) < widths * self.width {
+            order.retain(|&j| self.arrival(j) >= self.lead);
+            self.left_out.entered_late += eligible.len() - order.len();
+        }
         if sense < 0.0 || (sense == 0.0 && options.toward_minus) {
             order.reverse();
         }

@@ -15,6 +15,8 @@ const TRANSIENT: f64 = 0.35;
 const LATER: f64 = 3.0;
 /// Widths of the pulse within which arrivals are at once.
 const AT_ONCE: f64 = 2.0;
+/// One of so many sites may have moved before its window could begin.
+const EARLY: usize = 10;
 /// Root mean square of records, over their quiet parts, below which these are none where the motion lasts.
 const LASTS: f64 = 0.25;
 const ABOVE: f64 = 5.0;
@@ -30,6 +32,8 @@ pub(super) struct Fronts<'a> {
     pub every: usize,
     /// Of the pulse, in samples.
     pub width: f64,
+    /// Samples before its arrival at which a window begins.
+    pub lead: usize,
     pub left_out: LeftOut,
 }
 
@@ -45,13 +49,20 @@ impl Fronts<'_> {
         self.onsets[site].arrival.unwrap_or(0)
     }
 
-    /// Where windows begin: at the arrival, in measured records a width before it, since noise hides how a wave rises.
+    /// Where windows begin.
     pub fn start(&self, site: usize) -> usize {
-        let lead = match self.options.is_simulated() {
-            true => 0,
-            false => self.width.round() as usize,
-        };
-        self.arrival(site).saturating_sub(lead)
+        self.arrival(site).saturating_sub(self.lead)
+    }
+
+    /// At the arrival; in measured records a width before it, since noise hides how a wave rises, or as long as nearly all
+    /// records have run before theirs.
+    fn lead(&self, sites: &[usize]) -> usize {
+        if self.options.is_simulated() || sites.is_empty() {
+            return 0;
+        }
+        let mut before: Vec<usize> = sites.iter().map(|&j| self.arrival(j)).collect();
+        before.sort_unstable();
+        before[before.len() / EARLY].min(self.width.round() as usize)
     }
 
     /// Sites at which a wave arrives while the record runs, behind the struck body; finds the width of the pulse.
@@ -94,6 +105,7 @@ impl Fronts<'_> {
             let mut keep = regular.into_iter();
             sites.retain(|_| keep.next() == Some(true));
         }
+        self.lead = self.lead(&sites);
         sites
     }
 

@@ -15,6 +15,8 @@ const SPREADS_OUT: f64 = 0.85;
 const HOLDS_ALL: f64 = 0.95;
 /// Part of the energy of a window of twice the length that a window may miss and hold all of the wave.
 const HOLDS: f64 = 0.03;
+/// Part of a window by which a share that falls comes later at the last group than at the first, if the rest of it follows behind.
+const LATER: f64 = 0.35;
 /// Part of its first energy that a front holds as long as it is followed.
 const FOLLOWED: f64 = 0.3;
 /// Bodies over which a front that has formed and keeps its energy is followed, at least; one that loses energy; and bodies
@@ -22,8 +24,8 @@ const FOLLOWED: f64 = 0.3;
 const TRAVEL: usize = 8;
 const LOSING: usize = 20;
 const NEVER: usize = 26;
-/// Bodies over which nothing is said of waves that go on.
-const FEW: usize = 16;
+/// Bodies over which nothing is said of waves that go on: the launch, and as many behind it.
+const FEW: usize = 39;
 /// The kind of window that fades, of those of a struck chain.
 const FADING: usize = 3;
 
@@ -172,7 +174,7 @@ impl Found<'_> {
         {
             movement.transfer = Some(false);
         }
-        if moves && self.spreads_out() {
+        if moves && (self.spreads_out() || self.falls_behind(last, &movement)) {
             (movement.transfer, movement.lags) = (None, true);
         }
         let groups = &self.groups[0];
@@ -221,6 +223,20 @@ impl Found<'_> {
         };
         // A pulse that absorption lengthens falls below the resolution of a window, not out of it.
         falls(SPREADS_OUT, &|group| group.energy) && falls(HOLDS_ALL, &Group::with_drift)
+    }
+
+    /// Whether the frequencies whose share falls come later and later in their windows: what is missing of them follows behind, or
+    /// comes after the record. Absorption takes them where they are.
+    fn falls_behind(&self, last: usize, movement: &Movement) -> bool {
+        let upper = &self.kinds[0].grid.upper;
+        let after = |edge: f64| upper.partition_point(|upper| *upper <= edge);
+        let falls = match (movement.verdict, movement.transfer) {
+            (Verdict::Down, _) => after(movement.down_at)..upper.len(),
+            (Verdict::Up, Some(false)) => 0..after(movement.up_at),
+            _ => return false,
+        };
+        let [first, last] = [0, last].map(|group| self.groups[0][group].delay(falls.clone()));
+        last - first > LATER * self.kinds[0].samples as f64
     }
 
     pub fn of_struck_chain(&self, tail: Option<usize>) -> AlongX {

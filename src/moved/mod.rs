@@ -96,7 +96,7 @@ pub struct Movement {
     /// What moves not stated are below, at 95 %.
     pub bound: f64,
     /// Whether energy itself grew beyond the edge towards which shares moved: a transfer, not a selective loss. `None` where
-    /// nothing moved, and of a front that sheds energy.
+    /// nothing moved, of a front that sheds energy, where waves of both directions or none that is known pass, and where errors hide it.
     pub transfer: Option<bool>,
     /// Energy at the second place over that at the first; NaN where waves of several origins pass.
     pub energy_ratio: f64,
@@ -142,20 +142,31 @@ impl Movement {
     ) -> Movement {
         let moved = Moved::between(a, b);
         let verdict = moved.verdict(tolerance);
+        let left = a.energy.min(b.energy).max(LEFT * a.energy.max(b.energy));
+        let sure = |v: f64, w: f64| 3.0 * (v + w).sqrt();
         let grows = |[before, v]: [f64; 2], [after, w]: [f64; 2]| {
             // Of what is left: a wave that is damped may gain at its harmonics all the same, unless next to nothing is left.
-            let left = a.energy.min(b.energy).max(LEFT * a.energy.max(b.energy));
             let least = 0.5 * tolerance * left;
-            after - before > (3.0 * (v + w).sqrt()).max(least)
+            after - before > sure(v, w).max(least)
         };
         // Upwards beyond any edge farther out: next to the one at which shares differ most lies what a loud line leaks.
         let (up, down) = (moved.up.at, moved.down.at);
         let grows_above = || (up..upper.len()).any(|m| grows(a.above(m), b.above(m)));
         let grows_below = || grows(a.below(down), b.below(down));
+        // Errors that a gain as large as the move would not exceed leave both open.
+        let is_known = |[_, v]: [f64; 2], [_, w]: [f64; 2], moved: f64| sure(v, w) < moved * left;
+        let knows_above = || is_known(a.above(up), b.above(up), moved.up.share);
+        let knows_below = || is_known(a.below(down), b.below(down), moved.down.share);
         let transfer = match verdict {
-            Verdict::Up => Some(grows_above()),
-            Verdict::Down => Some(grows_below()),
-            Verdict::Spreads => Some(grows_above() || grows_below()),
+            Verdict::Up => grows_above()
+                .then_some(true)
+                .or(knows_above().then_some(false)),
+            Verdict::Down => grows_below()
+                .then_some(true)
+                .or(knows_below().then_some(false)),
+            Verdict::Spreads => (grows_above() || grows_below())
+                .then_some(true)
+                .or((knows_above() && knows_below()).then_some(false)),
             Verdict::Unchanged | Verdict::Untold => None,
         };
         let at = |share: &share::Share| {

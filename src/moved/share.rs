@@ -119,10 +119,14 @@ pub(crate) struct Group {
     pub energy_error: f64,
     /// Mean energy below the resolution.
     pub drift: f64,
+    /// Mean energy times group delay, as [`Spectrum::delay`].
+    delay: Vec<f64>,
     /// Share of the energy up to the end of each interval.
     pub cumulative: Vec<f64>,
     /// Variance of [`Self::spectrum`] by noise, summed up to each interval.
     noise: Vec<f64>,
+    /// Variance of the energy up to the end of each interval and beyond it, as parts of the record differ.
+    chance: Option<[Vec<f64>; 2]>,
     /// Standard error of [`Self::cumulative`] as members, alone or in pairs, differ.
     spread: Vec<f64>,
     /// Cumulative shares without one part of the record each, for the jackknife.
@@ -186,6 +190,12 @@ impl Group {
         let variances: Vec<&[f64]> = members.iter().map(|s| &*s.variance).collect();
         let mut group = Group::of_sums(added(&energies), added(&variances), members.len(), rows);
         group.drift = members.iter().map(|s| s.drift).sum::<f64>() / members.len() as f64;
+        let delays: Vec<&[f64]> = members.iter().map(|s| &*s.delay).collect();
+        group.delay = added(&delays);
+        group
+            .delay
+            .iter_mut()
+            .for_each(|delay| *delay /= members.len() as f64);
         let total = |group: &Vec<f64>| group.iter().sum::<f64>();
         group.spread = match (spread(members, 1), spread(members, 2)) {
             _ if is_exact => vec![0.0; group.cumulative.len()],
@@ -220,6 +230,20 @@ impl Group {
         let even = energies.iter().map(|e| e * e).sum::<f64>() * n / (mean * n).powi(2);
         group.uneven = if even > 1.0 { even.sqrt() } else { 1.0 };
         group.energy_error = (squares / (n - 1.0).max(1.0) / n).sqrt() / members as f64;
+        let of_mean = (members * members) as f64 * (n - 1.0).max(1.0) * n;
+        let cumulated: Vec<Vec<f64>> = parts.iter().map(|part| cumulated(part)).collect();
+        let variances = |energy: &dyn Fn(&Vec<f64>, usize) -> f64| -> Vec<f64> {
+            let variance = |m: usize| {
+                let energies = || cumulated.iter().map(|part| energy(part, m));
+                let mean = energies().sum::<f64>() / n;
+                energies().map(|e| (e - mean).powi(2)).sum::<f64>() / of_mean
+            };
+            (0..group.cumulative.len()).map(variance).collect()
+        };
+        group.chance = Some([
+            variances(&|part, m| part[m]),
+            variances(&|part, m| part[part.len() - 1] - part[m]),
+        ]);
         group.spread = vec![0.0; group.cumulative.len()];
         group.without = without;
         group.is_paired = is_paired;
@@ -242,9 +266,11 @@ impl Group {
             energy: spectrum.iter().sum(),
             energy_error: noise.last().copied().unwrap_or(0.0).sqrt(),
             drift: 0.0,
+            delay: Vec::new(),
             cumulative: shares(&sum),
             spectrum,
             noise,
+            chance: None,
             spread: Vec::new(),
             without: Vec::new(),
             is_paired: false,
@@ -292,16 +318,28 @@ impl Group {
         by_noise / (self.energy * self.energy) + self.spread[m].powi(2)
     }
 
-    /// Energy above interval `m`, and its variance by noise.
+    /// Energy above interval `m`, and its variance.
     pub fn above(&self, m: usize) -> [f64; 2] {
         let all = self.noise.last().copied().unwrap_or(0.0);
-        let rest = all - self.noise[m];
+        let chance = self.chance.as_ref().map_or(0.0, |[_, above]| above[m]);
+        let rest = all - self.noise[m] + chance;
         [self.energy * (1.0 - self.cumulative[m]), rest]
     }
 
-    /// Energy up to interval `m`, and its variance by noise.
+    /// Energy up to interval `m`, and its variance.
     pub fn below(&self, m: usize) -> [f64; 2] {
-        [self.energy * self.cumulative[m], self.noise[m]]
+        let chance = self.chance.as_ref().map_or(0.0, |[below, _]| below[m]);
+        [self.energy * self.cumulative[m], self.noise[m] + chance]
+    }
+
+    /// Mean group delay of the energy in these intervals, in samples from the start of the window; NaN where none was requested.
+    pub fn delay(&self, among: std::ops::Range<usize>) -> f64 {
+        let sum = |values: &[f64]| {
+            values
+                .get(among.clone())
+                .map_or(f64::NAN, |v| v.iter().sum())
+        };
+        sum(&self.delay) / sum(&self.spectrum)
     }
 
     /// Frequency with the largest density.

@@ -21,6 +21,9 @@ pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
 /// Difference of the shares by direction, as a part of both, up to which they are alike.
 const EVEN: f64 = 0.1;
 
+/// What may move unseen from which on it is not said that nothing does.
+const WIDE: f64 = 0.15;
+
 /// Part of the sites from which on a verdict is one of all.
 const SPAN: f64 = 0.75;
 
@@ -141,9 +144,19 @@ impl<'a> Words<'a> {
         let way = if is_back { "towards -x" } else { "along x" };
         match of.verdict {
             Verdict::Unchanged => format!(
-                "no energy moves in frequency along x{} (less than {}, at 95 %){}",
-                self.span(of),
-                below(of.bound),
+                "{}{}",
+                match of.bound > WIDE {
+                    true => format!(
+                        "no move in frequency along x{} is seen, but up to {} may move unseen (95 %)",
+                        self.span(of),
+                        below(of.bound)
+                    ),
+                    false => format!(
+                        "no energy moves in frequency along x{} (less than {}, at 95 %)",
+                        self.span(of),
+                        below(of.bound)
+                    ),
+                },
                 match self.hum {
                     Some(hum) => format!("; {}", hum.message()),
                     None if self.is_noise => {
@@ -258,14 +271,9 @@ impl<'a> Words<'a> {
             );
         }
         if self.answer.is_lossy && of.energy_ratio < KEEPS {
-            let first = match of.verdict {
-                Verdict::Down => ", high frequencies first",
-                Verdict::Up => ", low frequencies first",
-                _ => "",
-            };
             let (by, lost) = lost(of);
             return format!(
-                "the front loses {lost} by body {by}, to damping too{first}; it never settles"
+                "the front loses {lost} by body {by}, to damping too; it never settles"
             );
         }
         let sheds = match of.energy_ratio < KEEPS {
@@ -282,10 +290,20 @@ impl<'a> Words<'a> {
                     "frequencies part: low and high ones do not keep up with the front, {which}"
                 )
             }
-            Verdict::Up => format!("energy moves up in frequency: {sheds}"),
             Verdict::Down if of.lags => format!("higher frequencies lag behind the front, {which}"),
-            Verdict::Down => format!("energy moves down in frequency: {sheds}"),
-            Verdict::Spreads => format!("energy spreads in frequency: {sheds}"),
+            Verdict::Up if of.transfer == Some(true) => {
+                format!("energy moves up in frequency: {sheds}")
+            }
+            Verdict::Down if of.transfer == Some(true) => {
+                format!("energy moves down in frequency: {sheds}")
+            }
+            Verdict::Spreads if of.transfer == Some(true) => {
+                format!("energy spreads in frequency: {sheds}")
+            }
+            // What is shed is in the tail: neither a transfer nor a loss.
+            Verdict::Up => format!("{sheds}, and what it keeps lies higher in frequency"),
+            Verdict::Down => format!("{sheds}, and what it keeps lies lower in frequency"),
+            Verdict::Spreads => format!("{sheds}, and what it keeps is spread in frequency"),
             _ if of.energy_ratio >= KEEPS => format!(
                 "no energy moves in frequency (less than {}, at 95 %): the front disperses and keeps its content",
                 below(of.bound)
@@ -462,6 +480,12 @@ impl<'a> Words<'a> {
             (Verdict::Untold, reason) => {
                 let reason = reason.as_ref().map(|r| r.message()).unwrap_or_default();
                 format!("wavenumbers: cannot be told: {reason}")
+            }
+            (Verdict::Unchanged, _) if of.bound > WIDE => {
+                format!(
+                    "wavenumbers are not seen to move{span}, but up to {} may",
+                    below(of.bound)
+                )
             }
             (Verdict::Unchanged, _) => {
                 format!(
