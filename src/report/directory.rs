@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::system::publish::Working;
+use crate::system::publish::{Working, write_whole};
 
 /// Files are written to a directory beside the wanted one, which then gets its name:
 /// [`ResultDirectory::publish`]. Dropped before that, it is removed with everything in it.
@@ -164,7 +164,7 @@ impl ResultDirectory {
     /// [`Error::Write`].
     pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> Result<()> {
         let path = self.path().join(name);
-        fs::write(&path, contents).map_err(Error::write("write", &path))
+        write_whole(&path, contents.as_ref()).map_err(Error::write("write", &path))
     }
 
     /// Gives the directory its name, in place of an older one where that was allowed: the name is

@@ -10,12 +10,15 @@ mod lock;
 mod working;
 
 use std::ffi::OsStr;
+use std::fs::File;
 use std::io::{Result, Write};
 use std::path::{Path, PathBuf};
 
 pub use durable::sync_directory;
 pub use leftovers::{Hold, Leftover, leftovers, remove_abandoned};
 pub use working::Working;
+
+use crate::file_io::begin_sync;
 
 /// How the names of working files and directories begin; 16 hexadecimal digits follow.
 const PREFIX: &str = ".cascade-partial-";
@@ -62,13 +65,16 @@ pub fn final_path(path: &Path) -> PathBuf {
 /// Writes `path` through a working file, durably.
 ///
 /// A file inside a working directory is written directly: it appears with its directory, which is
-/// also when it is synced.
+/// also when it is synced. The system writes it to the disk meanwhile.
 ///
 /// # Errors
 /// The system's; nothing is left behind, and an older file stays.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     if is_in_working_directory(path) {
-        return std::fs::write(path, bytes);
+        let mut file = File::create(path)?;
+        file.write_all(bytes)?;
+        begin_sync(&file);
+        return Ok(());
     }
     let mut working = Working::reserve(path)?;
     let mut file = working.create_file()?;
