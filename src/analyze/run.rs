@@ -121,7 +121,7 @@ fn passes<T: Real>(
     };
     let (from_records, from_profiles) = stages.run::<T>(&mut clock)?;
     let interval = from_records.as_ref().and_then(|found| found.interval);
-    let (frequency_edge, front_length, columns, spacetime, checked) = match from_records {
+    let (frequency_edge, front_length, mut columns, mut spacetime, checked) = match from_records {
         Some(found) => (
             found.edge,
             found.front,
@@ -133,7 +133,7 @@ fn passes<T: Real>(
     };
     let FromProfiles {
         edge: wavenumber_edge,
-        rows,
+        mut rows,
         short_time,
         short_space,
     } = from_profiles;
@@ -175,18 +175,48 @@ fn passes<T: Real>(
         });
     }
 
-    let mut answer = match results.answer && !prepared.is_silent() {
-        true => Some(answer::find(
-            plan,
-            &prepared,
-            columns
-                .as_ref()
-                .map(|columns| sum(&columns.energies) / plan.segments.count() as f64),
-            spacetime.as_ref(),
-            observer,
-        )?),
-        false => None,
+    let power_unit = if stored == 1.0 { unit } else { 1.0 };
+    let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref());
+    let maps = Maps {
+        field,
+        plan,
+        unit,
+        power_unit,
+        display: &display,
     };
+    let (temporal_map, spacetime_map) = match &mut spacetime {
+        Some(found) => (found.temporal_map.take(), found.map.take()),
+        None => (columns.as_mut().and_then(|found| found.map.take()), None),
+    };
+    let of_rows = [rows.field_map.take(), rows.map.take(), rows.flux_map.take()];
+    // The answer leaves threads idle at times.
+    let (answer, finished) = rayon::join(
+        || match results.answer && !prepared.is_silent() {
+            true => answer::find(
+                plan,
+                &prepared,
+                columns
+                    .as_ref()
+                    .map(|columns| sum(&columns.energies) / plan.segments.count() as f64),
+                spacetime.as_ref(),
+                observer,
+            )
+            .map(Some),
+            false => Ok(None),
+        },
+        || {
+            let [field, spatial, flux] = of_rows;
+            let temporal = temporal_map.filter(|_| results.temporal);
+            [
+                field.map(|map| maps.field(map)),
+                temporal.map(|map| maps.temporal(map)),
+                spatial.map(|map| maps.spatial(map)),
+                spacetime_map.map(|map| maps.spacetime(map)),
+                flux.map(|map| maps.flux(map)),
+            ]
+        },
+    );
+    let mut answer = answer?;
     if let Some(answer) = &mut answer {
         warnings.extend(answer::gains(answer, plan));
         if answer.has_fronts {
@@ -202,15 +232,6 @@ fn passes<T: Real>(
         withheld
     });
     clock.lap(plan, "answer");
-    let power_unit = if stored == 1.0 { unit } else { 1.0 };
-    let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref());
-    let maps = Maps {
-        field,
-        plan,
-        unit,
-        power_unit,
-        display: &display,
-    };
     let summed = Summed {
         plan,
         unit,
@@ -239,10 +260,13 @@ fn passes<T: Real>(
     let (direction, direction_by_frequency) = by_direction.unzip();
     // A single site has no wavenumber axis.
     let direction_by_frequency = direction_by_frequency.filter(|_| plan.axes.n_sites > 1);
-    let (temporal_map, spacetime_map) = match spacetime.map(|s| (s.temporal_map, s.map)) {
-        Some(maps) => maps,
-        None => (columns.and_then(|c| c.map), None),
-    };
+    let [
+        field_map,
+        temporal_map,
+        spatial_map,
+        spacetime_map,
+        flux_map,
+    ] = finished;
     Ok(Analysis {
         name: field.name.clone(),
         content_hash: field.content_hash.clone(),
@@ -265,14 +289,12 @@ fn passes<T: Real>(
         headline_space,
         headline_time: headline_time.unwrap_or_default(),
         front,
-        field_map: rows.field_map.map(|map| maps.field(map)),
-        temporal_map: temporal_map
-            .filter(|_| results.temporal)
-            .map(|map| maps.temporal(map)),
-        spatial_map: rows.map.map(|map| maps.spatial(map)),
-        spacetime_map: spacetime_map.map(|map| maps.spacetime(map)),
-        flux_map: rows.flux_map.map(|map| maps.flux(map)),
-        display: display.clone(),
+        field_map,
+        temporal_map,
+        spatial_map,
+        spacetime_map,
+        flux_map,
+        display,
         dispersion: plan.dispersion.clone(),
         short_time,
         short_space,

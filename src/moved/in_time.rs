@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::along_x::median;
 use super::share::{Grid, Group, Moved};
 use super::{Evidence, Movement, Place, Reason, Verdict};
@@ -109,15 +111,16 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     let groups: Vec<Group> = (0..count)
         .map(|i| {
             let times = evenly(window(i), PROFILES);
+            let profiles = times.par_iter().map(|&n| source.profiles.powers(n));
+            let profiles: Vec<Vec<f64>> = profiles.collect();
             let size = times.len().div_ceil(PARTS);
-            let parts: Vec<Vec<f64>> = times
+            let parts: Vec<Vec<f64>> = profiles
                 .chunks(size)
-                .map(|times| {
+                .map(|profiles| {
                     let mut sum = vec![0.0; grid.upper.len()];
-                    for &n in times {
-                        let powers = source.profiles.powers(n);
-                        waves.add(&powers, source);
-                        let moving = powers.into_iter().enumerate();
+                    for powers in profiles {
+                        waves.add(powers, source);
+                        let moving = powers.iter().copied().enumerate();
                         let moving = moving.map(|(m, p)| if m < source.first { 0.0 } else { p });
                         for (sum, p) in sum.iter_mut().zip(grid.sums(moving)) {
                             *sum += p;
@@ -233,7 +236,8 @@ fn evenly(range: Range<usize>, count: usize) -> Vec<usize> {
 fn inside(source: &Source) -> Option<Range<usize>> {
     let times = evenly(source.among.clone(), LOOKED_AT);
     let stride = source.among.len() as f64 / times.len().max(1) as f64;
-    let energies: Vec<f64> = times.iter().map(|&n| source.profiles.energy(n)).collect();
+    let energies = times.par_iter().map(|&n| source.profiles.energy(n));
+    let energies: Vec<f64> = energies.collect();
     let w = match source.period.is_finite() {
         true => ((source.period / stride).round() as usize).clamp(1, (times.len() / 4).max(1)),
         false => 1,
