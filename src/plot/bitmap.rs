@@ -4,14 +4,16 @@ use ab_glyph::OutlineCurve;
 use plotters_backend::BackendColor;
 use plotters_backend::text_anchor::HPos;
 use tiny_skia::{
-    Color as Ground, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke,
-    Transform,
+    FillRule, IntSize, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform,
 };
 
 use super::font;
 use super::painter::{Brush, Lettering, Outline, Painter, Point, Raster};
 use super::scene::Rect;
 use super::style::PageUnits;
+
+/// Every byte of a white pixel.
+const WHITE: u8 = 0xff;
 
 /// An inch in metres.
 const INCH: f64 = 0.0254;
@@ -30,8 +32,10 @@ impl Bitmap {
     pub fn new((width, height): (f64, f64), page: &PageUnits) -> Option<Self> {
         let ratio = page.pixel_ratio();
         let device = |length: f64| (length * ratio).round() as u32;
-        let mut pixmap = Pixmap::new(device(width), device(height))?;
-        pixmap.fill(Ground::WHITE);
+        let size = IntSize::from_wh(device(width), device(height))?;
+        let row = 4 * size.width() as usize;
+        let white = vec![WHITE; row.checked_mul(size.height() as usize)?];
+        let pixmap = Pixmap::from_vec(white, size)?;
         Some(Bitmap {
             pixmap,
             ratio,
@@ -136,11 +140,10 @@ impl Painter for Bitmap {
 
     fn encode(&self) -> Result<Vec<u8>, String> {
         let (columns, rows) = (self.pixmap.width() as usize, self.pixmap.height() as usize);
-        let mut rgb = vec![0; 3 * columns * rows];
-        let pixels = self.pixmap.data().chunks_exact(4);
-        for (to, from) in rgb.chunks_exact_mut(3).zip(pixels) {
-            to.copy_from_slice(&from[..3]);
-        }
+        let (fours, rest) = self.pixmap.data().as_chunks();
+        let packed: Vec<[u8; 12]> = fours.iter().map(without_alpha).collect();
+        let mut rgb = packed.into_flattened();
+        rest.chunks(4).for_each(|rgba| rgb.extend(&rgba[..3]));
         let raster = Raster {
             columns,
             rows,
@@ -149,6 +152,14 @@ impl Painter for Bitmap {
         };
         png(&raster, Some(self.dpi))
     }
+}
+
+/// Red, green and blue of four pixels, in one piece: byte by byte it took a quarter of the encoding.
+fn without_alpha(rgba: &[u8; 16]) -> [u8; 12] {
+    let all = u128::from_le_bytes(*rgba);
+    let rgb = (0..4).map(|n| (all >> (8 * n)) & (0xff_ffff << (24 * n)));
+    let [packed @ .., _, _, _, _] = rgb.fold(0, |packed, pixel| packed | pixel).to_le_bytes();
+    packed
 }
 
 /// An image alone, as the bytes of a PNG file, which may state its pixels per inch.

@@ -155,12 +155,13 @@ fn palette(scale: ColorScale, colormap: Colormap) -> String {
 }
 
 fn doubles(values: impl IntoIterator<Item = f64>) -> String {
-    let bytes: Vec<u8> = values.into_iter().flat_map(f64::to_le_bytes).collect();
-    BASE64_STANDARD.encode(bytes)
+    let bytes: Vec<[u8; 8]> = values.into_iter().map(f64::to_le_bytes).collect();
+    BASE64_STANDARD.encode(bytes.as_flattened())
 }
 
 fn singles(values: impl Iterator<Item = f32>) -> String {
-    BASE64_STANDARD.encode(values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
+    let bytes: Vec<[u8; 4]> = values.map(f32::to_le_bytes).collect();
+    BASE64_STANDARD.encode(bytes.as_flattened())
 }
 
 fn row(pictures: &[Picture]) -> Markup {
