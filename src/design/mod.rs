@@ -133,15 +133,11 @@ impl DesignRequest {
             free.extend(Free::all_of(text, scene)?);
         }
         if free.is_empty() {
-            return Err(Error::request(
-                "free",
-                "keys of the scene with bounds",
-                "none",
-            ));
+            let expected = "keys of the scene with bounds";
+            return Err(Error::request("free", expected, "none"));
         }
-        let tolerances: Result<Vec<Tolerance>> = self
-            .tolerances
-            .iter()
+        let tolerances = self.tolerances.iter();
+        let tolerances: Result<Vec<Tolerance>> = tolerances
             .map(|text| Tolerance::parse(text, &free))
             .collect();
         let space = Space::new(free, &tolerances?, self.members, self.seed);
@@ -169,15 +165,10 @@ impl DesignRequest {
         let begun = trial.judged(std::slice::from_ref(&start))?[0];
         let first = trial.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
         if !begun.is_finite() {
-            let (option, expected) = match self.is_most {
-                true => ("maximize", "a scene whose run tells the measure"),
-                false => ("minimize", "a scene whose run tells the measure"),
-            };
-            return Err(Error::request(
-                option,
-                expected,
-                "none: a later end_time or more samples may show it",
-            ));
+            let option = if self.is_most { "maximize" } else { "minimize" };
+            let expected = "a scene whose run tells the measure";
+            let found = "none: a later end_time or more samples may show it";
+            return Err(Error::request(option, expected, found));
         }
         let listed: Vec<usize> = space.free.iter().map(Free::listed).collect();
         // Descents stop at limits, evolution goes along them.
@@ -199,11 +190,8 @@ impl DesignRequest {
         let value = |found: &Option<(f64, Vec<f64>)>| found.as_ref().map_or(f64::INFINITY, |f| f.0);
         let is_random = value(&tried) < value(&searched);
         let Some((best, point)) = (if is_random { tried } else { searched }) else {
-            return Err(Error::request(
-                "free",
-                "keys for which a run tells the measure",
-                "none among all tries",
-            ));
+            let expected = "keys for which a run tells the measure";
+            return Err(Error::request("free", expected, "none among all tries"));
         };
         let sign = |value: f64| match (value.is_infinite(), self.is_most) {
             (true, _) => f64::NAN,
@@ -311,15 +299,11 @@ impl DesignRequest {
         simulation
     }
 
-    /// Smaller is better.
-    fn signed(&self, measure: f64) -> f64 {
-        if self.is_most { -measure } else { measure }
-    }
-
-    /// What counts of a design by its members; infinite if one does not tell.
+    /// What counts of a design by its members, smaller ones better; infinite if one does not tell.
     fn counted(&self, members: impl ExactSizeIterator<Item = Option<f64>>) -> f64 {
         let number = members.len() as f64;
-        let each = members.map(|m| m.map_or(f64::INFINITY, |m| self.signed(m)));
+        let sign = if self.is_most { -1.0 } else { 1.0 };
+        let each = members.map(|measure| measure.map_or(f64::INFINITY, |m| sign * m));
         match self.judge {
             Judge::Worst => each.fold(f64::NEG_INFINITY, f64::max),
             Judge::Mean => each.sum::<f64>() / number,
@@ -359,16 +343,12 @@ impl Trial<'_> {
     /// does not tell.
     fn judged(&mut self, points: &[Vec<f64>]) -> Result<Vec<f64>> {
         let members = self.space.members();
-        let values: Vec<Vec<f64>> = points
-            .iter()
-            .map(|point| self.space.values(point))
-            .collect();
+        let values = points.iter().map(|point| self.space.values(point));
+        let values: Vec<Vec<f64>> = values.collect();
         let of = |values| (0..members).map(move |member| (values, member));
-        let designs: Vec<(&[f64], usize)> =
-            values.iter().flat_map(|values| of(&values[..])).collect();
-        let told = self
-            .request
-            .told(self.scene, self.space, &designs, self.observer)?;
+        let designs = values.iter().flat_map(|values| of(&values[..]));
+        let designs: Vec<(&[f64], usize)> = designs.collect();
+        let told = (self.request).told(self.scene, self.space, &designs, self.observer)?;
         let values = told.chunks(members).zip(points).map(|(told, point)| {
             let (value, excess) = self.value(told);
             let best = self.best.as_ref().map_or(f64::INFINITY, |(best, _)| *best);
@@ -385,9 +365,8 @@ impl Trial<'_> {
     /// The value of a design, and by how much it exceeds limits.
     fn value(&mut self, told: &[Told]) -> (f64, f64) {
         let excess: f64 = told.iter().map(|(_, excess)| excess).sum();
-        let value = self
-            .request
-            .counted(told.iter().map(|(measure, _)| *measure));
+        let measures = told.iter().map(|(measure, _)| *measure);
+        let value = self.request.counted(measures);
         if self.size == 0.0 && value.is_finite() {
             self.size = value.abs();
         }

@@ -135,23 +135,15 @@ impl Descent {
         let n = self.x.len();
         let runs = if self.idle > 0 { 2 * n } else { n };
         let gradient = self.gradient_at(&mut *evaluate)?;
-        let mut direction: Vec<f64> = (0..n)
-            .map(|i| {
-                -(0..n)
-                    .map(|j| self.inverse[[i, j]] * gradient[j])
-                    .sum::<f64>()
-            })
-            .collect();
-        let slope: f64 = direction.iter().zip(&gradient).map(|(d, g)| d * g).sum();
+        let downhill = |i: usize| -dot(self.inverse.row(i).iter(), &gradient);
+        let mut direction: Vec<f64> = (0..n).map(downhill).collect();
+        let slope = dot(&direction, &gradient);
         let is_new = self.gradient.is_none();
         if slope.is_nan() || slope >= 0.0 || is_new {
             self.inverse = Array2::eye(n);
             self.is_first = true;
-            let length = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
-            direction = gradient
-                .iter()
-                .map(|g| -0.5 * g / length.max(f64::MIN_POSITIVE))
-                .collect();
+            let length = dot(&gradient, &gradient).sqrt().max(f64::MIN_POSITIVE);
+            direction = gradient.iter().map(|g| -0.5 * g / length).collect();
         }
         let moved = |length: f64| -> Vec<f64> {
             let to = self.x.iter().zip(&direction);
@@ -167,14 +159,9 @@ impl Descent {
             let gain = (self.value - values[best]) / self.value.abs().max(f64::MIN_POSITIVE);
             self.idle = if gain < GAIN { self.idle + 1 } else { 0 };
             self.value = values[best];
-            let step: Vec<f64> = points[best]
-                .iter()
-                .zip(&self.x)
-                .map(|(a, b)| a - b)
-                .collect();
+            self.learn = Some(minus(&points[best], &self.x));
             self.x = points[best].clone();
             self.gradient = Some(gradient);
-            self.learn = Some(step);
         } else {
             self.idle += 1;
             self.gradient = None;
@@ -192,20 +179,15 @@ impl Descent {
             x[i] = (x[i] + by).clamp(0.0, 1.0);
             x
         };
-        let inwards = |i: usize| {
-            if self.x[i] > 0.5 {
-                -DIFFERENCE
-            } else {
-                DIFFERENCE
-            }
+        let inwards = |i: usize| match self.x[i] > 0.5 {
+            true => off(i, -DIFFERENCE),
+            false => off(i, DIFFERENCE),
         };
-        let mut points: Vec<Vec<f64>> = (0..n).map(|i| off(i, inwards(i))).collect();
-        if self.idle > 0 {
-            points = (0..n)
-                .map(|i| off(i, -WIDE))
-                .chain((0..n).map(|i| off(i, WIDE)))
-                .collect();
-        }
+        let (low, high) = (|i: usize| off(i, -WIDE), |i: usize| off(i, WIDE));
+        let points: Vec<Vec<f64>> = match self.idle > 0 {
+            true => (0..n).map(low).chain((0..n).map(high)).collect(),
+            false => (0..n).map(inwards).collect(),
+        };
         let values = evaluate(&points)?;
         let slope = |i: usize| match self.idle > 0 {
             true => (values[n + i] - values[i]) / (points[n + i][i] - points[i][i]),
@@ -220,7 +202,7 @@ impl Descent {
             }
         }
         if let (Some(step), Some(before)) = (self.learn.take(), &self.gradient) {
-            let change: Vec<f64> = gradient.iter().zip(before).map(|(a, b)| a - b).collect();
+            let change = minus(&gradient, before);
             update(&mut self.inverse, &step, &change, self.is_first);
             self.is_first = false;
         }
@@ -228,20 +210,27 @@ impl Descent {
     }
 }
 
+fn dot<'a>(a: impl IntoIterator<Item = &'a f64>, b: &[f64]) -> f64 {
+    a.into_iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
 /// The BFGS update, where curvature along the step is positive; the first one finds the scale.
 fn update(inverse: &mut Array2<f64>, step: &[f64], change: &[f64], is_first: bool) {
     let n = step.len();
-    let along: f64 = step.iter().zip(change).map(|(s, y)| s * y).sum();
+    let along = dot(step, change);
     if along.is_nan() || along <= 0.0 {
         return;
     }
     if is_first {
-        *inverse = Array2::eye(n) * (along / change.iter().map(|y| y * y).sum::<f64>());
+        *inverse = Array2::eye(n) * (along / dot(change, change));
     }
-    let times: Vec<f64> = (0..n)
-        .map(|i| (0..n).map(|j| inverse[[i, j]] * change[j]).sum())
-        .collect();
-    let square: f64 = times.iter().zip(change).map(|(h, y)| h * y).sum();
+    let rows = inverse.rows().into_iter();
+    let times: Vec<f64> = rows.map(|row| dot(row.iter(), change)).collect();
+    let square = dot(&times, change);
     for i in 0..n {
         for j in 0..n {
             inverse[[i, j]] += (1.0 + square / along) * step[i] * step[j] / along
@@ -281,21 +270,18 @@ pub(super) fn evolve(
             let [one, other] = [pick(), pick()];
             let mut child: Vec<f64> = Vec::with_capacity(n);
             for (i, pair) in one.iter().zip(other).enumerate() {
-                let inherited = if random.uniform() < 0.5 {
-                    *pair.0
+                let inherited = *if random.uniform() < 0.5 {
+                    pair.0
                 } else {
-                    *pair.1
+                    pair.1
+                };
+                let step = match listed[i] {
+                    0 => NEAR,
+                    count => 1.0 / count as f64,
                 };
                 child.push(match random.uniform() * n as f64 {
                     draw if draw < 0.5 * CHANGED => random.uniform(),
-                    draw if draw < CHANGED => {
-                        let step = if listed[i] > 0 {
-                            1.0 / listed[i] as f64
-                        } else {
-                            NEAR
-                        };
-                        (inherited + step * random.normal()).clamp(0.0, 1.0)
-                    }
+                    draw if draw < CHANGED => (inherited + step * random.normal()).clamp(0.0, 1.0),
                     _ => inherited,
                 });
             }

@@ -6,7 +6,7 @@ use super::{Design, DesignKey, Designed, Judge};
 use crate::chain::scene::Units;
 use crate::sheet::{
     BLUE, Chart, Describe, GREEN, Level, Look, PlotRow, Series, Sheet, Table, VERMILLION, number,
-    percent,
+    percent, with_unit,
 };
 use crate::unit::label;
 
@@ -38,11 +38,7 @@ impl Describe for Designed {
             about: format!(
                 "{} made {} by {} keys, in {} tries by {} and as many at random",
                 self.request.aim.words(),
-                if self.request.is_most {
-                    "largest"
-                } else {
-                    "least"
-                },
+                self.wanted(),
                 self.keys.len(),
                 self.search.len() - 1,
                 self.method
@@ -53,44 +49,31 @@ impl Describe for Designed {
             ..Sheet::default()
         };
         let unit = self.unit();
+        let [search, random] = [&self.search, &self.random].map(|course| self.shown(last(course)));
         sheet.fact(
             "search",
-            format!(
-                "{}: {}; random tries {}",
-                self.method,
-                self.shown(last(&self.search)),
-                self.shown(last(&self.random))
-            ),
+            format!("{}: {search}; random tries {random}", self.method),
         );
         if !self.after.members.is_empty() {
-            sheet.fact(
-                "tolerances",
-                format!("{}; before {}", spread(&self.after), spread(&self.before)),
-            );
+            let [after, before] = [&self.after, &self.before].map(spread);
+            sheet.fact("tolerances", format!("{after}; before {before}"));
         }
         let at_bounds: Vec<&str> = self.at_bounds().collect();
         if !at_bounds.is_empty() {
-            let all = at_bounds
-                .iter()
-                .take(NAMED)
-                .copied()
-                .collect::<Vec<_>>()
-                .join(", ");
-            let more = at_bounds.len().saturating_sub(NAMED);
-            let more = if more > 0 {
-                format!(" and {more} more")
-            } else {
-                String::new()
+            let named = at_bounds[..NAMED.min(at_bounds.len())].join(", ");
+            let more = match at_bounds.len().saturating_sub(NAMED) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
             };
             sheet.fact(
                 "at bounds",
-                format!("{all}{more}: wider ones may do better"),
+                format!("{named}{more}: wider ones may do better"),
             );
         }
         self.warnings(&mut sheet);
         sheet.numbers(json!({
             "measure": self.request.aim.name(),
-            "wanted": if self.request.is_most { "largest" } else { "least" },
+            "wanted": self.wanted(),
             "unit": unit,
             "before": self.before.measure,
             "after": self.after.measure,
@@ -103,38 +86,24 @@ impl Describe for Designed {
             "untold": self.untold,
             "beyond_limits": self.beyond,
             "judge": (!self.after.members.is_empty()).then_some(self.request.judge),
-            "values": self.keys.iter().zip(self.before.values.iter().zip(&self.after.values)).map(|(key, (before, after))| json!({
+            "values": self.values().map(|(key, before, after)| json!({
                 "name": key.name, "unit": key.unit, "before": before, "after": after,
                 "low": key.bounds[0], "high": key.bounds[1],
             })).collect::<Vec<_>>(),
             "scene": self.scene,
         }));
-        let tries: Vec<f64> = (0..self.search.len()).map(|i| i as f64).collect();
-        sheet.line("try", "try", "", tries);
+        sheet.line("try", "try", "", tries(&self.search));
         sheet.line("search", "try", &unit, &self.search[..]);
         sheet.line("random", "random_try", &unit, &self.random[..]);
-        for (name, design) in [("before", &self.before), ("after", &self.after)] {
-            let (time, force) = self.pulse_units();
-            sheet.line(
-                &format!("time_{name}"),
-                &format!("time_{name}"),
-                time,
-                &design.time[..],
-            );
-            sheet.line(
-                &format!("force_{name}"),
-                &format!("time_{name}"),
-                force,
-                &design.force[..],
-            );
-            sheet.line(&format!("value_{name}"), "key", "", &design.values[..]);
+        let (time, force) = self.pulse_units();
+        for (when, design) in [("before", &self.before), ("after", &self.after)] {
+            let named = |name: &str| format!("{name}_{when}");
+            let along = named("time");
+            sheet.line(&along, &along, time, &design.time[..]);
+            sheet.line(&named("force"), &along, force, &design.force[..]);
+            sheet.line(&named("value"), "key", "", &design.values[..]);
             if !design.members.is_empty() {
-                sheet.line(
-                    &format!("members_{name}"),
-                    "member",
-                    &unit,
-                    &design.members[..],
-                );
+                sheet.line(&named("members"), "member", &unit, &design.members[..]);
             }
         }
         sheet
@@ -157,6 +126,11 @@ fn last(course: &[f64]) -> f64 {
     course.last().copied().unwrap_or(f64::NAN)
 }
 
+/// 0, 1, .. tries.
+fn tries(course: &[f64]) -> Vec<f64> {
+    (0..course.len()).map(|i| i as f64).collect()
+}
+
 /// Ends and median of the members.
 fn spread(design: &Design) -> String {
     let sorted = sorted(design);
@@ -176,11 +150,16 @@ impl Designed {
         self.request.aim.unit(self.units)
     }
 
+    fn wanted(&self) -> &'static str {
+        match self.request.is_most {
+            true => "largest",
+            false => "least",
+        }
+    }
+
     /// A value with the unit.
     fn shown(&self, value: f64) -> String {
-        format!("{} {}", number(value), self.unit())
-            .trim_end()
-            .to_owned()
+        with_unit(value, &self.unit())
     }
 
     fn pulse_units(&self) -> (&'static str, &'static str) {
@@ -198,22 +177,21 @@ impl Designed {
 
     fn answer(&self) -> String {
         let [before, after] = self.judged;
+        let words = self.request.aim.words();
         let what = match (self.after.members.is_empty(), self.request.judge) {
-            (true, _) => self.request.aim.words(),
-            (false, Judge::Worst) => format!("the worst of {}", self.request.aim.words()),
-            (false, Judge::Mean) => format!("the mean of {}", self.request.aim.words()),
+            (true, _) => words,
+            (false, Judge::Worst) => format!("the worst of {words}"),
+            (false, Judge::Mean) => format!("the mean of {words}"),
         };
         if self.change().abs() <= LEAST_GAIN {
             let stays = self.shown(before);
             return format!("no design does better than the scene: {what} stays {stays}");
         }
+        let share = percent(self.change().abs());
         let change = match before.is_nan() || before == 0.0 {
             true => "the scene exceeds a limit".to_owned(),
-            false => format!(
-                "{} {}",
-                percent(self.change().abs()),
-                if after < before { "less" } else { "more" }
-            ),
+            false if after < before => format!("{share} less"),
+            false => format!("{share} more"),
         };
         let verb = match after < before || before.is_nan() {
             true => "falls",
@@ -221,29 +199,29 @@ impl Designed {
         };
         let found = match self.is_random {
             true => "a random try found it, the search did not".to_owned(),
-            false => format!(
-                "as many random tries reach {}",
-                self.shown(last(&self.random))
-            ),
+            false => {
+                let reached = self.shown(last(&self.random));
+                format!("as many random tries reach {reached}")
+            }
         };
         let (before, after) = (number(before), self.shown(after));
         format!("{what} {verb} from {before} to {after}, {change}; {found}")
     }
 
+    /// Keys with their values in the scene and in the design.
+    fn values(&self) -> impl Iterator<Item = (&DesignKey, f64, f64)> {
+        let values = self.before.values.iter().zip(&self.after.values);
+        let all = self.keys.iter().zip(values);
+        all.map(|(key, (before, after))| (key, *before, *after))
+    }
+
     fn at_bounds(&self) -> impl Iterator<Item = &str> {
-        let keys = self
-            .keys
-            .iter()
-            .zip(&self.after.values)
-            .filter(|(key, value)| {
-                let width = key.bounds[1] - key.bounds[0];
-                key.listed == 0
-                    && key
-                        .bounds
-                        .iter()
-                        .any(|end| (*value - end).abs() < 1e-3 * width)
-            });
-        keys.map(|(key, _)| key.name.as_str())
+        let is_at = |(key, _, value): &(&DesignKey, f64, f64)| {
+            let [low, high] = key.bounds;
+            let near = (value - low).abs().min((value - high).abs());
+            key.listed == 0 && near < 1e-3 * (high - low)
+        };
+        self.values().filter(is_at).map(|(key, ..)| &*key.name)
     }
 
     fn warnings(&self, sheet: &mut Sheet) {
@@ -280,55 +258,43 @@ impl Designed {
     }
 
     fn table(&self) -> Table {
-        let rows = self
-            .keys
-            .iter()
-            .zip(self.before.values.iter().zip(&self.after.values));
-        let rows = rows.map(|(key, (before, after))| {
+        let rows = self.values().map(|(key, before, after)| {
             let [low, high] = key.bounds.map(number);
             let bounds = match key.listed {
                 0 => format!("{low} to {high}"),
                 n => format!("{n} values, {low} to {high}"),
             };
-            vec![
-                label(&key.name, &key.unit),
-                number(*before),
-                number(*after),
-                bounds,
-            ]
+            let name = label(&key.name, &key.unit);
+            vec![name, number(before), number(after), bounds]
         });
-        Table {
-            title: "Values".into(),
-            head: ["key", "scene", "design", "bounds"]
-                .map(str::to_owned)
-                .to_vec(),
-            rows: rows.collect(),
-            is_fact: self.keys.len() <= NAMED,
+        let table = Table::of("Values", &["key", "scene", "design", "bounds"], rows);
+        match self.keys.len() <= NAMED {
+            true => table.printed(),
+            false => table,
         }
     }
 
+    /// Of the measure.
+    fn label(&self) -> String {
+        label(&self.request.aim.name().replace('_', " "), &self.unit())
+    }
+
     fn course(&self) -> Chart {
-        let points = |course: &[f64]| {
-            course
-                .iter()
-                .enumerate()
-                .map(|(i, v)| (i as f64, *v))
-                .collect()
-        };
+        let line = |name, colour, course: &[f64]| Series::of(name, colour, &tries(course), course);
         let mut chart = Chart::of(
             "Best so far",
             "tries",
-            label(&self.request.aim.name().replace('_', " "), &self.unit()),
+            self.label(),
             vec![
-                Series::line("search", BLUE, points(&self.search)),
-                Series::line("random", VERMILLION, points(&self.random)).with(Look::Dashed),
+                line("search", BLUE, &self.search),
+                line("random", VERMILLION, &self.random).with(Look::Dashed),
             ],
         );
-        if self.judged[0].is_finite() {
-            let top = chart.y.end.max(1.05 * self.judged[0]);
-            chart.y.end = top;
+        let at = self.judged[0];
+        if at.is_finite() {
+            chart.y.end = chart.y.end.max(1.05 * at);
             chart.levels.push(Level {
-                at: self.judged[0],
+                at,
                 label: "scene".into(),
             });
         }
@@ -380,6 +346,7 @@ impl Designed {
             ],
         )
     }
+
     fn members_chart(&self) -> Chart {
         let of = |design: &Design| -> Vec<(f64, f64)> {
             let sorted = sorted(design);
@@ -390,7 +357,7 @@ impl Designed {
         Chart::of(
             "Within the tolerances, in order",
             "share of members (%)",
-            label(&self.request.aim.name().replace('_', " "), &self.unit()),
+            self.label(),
             vec![
                 Series::line("scene", VERMILLION, of(&self.before)).with(Look::Dashed),
                 Series::line("design", GREEN, of(&self.after)),

@@ -20,8 +20,8 @@ pub use chart::{Band, Chart, Level, Look, Mark, Marker, PALETTE, Series, extent}
 pub use map::{Colors, Curve, HeatChart, Role};
 pub(crate) use map::{edges, edges_from_zero, range};
 pub(crate) use units::Units;
-pub(crate) use words::six_digits;
 pub use words::{confidence, error_size, listed, number, percent, with_half, with_range};
+pub(crate) use words::{six_digits, with_unit};
 
 /// A result that says what it is.
 pub trait Describe {
@@ -134,6 +134,28 @@ pub struct Table {
 }
 
 impl Table {
+    /// Rows under named columns.
+    pub fn of(
+        title: impl Into<String>,
+        head: &[&str],
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Table {
+        Table {
+            title: title.into(),
+            head: head.iter().map(|name| (*name).to_owned()).collect(),
+            rows: rows.into_iter().collect(),
+            is_fact: false,
+        }
+    }
+
+    /// Printed without `--verbose` too.
+    pub fn printed(self) -> Table {
+        Table {
+            is_fact: true,
+            ..self
+        }
+    }
+
     /// Names with their values.
     pub fn of_values(title: &str, rows: impl IntoIterator<Item = (&'static str, String)>) -> Table {
         Table {

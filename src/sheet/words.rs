@@ -16,6 +16,11 @@ pub fn number(x: f64) -> String {
     }
 }
 
+/// A number with its unit, if it has one.
+pub(crate) fn with_unit(value: f64, unit: &str) -> String {
+    format!("{} {unit}", number(value)).trim().to_owned()
+}
+
 /// Up to six significant digits, without zeros at the end.
 pub(crate) fn six_digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
