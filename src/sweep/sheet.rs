@@ -166,7 +166,6 @@ impl Describe for Swept {
             }
         }
         let every = curves.len().div_ceil(CURVES).max(1);
-        let is_si = self.request.is_si();
         let charts = MEASURES.iter().filter_map(|measure| {
             let shown = curves.iter().step_by(every).enumerate();
             let series = shown.filter_map(|(n, (name, members))| {
@@ -177,32 +176,27 @@ impl Describe for Swept {
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
                 (!points.is_empty()).then(|| Series::line(name, n, points))
             });
-            let series: Vec<Series> = series.collect();
             let title = match every {
                 1 => measure.title.to_owned(),
                 _ => format!("{}, one of every {every} combinations", measure.title),
             };
-            let ordinate = label(measure.quantity, measure.unit(is_si));
-            (!series.is_empty()).then(|| {
-                let chart = Chart {
-                    log_x: along.is_wide(),
-                    ..Chart::of(title, &along.label, ordinate, series)
-                };
-                if measure.log {
-                    chart.logarithmic()
-                } else {
-                    chart
-                }
-            })
+            self.chart((measure, title), &along, series.collect())
         });
         PlotRow::grid(1, charts)
     }
 }
 
 impl Measure {
-    fn unit(&self, is_si: bool) -> &'static str {
-        if is_si { self.unit } else { "" }
+    /// A name of it with its unit.
+    fn label(&self, name: &str, is_si: bool) -> String {
+        label(name, if is_si { self.unit } else { "" })
     }
+}
+
+/// Keys with their values.
+fn words<'k>(pairs: impl Iterator<Item = (&'k str, &'k str)>) -> String {
+    let words = pairs.map(|(key, value)| format!("{} {}", key.replace('_', " "), short(value)));
+    words.collect::<Vec<_>>().join(", ")
 }
 
 impl Swept {
@@ -229,9 +223,33 @@ impl Swept {
     fn named(&self, values: &[&str], but: Option<usize>) -> String {
         let named = self.request.vary.iter().zip(values).enumerate();
         let named = named.filter(|(n, _)| Some(*n) != but);
-        let words = named
-            .map(|(_, (axis, value))| format!("{} {}", axis.key.replace('_', " "), short(value)));
-        words.collect::<Vec<_>>().join(", ")
+        words(named.map(|(_, (axis, value))| (&*axis.key, *value)))
+    }
+
+    /// A measure against a key; `None` without a curve.
+    fn chart(
+        &self,
+        (measure, title): (&Measure, String),
+        along: &Abscissa,
+        series: Vec<Series>,
+    ) -> Option<Chart> {
+        let ordinate = measure.label(measure.quantity, self.request.is_si());
+        (!series.is_empty()).then(|| {
+            let chart = Chart {
+                log_x: along.is_wide(),
+                ..Chart::of(title, &along.label, ordinate, series)
+            };
+            if measure.log {
+                chart.logarithmic()
+            } else {
+                chart
+            }
+        })
+    }
+
+    /// The keys of ensembles.
+    fn keys(&self) -> impl Iterator<Item = &SweptKey> {
+        self.request.vary.iter().filter(|axis| axis.key != SEED)
     }
 
     /// Least and largest force that comes through, of how many members, and what the others need.
@@ -277,15 +295,14 @@ impl Swept {
     /// How the measures of ensembles spread.
     fn table_of(&self, ensembles: &[Ensemble]) -> Table {
         let is_si = self.request.is_si();
-        let keys = self.request.vary.iter().map(|axis| axis.key.clone());
-        let keys = keys.filter(|key| key != SEED);
+        let keys = self.keys().map(|axis| axis.key.clone());
         let head = ["measure", "members", "5 %", "median", "95 %", "spread"].map(str::to_owned);
         let rows = ensembles.iter().flat_map(|ensemble| {
             MEASURES.iter().filter_map(move |measure| {
                 let spread = ensemble.of(measure.column)?;
                 let numbers = [spread.p05, spread.median, spread.p95, spread.deviation];
                 let values = ensemble.values.iter().map(|value| short(value));
-                let name = label(measure.name, measure.unit(is_si));
+                let name = measure.label(measure.name, is_si);
                 let row = values.chain([name, spread.members.to_string()]);
                 Some(row.chain(numbers.map(number)).collect())
             })
@@ -307,16 +324,10 @@ impl Swept {
             .collect();
         forces.sort_by(|a, b| a.1.median.total_cmp(&b.1.median));
         let at = |(ensemble, spread): &(&Ensemble, &super::Spread)| {
-            let keys = self.request.vary.iter().map(|axis| axis.key.as_str());
-            let keys = keys.filter(|key| *key != SEED);
-            let named = keys.zip(&ensemble.values);
-            let named =
-                named.map(|(key, value)| format!("{} {}", key.replace('_', " "), short(value)));
-            let named: Vec<String> = named.collect();
-            let place = if named.is_empty() {
-                String::new()
-            } else {
-                format!(" at {}", named.join(", "))
+            let values = ensemble.values.iter().map(String::as_str);
+            let place = match &*words(self.keys().map(|axis| &*axis.key).zip(values)) {
+                "" => String::new(),
+                named => format!(" at {named}"),
             };
             format!(
                 "{}{unit} ({} to {} in 90 % of {} members){place}",
@@ -341,96 +352,60 @@ impl Swept {
     /// Medians with their bands against a key, or, of the seed alone, all values in order.
     fn bands(&self) -> Vec<PlotRow> {
         let ensembles = self.request.ensembles(&self.outcomes);
-        let along =
-            Abscissa::of(&self.request).filter(|along| self.request.vary[along.index].key != SEED);
-        let others: Vec<&SweptKey> = self
-            .request
-            .vary
-            .iter()
-            .filter(|axis| axis.key != SEED)
-            .collect();
-        let place = along.as_ref().and_then(|along| {
-            others
-                .iter()
-                .position(|axis| axis.key == self.request.vary[along.index].key)
+        let keys: Vec<&SweptKey> = self.keys().collect();
+        let along = Abscissa::of(&self.request).and_then(|along| {
+            let key = &self.request.vary[along.index].key;
+            let place = keys.iter().position(|axis| axis.key == *key)?;
+            Some((along, place))
         });
-        let is_si = self.request.is_si();
         let charts = MEASURES.iter().filter_map(|measure| {
-            let ordinate = label(measure.quantity, measure.unit(is_si));
-            let (Some(along), Some(place)) = (&along, place) else {
-                let mut values: Vec<f64> = self
-                    .members()
-                    .iter()
-                    .filter_map(|m| (measure.of)(m.measures))
-                    .collect();
-                values.sort_by(f64::total_cmp);
-                let n = values.len() as f64;
-                let points = values.iter().enumerate();
-                let points: Vec<(f64, f64)> = points
-                    .map(|(i, v)| (100.0 * (i as f64 + 0.5) / n, *v))
-                    .collect();
-                let title = format!("{}, in order", measure.title);
-                return (!points.is_empty()).then(|| {
-                    Chart::of(
-                        title,
-                        "share of members (%)",
-                        ordinate,
-                        vec![Series::line("", 0, points)],
-                    )
-                });
+            let Some((along, place)) = &along else {
+                return self.in_order(measure);
             };
             let mut curves: Vec<(String, Curve)> = Vec::new();
             for ensemble in &ensembles {
-                let Some((x, spread)) = quantity(&ensemble.values[place])
-                    .map(|q| q.0)
-                    .zip(ensemble.of(measure.column))
-                else {
+                let x = quantity(&ensemble.values[*place]).map(|(x, _)| x);
+                let Some((x, spread)) = x.zip(ensemble.of(measure.column)) else {
                     continue;
                 };
-                let rest = others
-                    .iter()
-                    .zip(&ensemble.values)
-                    .enumerate()
-                    .filter(|(i, _)| *i != place);
-                let rest = rest.map(|(_, (axis, value))| {
-                    format!("{} {}", axis.key.replace('_', " "), short(value))
-                });
-                let name = rest.collect::<Vec<_>>().join(", ");
+                let rest = keys.iter().zip(&ensemble.values).enumerate();
+                let rest = rest.filter(|(i, _)| i != place);
+                let name = words(rest.map(|(_, (axis, value))| (&*axis.key, &**value)));
                 let point = ((x, spread.median), (spread.p05, spread.p95));
                 match curves.iter_mut().find(|(known, _)| *known == name) {
                     Some((_, points)) => points.push(point),
                     None => curves.push((name, vec![point])),
                 }
             }
-            let series =
-                curves
-                    .into_iter()
-                    .take(CURVES)
-                    .enumerate()
-                    .map(|(n, (name, mut points))| {
-                        points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
-                        let (points, ends) = points.into_iter().unzip();
-                        let line = if name.is_empty() {
-                            "median".to_owned()
-                        } else {
-                            name
-                        };
-                        Series::line(line, n, points).with_band("5 to 95 %", ends)
-                    });
-            let series: Vec<Series> = series.collect();
-            (!series.is_empty()).then(|| {
-                let chart = Chart {
-                    log_x: along.is_wide(),
-                    ..Chart::of(measure.title, &along.label, ordinate, series)
-                };
-                if measure.log {
-                    chart.logarithmic()
-                } else {
-                    chart
-                }
-            })
+            let series = curves.into_iter().take(CURVES).enumerate();
+            let series = series.map(|(n, (name, mut points))| {
+                points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+                let (points, ends) = points.into_iter().unzip();
+                let line = if name.is_empty() { "median" } else { &name };
+                Series::line(line, n, points).with_band("5 to 95 %", ends)
+            });
+            self.chart((measure, measure.title.into()), along, series.collect())
         });
         PlotRow::grid(1, charts)
+    }
+
+    /// The values of all members, in order.
+    fn in_order(&self, measure: &Measure) -> Option<Chart> {
+        let members = self.members();
+        let values = members.iter().filter_map(|m| (measure.of)(m.measures));
+        let mut values: Vec<f64> = values.collect();
+        values.sort_by(f64::total_cmp);
+        let share = |i: usize| 100.0 * (i as f64 + 0.5) / values.len() as f64;
+        let points: Vec<(f64, f64)> = (0..values.len()).map(|i| (share(i), values[i])).collect();
+        let ordinate = measure.label(measure.quantity, self.request.is_si());
+        (!points.is_empty()).then(|| {
+            Chart::of(
+                format!("{}, in order", measure.title),
+                "share of members (%)",
+                ordinate,
+                vec![Series::line("", 0, points)],
+            )
+        })
     }
 
     /// Why members have no force, and what to state.
@@ -465,7 +440,7 @@ impl Swept {
         let members = self.members();
         let is_si = self.request.is_si();
         let measured = MEASURES.iter();
-        let measured = measured.map(|measure| label(measure.name, measure.unit(is_si)));
+        let measured = measured.map(|measure| measure.label(measure.name, is_si));
         let keys = self.request.vary.iter().map(|axis| axis.key.clone());
         let optional = |value: Option<f64>| value.map_or("-".into(), number);
         let rows = members.iter().take(ROWS).map(|member| {
