@@ -8,12 +8,12 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::model::Model;
-use super::result::{has_misfit, judge};
+use super::model::{Model, Other};
+use super::result::{judge, misfit};
+use super::shown::place;
 use super::solver::{Beside, Minimum, dot, minimize};
 use crate::chain::scene::{SceneSource, Setting};
 use crate::chain::{Ends, Law, Laws, Scheme, Simulation};
-use crate::field::Quantity;
 use crate::numeric::fisher_tail;
 use crate::{Error, Result};
 
@@ -54,9 +54,9 @@ pub struct Cause {
     pub rivals: Vec<String>,
 }
 
-/// One number of a chain or of its records that a scene fixes.
+/// One number of a chain that a scene fixes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Freed {
+enum Number {
     Dashpot,
     Tangent,
     Drag,
@@ -65,72 +65,59 @@ pub(super) enum Freed {
     Coefficients,
     Mass(usize),
     Contact(usize),
-    /// Of a record.
-    Gain(usize),
-    /// By how much the records are late.
-    Clock,
 }
 
 /// A number as a coordinate: in units of its own, or the logarithm of a factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Extra {
-    freed: Freed,
-    /// Of its coordinate.
-    unit: f64,
+pub(super) struct Held {
+    number: Number,
+    /// Of its coordinate; `None` for a factor.
+    unit: Option<f64>,
     base: f64,
+    least: f64,
 }
 
-impl Extra {
-    fn of(freed: Freed, simulation: &Simulation, step: f64) -> Extra {
+impl Held {
+    fn of(number: Number, simulation: &Simulation) -> Held {
         let chain = &simulation.chain;
         let time = simulation.contact_time(simulation.speed());
         let mass = chain.mass.iter().sum::<f64>() / chain.n_sites() as f64;
         let losses = chain.losses;
-        let (unit, base) = match freed {
-            Freed::Dashpot => (mass / time, losses.dashpot),
-            Freed::Tangent => (time, losses.tangent),
-            Freed::Drag => (mass / time, losses.drag),
-            Freed::Exponent => (1.0, exponent(chain.law.of(0)).unwrap_or(0.0)),
-            Freed::Clock => (step, 0.0),
-            _ => (1.0, 1.0),
+        let (unit, base, least) = match number {
+            Number::Dashpot => (Some(mass / time), losses.dashpot, 0.0),
+            Number::Tangent => (Some(time), losses.tangent, 0.0),
+            Number::Drag => (Some(mass / time), losses.drag, 0.0),
+            Number::Exponent => (Some(1.0), exponent(chain.law.of(0)).unwrap_or(0.0), 1.0),
+            _ => (None, 1.0, f64::NEG_INFINITY),
         };
-        Extra { freed, unit, base }
-    }
-
-    fn is_factor(&self) -> bool {
-        let factors = [Freed::Speeds, Freed::Coefficients];
-        factors.contains(&self.freed)
-            || matches!(
-                self.freed,
-                Freed::Mass(_) | Freed::Contact(_) | Freed::Gain(_)
-            )
-    }
-
-    pub fn bounds(&self) -> [f64; 2] {
-        match self.freed {
-            Freed::Exponent => [1.0 - self.base, f64::INFINITY],
-            Freed::Dashpot | Freed::Tangent | Freed::Drag => {
-                [-self.base / self.unit, f64::INFINITY]
-            }
-            _ => [f64::NEG_INFINITY, f64::INFINITY],
+        Held {
+            number,
+            unit,
+            base,
+            least,
         }
     }
 
+    pub fn bounds(&self) -> [f64; 2] {
+        let unit = self.unit.unwrap_or(1.0);
+        [(self.least - self.base) / unit, f64::INFINITY]
+    }
+
     fn value(&self, u: f64) -> f64 {
-        match self.is_factor() {
-            true => u.exp(),
-            false => self.base + self.unit * u,
+        match self.unit {
+            None => u.exp(),
+            Some(unit) => self.base + unit * u,
         }
     }
 
     pub fn set(&self, simulation: &mut Simulation, u: f64) {
         let (value, speed) = (self.value(u), simulation.speed());
         let chain = &mut simulation.chain;
-        match self.freed {
-            Freed::Dashpot => chain.losses.dashpot = value.max(0.0),
-            Freed::Tangent => chain.losses.tangent = value.max(0.0),
-            Freed::Drag => chain.losses.drag = value.max(0.0),
-            Freed::Exponent => {
+        match self.number {
+            Number::Dashpot => chain.losses.dashpot = value.max(0.0),
+            Number::Tangent => chain.losses.tangent = value.max(0.0),
+            Number::Drag => chain.losses.drag = value.max(0.0),
+            Number::Exponent => {
                 // At the overlap of a body that flies against the contact the force stays what it is.
                 let masses: f64 = chain.mass.iter().sum();
                 let energy = 0.5 * masses / chain.n_sites() as f64 * speed * speed;
@@ -141,31 +128,13 @@ impl Extra {
                 }
                 chain.law = Laws::from(Law::Power { exponent: value });
             }
-            Freed::Speeds => simulation.velocity.iter_mut().for_each(|v| *v *= value),
-            Freed::Coefficients => chain.coefficient.iter_mut().for_each(|c| *c *= value),
-            Freed::Mass(body) => chain.mass[body] *= value,
-            Freed::Contact(contact) => chain.coefficient[contact] *= value,
-            Freed::Gain(_) | Freed::Clock => {}
+            Number::Speeds => simulation.velocity.iter_mut().for_each(|v| *v *= value),
+            Number::Coefficients => chain.coefficient.iter_mut().for_each(|c| *c *= value),
+            Number::Mass(body) => chain.mass[body] *= value,
+            Number::Contact(contact) => chain.coefficient[contact] *= value,
         }
         if simulation.chain.losses.any() && !simulation.scheme.takes_losses() {
             simulation.scheme = Scheme::RungeKutta;
-        }
-    }
-
-    /// By how much it makes the records late.
-    pub fn shift(&self, u: f64) -> f64 {
-        if self.freed == Freed::Clock {
-            self.value(u)
-        } else {
-            0.0
-        }
-    }
-
-    /// What it makes of the records.
-    pub fn scale(&self, records: &mut [f64], times: usize, u: f64) {
-        if let Freed::Gain(site) = self.freed {
-            let record = &mut records[times * site..times * (site + 1)];
-            record.iter_mut().for_each(|value| *value *= u.exp());
         }
     }
 }
@@ -178,10 +147,10 @@ fn exponent(law: &Law) -> Option<f64> {
     }
 }
 
-/// What is tried: a number, or another end.
+/// What is tried: one more unknown, or another end.
 struct Alternative {
     name: String,
-    extra: Option<Extra>,
+    others: Vec<Other>,
     scene: Option<SceneSource>,
 }
 
@@ -189,7 +158,7 @@ impl Alternative {
     fn model<'a>(&'a self, model: &Model<'a>) -> Model<'a> {
         Model {
             scene: self.scene.as_ref().unwrap_or(model.scene),
-            extra: self.extra,
+            others: &self.others,
             ..*model
         }
     }
@@ -197,27 +166,34 @@ impl Alternative {
     /// A point of the model as one of its own.
     fn point(&self, model: &Model, at: &[f64]) -> Vec<f64> {
         let mut point = at.to_vec();
-        if self.extra.is_some() {
-            point.insert(model.moved(), 0.0);
-        }
+        point.resize(self.model(model).unknowns(), 0.0);
         point
     }
 
     /// The derivative of the records along it, or by how much they differ.
     fn change(&self, model: &Model, found: &Minimum) -> Result<Vec<f64>> {
-        let own = self.model(model);
-        let point = self.point(model, &found.at);
-        let change = match self.extra {
-            Some(_) => own.column(&point, model.moved())?,
-            None => {
+        let (own, point) = (self.model(model), self.point(model, &found.at));
+        let mut change = match self.scene {
+            None => own.column(&point, model.unknowns())?,
+            Some(_) => {
                 let pairs = own.predicted(&point)?.into_iter();
                 let pairs = pairs.zip(model.predicted(&found.at)?);
-                pairs.map(|(a, b)| a - b).collect()
+                model.records.masked(pairs.map(|(a, b)| a - b))
             }
         };
-        let mut change = model.records.masked(change);
         change.resize(found.residual.len(), 0.0);
         Ok(change)
+    }
+
+    /// The value of the unknown at a coordinate; NaN of an end.
+    fn value(&self, model: &Model, u: f64) -> f64 {
+        match self.others.last() {
+            _ if self.scene.is_some() => f64::NAN,
+            Some(Other::Clock) => u * model.records.step(),
+            Some(Other::Gain(_)) => u.exp(),
+            Some(Other::Held(held)) => held.value(u),
+            None => f64::NAN,
+        }
     }
 }
 
@@ -225,86 +201,77 @@ impl Alternative {
 fn alternatives(model: &Model, at: &[f64], bodies: &[usize]) -> Result<Vec<Alternative>> {
     let simulation = model.simulation(at)?;
     let chain = &simulation.chain;
-    let is_free = |name: &str| model.keys.iter().any(|key| key.name == name);
-    let mut all: Vec<(String, Freed)> = Vec::new();
-    let named = [
-        ("dashpot", Freed::Dashpot),
-        ("tangent", Freed::Tangent),
-        ("drag", Freed::Drag),
+    let records = model.records;
+    let held = |number| Other::Held(Held::of(number, &simulation));
+    let is_held = |name: &str| model.keys.iter().all(|key| key.name != name);
+    let has_exponent = chain.law.only().is_some_and(|law| exponent(law).is_some());
+    let flies = simulation.drive.is_none() && simulation.velocity.iter().any(|v| *v != 0.0);
+    let of_chain = [
+        (is_held("dashpot"), "dashpot", Number::Dashpot),
+        (is_held("tangent"), "tangent", Number::Tangent),
+        (is_held("drag"), "drag", Number::Drag),
+        (
+            has_exponent && is_held("exponent"),
+            "exponent of the law",
+            Number::Exponent,
+        ),
+        (flies, "speed at the start", Number::Speeds),
+        (true, "coefficients of all contacts", Number::Coefficients),
     ];
-    all.extend(
-        named
-            .into_iter()
-            .filter(|(name, _)| !is_free(name))
-            .map(|(name, freed)| (name.into(), freed)),
-    );
-    if chain.law.only().is_some_and(|law| exponent(law).is_some()) && !is_free("exponent") {
-        all.push(("exponent of the law".into(), Freed::Exponent));
-    }
-    if simulation.drive.is_none() && simulation.velocity.iter().any(|v| *v != 0.0) {
-        all.push(("speed at the start".into(), Freed::Speeds));
-    }
-    all.push(("coefficients of all contacts".into(), Freed::Coefficients));
+    let of_chain = of_chain.into_iter().filter(|(is_held, ..)| *is_held);
+    let mut all: Vec<(String, Other)> = of_chain
+        .map(|(_, name, number)| (name.to_owned(), held(number)))
+        .collect();
     let near = |count: usize| {
         let mut places: Vec<usize> = (0..count).collect();
         places.sort_by_key(|place| bodies.iter().map(|body| body.abs_diff(*place)).min());
         places.truncate(PLACES);
         places.sort_unstable();
-        places
+        places.into_iter()
     };
-    let masses = near(chain.n_sites()).into_iter();
-    all.extend(masses.map(|body| (format!("mass of body {body}"), Freed::Mass(body))));
-    let contacts = near(chain.n_contacts()).into_iter();
-    all.extend(contacts.map(|j| {
+    let mass = |body| (format!("mass of body {body}"), held(Number::Mass(body)));
+    all.extend(near(chain.n_sites()).map(mass));
+    all.extend(near(chain.n_contacts()).map(|j| {
         let name = match chain.ends {
             Ends::Periodic => format!("coefficient of contact {j}"),
             _ if j + 1 == chain.n_sites() => "coefficient of the wall".into(),
             _ => format!("coefficient between bodies {j} and {}", j + 1),
         };
-        (name, Freed::Contact(j))
+        (name, held(Number::Contact(j)))
     }));
-    if !model.nuisances.gains && model.records.bodies.len() > 1 {
-        let place = if model.records.quantity == Quantity::Force {
-            "contact"
-        } else {
-            "body"
-        };
-        let gains = model.records.bodies.iter().enumerate();
-        all.extend(
-            gains.map(|(site, body)| (format!("gain at {place} {body}"), Freed::Gain(site))),
-        );
+    let has_gains = model
+        .others
+        .iter()
+        .any(|other| matches!(other, Other::Gain(_)));
+    if !has_gains && records.bodies.len() > 1 {
+        let place = place(records.quantity);
+        let gain = |(site, body)| (format!("gain at {place} {body}"), Other::Gain(site));
+        all.extend(records.bodies.iter().enumerate().map(gain));
     }
-    if !model.nuisances.shift {
-        all.push(("clock of the records".into(), Freed::Clock));
+    if !model.others.contains(&Other::Clock) {
+        all.push(("clock of the records".into(), Other::Clock));
     }
-    let numbers = all.into_iter().map(|(name, freed)| Alternative {
+    let numbers = all.into_iter().map(|(name, other)| Alternative {
         name,
-        extra: Some(Extra::of(freed, &simulation, model.records.step())),
+        others: [model.others, &[other]].concat(),
         scene: None,
     });
-    let mut found: Vec<Alternative> = numbers.collect();
-    for (is_other, end) in [
-        (chain.ends == Ends::Free, "wall"),
-        (chain.ends == Ends::Wall, "free"),
-    ] {
+    let end = match chain.ends {
+        Ends::Free => Some("wall"),
+        Ends::Wall => Some("free"),
+        _ => None,
+    };
+    let other = end.and_then(|end| {
         let scene = model.scene.with([Setting::new("ends", end, "ends")]);
-        let has_contacts = |scene: &SceneSource| {
-            // Of forces the last contact may be measured.
-            let count = scene
-                .setup()
-                .map_or(0, |setup| setup.simulation.chain.n_contacts());
-            model.records.quantity != Quantity::Force
-                || model.records.bodies.iter().all(|j| *j < count)
-        };
-        if is_other && scene.setup().is_ok() && has_contacts(&scene) {
-            found.push(Alternative {
-                name: format!("ends = \"{end}\""),
-                extra: None,
-                scene: Some(scene),
-            });
-        }
-    }
-    Ok(found)
+        // Of forces the last contact may be measured.
+        records.check(&scene.setup().ok()?).ok()?;
+        Some(Alternative {
+            name: format!("ends = \"{end}\""),
+            others: model.others.to_vec(),
+            scene: Some(scene),
+        })
+    });
+    Ok(numbers.chain(other).collect())
 }
 
 /// What explains the misfit of a fit at its minimum; `None` where nothing that was tried does.
@@ -335,25 +302,18 @@ pub(super) fn cause(model: &Model, found: &Minimum, bodies: &[usize]) -> Result<
     let mut order: Vec<usize> = (0..all.len()).filter(|i| scores[*i] > 0.0).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
     // Another end is no small change, which a score would tell.
-    let is_tried = |(rank, i): &(usize, usize)| *rank < FITTED || all[*i].extra.is_none();
-    let tried: Vec<usize> = order
-        .into_iter()
-        .enumerate()
-        .filter(is_tried)
-        .map(|(_, i)| i)
-        .collect();
-    let fits: Vec<Result<Minimum>> = tried
-        .par_iter()
-        .map(|i| minimize(&all[*i].model(model), &all[*i].point(model, &found.at)))
-        .collect();
-    let mut ends: Vec<(usize, Minimum)> = Vec::new();
-    for (i, fit) in tried.into_iter().zip(fits) {
-        match fit {
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(_) => {}
-            Ok(fit) => ends.push((i, fit)),
+    let best = &order[..FITTED.min(order.len())];
+    let is_tried = |i: &&usize| best.contains(i) || all[**i].scene.is_some();
+    let tried: Vec<&usize> = order.iter().filter(is_tried).collect();
+    let fit = |i: &&usize| {
+        let tried = &all[**i];
+        match minimize(&tried.model(model), &tried.point(model, &found.at)) {
+            Err(Error::Cancelled) => Err(Error::Cancelled),
+            fit => Ok(fit.ok().map(|fit| (**i, fit))),
         }
-    }
+    };
+    let fits: Result<Vec<Option<(usize, Minimum)>>> = tried.par_iter().map(fit).collect();
+    let mut ends: Vec<(usize, Minimum)> = fits?.into_iter().flatten().collect();
     ends.sort_by(|a, b| a.1.squares.total_cmp(&b.1.squares));
     let Some((best, fit)) = ends.first() else {
         return Ok(None);
@@ -368,7 +328,7 @@ pub(super) fn cause(model: &Model, found: &Minimum, bodies: &[usize]) -> Result<
         [1.0, known / inflation],
     );
     let explained = 1.0 - fit.squares / found.squares;
-    let is_all = !has_misfit(&own, fit)?;
+    let is_all = misfit(&own, fit, &own.predicted(&fit.at)?, &noted.noise).is_none();
     let rivals = ends[1..]
         .iter()
         .filter(|(_, other)| other.squares - fit.squares < TOLD * variance);
@@ -377,11 +337,10 @@ pub(super) fn cause(model: &Model, found: &Minimum, bodies: &[usize]) -> Result<
     if is_little || rivals.len() > RIVALS {
         return Ok(None);
     }
-    let value = |u: f64| all[*best].extra.map_or(f64::NAN, |extra| extra.value(u));
     Ok(Some(Cause {
         name: all[*best].name.clone(),
-        held: value(0.0),
-        free: value(fit.at.get(model.moved()).copied().unwrap_or(0.0)),
+        held: all[*best].value(model, 0.0),
+        free: all[*best].value(model, fit.at.last().copied().unwrap_or(0.0)),
         explained,
         is_all,
         rivals,

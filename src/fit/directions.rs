@@ -4,6 +4,7 @@ use ndarray::Array2;
 use num_complex::Complex;
 use serde::Serialize;
 
+use super::result::Unknown;
 use super::solver::{cholesky, dot};
 use crate::numeric::hermitian::eigen;
 use crate::sheet::{listed, number};
@@ -29,22 +30,10 @@ pub struct Direction {
     pub words: String,
 }
 
-/// The name of a coordinate, and its unit in values of what it is of; `None` for a logarithm.
-pub(super) struct Coordinate {
-    pub name: String,
-    pub linear: Option<f64>,
-}
-
-fn symmetric(matrix: &[Vec<f64>]) -> Array2<Complex<f64>> {
-    let n = matrix.len();
-    Array2::from_shape_fn((n, n), |(i, j)| {
-        Complex::from(0.5 * (matrix[i][j] + matrix[j][i]))
-    })
-}
-
 /// Eigenvalues, descending, and unit eigenvectors of a symmetric matrix.
 fn eigen_of(matrix: &[Vec<f64>]) -> Vec<(f64, Vec<f64>)> {
-    let found = eigen(&symmetric(matrix));
+    let half = |(i, j): (usize, usize)| Complex::from(0.5 * (matrix[i][j] + matrix[j][i]));
+    let found = eigen(&Array2::from_shape_fn((matrix.len(), matrix.len()), half));
     let vectors = found.vectors.iter().map(|vector| {
         // A real eigenvector up to a phase.
         let largest = vector.iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
@@ -102,16 +91,23 @@ pub(super) fn loose(covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 impl Direction {
-    /// Along a change of all coordinates.
-    pub(super) fn of(change: &[f64], coordinates: &[Coordinate]) -> Direction {
+    /// Along a change of all unknowns.
+    pub(super) fn of(change: &[f64], unknowns: &[Unknown]) -> Direction {
         let largest = change.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
         let parts: Vec<usize> = (0..change.len())
             .filter(|k| change[*k].abs() > PART * largest)
             .collect();
-        let names: Vec<String> = parts.iter().map(|k| coordinates[*k].name.clone()).collect();
+        let names: Vec<String> = parts.iter().map(|k| unknowns[*k].name()).collect();
         let words = match parts[..] {
-            [one] => format!("nothing of {}", coordinates[one].name),
-            [a, b] => pair([a, b].map(|k| (&coordinates[k], change[k]))),
+            [_] => format!("nothing of {}", names[0]),
+            [a, b] => {
+                let both = [a, b].map(|k| (unknowns[k].linear(), change[k]));
+                format!(
+                    "{} only {}",
+                    listed(&names),
+                    pair(both, [&names[0], &names[1]])
+                )
+            }
             _ => format!(
                 "{} only in {} combinations",
                 listed(&names),
@@ -127,37 +123,30 @@ impl Direction {
 }
 
 /// What stays of two unknowns that change together.
-fn pair([(a, da), (b, db)]: [(&Coordinate, f64); 2]) -> String {
-    let both = format!("{} and {}", a.name, b.name);
-    let is =
-        |ratio: f64| a.linear.is_none() && b.linear.is_none() && (db / da + ratio).abs() < 0.01;
-    if is(1.0) {
-        return format!("{both} only as {} {}", a.name, b.name);
-    }
-    if is(-1.0) {
-        return format!("{both} only as {}/{}", a.name, b.name);
-    }
+fn pair([(of_a, da), (of_b, db)]: [(Option<f64>, f64); 2], [a, b]: [&str; 2]) -> String {
+    let ratio = db / da;
     // w . d = 0 with the larger weight 1.
-    let ((a, wa), (b, _)) = match db.abs() <= da.abs() {
-        true => ((a, -db / da), (b, 1.0)),
-        false => ((b, -da / db), (a, 1.0)),
+    let (first, weight, second) = match db.abs() <= da.abs() {
+        true => (a, -db / da, b),
+        false => (b, -da / db, a),
     };
-    let digits = |x: f64| number((100.0 * x).round() / 100.0);
-    let trimmed = |x: f64| {
-        digits(x)
-            .trim_end_matches('0')
-            .trim_end_matches('.')
-            .to_owned()
-    };
-    match (a.linear, b.linear) {
-        (None, None) => format!("{both} only as {}^{} {}", a.name, trimmed(wa), b.name),
-        (Some(sa), Some(sb)) => format!(
-            "{both} only as {} {} + {}",
-            number(wa * sb / sa),
-            a.name,
-            b.name
-        ),
-        _ => format!("{both} only together"),
+    match (of_a, of_b) {
+        (None, None) if (ratio + 1.0).abs() < 0.01 => format!("as {a} {b}"),
+        (None, None) if (ratio - 1.0).abs() < 0.01 => format!("as {a}/{b}"),
+        (None, None) => {
+            let digits = number((100.0 * weight).round() / 100.0);
+            let power = digits.trim_end_matches('0').trim_end_matches('.');
+            format!("as {first}^{power} {second}")
+        }
+        (Some(of_a), Some(of_b)) => {
+            let (own, other) = if first == a {
+                (of_a, of_b)
+            } else {
+                (of_b, of_a)
+            };
+            format!("as {} {first} + {second}", number(weight * other / own))
+        }
+        _ => "together".into(),
     }
 }
 
@@ -165,22 +154,17 @@ fn pair([(a, da), (b, db)]: [(&Coordinate, f64); 2]) -> String {
 mod tests {
     use super::*;
 
-    fn named(names: &[&str]) -> Vec<Coordinate> {
-        let of = |name: &&str| Coordinate {
-            name: (*name).into(),
-            linear: None,
-        };
-        names.iter().map(of).collect()
-    }
-
     /// Of y = a^0.4 b x the information is that of (0.4, 1); of (1, 1, 1) two directions are free.
     #[test]
     fn val_closed_form_products() {
         let information = vec![vec![0.16, 0.4], vec![0.4, 1.0]];
         let found = null_space(&information);
         assert_eq!(found.len(), 1);
-        let direction = Direction::of(&found[0], &named(&["a", "b"]));
-        assert_eq!(direction.words, "a and b only as a^0.4 b");
+        let direction = Direction::of(&found[0], &[Unknown::Gain(3), Unknown::Gain(5)]);
+        assert_eq!(
+            direction.words,
+            "gain[3] and gain[5] only as gain[3]^0.4 gain[5]"
+        );
         assert!((direction.change[0] / direction.change[1] + 2.5).abs() < 1e-9);
         assert_eq!(null_space(&vec![vec![1.0; 3]; 3]).len(), 2);
     }

@@ -21,19 +21,20 @@ pub fn gradient(
     observer: &dyn Observer,
 ) -> Result<Gradient> {
     let named = |error: Error| error.of_option("free", "gradient");
-    let keys: Result<Vec<FreeKey>> = keys.iter().map(|key| FreeKey::of(key, scene)).collect();
-    let keys = keys.map_err(named)?;
-    let directions: Result<Vec<Direction>> = keys
-        .iter()
-        .map(|key| direction(scene, key).map_err(named))
-        .collect();
+    let keys = FreeKey::each(keys, scene).map_err(named)?;
+    let directions: Result<Vec<Direction>> = keys.iter().map(|key| direction(scene, key)).collect();
     let names = keys.iter().map(|key| (key.name.clone(), key.unit.clone()));
     let simulation = scene.setup()?.simulation;
-    simulation.gradient(names.collect(), &directions?, times, observer)
+    simulation.gradient(
+        names.collect(),
+        &directions.map_err(named)?,
+        times,
+        observer,
+    )
 }
 
 /// How the scene changes with a key.
-pub(super) fn direction(scene: &SceneSource, key: &FreeKey) -> Result<Direction> {
+fn direction(scene: &SceneSource, key: &FreeKey) -> Result<Direction> {
     let step = STEP * key.start.abs();
     if step == 0.0 {
         return Err(super::key::refuse("a key that is not 0", &key.name));

@@ -1,13 +1,12 @@
 //! Searches of a fit, each kept in a directory once it has ended: the same fit resumes there.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use super::model::Model;
 use super::solver::{Minimum, Problem, square};
 use super::{Counted, FitRequest};
 use crate::Result;
+use crate::sweep::below;
 use crate::system::journal::{Journal, Outcome, Outcomes, StoredRequest};
 
 /// What is fitted, to tell one fit from another.
@@ -18,12 +17,7 @@ struct Asked {
     scene: String,
     /// BLAKE3 of the records that are fitted.
     records: String,
-    free: Vec<String>,
-    time_shift: bool,
-    gains: bool,
-    gain_error: Option<f64>,
-    starts: usize,
-    seed: u64,
+    request: FitRequest,
 }
 
 impl StoredRequest for Asked {
@@ -36,7 +30,7 @@ impl StoredRequest for Asked {
             () if self.version != asked.version => "it was made by another version",
             () if self.scene != asked.scene => "its scene is another one",
             () if self.records != asked.records => "its records are others",
-            () if self.free != asked.free => "it fits other keys",
+            () if self.request.free != asked.request.free => "it fits other keys",
             () => "its options are others",
         };
         Some(what.into())
@@ -66,10 +60,6 @@ impl Kept {
         let Some(directory) = &request.resume else {
             return Ok(Kept(None));
         };
-        Kept::of(directory, request, model)
-    }
-
-    fn of(directory: &Path, request: &FitRequest, model: &Model) -> Result<Kept> {
         let records = model.records;
         let mut hasher = blake3::Hasher::new();
         for number in records.times.iter().chain(&records.values) {
@@ -81,21 +71,14 @@ impl Kept {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: model.scene.whole_text()?,
             records: hasher.finalize().to_hex().to_string(),
-            free: request.free.clone(),
-            time_shift: request.time_shift,
-            gains: request.gains,
-            gain_error: request.gain_error,
-            starts: request.starts,
-            seed: request.seed,
+            request: FitRequest {
+                bodies: None,
+                resume: None,
+                ..request.clone()
+            },
         };
-        let is_one = |search: &usize| match *search < request.starts {
-            true => Ok(()),
-            false => Err(format!(
-                "expected a search below {}, found {search}",
-                request.starts
-            )),
-        };
-        Ok(Kept(Some(Journal::open(directory, &asked, &is_one)?)))
+        let journal = Journal::open(directory, &asked, &below(request.starts))?;
+        Ok(Kept(Some(journal)))
     }
 
     /// A search, as `find` makes it with a model that counts its runs, or as it is kept.

@@ -14,20 +14,15 @@ const FORM: &str =
 /// Share of the value, in both directions, over which starts without bounds are spread.
 const SPREAD: f64 = 0.1;
 
-/// A fitted key as it is typed: `young`, `young=50GPa..90GPa`, `mass_cell[1]`, `defect[0].factor=1..3`.
+/// A key as it is typed, without its bounds: `young`, `mass_cell[1]`, `defect[0].factor`.
 #[derive(Debug, Clone, PartialEq)]
-struct TypedKey {
-    name: String,
-    place: Place,
-    bounds: Option<[(f64, String); 2]>,
-}
-
-/// Which number of a key's value.
-#[derive(Debug, Clone, PartialEq)]
-enum Place {
-    Whole,
-    Entry(usize),
-    Member(usize, String),
+struct Place {
+    /// As typed.
+    shown: String,
+    key: String,
+    /// In a list, and in a table there.
+    index: Option<usize>,
+    member: Option<String>,
 }
 
 /// A key that is fitted, with its number at the start.
@@ -42,159 +37,161 @@ pub struct FreeKey {
     pub bounds: [f64; 2],
     /// Whether it is searched in its logarithm, as positive keys are.
     pub is_log: bool,
-    typed: TypedKey,
+    place: Place,
     list: Option<Value>,
 }
 
-impl TypedKey {
-    fn parse(text: &str) -> Result<TypedKey> {
-        let refuse = || refuse(FORM, text);
-        let (path, bounds) = match text.split_once('=') {
-            Some((path, bounds)) => (path, Some(ends(bounds).ok_or_else(refuse)?)),
-            None => (text, None),
-        };
-        let (name, place) = match path.split_once('[') {
-            None => (path, Place::Whole),
-            Some((name, rest)) => {
-                let (index, member) = rest.split_once(']').ok_or_else(refuse)?;
-                let index = index.trim().parse().map_err(|_| refuse())?;
-                match member.trim().strip_prefix('.') {
-                    Some(member) => (name, Place::Member(index, member.trim().to_owned())),
-                    None if member.trim().is_empty() => (name, Place::Entry(index)),
-                    None => return Err(refuse()),
+impl Place {
+    fn parse(text: &str) -> Option<Place> {
+        let (key, index, member) = match text.split_once('[') {
+            None => (text, None, None),
+            Some((key, rest)) => {
+                let (index, member) = rest.split_once(']')?;
+                let index = Some(index.trim().parse().ok()?);
+                match member.trim() {
+                    "" => (key, index, None),
+                    member => (
+                        key,
+                        index,
+                        Some(member.strip_prefix('.')?.trim().to_owned()),
+                    ),
                 }
             }
         };
-        let name = name.trim().replace('-', "_");
-        if name.is_empty() {
-            return Err(refuse());
-        }
-        Ok(TypedKey {
-            name,
-            place,
-            bounds,
+        let key = key.trim().replace('-', "_");
+        let mut shown = key.clone();
+        shown.extend(index.map(|index: usize| format!("[{index}]")));
+        shown.extend(member.iter().map(|member| format!(".{member}")));
+        (!key.is_empty()).then_some(Place {
+            shown,
+            key,
+            index,
+            member,
         })
-    }
-
-    fn shown(&self) -> String {
-        match &self.place {
-            Place::Whole => self.name.clone(),
-            Place::Entry(index) => format!("{}[{index}]", self.name),
-            Place::Member(index, member) => format!("{}[{index}].{member}", self.name),
-        }
     }
 
     /// Whether numbers can be searched continuously.
     fn check(&self) -> Result<()> {
-        let shown = self.shown();
-        let Some(property) = properties().iter().find(|p| p.name == self.name) else {
-            let near = nearest_key(&self.name, properties().iter().map(|p| &*p.name));
+        let Some(property) = properties().iter().find(|p| p.name == self.key) else {
+            let near = nearest_key(&self.key, properties().iter().map(|p| &*p.name));
             let expected = match near {
                 Some(near) => format!("a key of scenes (`{near}`?)"),
                 None => "a key of scenes (`cascade scene` prints them)".into(),
             };
-            return Err(refuse(&expected, &shown));
+            return Err(refuse(&expected, &self.shown));
         };
-        let expected = match (&property.kind, &self.place) {
-            (Kind::Number | Kind::Measure { .. }, Place::Whole) => return Ok(()),
-            (Kind::Numbers, Place::Entry(_)) | (Kind::Tables, Place::Member(..)) => return Ok(()),
-            (Kind::Numbers, _) => format!("one number of the list, such as {}[0]", self.name),
-            (Kind::Tables, _) => format!("a number of a table, such as {}[0].factor", self.name),
-            (Kind::Whole, _) => {
+        let expected = match (&property.kind, self.index, &self.member) {
+            (Kind::Number | Kind::Measure { .. }, None, _)
+            | (Kind::Numbers, Some(_), None)
+            | (Kind::Tables, _, Some(_)) => return Ok(()),
+            (Kind::Numbers, ..) => format!("one number of the list, such as {}[0]", self.key),
+            (Kind::Tables, ..) => format!("a number of a table, such as {}[0].factor", self.key),
+            (Kind::Whole, ..) => {
                 "a key that varies continuously: `cascade sweep` compares whole numbers".into()
             }
             _ => "a key whose value is a number".into(),
         };
-        Err(refuse(&expected, &shown))
+        Err(refuse(&expected, &self.shown))
     }
 
-    /// The number that the scene states, with the list that holds it.
-    fn value<'v>(&self, whole: Option<&'v Value>) -> Result<Option<&'v Value>> {
-        let list = |index: &usize| {
-            let found = whole
-                .and_then(Value::as_array)
-                .and_then(|list| list.get(*index));
-            let expected = format!("an entry of the scene's {}", self.name);
-            found.ok_or_else(|| refuse(&expected, &self.shown()))
+    /// The number that a scene states, if it does.
+    fn value<'v>(&self, stated: Option<&'v Value>) -> Result<Option<&'v Value>> {
+        let Some(index) = self.index else {
+            return Ok(stated);
         };
-        match &self.place {
-            Place::Whole => Ok(whole),
-            Place::Entry(index) => list(index).map(Some),
-            Place::Member(index, member) => Ok(list(index)?.get(member)),
+        let list = stated.and_then(Value::as_array);
+        let expected = format!("an entry of the scene's {}", self.key);
+        let entry = list.and_then(|list| list.get(index));
+        let entry = entry.ok_or_else(|| refuse(&expected, &self.shown))?;
+        Ok(match &self.member {
+            Some(member) => entry.get(member),
+            None => Some(entry),
+        })
+    }
+
+    /// Puts a number in its place of what a scene states of the key.
+    fn put(&self, number: Value, stated: &mut Value) {
+        match (self.index, &self.member, stated) {
+            (None, _, stated) => *stated = number,
+            (Some(index), None, Value::Array(entries)) => entries[index] = number,
+            (Some(index), Some(member), Value::Array(entries)) => {
+                if let Some(table) = entries[index].as_table_mut() {
+                    table.insert(member.clone(), number);
+                }
+            }
+            _ => {}
         }
     }
 }
 
 impl FreeKey {
+    /// Reads several, each of which may be there once.
+    pub(super) fn each(texts: &[String], scene: &SceneSource) -> Result<Vec<FreeKey>> {
+        let mut keys: Vec<FreeKey> = Vec::new();
+        for text in texts {
+            let key = FreeKey::of(text, scene)?;
+            if keys.iter().any(|other| other.name == key.name) {
+                return Err(refuse("each key once", &format!("{} twice", key.name)));
+            }
+            keys.push(key);
+        }
+        match keys.is_empty() {
+            true => Err(refuse("a key to fit, such as young=50GPa..90GPa", "none")),
+            false => Ok(keys),
+        }
+    }
+
     /// Reads a free key, and its starting value from the scene; without one there, the middle of its bounds.
     ///
     /// # Errors
     /// [`Error::Request`] for what cannot be read, an unknown key, one that holds no number, bounds in the wrong
     /// order, a start outside of them, and a key without a start.
     pub fn of(text: &str, scene: &SceneSource) -> Result<FreeKey> {
-        let typed = TypedKey::parse(text)?;
-        typed.check()?;
-        let whole = scene.typed_value(&typed.name)?;
-        let stated = typed.value(whole.as_ref())?.and_then(number_of);
-        let from_bounds = || typed.bounds.iter().flatten().map(|(_, unit)| unit.clone());
+        let (path, bounds) = match text.split_once('=') {
+            Some((path, bounds)) => (path, ends(bounds).map(Some)),
+            None => (text, Some(None)),
+        };
+        let typed = Place::parse(path).zip(bounds);
+        let (place, ends) = typed.ok_or_else(|| refuse(FORM, text))?;
+        place.check()?;
+        let whole = scene.typed_value(&place.key)?;
+        let stated = place.value(whole.as_ref())?.and_then(number_of);
+        let units = ends.iter().flatten().map(|(_, unit)| unit);
+        let of_bounds = units.clone().find(|unit| !unit.is_empty());
         let unit = match &stated {
             Some((_, unit)) => unit.clone(),
-            None => from_bounds()
-                .find(|unit| !unit.is_empty())
-                .unwrap_or_default(),
+            None => of_bounds.cloned().unwrap_or_default(),
         };
-        let bounds = typed.in_unit(&unit)?;
+        let bounds = ends.map(|ends| in_unit(&place, &ends, &unit)).transpose()?;
+        let name = &place.shown;
         let start = match (stated, bounds) {
             (Some((value, _)), _) => value,
-            (None, [low, high]) if (high - low).is_finite() => middle(low, high),
-            (None, _) => {
-                let expected = format!(
-                    "a value of {} in the scene to start from, or bounds",
-                    typed.name
-                );
+            (None, Some([low, high])) => middle(low, high),
+            (None, None) => {
+                let key = &place.key;
+                let expected = format!("a value of {key} in the scene to start from, or bounds");
                 return Err(refuse(&expected, "neither"));
             }
         };
+        let bounds = bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         if !(bounds[0]..=bounds[1]).contains(&start) {
-            let expected = format!("bounds that hold the scene's {} = {start}", typed.shown());
+            let expected = format!("bounds that hold the scene's {name} = {start}");
             return Err(refuse(&expected, text));
         }
         let is_open = bounds[1].is_infinite();
         if start == 0.0 && is_open {
-            let expected = format!(
-                "bounds of {0}, which starts at 0, such as {0}=0..1",
-                typed.shown()
-            );
+            let expected = format!("bounds of {name}, which starts at 0, such as {name}=0..1");
             return Err(refuse(&expected, text));
         }
-        let list = whole.filter(|_| typed.place != Place::Whole);
         Ok(FreeKey {
-            name: typed.shown(),
+            name: name.clone(),
             unit,
             start,
             is_log: start > 0.0 && (bounds[0] > 0.0 || is_open),
             bounds,
-            typed,
-            list,
+            list: whole.filter(|_| place.index.is_some()),
+            place,
         })
-    }
-
-    /// Puts a value in its place of what the scene states of its key.
-    fn put(&self, value: f64, stated: &mut Value) {
-        let one = match self.unit.as_str() {
-            "" => Value::Float(value),
-            unit => Value::String(format!("{value:?} {unit}")),
-        };
-        match (&self.typed.place, stated) {
-            (Place::Whole, stated) => *stated = one,
-            (Place::Entry(index), Value::Array(entries)) => entries[*index] = one,
-            (Place::Member(index, member), Value::Array(entries)) => {
-                if let Some(table) = entries[*index].as_table_mut() {
-                    table.insert(member.clone(), one);
-                }
-            }
-            _ => {}
-        }
     }
 
     /// What a unit of its coordinate is, for keys that are not searched in their logarithm.
@@ -246,13 +243,17 @@ impl FreeKey {
 pub(crate) fn settings(keys: &[FreeKey], values: impl Iterator<Item = f64>) -> Vec<Setting> {
     let mut set: Vec<(&str, Value)> = Vec::new();
     for (key, value) in keys.iter().zip(values) {
-        let name = key.typed.name.as_str();
+        let name = key.place.key.as_str();
         if !set.iter().any(|(other, _)| *other == name) {
             set.push((name, key.list.clone().unwrap_or(Value::Float(0.0))));
         }
         let stated = set.iter_mut().find(|(other, _)| *other == name);
         if let Some((_, stated)) = stated {
-            key.put(value, stated);
+            let number = match key.unit.as_str() {
+                "" => Value::Float(value),
+                unit => Value::String(format!("{value:?} {unit}")),
+            };
+            key.place.put(number, stated);
         }
     }
     let text = |value: Value| match value {
@@ -264,29 +265,20 @@ pub(crate) fn settings(keys: &[FreeKey], values: impl Iterator<Item = f64>) -> V
         .collect()
 }
 
-impl TypedKey {
-    /// The bounds in a unit; infinite for none.
-    fn in_unit(&self, unit: &str) -> Result<[f64; 2]> {
-        let Some(ends) = &self.bounds else {
-            return Ok([f64::NEG_INFINITY, f64::INFINITY]);
-        };
-        let shared = ends[1].1.as_str();
-        let of = |(value, own): &(f64, String)| {
-            let own = if own.is_empty() { shared } else { own };
-            match ratio(own, unit) {
-                _ if own == unit => Ok(*value),
-                Some(ratio) => Ok(value * ratio),
-                None => Err(refuse(
-                    &format!("bounds of {} in {unit}", self.shown()),
-                    own,
-                )),
-            }
-        };
-        let [low, high] = [of(&ends[0])?, of(&ends[1])?];
-        if low >= high {
-            return Err(refuse("the lower bound first", &format!("{low}..{high}")));
+/// Bounds in a unit; one that states none has that of the upper one.
+fn in_unit(place: &Place, ends: &[(f64, String); 2], unit: &str) -> Result<[f64; 2]> {
+    let of = |(value, own): &(f64, String)| {
+        let own = if own.is_empty() { &ends[1].1 } else { own };
+        match ratio(own, unit) {
+            _ if own == unit => Ok(*value),
+            Some(ratio) => Ok(value * ratio),
+            None => Err(refuse(&format!("bounds of {} in {unit}", place.shown), own)),
         }
-        Ok([low, high])
+    };
+    let [low, high] = [of(&ends[0])?, of(&ends[1])?];
+    match low < high {
+        true => Ok([low, high]),
+        false => Err(refuse("the lower bound first", &format!("{low}..{high}"))),
     }
 }
 

@@ -29,6 +29,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 pub use cause::Cause;
 pub use compare::{AtBody, Attenuated, CompareRequest, Comparison, InBand};
@@ -37,16 +38,17 @@ pub use gradient::gradient;
 pub use key::FreeKey;
 pub(crate) use key::settings;
 pub use records::Records;
+use result::Circumstances;
 pub use result::{Fitted, FittedValue, Horizon};
+pub use shown::Overlay;
 pub use verdict::Misfit;
 
 use crate::chain::scene::SceneSource;
-use crate::numeric::{split_mix, unit_interval};
+use crate::numeric::Random;
 use crate::observer::{CancelOnly, Observer};
 use crate::{Error, Field, Result};
 use kept::{Kept, Searched};
-use key::refuse;
-use model::{Model, Nuisances, rms};
+use model::{Model, Other, rms};
 use solver::{Minimum, Problem, minimize};
 
 /// Local error of runs, over the speed of the motion, and that of the runs that they are checked with.
@@ -71,24 +73,59 @@ const SAME: f64 = 1e-4;
 /// What is missed, over the size of the records, that is an error of runs.
 const EXACT: f64 = 1e-7;
 
-/// What is fitted, and how.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FitRequest {
-    /// Free keys, each as [`FreeKey::of`] reads it.
-    pub free: Vec<String>,
-    /// The body of each site of the field, or of forces the contact.
-    pub bodies: Option<Vec<usize>>,
+/// What instruments may add to records.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Instruments {
     /// Whether the clock of the records may be off.
     pub time_shift: bool,
     /// Whether each record has a gain of its own.
     pub gains: bool,
     /// Relative standard error of the gains, if known.
     pub gain_error: Option<f64>,
+}
+
+impl Instruments {
+    fn check(&self) -> Result<()> {
+        match self.gain_error {
+            Some(error) if !(error > 0.0 && error.is_finite()) => {
+                let expected = "a share above 0, such as 2%";
+                Err(Error::request("gain-error", expected, error.to_string()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What is fitted to records beside keys.
+    fn unknowns(&self, records: &Records) -> Vec<Other> {
+        let clock = self.time_shift.then_some(Other::Clock);
+        let gains = (0..records.bodies.len()).map(Other::Gain);
+        let gains = gains.filter(|_| self.gains || self.gain_error.is_some());
+        clock.into_iter().chain(gains).collect()
+    }
+
+    /// What a standard error of a gain is worth, in samples of this noise; `None` for gains that are known.
+    fn gain_weight(&self, noise: f64) -> Option<f64> {
+        let stated = self.gain_error.map(|error| noise / error);
+        stated.or_else(|| self.gains.then_some(0.0))
+    }
+}
+
+/// What is fitted, and how.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FitRequest {
+    /// Free keys, each as [`FreeKey::of`] reads it.
+    pub free: Vec<String>,
+    /// The body of each site of the field, or of forces the contact.
+    #[serde(skip)]
+    pub bodies: Option<Vec<usize>>,
+    pub instruments: Instruments,
     /// Searches, the first from the scene's values.
     pub starts: usize,
     /// Of the other starts.
     pub seed: u64,
     /// Directory that keeps each search once it has ended: the same fit resumes there.
+    #[serde(skip)]
     pub resume: Option<PathBuf>,
 }
 
@@ -97,9 +134,7 @@ impl Default for FitRequest {
         FitRequest {
             free: Vec::new(),
             bodies: None,
-            time_shift: false,
-            gains: false,
-            gain_error: None,
+            instruments: Instruments::default(),
             starts: 5,
             seed: 0,
             resume: None,
@@ -108,7 +143,7 @@ impl Default for FitRequest {
 }
 
 /// Where a search ended.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Search {
     /// Values of the free keys at its start and at its end.
     pub start: Vec<f64>,
@@ -147,77 +182,64 @@ impl FitRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Fitted> {
-        let keys = self.keys(scene)?;
+        let keys = FreeKey::each(&self.free, scene)?;
+        self.instruments.check()?;
+        if self.starts == 0 {
+            return Err(Error::request("starts", "1 or more", "0"));
+        }
         let counted = Counted::new(observer);
-        let nuisances = self.nuisances(&records, None);
-        let mut model = Model::of(scene, &keys, &records, nuisances, &counted)?;
+        let others = self.instruments.unknowns(&records);
+        let mut model = Model::of(scene, (&keys, &others), &records, &counted)?;
+        let noise = GUESSED_NOISE * records.size();
+        model.gain_weight = self.instruments.gain_weight(noise).unwrap_or(0.0);
         records.check_number(model.unknowns())?;
         let (used, until, error) = reliable(&model, &vec![0.0; model.unknowns()])?;
         model.records = &used;
-        let (mut best, searches, runs) = self.search(&model)?;
-        for _ in 0..REPEATED {
-            if model.nuisances.gain_weight == 0.0 {
-                break;
-            }
-            let judged = result::judge(&model, &best);
-            model.nuisances = self.nuisances(&used, Some(judged.gain_scale()));
-            best = minimize(&model, &best.at)?;
-        }
         let horizon = until.map(|until| Horizon {
             until,
             left_out: records.times.len() - used.times.len(),
         });
-        let mut fitted = Fitted::of(&model, &best, (searches, horizon, error))?;
-        if let Some(misfit) = &fitted.misfit {
-            fitted.cause = cause::cause(&model, &best, &misfit.bodies)?;
-        }
+        let (best, searches, runs) = self.search(&model)?;
+        let fitted = self.judged(&mut model, best, (searches, horizon, error));
+        let mut fitted = fitted.map_err(|error| self.paused(error, self.starts))?;
         fitted.runs = counted.runs() + runs;
         Ok(fitted)
     }
 
-    fn keys(&self, scene: &SceneSource) -> Result<Vec<FreeKey>> {
-        if self.free.is_empty() {
-            return Err(refuse("a key to fit, such as young=50GPa..90GPa", "none"));
+    /// The chain at a minimum: what noise makes of it, and why it misses what it misses.
+    fn judged(&self, model: &mut Model, mut best: Minimum, about: Circumstances) -> Result<Fitted> {
+        // With the steps of no search, so that a resumed fit has the same bits.
+        best.columns = model.columns(&best.at, &mut Vec::new())?;
+        for _ in 0..REPEATED {
+            if model.gain_weight == 0.0 {
+                break;
+            }
+            let noise = result::judge(model, &best).gain_scale();
+            model.gain_weight = self.instruments.gain_weight(noise).unwrap_or(0.0);
+            best = minimize(model, &best.at)?;
         }
-        if self.starts == 0 {
-            return Err(Error::request("starts", "1 or more", "0"));
+        let mut fitted = Fitted::of(model, &best, about)?;
+        if let Some(misfit) = &fitted.misfit {
+            fitted.cause = cause::cause(model, &best, &misfit.bodies)?;
         }
-        let is_wrong = |error: &f64| !(*error > 0.0 && error.is_finite());
-        if let Some(error) = self.gain_error.filter(is_wrong) {
-            let expected = "a share above 0, such as 2%";
-            return Err(Error::request("gain-error", expected, error.to_string()));
-        }
-        let keys: Result<Vec<FreeKey>> = self
-            .free
-            .iter()
-            .map(|text| FreeKey::of(text, scene))
-            .collect();
-        let keys = keys?;
-        let twice =
-            (1..keys.len()).find(|i| keys[..*i].iter().any(|key| key.name == keys[*i].name));
-        match twice {
-            Some(twice) => Err(refuse(
-                "each key once",
-                &format!("{} twice", keys[twice].name),
-            )),
-            None => Ok(keys),
-        }
+        Ok(fitted)
     }
 
-    /// `noise`: its standard deviation, larger by its correlation.
-    fn nuisances(&self, records: &Records, noise: Option<f64>) -> Nuisances {
-        let noise = noise.unwrap_or(GUESSED_NOISE * records.size());
-        Nuisances {
-            shift: self.time_shift,
-            gains: self.gains || self.gain_error.is_some(),
-            gain_weight: self.gain_error.map_or(0.0, |error| noise / error),
+    /// Where searches that have ended are kept, the error of a fit that is stopped says how many.
+    fn paused(&self, error: Error, known: usize) -> Error {
+        match (error, &self.resume) {
+            (Error::Cancelled, Some(_)) => Error::Paused {
+                known,
+                members: self.starts,
+            },
+            (error, _) => error,
         }
     }
 
     /// The best minimum, where all searches ended, and their runs.
     fn search(&self, model: &Model) -> Result<(Minimum, Vec<Search>, u64)> {
         let mut first = vec![0.0; model.unknowns()];
-        if model.nuisances.shift {
+        if self.instruments.time_shift {
             first[model.keys.len()] = aligned(model, &first)?;
         }
         model.observer.stage("searches", self.starts as u64);
@@ -238,84 +260,59 @@ impl FitRequest {
             })
             .collect();
         let known = found.iter().filter(|found| found.is_ok()).count();
+        let values = |at: &[f64]| {
+            let each = model.keys.iter().zip(at);
+            each.map(|(key, u)| key.value_at(*u)).collect()
+        };
+        let (mut searches, mut runs, mut failed) = (Vec::new(), 0, None);
         let mut best: Option<Minimum> = None;
-        let (mut searches, mut runs) = (Vec::new(), 0);
-        let mut failed = None;
         for found in found {
-            match found {
-                // Searches that have ended are kept.
-                Err(Error::Cancelled) if self.resume.is_some() => {
-                    return Err(Error::Paused {
-                        known,
-                        members: self.starts,
-                    });
+            let (start, found, of_search) = match found {
+                Err(error @ (Error::Cancelled | Error::Write { .. })) => {
+                    return Err(self.paused(error, known));
                 }
-                Err(error @ (Error::Cancelled | Error::Write { .. })) => return Err(error),
-                Err(error) => failed = failed.or(Some(error)),
-                Ok((start, found, of_search)) => {
-                    runs += of_search;
-                    let values = |at: &[f64]| {
-                        model
-                            .keys
-                            .iter()
-                            .zip(at)
-                            .map(|(key, u)| key.value_at(*u))
-                            .collect()
-                    };
-                    searches.push(Search {
-                        start: values(&start),
-                        end: values(&found.at),
-                        missed: (found.squares / model.records.known() as f64).sqrt(),
-                        is_settled: found.is_settled,
-                    });
-                    if best
-                        .as_ref()
-                        .is_none_or(|best| found.squares < best.squares)
-                    {
-                        best = Some(found);
-                    }
+                Err(error) => {
+                    failed = failed.or(Some(error));
+                    continue;
                 }
+                Ok(found) => found,
+            };
+            runs += of_search;
+            searches.push(Search {
+                start: values(&start),
+                end: values(&found.at),
+                missed: (found.squares / model.records.known() as f64).sqrt(),
+                is_settled: found.is_settled,
+            });
+            if best
+                .as_ref()
+                .is_none_or(|best| found.squares < best.squares)
+            {
+                best = Some(found);
             }
         }
-        match (best, failed) {
-            (Some(mut best), _) => {
-                // With the steps of no search, so that a resumed fit has the same bits.
-                best.columns = model.columns(&best.at, &mut Vec::new())?;
-                Ok((best, searches, runs))
-            }
-            (None, error) => Err(error.unwrap_or(Error::Cancelled)),
-        }
+        let best = best.ok_or_else(|| failed.unwrap_or(Error::Cancelled))?;
+        Ok((best, searches, runs))
     }
 
     /// Of some random points the one that fits best.
     fn candidate(&self, model: &Model, first: &[f64], search: usize) -> Vec<f64> {
-        let mut state = split_mix(self.seed ^ (search as u64) << 32).1;
-        let mut share = || {
-            let (next, bits) = split_mix(state);
-            state = next;
-            unit_interval(bits)
-        };
+        let mut random = Random::new(self.seed ^ (search as u64) << 32);
         let points = (0..CANDIDATES).map(|_| {
             let mut point = first.to_vec();
             for (u, key) in point.iter_mut().zip(model.keys) {
-                *u = key.spread(share());
+                *u = key.spread(random.uniform());
             }
             point
         });
         let tried = points.map(|point| {
-            let squares = model
-                .residual(&point)
-                .map_or(f64::INFINITY, |r| solver::square(&r));
+            let residual = model.residual(&point);
+            let squares = residual.map_or(f64::INFINITY, |r| solver::square(&r));
             (squares, point)
         });
         let best = tried.min_by(|a, b| a.0.total_cmp(&b.0));
         best.map_or_else(|| first.to_vec(), |(_, point)| point)
     }
-}
-
-/// Whether a search ended where the best one did.
-fn is_same(missed: f64, best: f64, size: f64) -> bool {
-    missed - best <= SAME * best + EXACT * size
 }
 
 /// The shift, in samples, at which records are most like those of a run.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::cause::Extra;
+use super::cause::Held;
 use super::key::{FreeKey, settings};
 use super::local_error;
 use super::records::Records;
@@ -27,24 +27,26 @@ const ROUNDING: f64 = 30.0;
 /// Distance of the samples from which an acceleration is made, over the contact time.
 const ASIDE: f64 = 0.01;
 
-/// What is measured beside the keys.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Nuisances {
-    pub shift: bool,
-    pub gains: bool,
-    /// What a standard error of a gain adds to the residual, for each unit of its coordinate; 0 for none.
-    pub gain_weight: f64,
+/// An unknown that is no key of the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Other {
+    /// How late the records are, in steps of their samples.
+    Clock,
+    /// The logarithm of the gain of a site's record.
+    Gain(usize),
+    /// A number that the scene holds.
+    Held(Held),
 }
 
-/// Records of a chain as a function of coordinates: those of the keys, of the time shift in steps of the samples, of one
-/// number more, and logarithms of gains.
+/// Records of a chain as a function of coordinates: those of the keys, and those of the other unknowns.
 #[derive(Clone, Copy)]
 pub(super) struct Model<'a> {
     pub scene: &'a SceneSource,
     pub keys: &'a [FreeKey],
+    pub others: &'a [Other],
     pub records: &'a Records,
-    pub nuisances: Nuisances,
-    pub extra: Option<Extra>,
+    /// What a standard error of a gain adds to the residual, for each unit of its coordinate; 0 for none.
+    pub gain_weight: f64,
     pub local_error: f64,
     pub observer: &'a dyn Observer,
 }
@@ -54,9 +56,8 @@ impl<'a> Model<'a> {
     /// [`Error::Scene`]; [`Error::Request`] for records that are not of its chain.
     pub fn of(
         scene: &'a SceneSource,
-        keys: &'a [FreeKey],
+        (keys, others): (&'a [FreeKey], &'a [Other]),
         records: &'a Records,
-        nuisances: Nuisances,
         observer: &'a dyn Observer,
     ) -> Result<Model<'a>> {
         let setup = scene.setup().map_err(|error| scene.locate(error))?;
@@ -65,77 +66,57 @@ impl<'a> Model<'a> {
             local_error: local_error(&setup.simulation, records)?,
             scene,
             keys,
+            others,
             records,
-            nuisances,
-            extra: None,
+            gain_weight: 0.0,
             observer,
         })
     }
-}
-
-impl Model<'_> {
-    /// Number of coordinates that need runs.
-    pub fn moved(&self) -> usize {
-        self.keys.len() + usize::from(self.nuisances.shift) + usize::from(self.extra.is_some())
-    }
 
     pub fn unknowns(&self) -> usize {
-        let gains = if self.nuisances.gains {
-            self.records.bodies.len()
-        } else {
-            0
-        };
-        self.moved() + gains
+        self.keys.len() + self.others.len()
+    }
+
+    /// The unknowns that are no keys, with their coordinates.
+    fn others(&self, at: &[f64]) -> impl Iterator<Item = (Other, f64)> {
+        let own = at[self.keys.len()..].to_vec();
+        self.others.iter().copied().zip(own)
     }
 
     /// What the coordinates make of the scene.
     pub fn simulation(&self, at: &[f64]) -> Result<Simulation> {
         let mut simulation = self.scene.with(self.settings(at)).setup()?.simulation;
-        if let Some(extra) = self.extra {
-            extra.set(&mut simulation, at[self.moved() - 1]);
+        for (other, u) in self.others(at) {
+            if let Other::Held(held) = other {
+                held.set(&mut simulation, u);
+            }
         }
         Ok(simulation)
     }
 
     pub fn settings(&self, at: &[f64]) -> Vec<Setting> {
-        settings(
-            self.keys,
-            self.keys.iter().zip(at).map(|(key, u)| key.value_at(*u)),
-        )
+        let keys = self.keys.iter().zip(at);
+        settings(self.keys, keys.map(|(key, u)| key.value_at(*u)))
     }
 
     /// The records, without gains, one site after the other.
     pub fn records_at(&self, at: &[f64], local_error: f64) -> Result<Vec<f64>> {
         let simulation = self.simulation(at)?;
-        let mut shift = match self.nuisances.shift {
-            true => at[self.keys.len()] * self.records.step(),
-            false => 0.0,
-        };
-        if let Some(extra) = self.extra {
-            shift += extra.shift(at[self.moved() - 1]);
-        }
+        let clocks = self.others(at).filter(|(other, _)| *other == Other::Clock);
+        let shift = clocks.map(|(_, u)| u).sum::<f64>() * self.records.step();
         self.observer.stage("run", 1);
         let times: Vec<f64> = self.records.times.iter().map(|t| t - shift).collect();
         let watch = CancelOnly(self.observer);
-        let mut records = simulated(&simulation, self.records, &times, local_error, &watch)?;
-        if let Some(extra) = self.extra {
-            extra.scale(&mut records, times.len(), at[self.moved() - 1]);
-        }
-        Ok(records)
-    }
-
-    pub fn gain(&self, at: &[f64], site: usize) -> f64 {
-        match self.nuisances.gains {
-            true => at[self.moved() + site].exp(),
-            false => 1.0,
-        }
+        simulated(&simulation, self.records, &times, local_error, &watch)
     }
 
     fn with_gains(&self, at: &[f64], mut records: Vec<f64>) -> Vec<f64> {
         let n = self.records.times.len();
-        for (site, record) in records.chunks_exact_mut(n).enumerate() {
-            let gain = self.gain(at, site);
-            record.iter_mut().for_each(|value| *value *= gain);
+        for (other, u) in self.others(at) {
+            if let Other::Gain(site) = other {
+                let record = &mut records[n * site..n * (site + 1)];
+                record.iter_mut().for_each(|value| *value *= u.exp());
+            }
         }
         records
     }
@@ -145,8 +126,7 @@ impl Model<'_> {
         Ok(self.with_gains(at, self.records_at(at, self.local_error)?))
     }
 
-    /// The change of the records along a coordinate, by the central difference of two runs whose step makes them change
-    /// by [`CHANGE`], and that step.
+    /// The change of the records along a coordinate, by the central difference of two runs.
     fn along(&self, at: &[f64], k: usize, step: f64) -> Result<Vec<f64>> {
         let [low, high] = self.bounds()[k];
         let ends = [(at[k] - step).max(low), (at[k] + step).min(high)];
@@ -157,22 +137,70 @@ impl Model<'_> {
         };
         let (below, above) = rayon::join(|| run(ends[0]), || run(ends[1]));
         let (below, above, length) = (below?, above?, ends[1] - ends[0]);
-        Ok(above
-            .iter()
-            .zip(&below)
-            .map(|(a, b)| (a - b) / length)
-            .collect())
+        let pairs = above.iter().zip(&below);
+        Ok(pairs.map(|(a, b)| (a - b) / length).collect())
+    }
+
+    /// The same by runs whose step makes the records change by [`CHANGE`], and that step; `step` is tried first.
+    fn well_along(&self, at: &[f64], k: usize, step: f64) -> Result<(Vec<f64>, f64)> {
+        let column = self.along(at, k, step)?;
+        let steepest = rms(&column).max(f64::MIN_POSITIVE);
+        let better = (CHANGE * self.records.size() / steepest).clamp(STEPS[0], STEPS[1]);
+        match better > 10.0 * step || better < 0.1 * step {
+            true => Ok((self.along(at, k, better)?, better)),
+            false => Ok((column, step)),
+        }
+    }
+
+    /// The site whose gain a coordinate is.
+    fn gain(&self, k: usize) -> Option<usize> {
+        match self.others.get(k.checked_sub(self.keys.len())?) {
+            Some(Other::Gain(site)) => Some(*site),
+            _ => None,
+        }
+    }
+
+    /// The derivative of the records along a coordinate.
+    pub fn column(&self, at: &[f64], k: usize) -> Result<Vec<f64>> {
+        match self.gain(k) {
+            Some(site) => Ok(self.along_gain(site, &self.predicted(at)?)),
+            None => Ok(self.masked(self.with_gains(at, self.along(at, k, FIRST_STEP)?))),
+        }
+    }
+
+    fn along_gain(&self, site: usize, predicted: &[f64]) -> Vec<f64> {
+        let n = self.records.times.len();
+        let own = n * site..n * (site + 1);
+        let samples = predicted.iter().enumerate();
+        let samples = samples.map(|(i, v)| if own.contains(&i) { *v } else { 0.0 });
+        let mut column = self.masked(samples);
+        if let Some(miss) = column.get_mut(predicted.len() + site) {
+            *miss = self.gain_weight;
+        }
+        column
+    }
+
+    /// A column where samples are known, and behind it what it adds to the misses of gains, nothing.
+    fn masked(&self, column: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let mut column = self.records.masked(column);
+        if self.gain_weight > 0.0 {
+            column.resize(column.len() + self.records.bodies.len(), 0.0);
+        }
+        column
     }
 }
 
 impl Problem for Model<'_> {
     fn bounds(&self) -> Vec<[f64; 2]> {
-        let mut all: Vec<[f64; 2]> = self.keys.iter().map(FreeKey::coordinates).collect();
-        all.resize(self.unknowns(), [f64::NEG_INFINITY, f64::INFINITY]);
-        if let Some(extra) = self.extra {
-            all[self.moved() - 1] = extra.bounds();
-        }
-        all
+        let others = self.others.iter().map(|other| match other {
+            Other::Held(held) => held.bounds(),
+            _ => [f64::NEG_INFINITY, f64::INFINITY],
+        });
+        self.keys
+            .iter()
+            .map(FreeKey::coordinates)
+            .chain(others)
+            .collect()
     }
 
     fn floor(&self) -> f64 {
@@ -185,81 +213,32 @@ impl Problem for Model<'_> {
         let predicted = self.predicted(at)?;
         let pairs = self.records.values.iter().zip(&predicted);
         let mut residual = self.records.masked(pairs.map(|(y, p)| y - p));
-        if self.nuisances.gains && self.nuisances.gain_weight > 0.0 {
-            let gains = &at[self.moved()..];
-            residual.extend(gains.iter().map(|u| -self.nuisances.gain_weight * u));
+        if self.gain_weight > 0.0 {
+            let gains = self
+                .others(at)
+                .filter(|(other, _)| matches!(other, Other::Gain(_)));
+            residual.extend(gains.map(|(_, u)| -self.gain_weight * u));
         }
         Ok(residual)
     }
 
     /// Columns of minus the derivatives of the residual. `steps` are those of differences, and become better ones.
     fn columns(&self, at: &[f64], steps: &mut Vec<f64>) -> Result<Vec<Vec<f64>>> {
-        steps.resize(self.moved(), FIRST_STEP);
-        let size = self.records.size();
-        let found: Vec<Result<(Vec<f64>, f64)>> = (0..self.moved())
-            .into_par_iter()
-            .map(|k| {
-                let mut step = steps[k];
-                let mut column = self.along(at, k, step)?;
-                let better = |column: &[f64]| {
-                    let steepest = rms(column);
-                    (CHANGE * size / steepest.max(f64::MIN_POSITIVE)).clamp(STEPS[0], STEPS[1])
-                };
-                let wanted = better(&column);
-                if wanted > 10.0 * step || wanted < 0.1 * step {
-                    step = wanted;
-                    column = self.along(at, k, step)?;
-                }
-                Ok((self.with_gains(at, column), step))
-            })
-            .collect();
-        let found: Result<Vec<(Vec<f64>, f64)>> = found.into_iter().collect();
-        let (mut columns, better): (Vec<Vec<f64>>, Vec<f64>) = found?.into_iter().unzip();
-        *steps = better;
-        self.mask(&mut columns);
-        if self.nuisances.gains {
-            columns.extend(self.gain_columns(at)?);
-        }
-        Ok(columns)
-    }
-}
-
-impl Model<'_> {
-    /// The derivative of the records along one coordinate.
-    pub fn column(&self, at: &[f64], k: usize) -> Result<Vec<f64>> {
-        Ok(self.with_gains(at, self.along(at, k, FIRST_STEP)?))
-    }
-
-    /// Nothing is known of missing samples.
-    fn mask(&self, columns: &mut [Vec<f64>]) {
-        let extra = if self.nuisances.gain_weight > 0.0 && self.nuisances.gains {
-            self.records.bodies.len()
-        } else {
-            0
-        };
-        for column in columns {
-            *column = self.records.masked(column.drain(..));
-            column.resize(self.records.values.len() + extra, 0.0);
-        }
-    }
-
-    fn gain_columns(&self, at: &[f64]) -> Result<Vec<Vec<f64>>> {
-        let predicted = self.predicted(at)?;
-        let (n, sites) = (self.records.times.len(), self.records.bodies.len());
-        let mut columns: Vec<Vec<f64>> = (0..sites)
-            .map(|site| {
-                let mut column = vec![0.0; n * sites];
-                column[n * site..n * (site + 1)]
-                    .copy_from_slice(&predicted[n * site..n * (site + 1)]);
-                column
-            })
-            .collect();
-        self.mask(&mut columns);
-        if self.nuisances.gain_weight > 0.0 {
-            for (site, column) in columns.iter_mut().enumerate() {
-                column[n * sites + site] = self.nuisances.gain_weight;
+        steps.resize(self.unknowns(), FIRST_STEP);
+        let of_gains = (0..self.unknowns()).any(|k| self.gain(k).is_some());
+        let predicted = of_gains.then(|| self.predicted(at)).transpose()?;
+        let column = |k: usize| match (self.gain(k), &predicted) {
+            (Some(site), Some(predicted)) => Ok((self.along_gain(site, predicted), steps[k])),
+            _ => {
+                let (column, step) = self.well_along(at, k, steps[k])?;
+                Ok((self.masked(self.with_gains(at, column)), step))
             }
-        }
+        };
+        let found: Vec<Result<(Vec<f64>, f64)>> =
+            (0..self.unknowns()).into_par_iter().map(column).collect();
+        let found: Result<Vec<(Vec<f64>, f64)>> = found.into_iter().collect();
+        let (columns, better) = found?.into_iter().unzip();
+        *steps = better;
         Ok(columns)
     }
 }

@@ -81,11 +81,8 @@ impl Noise {
                 let sum: f64 = (1..order).map(|k| a[k - 1] * covariances[order - k]).sum();
                 let reflection = ((covariances[order] - sum) / variance)
                     .clamp(-MOST_REFLECTION, MOST_REFLECTION);
-                let mut next: Vec<f64> = (1..order)
-                    .map(|k| a[k - 1] - reflection * a[order - k - 1])
-                    .collect();
-                next.push(reflection);
-                a = next;
+                let next = (1..order).map(|k| a[k - 1] - reflection * a[order - k - 1]);
+                a = next.chain([reflection]).collect();
                 variance *= 1.0 - reflection * reflection;
             }
             let n = samples as f64;
@@ -98,23 +95,11 @@ impl Noise {
         let order = coefficients.len();
         let head = covariances[0].max(f64::MIN_POSITIVE);
         let mut correlation: Vec<f64> = covariances[..=order].iter().map(|c| c / head).collect();
-        let longest = samples / 2;
-        while correlation.len() < longest
-            && correlation
-                .iter()
-                .rev()
-                .take(order.max(1))
-                .any(|c| c.abs() > NO_MORE)
-        {
-            let last = correlation.len();
-            if order == 0 {
-                break;
-            }
-            correlation.push(
-                (1..=order)
-                    .map(|k| coefficients[k - 1] * correlation[last - k])
-                    .sum(),
-            );
+        let goes_on = |known: &[f64]| known.iter().rev().take(order).any(|c| c.abs() > NO_MORE);
+        while correlation.len() < samples / 2 && goes_on(&correlation) {
+            let last = correlation.iter().rev();
+            let next = coefficients.iter().zip(last).map(|(a, c)| a * c).sum();
+            correlation.push(next);
         }
         Noise {
             coefficients,
@@ -182,14 +167,10 @@ impl Noise {
 
 /// Sums of products of samples that are so many steps apart, over the number of samples.
 fn covariances(residual: &[f64], times: usize, lags: usize, samples: usize) -> Vec<f64> {
-    let records = || residual.chunks_exact(times);
     let of = |lag: usize| {
-        let sums = records().map(|record| {
-            dot(
-                &record[..times.saturating_sub(lag)],
-                &record[lag.min(times)..],
-            )
-        });
+        let lag = lag.min(times);
+        let records = residual.chunks_exact(times);
+        let sums = records.map(|record| dot(&record[..times - lag], &record[lag..]));
         sums.sum::<f64>() / samples.max(1) as f64
     };
     (0..lags).map(of).collect()
@@ -207,17 +188,14 @@ impl Linear<'_> {
     /// `J^T S J` for the noise, with the variance of each site.
     fn score(&self, noise: &Noise, sigmas: &[f64]) -> Vec<Vec<f64>> {
         let n = self.samples();
-        let correlated: Vec<Vec<f64>> = self
-            .columns
-            .iter()
-            .map(|column| {
-                let mut all = noise.correlated(&column[..n], self.times);
-                for (record, sigma) in all.chunks_exact_mut(self.times).zip(sigmas) {
-                    record.iter_mut().for_each(|v| *v *= sigma * sigma);
-                }
-                all
-            })
-            .collect();
+        let of = |column: &Vec<f64>| {
+            let mut all = noise.correlated(&column[..n], self.times);
+            for (record, sigma) in all.chunks_exact_mut(self.times).zip(sigmas) {
+                record.iter_mut().for_each(|v| *v *= sigma * sigma);
+            }
+            all
+        };
+        let correlated: Vec<Vec<f64>> = self.columns.iter().map(of).collect();
         let row = |a: &Vec<f64>| correlated.iter().map(|b| dot(&a[..n], b)).collect();
         self.columns.iter().map(row).collect()
     }
@@ -248,10 +226,9 @@ impl Linear<'_> {
         let (n, times) = (self.samples(), self.times);
         let ones = vec![1.0; self.sites];
         let middle = self.between(&self.score(noise, &ones));
-        let correlated: Vec<Vec<f64>> = self
-            .columns
-            .iter()
-            .map(|c| noise.correlated(&c[..n], times))
+        let columns = self.columns.iter();
+        let correlated: Vec<Vec<f64>> = columns
+            .map(|column| noise.correlated(&column[..n], times))
             .collect();
         let transposed = |columns: &[Vec<f64>], at: usize| -> Vec<f64> {
             columns.iter().map(|c| c[at]).collect()
@@ -269,9 +246,7 @@ impl Linear<'_> {
                 }
             }
         }
-        taken
-            .iter()
-            .map(|sum| sum * variance / samples.max(1) as f64)
-            .collect()
+        let mean = |sum: &f64| sum * variance / samples.max(1) as f64;
+        taken.iter().map(mean).collect()
     }
 }

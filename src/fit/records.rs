@@ -2,12 +2,15 @@
 
 use ndarray::Array2;
 
+use crate::chain::Chain;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::field::{Axis, Quantity};
 use crate::measure::{self, Dimension};
+use crate::transform::{RecordScratch, RecordTransform, fold};
 use crate::{Error, Field, Result};
 
 use super::key::refuse;
+use super::shown::place;
 
 /// By how much of the distance of bodies a site may be off a body.
 const OFF: f64 = 0.05;
@@ -71,13 +74,10 @@ impl Records {
     }
 
     pub(super) fn check(&self, setup: &Setup) -> Result<()> {
-        let chain = &setup.simulation.chain;
-        let (what, count) = match self.quantity {
-            Quantity::Force => ("contact", chain.n_contacts()),
-            _ => ("body", chain.n_sites()),
-        };
+        let count = places_in(&setup.simulation.chain, self.quantity);
         if let Some(body) = self.bodies.iter().find(|body| **body >= count) {
-            let expected = format!("a {what} of the chain, 0 to {}", count - 1);
+            let place = place(self.quantity);
+            let expected = format!("a {place} of the chain, 0 to {}", count - 1);
             return Err(Error::request("bodies", expected, body.to_string()));
         }
         if let Some(twice) =
@@ -158,6 +158,39 @@ impl Records {
         (squares / self.known().max(1) as f64).sqrt()
     }
 
+    /// Power of records of sites in place of the samples, a sum over sites, at [`Records::frequencies`].
+    pub(super) fn spectrum(&self, values: &[f64], sites: &[usize]) -> Vec<f64> {
+        let n = self.times.len();
+        let transform = RecordTransform::<f64>::new(&vec![1.0; n], n);
+        let mut scratch = RecordScratch::default();
+        let mut power = vec![0.0; n / 2 + 1];
+        for &site in sites {
+            let record = &values[n * site..n * (site + 1)];
+            let (spectrum, _) = transform.transform(std::iter::once(record), &mut scratch);
+            let pairs = power.iter_mut().zip(spectrum);
+            pairs.for_each(|(p, z)| *p += z.norm_sqr());
+        }
+        power
+    }
+
+    /// Frequencies from 0 to the Nyquist frequency.
+    pub fn frequencies(&self) -> Vec<f64> {
+        let n = self.times.len();
+        let whole = n as f64 * self.step();
+        (0..=n / 2).map(|m| m as f64 / whole).collect()
+    }
+
+    /// One-sided power spectral density of a plane `(time, site)`, the mean over sites; missing samples count as 0.
+    pub fn density(&self, plane: &Array2<f64>) -> Vec<f64> {
+        let known = |v: &f64| if v.is_finite() { *v } else { 0.0 };
+        let grid: Vec<f64> = plane.columns().into_iter().flatten().map(known).collect();
+        let (n, sites) = plane.dim();
+        let scale = self.step() / (n * sites) as f64;
+        let power = self.spectrum(&grid, &(0..sites).collect::<Vec<_>>());
+        let each = power.into_iter().enumerate();
+        each.map(|(m, p)| p * fold(m, n) * scale).collect()
+    }
+
     /// The records up to a time.
     pub(super) fn until(&self, end: f64) -> Records {
         let n = self.times.iter().filter(|t| **t <= end).count();
@@ -224,6 +257,14 @@ impl Scales {
             sample,
             units,
         })
+    }
+}
+
+/// Number of places in a chain at which a quantity can be measured.
+pub(super) fn places_in(chain: &Chain, quantity: Quantity) -> usize {
+    match quantity {
+        Quantity::Force => chain.n_contacts(),
+        _ => chain.n_sites(),
     }
 }
 

@@ -3,13 +3,14 @@
 use ndarray::Array2;
 
 use super::cause::Cause;
-use super::directions::{Coordinate, Direction, factored, loose};
-use super::model::{Model, rms};
+use super::directions::{Direction, factored, loose};
+use super::key::FreeKey;
+use super::model::{Model, Other, rms};
 use super::noise::{Linear, Noise};
-use super::records::Records;
+use super::shown::Overlay;
 use super::solver::{Minimum, gram, scaled};
-use super::verdict::{Judged, Misfit, frequencies, mean_density};
-use super::{Search, is_same};
+use super::verdict::{Judged, Misfit};
+use super::{EXACT, SAME, Search};
 use crate::Result;
 use crate::chain::scene::{SceneSource, Setting};
 use crate::numeric::student_two_sided;
@@ -58,21 +59,12 @@ pub struct Fitted {
     pub misfit: Option<Misfit>,
     /// What explains the misfit, of all that was tried.
     pub cause: Option<Cause>,
-    pub records: Records,
-    /// `(time, site)`.
-    pub measured: Array2<f64>,
-    pub fitted: Array2<f64>,
-    pub residual: Array2<f64>,
-    /// Power of the residual by frequency, one-sided, of all sites.
-    pub frequencies: Vec<f64>,
-    pub residual_spectrum: Vec<f64>,
-    pub measured_spectrum: Vec<f64>,
+    pub overlay: Overlay,
     /// Standard deviation of what is left, and its correlation with what is left so many samples later.
     pub noise: f64,
     pub noise_correlation: Vec<f64>,
-    /// Independent samples, of so many known ones.
+    /// Number of samples that would tell as much if they were independent.
     pub independent: f64,
-    pub known: usize,
     /// Share of the squares of the records that the chain explains.
     pub explained: f64,
     /// Whether what is left is the error of runs.
@@ -102,12 +94,7 @@ impl Noted {
     }
 }
 
-/// Whether noise does not explain what is left at a minimum.
-pub(super) fn has_misfit(model: &Model, found: &Minimum) -> Result<bool> {
-    let noise = judge(model, found).noise;
-    Ok(misfit(model, found, &model.predicted(&found.at)?, &noise).is_some())
-}
-
+/// What noise does not explain of what is left at a minimum.
 pub(super) fn misfit(
     model: &Model,
     found: &Minimum,
@@ -153,7 +140,8 @@ pub(super) fn judge(model: &Model, found: &Minimum) -> Noted {
     }
 }
 
-type Circumstances = (Vec<Search>, Option<Horizon>, f64);
+/// Searches, where a chain amplifies rounding, and the error of runs.
+pub(super) type Circumstances = (Vec<Search>, Option<Horizon>, f64);
 
 impl Fitted {
     pub(super) fn of(model: &Model, found: &Minimum, about: Circumstances) -> Result<Fitted> {
@@ -174,11 +162,11 @@ impl Fitted {
             true => None,
             false => misfit(model, found, &predicted, &noise),
         };
-        let coordinates = coordinates(model);
+        let unknowns = unknowns(model);
         let directions = unknown
             .iter()
             .chain(&loose)
-            .map(|d| Direction::of(d, &coordinates))
+            .map(|d| Direction::of(d, &unknowns))
             .collect();
         let degrees = (noise.independent() - found.at.len() as f64).max(1.0);
         let quantile = student_two_sided(ALPHA, degrees);
@@ -192,7 +180,10 @@ impl Fitted {
                 }
             })
             .collect();
-        let values = values(model, &found.at, &halves);
+        let each = unknowns.iter().enumerate();
+        let values = each
+            .map(|(k, of)| of.fitted(found.at[k], halves[k]))
+            .collect();
         let correlation = Array2::from_shape_fn((halves.len(), halves.len()), |(i, j)| {
             match is_loose(i) || is_loose(j) {
                 true => f64::NAN,
@@ -205,16 +196,10 @@ impl Fitted {
             correlation,
             undetermined: directions,
             misfit,
-            residual: records.plane(&records.values) - records.plane(&predicted),
-            measured: records.plane(&records.values),
-            fitted: records.plane(&predicted),
-            frequencies: frequencies(records),
-            residual_spectrum: mean_density(residual, records),
-            measured_spectrum: mean_density(&measured, records),
+            overlay: Overlay::of(records, &predicted),
             noise: noise.sigma,
             noise_correlation: noise.correlation.clone(),
             independent: noise.independent(),
-            known: records.known(),
             explained: 1.0 - left * left,
             is_exact,
             run_error,
@@ -223,22 +208,15 @@ impl Fitted {
             runs: 0,
             cause: None,
             scene: settings.map(|s| [s.key, s.text]).collect(),
-            records: records.clone(),
         })
     }
 
     /// How many searches ended in the best minimum.
     pub fn agreeing(&self) -> usize {
-        let best = self
-            .searches
-            .iter()
-            .map(|s| s.missed)
-            .fold(f64::INFINITY, f64::min);
-        let size = self.records.size();
-        self.searches
-            .iter()
-            .filter(|s| is_same(s.missed, best, size))
-            .count()
+        let missed = || self.searches.iter().map(|search| search.missed);
+        let best = missed().fold(f64::INFINITY, f64::min);
+        let most = best + SAME * best + EXACT * self.overlay.records.size();
+        missed().filter(|missed| *missed <= most).count()
     }
 
     /// The scene that was fitted, with the fitted values.
@@ -259,71 +237,71 @@ impl Fitted {
     }
 }
 
-pub(super) fn coordinates(model: &Model) -> Vec<Coordinate> {
-    let keys = model.keys.iter().map(|key| Coordinate {
-        name: key.name.clone(),
-        linear: (!key.is_log).then(|| key.value_at(1.0) - key.value_at(0.0)),
-    });
-    let shift = model.nuisances.shift.then(|| Coordinate {
-        name: "time_shift".into(),
-        linear: Some(model.records.step()),
-    });
-    let bodies = model.nuisances.gains.then_some(&model.records.bodies);
-    let gains = bodies.into_iter().flatten().map(|body| Coordinate {
-        name: format!("gain[{body}]"),
-        linear: None,
-    });
-    keys.chain(shift).chain(gains).collect()
+/// What is searched.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Unknown<'a> {
+    Key(&'a FreeKey),
+    /// How late the records are, in steps of their samples, and the unit of time.
+    Shift(f64, &'a str),
+    /// Of the record of a body.
+    Gain(usize),
 }
 
-fn values(model: &Model, at: &[f64], halves: &[f64]) -> Vec<FittedValue> {
-    let ends = |k: usize, of: &dyn Fn(f64) -> f64| match halves[k].is_finite() {
-        true => [of(at[k] - halves[k]), of(at[k] + halves[k])],
-        false => [f64::NAN; 2],
-    };
-    let mut all: Vec<FittedValue> = model
-        .keys
-        .iter()
-        .enumerate()
-        .map(|(k, key)| {
-            let value = key.value_at(at[k]);
-            let [low, high] = ends(k, &|u| key.value_at(u));
-            FittedValue {
-                name: key.name.clone(),
-                unit: key.unit.clone(),
-                value,
-                low,
-                high,
-                start: key.start,
-                is_at_bound: key.bounds.contains(&value),
-                is_key: true,
-            }
-        })
-        .collect();
-    let beside = |k: usize, name: String, unit: &str, start: f64, of: &dyn Fn(f64) -> f64| {
-        let [low, high] = ends(k, of);
+/// All that a model searches, in the order of its coordinates.
+pub(super) fn unknowns<'a>(model: &Model<'a>) -> Vec<Unknown<'a>> {
+    let records = model.records;
+    let others = model.others.iter().filter_map(|other| match other {
+        Other::Clock => Some(Unknown::Shift(records.step(), &records.units[0])),
+        Other::Gain(site) => Some(Unknown::Gain(records.bodies[*site])),
+        Other::Held(_) => None,
+    });
+    model.keys.iter().map(Unknown::Key).chain(others).collect()
+}
+
+impl Unknown<'_> {
+    pub fn name(&self) -> String {
+        match self {
+            Unknown::Key(key) => key.name.clone(),
+            Unknown::Shift(..) => "time_shift".into(),
+            Unknown::Gain(body) => format!("gain[{body}]"),
+        }
+    }
+
+    /// The value at a coordinate of the search.
+    fn value_at(&self, u: f64) -> f64 {
+        match self {
+            Unknown::Key(key) => key.value_at(u),
+            Unknown::Shift(step, _) => u * step,
+            Unknown::Gain(_) => u.exp(),
+        }
+    }
+
+    /// The unit of its coordinate, in values; `None` for a logarithm.
+    pub fn linear(&self) -> Option<f64> {
+        match self {
+            Unknown::Key(key) if key.is_log => None,
+            Unknown::Gain(_) => None,
+            _ => Some(self.value_at(1.0) - self.value_at(0.0)),
+        }
+    }
+
+    /// What is found where the search has ended, with half of the interval there; NaN for none.
+    fn fitted(&self, at: f64, half: f64) -> FittedValue {
+        let value = self.value_at(at);
+        let (unit, is_at_bound) = match self {
+            Unknown::Key(key) => (key.unit.as_str(), key.bounds.contains(&value)),
+            Unknown::Shift(_, unit) => (*unit, false),
+            Unknown::Gain(_) => ("", false),
+        };
         FittedValue {
-            name,
+            name: self.name(),
             unit: unit.into(),
-            value: of(at[k]),
-            low,
-            high,
-            start,
-            is_at_bound: false,
-            is_key: false,
-        }
-    };
-    let keys = model.keys.len();
-    if model.nuisances.shift {
-        let step = model.records.step();
-        let unit = &model.records.units[0];
-        all.push(beside(keys, "time_shift".into(), unit, 0.0, &|u| u * step));
-    }
-    if model.nuisances.gains {
-        for (site, body) in model.records.bodies.iter().enumerate() {
-            let k = model.moved() + site;
-            all.push(beside(k, format!("gain[{body}]"), "", 1.0, &f64::exp));
+            value,
+            low: self.value_at(at - half),
+            high: self.value_at(at + half),
+            start: self.value_at(0.0),
+            is_at_bound,
+            is_key: matches!(self, Unknown::Key(_)),
         }
     }
-    all
 }

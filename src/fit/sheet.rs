@@ -4,10 +4,10 @@ use serde_json::json;
 
 use super::cause::Cause;
 use super::result::{Fitted, FittedValue};
-use super::shown::{places, record_charts, residual_map, spectral_units, spectrum_chart};
+use super::shown::{places, some_places, spectral_units, warn_of_horizon};
 use crate::sheet::{
-    BLUE, Describe, Plot, PlotRow, Sheet, Table, VERMILLION, error_size, listed, number, percent,
-    with_half,
+    Describe, Fact, PlotRow, Sheet, Table, error_size, listed, number, percent, with_half,
+    with_unit,
 };
 
 /// Values that a sentence names, at most.
@@ -36,6 +36,7 @@ const DEFINITIONS: [[&str; 2]; 3] = [
 
 impl Describe for Fitted {
     fn describe(&self) -> Sheet<'_> {
+        let records = &self.overlay.records;
         let mut sheet = Sheet {
             name: "fit",
             version: 1,
@@ -43,10 +44,10 @@ impl Describe for Fitted {
             about: format!(
                 "{} fitted to {} samples of {} at {} {}",
                 listed(&self.names()),
-                self.known,
-                self.records.quantity.name(),
-                self.records.bodies.len(),
-                places(self.records.quantity)
+                records.known(),
+                records.quantity.name(),
+                records.bodies.len(),
+                places(records.quantity)
             ),
             answer: self.answer(),
             tables: vec![
@@ -67,7 +68,7 @@ impl Describe for Fitted {
             "noise": self.noise,
             "explained": self.explained,
             "exact": self.is_exact,
-            "samples": self.known,
+            "samples": records.known(),
             "independent_samples": self.independent,
             "run_error": self.run_error,
             "horizon": self.horizon,
@@ -79,23 +80,10 @@ impl Describe for Fitted {
         sheet
     }
 
-    /// Some records with those of the fitted chain; what is left over time and bodies, and by frequency.
     fn pictures(&self) -> Vec<PlotRow> {
-        let mut rows = PlotRow::grid(
-            2,
-            record_charts(&self.records, &self.measured, ("fitted", &self.fitted)),
-        );
-        rows.push(PlotRow::of([
-            Plot::from(residual_map(&self.records, &self.residual, "fitted")),
-            Plot::from(spectrum_chart(
-                &self.records,
-                [
-                    ("measured", BLUE, &self.measured),
-                    ("what is left", VERMILLION, &self.residual),
-                ],
-            )),
-        ]));
-        rows
+        let misfit = self.misfit.as_ref();
+        let worst = misfit.map(|misfit| self.overlay.worst(Some(misfit)));
+        self.overlay.pictures("fitted", worst)
     }
 }
 
@@ -105,51 +93,36 @@ impl Fitted {
         keys.map(|value| value.name.clone()).collect()
     }
 
+    /// Whether the chain did it; if so, the values and what stays undetermined.
     fn answer(&self) -> String {
-        let keys = self
-            .values
-            .iter()
-            .filter(|value| value.is_key && value.low.is_finite());
-        let said: Vec<String> = keys
+        let records = &self.overlay.records;
+        if let Some(misfit) = &self.misfit {
+            let worst = records.bodies[self.overlay.worst(Some(misfit))];
+            let place = some_places(records.quantity, &[worst], 1);
+            let (left, band) = (percent(1.0 - self.explained), misfit.band(records));
+            let most = if misfit.bodies.len() > 1 { " most" } else { "" };
+            return format!(
+                "the model does not explain the records: {left} of the energy is left, beyond noise{most} at {place}{band}"
+            );
+        }
+        let verdict = match self.is_exact {
+            true => "the model explains all: what is left is the error of its runs".into(),
+            false => format!(
+                "the model explains all but noise of {}, {} of the signal",
+                with_unit(self.noise, &records.units[1]),
+                percent(self.noise / records.size())
+            ),
+        };
+        let keys = self.values.iter();
+        let keys = keys.filter(|value| value.is_key && value.low.is_finite());
+        let values: Vec<String> = keys
             .take(NAMED)
             .map(|value| format!("{} = {}", value.name, value.shown()))
             .collect();
-        let mut parts = vec![self.verdict()];
-        if !said.is_empty() {
-            parts.push(said.join(", "));
-        }
-        parts.extend(
-            self.undetermined
-                .iter()
-                .map(|direction| direction.words.clone()),
-        );
+        let open = self.undetermined.iter().map(|open| open.words.clone());
+        let parts = [verdict, values.join(", ")].into_iter().chain(open);
+        let parts: Vec<String> = parts.filter(|part| !part.is_empty()).collect();
         parts.join("; ")
-    }
-
-    /// The first words: whether the chain did it.
-    fn verdict(&self) -> String {
-        let unit = &self.records.units[1];
-        let size = self.records.size();
-        let share = percent(self.noise / size);
-        match &self.misfit {
-            _ if self.is_exact => {
-                "the model explains all: what is left is the error of its runs".into()
-            }
-            None => {
-                let noise = format!("{} {unit}", number(self.noise));
-                format!(
-                    "the model explains all but noise of {}, {share} of the signal",
-                    noise.trim()
-                )
-            }
-            Some(misfit) => format!(
-                "the model does not explain the records: misfit {}; {share} of the signal is left{}",
-                misfit.place(&self.records),
-                self.cause
-                    .as_ref()
-                    .map_or(String::new(), |cause| format!("; {}", cause.words()))
-            ),
-        }
     }
 
     fn table(&self) -> Table {
@@ -164,23 +137,16 @@ impl Fitted {
                 number(value.start),
             ]
         };
-        Table {
-            title: "values".into(),
-            head: ["value", "fitted", "95 % interval", "start"]
-                .map(Into::into)
-                .to_vec(),
-            rows: self.values.iter().map(row).collect(),
-            is_fact: true,
-        }
+        let head = ["value", "fitted", "95 % interval", "start"];
+        Table::of("values", &head, self.values.iter().map(row)).printed()
     }
 
     fn searches_table(&self) -> Table {
         let row = |search: &super::Search| {
             let values = |of: &[f64]| of.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", ");
-            let settled = if search.is_settled {
-                ""
-            } else {
-                " (not settled)"
+            let settled = match search.is_settled {
+                true => "",
+                false => " (not settled)",
             };
             vec![
                 values(&search.start),
@@ -188,22 +154,32 @@ impl Fitted {
                 format!("{}{settled}", number(search.missed)),
             ]
         };
-        Table {
-            title: format!("searches over {}", listed(&self.names())),
-            head: ["from", "to", "missed"].map(Into::into).to_vec(),
-            rows: self.searches.iter().map(row).collect(),
-            is_fact: false,
-        }
+        let title = format!("searches over {}", listed(&self.names()));
+        let rows = self.searches.iter().map(row);
+        Table::of(title, &["from", "to", "missed"], rows)
     }
 
     fn facts(&self, sheet: &mut Sheet<'_>) {
-        let tau = self.known as f64 / self.independent;
-        let noise = match tau > 1.05 {
+        let records = &self.overlay.records;
+        if let Some(misfit) = &self.misfit {
+            let left = percent(1.0 - self.explained);
+            let place = misfit.place(records);
+            sheet.fact("left", format!("{left} of the energy, {place}"));
+            if let Some(cause) = &self.cause {
+                sheet.fact("cause", cause.words());
+            }
+            let open: Vec<&str> = self.undetermined.iter().map(|open| &*open.words).collect();
+            if !open.is_empty() {
+                sheet.fact("undetermined", open.join("; "));
+            }
+        }
+        let known = records.known();
+        let noise = match known as f64 / self.independent > 1.05 {
             true => format!(
-                "correlated: {} samples count as {:.0}",
-                self.known, self.independent
+                "correlated: {known} samples count as {:.0}",
+                self.independent
             ),
-            false => format!("white, in {} samples", self.known),
+            false => format!("white, in {known} samples"),
         };
         sheet.fact(
             "explained",
@@ -216,45 +192,26 @@ impl Fitted {
             self.searches.len()
         );
         sheet.fact("searches", format!("{text}; {} runs", self.runs));
-        let by_body: Vec<f64> = self.by_site();
-        sheet.facts.push(crate::sheet::Fact {
-            profile: by_body.clone(),
-            ..crate::sheet::Fact::new(
-                "left by body",
-                format!(
-                    "{} to {} {}",
-                    number(by_body.iter().copied().fold(f64::INFINITY, f64::min)),
-                    number(by_body.iter().copied().fold(0.0, f64::max)),
-                    self.records.units[1]
-                )
-                .trim()
-                .to_owned(),
-            )
+        let profile = self.overlay.by_site();
+        let least = profile.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = profile.iter().copied().fold(0.0, f64::max);
+        let most = with_unit(most, &records.units[1]);
+        sheet.facts.push(Fact {
+            profile,
+            ..Fact::new("left by body", format!("{} to {most}", number(least)))
         });
         sheet.detail(
             "error of runs",
             format!("{} of the records", error_size(self.run_error)),
         );
-        let lines = self
-            .scene
-            .iter()
-            .map(|[key, text]| format!("{key} = {text}"));
+        let lines = self.scene.iter();
+        let lines = lines.map(|[key, text]| format!("{key} = {text}"));
         sheet.detail("scene", lines.collect::<Vec<_>>().join("; "));
     }
 
     fn warnings(&self, sheet: &mut Sheet<'_>) {
-        if let Some(horizon) = self.horizon {
-            sheet.warn(
-                format!(
-                    "the chain amplifies rounding: its runs agree until {} {}, and later samples, {} of each record, \
-                     are left out",
-                    number(horizon.until),
-                    self.records.units[0],
-                    horizon.left_out
-                ),
-                "no later sample can be fitted point by point; compare statistics of an ensemble (`cascade sweep`)",
-            );
-        }
+        let until = self.horizon.map(|horizon| horizon.until);
+        warn_of_horizon(sheet, until, &self.overlay.records.units[0]);
         if self.misfit.is_some() {
             let advice = match &self.cause {
                 Some(cause) => format!("free or correct it: {}", cause.name),
@@ -267,25 +224,18 @@ impl Fitted {
                 advice,
             );
         }
-        let at_bound: Vec<String> = self
-            .values
-            .iter()
-            .filter(|v| v.is_at_bound)
-            .map(|v| v.name.clone())
-            .collect();
+        let at_bound = self.values.iter().filter(|value| value.is_at_bound);
+        let at_bound: Vec<String> = at_bound.map(|value| value.name.clone()).collect();
         if !at_bound.is_empty() {
             sheet.warn(
                 format!("the fit ended at a bound of {}", listed(&at_bound)),
                 "widen the bound, or ask whether the chain is right",
             );
         }
-        if (self.agreeing() as f64) < AGREEING * self.searches.len() as f64 {
+        let (all, elsewhere) = (self.searches.len(), self.searches.len() - self.agreeing());
+        if elsewhere as f64 > (1.0 - AGREEING) * all as f64 {
             sheet.warn(
-                format!(
-                    "{} of {} searches ended elsewhere",
-                    self.searches.len() - self.agreeing(),
-                    self.searches.len()
-                ),
+                format!("{elsewhere} of {all} searches ended elsewhere"),
                 "narrow the bounds, or raise `--starts`",
             );
         }
@@ -297,43 +247,19 @@ impl Fitted {
         }
     }
 
-    /// Root mean squares of what is left.
-    fn by_site(&self) -> Vec<f64> {
-        self.residual
-            .columns()
-            .into_iter()
-            .map(|column| known_rms(column.iter().copied()))
-            .collect()
-    }
-
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
-        let [time, unit] = &self.records.units;
-        let bodies: Vec<f64> = self
-            .records
-            .bodies
-            .iter()
-            .map(|body| *body as f64)
-            .collect();
-        sheet.line("time", "time", time, &self.records.times);
-        sheet.line("body", "body", "", bodies);
-        sheet.plane("measured", ["time", "body"], unit, &self.measured);
-        sheet.plane("fitted", ["time", "body"], unit, &self.fitted);
-        sheet.plane("residual", ["time", "body"], unit, &self.residual);
-        sheet.line("residual_by_body", "body", unit, self.by_site());
-        let [frequency, density] = spectral_units(&self.records);
-        sheet.line("frequency", "frequency", &frequency, &self.frequencies);
-        sheet.line(
-            "residual_spectrum",
-            "frequency",
-            &density,
-            &self.residual_spectrum,
-        );
-        sheet.line(
-            "measured_spectrum",
-            "frequency",
-            &density,
-            &self.measured_spectrum,
-        );
+        let (overlay, records) = (&self.overlay, &self.overlay.records);
+        overlay.variables(sheet, "fitted");
+        let unit = &records.units[1];
+        sheet.line("residual_by_body", "body", unit, overlay.by_site());
+        let [frequency, density] = spectral_units(records);
+        sheet.line("frequency", "frequency", &frequency, records.frequencies());
+        for (name, plane) in [
+            ("residual_spectrum", &overlay.residual),
+            ("measured_spectrum", &overlay.measured),
+        ] {
+            sheet.line(name, "frequency", &density, records.density(plane));
+        }
         sheet.columns(
             "parameter",
             &self.values,
@@ -350,67 +276,60 @@ impl Fitted {
 
     /// Correlations of the values.
     fn correlation_table(&self) -> Table {
-        let names = || self.values.iter().map(|value| value.name.clone());
-        let rows = names().zip(self.correlation.rows());
-        let row = |(name, row): (String, ndarray::ArrayView1<f64>)| {
-            let entry = |v: &f64| {
-                if v.is_finite() {
-                    format!("{v:.2}")
-                } else {
-                    "undetermined".into()
-                }
-            };
-            [name].into_iter().chain(row.iter().map(entry)).collect()
+        let names: Vec<&str> = self.values.iter().map(|value| &*value.name).collect();
+        let entry = |v: &f64| match v.is_finite() {
+            true => format!("{v:.2}"),
+            false => "undetermined".into(),
         };
-        Table {
-            title: "correlations".into(),
-            head: [String::new()].into_iter().chain(names()).collect(),
-            rows: rows.map(row).collect(),
-            is_fact: false,
-        }
+        let rows = names.iter().zip(self.correlation.rows());
+        let rows = rows.map(|(name, row)| {
+            let row = row.iter().map(entry);
+            [(*name).to_owned()].into_iter().chain(row).collect()
+        });
+        Table::of("correlations", &[&[""], &names[..]].concat(), rows)
     }
 }
 
 impl Cause {
-    /// It and all that explain as much.
-    fn names(&self) -> String {
-        let rivals = self.rivals.iter().cloned();
-        let all: Vec<String> = [self.name.clone()].into_iter().chain(rivals).collect();
-        match self.rivals.is_empty() {
-            true => self.name.clone(),
-            false => format!("one of {}", listed(&all)),
-        }
-    }
-
     /// What freeing it does.
     fn words(&self) -> String {
-        let to = match self.held.is_nan() || !self.rivals.is_empty() {
-            true => String::new(),
-            false => format!(" ({} to {})", number(self.held), number(self.free)),
+        let to = match self.value() {
+            Some([held, free]) => format!(" ({held} to {free})"),
+            None => String::new(),
         };
-        let rest = if self.is_all {
-            "noise alone"
-        } else {
-            "a misfit"
+        let rest = match self.is_all {
+            true => "noise alone",
+            false => "a misfit",
         };
-        format!(
-            "freeing {}{to} takes {} of that and leaves {rest}",
-            self.names(),
-            percent(self.explained)
-        )
+        let (names, share) = (self.names(), percent(self.explained));
+        format!("freeing {names}{to} takes {share} of that and leaves {rest}")
     }
 
     /// What a chain that it alone explains differs by.
     pub(super) fn differs(&self) -> String {
-        match self.held.is_nan() || !self.rivals.is_empty() {
-            true => format!("by {}", self.names()),
-            false => format!(
-                "by one number: {}, {} in place of {}",
-                self.name,
-                number(self.free),
-                number(self.held)
-            ),
+        match self.value() {
+            Some([held, free]) => {
+                format!("by one number: {}, {free} in place of {held}", self.name)
+            }
+            None => format!("by {}", self.names()),
         }
+    }
+
+    /// It and all that explain as much.
+    fn names(&self) -> String {
+        match self.rivals.is_empty() {
+            true => self.name.clone(),
+            false => {
+                let all = [std::slice::from_ref(&self.name), &self.rivals].concat();
+                format!("one of {}", listed(&all))
+            }
+        }
+    }
+
+    /// Held and free, where it alone explains as much.
+    fn value(&self) -> Option<[String; 2]> {
+        let is_told = !self.held.is_nan() && self.rivals.is_empty();
+        is_told.then(|| [self.held, self.free].map(number))
     }
 }
 
@@ -419,18 +338,7 @@ impl FittedValue {
     pub fn shown(&self) -> String {
         match self.low.is_finite() {
             true => with_half(self.value, 0.5 * (self.high - self.low), &self.unit),
-            false => format!("{} {}", number(self.value), self.unit)
-                .trim()
-                .to_owned(),
+            false => with_unit(self.value, &self.unit),
         }
     }
-}
-
-fn known_rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    values.filter(|v| v.is_finite()).for_each(|v| {
-        sum += v * v;
-        count += 1.0;
-    });
-    (sum / f64::max(count, 1.0)).sqrt()
 }

@@ -50,11 +50,7 @@ pub(super) struct Minimum {
 pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> {
     let bounds = problem.bounds();
     let clamp = |u: f64, k: usize| u.clamp(bounds[k][0], bounds[k][1]);
-    let mut at: Vec<f64> = start
-        .iter()
-        .enumerate()
-        .map(|(k, u)| clamp(*u, k))
-        .collect();
+    let mut at: Vec<f64> = (0..start.len()).map(|k| clamp(start[k], k)).collect();
     let mut residual = problem.residual(&at)?;
     let mut squares = square(&residual);
     let mut steps = Vec::new();
@@ -63,24 +59,19 @@ pub(super) fn minimize(problem: &dyn Problem, start: &[f64]) -> Result<Minimum> 
     let (mut damping, mut growth) = (DAMPING, 2.0);
     let mut ended = None;
     for step in 0..MOST_STEPS {
-        let (matrix, gradient) = normal(&columns, &residual);
-        let held: Vec<bool> = (0..at.len())
-            .map(|k| {
-                (gradient[k] < 0.0 && at[k] <= bounds[k][0])
-                    || (gradient[k] > 0.0 && at[k] >= bounds[k][1])
-            })
-            .collect();
+        let matrix = gram(&columns);
+        let gradient: Vec<f64> = columns.iter().map(|c| dot(c, &residual)).collect();
+        let room = |k: usize| {
+            let [down, up] = bounds[k].map(|end| end - at[k]);
+            let is_held = (gradient[k] < 0.0 && down >= 0.0) || (gradient[k] > 0.0 && up <= 0.0);
+            if is_held { [0.0; 2] } else { [down, up] }
+        };
+        let room: Vec<[f64; 2]> = (0..at.len()).map(room).collect();
         for k in 0..at.len() {
             scale[k] = scale[k].max(matrix[k][k]);
         }
         let mut accepted = None;
         for _ in 0..MOST_TRIES {
-            let room: Vec<[f64; 2]> = (0..at.len())
-                .map(|k| match held[k] {
-                    true => [0.0; 2],
-                    false => bounds[k].map(|end| end - at[k]),
-                })
-                .collect();
             let (change, is_cut) = bounded((&matrix, &gradient), &scale, damping, &room);
             let next: Vec<f64> = (0..at.len()).map(|k| clamp(at[k] + change[k], k)).collect();
             let moved: Vec<f64> = next.iter().zip(&at).map(|(a, b)| a - b).collect();
@@ -132,12 +123,6 @@ pub(super) fn square(values: &[f64]) -> f64 {
 
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// `J^T J` and `J^T r`.
-pub(super) fn normal(columns: &[Vec<f64>], residual: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let gradient = columns.iter().map(|column| dot(column, residual)).collect();
-    (gram(columns), gradient)
 }
 
 /// `J^T J`.
@@ -206,11 +191,8 @@ impl Beside {
 
 /// By how much a step lowers the squares where the residual is linear.
 fn predicted(matrix: &[Vec<f64>], gradient: &[f64], step: &[f64]) -> f64 {
-    let bent: f64 = matrix
-        .iter()
-        .zip(step)
-        .map(|(row, s)| s * dot(row, step))
-        .sum();
+    let rows = matrix.iter().zip(step);
+    let bent: f64 = rows.map(|(row, s)| s * dot(row, step)).sum();
     2.0 * dot(gradient, step) - bent
 }
 

@@ -11,7 +11,6 @@ use super::noise::Noise;
 use super::records::Records;
 use super::solver::{Beside, dot};
 use crate::numeric::fisher_tail;
-use crate::transform::{RecordScratch, RecordTransform, fold};
 
 /// Share of fits to noise alone that a family of tests calls a misfit.
 const ALPHA: f64 = 0.02;
@@ -231,7 +230,7 @@ impl Judged<'_> {
 
     /// The band of the residual at sites.
     fn band(&self, sites: &[usize]) -> [f64; 2] {
-        let spectrum = spectrum(self.residual, self.times(), sites);
+        let spectrum = self.records.spectrum(self.residual, sites);
         let total: f64 = spectrum.iter().sum();
         let step = 1.0 / (self.records.step() * 2.0 * (spectrum.len().max(2) - 1) as f64);
         let upto = |share: f64| {
@@ -244,38 +243,6 @@ impl Judged<'_> {
         };
         [upto(0.5 * BEYOND), upto(1.0 - 0.5 * BEYOND)]
     }
-}
-
-/// Power of the records of sites at frequencies from 0 to the Nyquist frequency, a sum over records.
-fn spectrum(grid: &[f64], times: usize, sites: &[usize]) -> Vec<f64> {
-    let transform = RecordTransform::<f64>::new(&vec![1.0; times], times);
-    let mut scratch = RecordScratch::default();
-    let mut power = vec![0.0; times / 2 + 1];
-    for &site in sites {
-        let record = &grid[times * site..times * (site + 1)];
-        let (spectrum, _) = transform.transform(std::iter::once(record), &mut scratch);
-        power
-            .iter_mut()
-            .zip(spectrum)
-            .for_each(|(p, z)| *p += z.norm_sqr());
-    }
-    power
-}
-
-/// Frequencies from 0 to the Nyquist frequency.
-pub(super) fn frequencies(records: &Records) -> Vec<f64> {
-    let n = records.times.len();
-    let whole = n as f64 * records.step();
-    (0..=n / 2).map(|m| m as f64 / whole).collect()
-}
-
-/// One-sided power spectral density, the mean over records.
-pub(super) fn mean_density(grid: &[f64], records: &Records) -> Vec<f64> {
-    let (n, sites) = (records.times.len(), records.bodies.len());
-    let scale = records.step() / (n * sites) as f64;
-    let all: Vec<usize> = (0..sites).collect();
-    let power = spectrum(grid, n, &all).into_iter().enumerate();
-    power.map(|(m, p)| p * fold(m, n) * scale).collect()
 }
 
 impl White {

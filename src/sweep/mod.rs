@@ -21,6 +21,7 @@ pub use axis::SweptKey;
 pub(crate) use axis::quantity;
 pub use ensemble::{Ensemble, Spread};
 pub use measures::{Measures, Needs};
+pub(crate) use request::below;
 pub use request::{Outcome, Outcomes, Request, read};
 pub use sheet::Swept;
 
@@ -158,7 +159,7 @@ impl Sweep {
     pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
         self.check(&CancelOnly(observer))?;
         let (journal, mut outcomes): (Journal, Outcomes) =
-            Journal::open(directory, &self.request, &request::below(self.members))?;
+            Journal::open(directory, &self.request, &below(self.members))?;
         let missing: Vec<usize> = (0..self.members)
             .filter(|member| part.holds(*member) && !outcomes.contains_key(member))
             .collect();
@@ -285,7 +286,7 @@ impl Sweep {
             members,
         };
         let (journal, known): (Journal, Outcomes) =
-            Journal::open(out, &sweep.request, &request::below(sweep.members))?;
+            Journal::open(out, &sweep.request, &below(sweep.members))?;
         for (member, outcome) in &outcomes {
             if !known.contains_key(member) {
                 journal.add(member, outcome)?;

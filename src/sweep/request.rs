@@ -56,7 +56,7 @@ pub fn read(directory: &Path) -> Result<(Request, Outcomes)> {
 }
 
 /// Members are numbered.
-pub(super) fn below(members: usize) -> impl Fn(&usize) -> std::result::Result<(), String> {
+pub(crate) fn below(members: usize) -> impl Fn(&usize) -> std::result::Result<(), String> {
     move |&member| match member < members {
         true => Ok(()),
         false => Err(format!("expected a member below {members}, found {member}")),

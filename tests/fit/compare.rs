@@ -42,7 +42,8 @@ fn compared(
     let source = SceneSource::new(None, scene(""));
     let found = request.run(&field, &source, &Silent).unwrap();
     println!("{truth}: {}", found.describe().answer);
-    let off = (&found.measured - &found.run - &found.residual).mapv(f64::abs);
+    let off =
+        (&found.overlay.measured - &found.overlay.run - &found.overlay.residual).mapv(f64::abs);
     assert!(off.iter().all(|off| *off < 1e-12), "{off}");
     found
 }

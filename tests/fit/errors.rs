@@ -52,7 +52,7 @@ fn what_is_wrong_is_named() {
         field.space.step = 0.3;
     });
     assert!(said.contains("--bodies"), "{said}");
-    let said = refused(|_, request, _| request.gain_error = Some(0.0));
+    let said = refused(|_, request, _| request.instruments.gain_error = Some(0.0));
     assert!(said.contains("a share above 0"), "{said}");
     let said = refused(|_, _, field| *field = field_of(3));
     assert!(said.contains("samples or more"), "{said}");

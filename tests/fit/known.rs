@@ -1,6 +1,6 @@
 //! Values that are known are found again, with the intervals of the closed form.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use ndarray::Array2;
 use wavecascade::chain::scene::SceneSource;
@@ -116,13 +116,13 @@ fn val_scene_with_gains_and_a_shifted_clock() {
     let mut field = made.field(noisy);
     field.time.origin = -1.7;
     let mut request = made.request(&["stiffness_ratio", "striker_velocity", "tangent"]);
-    request.time_shift = true;
-    request.gain_error = Some(0.03);
+    request.instruments.time_shift = true;
+    request.instruments.gain_error = Some(0.03);
     let scene = SceneSource::new(None, chain(1.9, 1.05, 0.01));
     let found = request.run(&field, &scene, &Silent).unwrap();
     println!("{:#?}", found.values);
     assert!(found.misfit.is_none(), "{}", found.describe().answer);
-    assert_eq!(found.known, 1599);
+    assert_eq!(found.overlay.records.known(), 1599);
     for (name, expected) in [
         ("stiffness_ratio", 2.0),
         ("tangent", 0.02),
@@ -221,9 +221,9 @@ fn val_parseval_spectra_of_the_residual() {
         let found = made
             .fit(&scene(1.4), &scene(1.5), &["coefficient_cell[0]"])
             .unwrap();
-        let step = found.frequencies[1] - found.frequencies[0];
-        let integral = step * found.residual_spectrum.iter().sum::<f64>();
-        let mean = found.residual.iter().map(|r| r * r).sum::<f64>() / found.residual.len() as f64;
+        let (records, left) = (&found.overlay.records, &found.overlay.residual);
+        let integral = records.frequencies()[1] * records.density(left).iter().sum::<f64>();
+        let mean = left.iter().map(|r| r * r).sum::<f64>() / left.len() as f64;
         assert!(
             (integral / mean - 1.0).abs() < 1e-12,
             "{samples}: {integral} {mean}"
@@ -255,6 +255,22 @@ impl Observer for Impatient {
     fn cancelled(&self) -> bool {
         self.asked.fetch_add(1, Ordering::Relaxed);
         self.ended.load(Ordering::Relaxed) >= self.most
+    }
+}
+
+/// Cancels once causes are tried.
+#[derive(Default)]
+struct UntilCauses(AtomicBool);
+
+impl Observer for UntilCauses {
+    fn stage(&self, name: &'static str, _: u64) {
+        self.0.fetch_or(name == "causes", Ordering::Relaxed);
+    }
+
+    fn advance(&self, _: u64) {}
+
+    fn cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
     }
 }
 
@@ -290,8 +306,18 @@ fn regress_a_stopped_fit_resumes() {
     let numbers = |fitted: &Fitted| serde_json::to_string(&fitted.describe().numbers).unwrap();
     for other in [&resumed, &again] {
         assert_eq!(numbers(other), numbers(&whole));
-        assert_eq!(other.residual, whole.residual);
+        assert_eq!(other.overlay.residual, whole.overlay.residual);
     }
+    // Searches that have ended are kept while causes are tried, too.
+    let scene = SceneSource::new(None, chain(1.8, 1.0, 0.02).replace("= 12", "= 9"));
+    request.resume = Some(place.path("misfit"));
+    let stopped = request.run(&field, &scene, &UntilCauses::default());
+    let Err(wavecascade::Error::Paused { known, members }) = stopped else {
+        panic!("{stopped:?}");
+    };
+    assert_eq!((known, members), (4, 4));
+    request.resume = Some(place.path("journal"));
+    let scene = SceneSource::new(None, chain(1.8, 1.0, 0.02));
     // Other records, and other starts.
     let others = Measurement { seed: 2, ..made }.measured(&chain(2.0, 1.0, 0.01));
     for (field, seed) in [(&others, request.seed), (&field, 1)] {

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::field::Quantity;
+use wavecascade::fit::Instruments;
 use wavecascade::observer::Silent;
 use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest, Planned};
 use wavecascade::sheet::Describe;
@@ -137,8 +138,11 @@ fn val_identity_no_other_choice_is_better() {
         assert!(worst(&found) >= worst(&best) * (1.0 - 1e-9), "{other:?}");
     }
     let harder = PlanRequest {
-        time_shift: true,
-        gain_error: Some(0.02),
+        instruments: Instruments {
+            time_shift: true,
+            gain_error: Some(0.02),
+            ..Instruments::default()
+        },
         ..alone(best.chosen.clone())
     };
     // What the clock and gains cost each key.

@@ -43,6 +43,7 @@ Scene = Mapping[str, object] | str | os.PathLike[str] | None
 _KEYS = frozenset(_native.scene_keys())
 _SWEEP = frozenset(SweepOwn.__annotations__) | {"vary"}
 _ATTENUATE = frozenset(AttenuateOwn.__annotations__)
+_FIELD = {"fit": _native.fit, "compare": _native.compare_field}
 
 
 def _toml(value: Any) -> str:
@@ -254,21 +255,38 @@ def compare(
     return frame({"number": np.array(rows), **columns}, {"summary": text}, page)
 
 
-def _compare_field(field: Any, run: Any, typed: dict[str, Any], progress: Progress) -> xr.Dataset:
-    """A measured field against a run, or the chain of a scene."""
-    handle = None if is_path(run) else run_of(run)
-    text, file = (handle.scene, []) if handle is not None else _scene(run)
-    of: Any = source(field, typed)
-    name = os.fspath(of[0]) if isinstance(of, list) else "field"
-    own = frozenset(CompareOptions.__annotations__) - frozenset(BudgetOptions.__annotations__)
-    allowed = own | {"threads"} | frozenset(FieldOptions.__annotations__)
-    with advising(allowed, of):
-        said = words("compare", typed, allowed, [name, *(file or ["run"])])
-        found = _native.compare_field(of, text, said, observed(progress))
+def _made(found: dict[str, Any]) -> xr.Dataset:
+    """What the native half found; what the arrays hold is no attribute."""
     warn(found)
     out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
     hold(out, found["page"])
     return out
+
+
+def _compare_field(field: Any, run: Any, typed: dict[str, Any], progress: Progress) -> xr.Dataset:
+    """A measured field against a run, or the chain of a scene."""
+    handle = None if is_path(run) else run_of(run)
+    own = frozenset(CompareOptions.__annotations__) - frozenset(BudgetOptions.__annotations__)
+    text, file = (handle.scene, []) if handle is not None else _scene(run)
+    return _of_field("compare", field, (text, file or ["run"]), typed, own | {"threads"}, progress)
+
+
+def _of_field(
+    command: str,
+    field: Any,
+    scene: tuple[str | None, list[str]],
+    typed: dict[str, Any],
+    own: frozenset[str],
+    progress: Progress,
+) -> xr.Dataset:
+    """A command on a field and the scene of a chain: its text, or words that name its file."""
+    of: Any = source(field, typed)
+    name = os.fspath(of[0]) if isinstance(of, list) else "field"
+    allowed = own | frozenset(FieldOptions.__annotations__)
+    with advising(allowed, of):
+        said = words(command, typed, allowed, [name, *scene[1]])
+        found = _FIELD[command](of, scene[0], said, observed(progress))
+    return _made(found)
 
 
 def _leaves(tree: Any, path: str = "") -> Iterator[tuple[str, float]]:
@@ -315,10 +333,7 @@ def triads(run: Any, *, progress: Progress = None, **options: Unpack[TriadsOptio
     name = os.fspath(moved[0]) if isinstance(moved, list) else "run" if handle is not None else "field"
     allowed = frozenset(TriadsOptions.__annotations__) | frozenset(FieldOptions.__annotations__)
     found = _native.triads(moved, words("triads", typed, allowed, [name]), observed(progress))
-    warn(found)
-    out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
-    hold(out, found["page"])
-    return out
+    return _made(found)
 
 
 def fit(
@@ -364,19 +379,9 @@ def fit(
     OSError
         For a file that cannot be read.
     """
-    typed: dict[str, Any] = dict(options)
-    text, file = _scene(scene)
-    typed["free"] = _free(free)
-    of: Any = source(field, typed)
-    name = os.fspath(of[0]) if isinstance(of, list) else "field"
-    allowed = frozenset(FitOptions.__annotations__) | frozenset(FieldOptions.__annotations__) | {"free"}
-    with advising(allowed, of):
-        said = words("fit", typed, allowed, [name, *file])
-        found = _native.fit(of, text, said, observed(progress))
-    warn(found)
-    out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
-    hold(out, found["page"])
-    return out
+    typed: dict[str, Any] = {**options, "free": _free(free)}
+    own = frozenset(FitOptions.__annotations__) | {"free"}
+    return _of_field("fit", field, _scene(scene), typed, own, progress)
 
 
 def _free(free: str | Sequence[str] | Mapping[str, Any]) -> str | Sequence[str]:
@@ -482,10 +487,7 @@ def _of_scene(
     with advising(allowed, file):
         said = words(command, typed, allowed, file or ["scene.toml"])
         found = getattr(_native, command)(text, said, observed(progress))
-    warn(found)
-    out = dataset(found, summary_attrs(found["summary"], without={name for name, *_ in found["arrays"]}))
-    hold(out, found["page"])
-    return out
+    return _made(found)
 
 
 def _number(text: str) -> Any:

@@ -15,7 +15,7 @@ use wavecascade::report::{Provenance, ResultDirectory, RunFile, budget_html};
 use wavecascade::sheet::Sheet;
 use wavecascade::{Error, Field};
 
-use crate::analyze::{open_options, print_notes, use_threads};
+use crate::analyze::use_threads;
 use crate::args::Input;
 use crate::budget::{command, compute, name_of};
 use crate::chain_args::How;
@@ -23,6 +23,7 @@ use crate::described::{Found, ResultArgs, tell};
 use crate::estimates::subject_of;
 use crate::failure::Failure;
 use crate::figure_args::FigureArgs;
+use crate::fit::of_field;
 use crate::measured::{refuse_options_of_fields, without_field};
 use crate::parse;
 use crate::progress::Progress;
@@ -66,43 +67,37 @@ impl Compare {
 
     /// That no option of fields is there beside two runs.
     pub fn refuse_options_of_fields(&self) -> Result<(), Error> {
-        let own = [
-            ("bodies", self.bodies.is_some()),
-            ("within", self.within.is_some()),
-        ];
-        let typed = own
-            .into_iter()
-            .find(|(_, typed)| *typed)
-            .map(|(option, _)| option);
         let expected = "a measured field before the run, which it is of";
-        match typed {
-            Some(option) => Err(without_field(option, expected)),
-            None => refuse_options_of_fields(&self.input, expected),
+        match (&self.bodies, self.within) {
+            (Some(_), _) => Err(without_field("bodies", expected)),
+            (_, Some(_)) => Err(without_field("within", expected)),
+            _ => refuse_options_of_fields(&self.input, expected),
         }
     }
 
-    /// A field against the chain of a run, or of a scene.
-    pub fn find(&self, field: &Field, observer: &dyn Observer) -> Result<Comparison, Error> {
-        let scene = match is_run_file(&self.second)? {
-            true => SceneSource::new(Some(&self.second), RunFile::read(&self.second)?.setup.text),
-            false => SceneSource::read(&self.second)?,
-        };
-        self.against(field, &scene, observer)
+    /// The chain of a text, else of a run, or of a scene.
+    pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
+        let file = &self.second;
+        match text {
+            Some(text) => Ok(SceneSource::new(None, text)),
+            None if is_run_file(file)? => Ok(SceneSource::new(
+                Some(file),
+                RunFile::read(file)?.setup.text,
+            )),
+            None => SceneSource::read(file),
+        }
     }
 
-    /// A field against the chain of a scene.
-    pub fn against(
+    /// A field against a chain.
+    pub fn find(
         &self,
         field: &Field,
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison, Error> {
         if let Some(option) = self.views.typed() {
-            return Err(Error::request(
-                option,
-                "two runs, whose budgets it is of",
-                "a field and a run",
-            ));
+            let expected = "two runs, whose budgets it is of";
+            return Err(Error::request(option, expected, "a field and a run"));
         }
         let request = CompareRequest {
             bodies: self.bodies.clone(),
@@ -237,18 +232,13 @@ fn run_of_field(typed: Compare) -> Result<(), Failure> {
         how: typed.how.clone(),
     };
     result.make((&typed.first, "npy"), "compare", |progress| {
-        let field = Field::open(&typed.first, &open_options(&typed.input, None))?;
-        print_notes(&field, typed.how.quiet);
-        let found = typed.find(&field, progress);
-        let found = found.map_err(|error| error.of_file(&typed.first))?;
-        field
-            .file_state()
-            .as_ref()
-            .map_or(Ok(()), FileState::check)?;
+        let find = |field: &Field| typed.find(field, &typed.source(None)?, progress);
+        let of = (&*typed.first, &typed.input);
+        let (found, hash) = of_field(of, typed.how.quiet, find)?;
         Ok(Found {
-            hash: field.content_hash.clone(),
-            beside: None,
             found,
+            hash,
+            beside: None,
         })
     })
 }

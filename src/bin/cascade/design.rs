@@ -12,7 +12,6 @@ use wavecascade::observer::Observer;
 use crate::args::choice;
 use crate::described::{Found, ResultArgs};
 use crate::failure::Failure;
-use crate::fit::source_of;
 
 /// The scene with the values found, in the directory of the results.
 const SCENE: &str = "design.toml";
@@ -83,11 +82,6 @@ choice!(
 );
 
 impl DesignArgs {
-    /// The scene of the file, or of a text in its place.
-    pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
-        source_of(Some(&self.scene), text)
-    }
-
     /// What is asked, and found.
     pub fn find(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Designed, Error> {
         let limits: Result<Vec<Limit>, Error> =
@@ -115,7 +109,7 @@ pub fn run(typed: &DesignArgs) -> Result<(), Failure> {
     typed
         .result
         .make((&typed.scene, "toml"), "design", |progress| {
-            let found = typed.find(&typed.source(None)?, progress)?;
+            let found = typed.find(&SceneSource::read(&typed.scene)?, progress)?;
             Ok(Found {
                 beside: Some((SCENE, found.scene.clone())),
                 hash: None,

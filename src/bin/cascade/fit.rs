@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::field::{FileState, OpenOptions};
-use wavecascade::fit::{FitRequest, Fitted};
+use wavecascade::field::OpenOptions;
+use wavecascade::fit::{FitRequest, Fitted, Instruments};
 use wavecascade::observer::Observer;
 use wavecascade::{Error, Field};
 
@@ -32,6 +32,16 @@ pub struct InstrumentArgs {
     /// Relative standard error of the gains, as 0.02 or 2%; fits them, and holds them by it.
     #[arg(long, value_name = "SHARE", value_parser = parse::share)]
     pub gain_error: Option<f64>,
+}
+
+impl InstrumentArgs {
+    pub fn stated(&self) -> Instruments {
+        Instruments {
+            time_shift: self.free_time_shift,
+            gains: self.free_gains,
+            gain_error: self.gain_error,
+        }
+    }
 }
 
 /// What `cascade fit` takes.
@@ -84,19 +94,6 @@ pub struct Fit {
 }
 
 impl Fit {
-    pub fn request(&self) -> FitRequest {
-        FitRequest {
-            free: self.free.clone(),
-            bodies: self.bodies.clone(),
-            time_shift: self.instruments.free_time_shift,
-            gains: self.instruments.free_gains,
-            gain_error: self.instruments.gain_error,
-            starts: self.starts,
-            seed: self.seed,
-            resume: self.resume.clone(),
-        }
-    }
-
     /// The scene of the file, or of a text without one.
     pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
         source_of(self.scene.as_deref(), text)
@@ -109,7 +106,15 @@ impl Fit {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Fitted, Error> {
-        self.request().run(field, scene, observer)
+        let request = FitRequest {
+            free: self.free.clone(),
+            bodies: self.bodies.clone(),
+            instruments: self.instruments.stated(),
+            starts: self.starts,
+            seed: self.seed,
+            resume: self.resume.clone(),
+        };
+        request.run(field, scene, observer)
     }
 }
 
@@ -135,24 +140,35 @@ pub fn source_of(file: Option<&Path>, text: Option<String>) -> Result<SceneSourc
     }
 }
 
+/// What is found of a field whose file stays what it is meanwhile, with the hash of that.
+pub fn of_field<T>(
+    (path, input): (&Path, &Input),
+    quiet: bool,
+    find: impl FnOnce(&Field) -> Result<T, Error>,
+) -> Result<(T, Option<String>), Failure> {
+    let options = OpenOptions {
+        hash: true,
+        ..open_options(input, None)
+    };
+    let field = Field::open(path, &options)?;
+    print_notes(&field, quiet);
+    let found = find(&field).map_err(|error| error.of_file(path))?;
+    field.check_unchanged()?;
+    Ok((found, field.content_hash.clone()))
+}
+
 /// Runs the command.
 pub fn run(typed: &Fit) -> Result<(), Failure> {
     typed.result.make((&typed.field, "npy"), "fit", |progress| {
         let scene = typed.source(None)?;
-        let options = OpenOptions {
-            hash: true,
-            ..open_options(&typed.input, None)
-        };
-        let field = Field::open(&typed.field, &options)?;
-        print_notes(&field, typed.result.how.quiet);
-        let found = typed.find(&field, &scene, progress);
-        let found = found.map_err(|error| error.of_file(&typed.field))?;
-        let opened: Option<FileState> = field.file_state();
-        opened.as_ref().map_or(Ok(()), FileState::check)?;
+        let find = |field: &Field| typed.find(field, &scene, progress);
+        let of = (&*typed.field, &typed.input);
+        let (found, hash) = of_field(of, typed.result.how.quiet, find)?;
+        let beside = Some((SCENE, found.scene_text(&scene)?));
         Ok(Found {
-            beside: Some((SCENE, found.scene_text(&scene)?)),
-            hash: field.content_hash.clone(),
             found,
+            hash,
+            beside,
         })
     })
 }

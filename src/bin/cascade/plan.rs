@@ -13,7 +13,7 @@ use wavecascade::plan::{Criterion, NoiseLevel, PlanRequest, Planned};
 use crate::args::{QuantityArg, choice};
 use crate::described::{Found, ResultArgs};
 use crate::failure::Failure;
-use crate::fit::{InstrumentArgs, source_of};
+use crate::fit::InstrumentArgs;
 use crate::parse;
 use crate::show_args::stated;
 
@@ -76,11 +76,6 @@ choice!(
 );
 
 impl PlanArgs {
-    /// The scene of the file, or of a text in its place.
-    pub fn source(&self, text: Option<String>) -> Result<SceneSource, Error> {
-        source_of(Some(&self.scene), text)
-    }
-
     /// What is asked, and found.
     pub fn find(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Planned, Error> {
         let units = scene.setup().map_err(|error| scene.locate(error))?.units;
@@ -88,9 +83,7 @@ impl PlanArgs {
             noise: self.noise.clone(),
             quantity: self.quantity.into(),
             bodies: self.bodies.clone(),
-            time_shift: self.instruments.free_time_shift,
-            gains: self.instruments.free_gains,
-            gain_error: self.instruments.gain_error,
+            instruments: self.instruments.stated(),
             rate: stated("rate", self.rate, (units == Units::Si).then_some("Hz"))?,
             criterion: self.criterion.into(),
             ..PlanRequest::of(&self.free, self.sensors)
@@ -105,7 +98,7 @@ pub fn run(typed: &PlanArgs) -> Result<(), Failure> {
         .result
         .make((&typed.scene, "toml"), "plan", |progress| {
             Ok(Found {
-                found: typed.find(&typed.source(None)?, progress)?,
+                found: typed.find(&SceneSource::read(&typed.scene)?, progress)?,
                 hash: None,
                 beside: None,
             })

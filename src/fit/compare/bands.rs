@@ -17,7 +17,7 @@ const WIDE: f64 = 1.25;
 const MARGIN: f64 = 2.0;
 
 /// A band of frequency, all records together.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct InBand {
     pub from: f64,
     pub to: f64,
@@ -34,15 +34,6 @@ pub struct InBand {
     pub residual: f64,
 }
 
-#[derive(Clone, Default)]
-struct Sums {
-    both: f64,
-    residual: f64,
-    count: f64,
-    /// As before the fronts.
-    quiet: f64,
-}
-
 /// Octaves below the highest frequency, the lowest down to 0; none of records at uneven times.
 pub(super) fn bands(pair: &Pair) -> Vec<InBand> {
     let (n, step) = (pair.times().len(), pair.records.step());
@@ -52,23 +43,13 @@ pub(super) fn bands(pair: &Pair) -> Vec<InBand> {
     }
     let nyquist = 0.5 / step;
     let count = ((0.5 * n as f64 / PERIODS).log2() as i32).clamp(1, BANDS);
-    let edge = |k: i32| {
-        if k == 0 {
-            0.0
-        } else {
-            nyquist * 0.5f64.powi(count - k)
-        }
+    let edge = |k: i32| match k {
+        0 => 0.0,
+        k => nyquist * 0.5f64.powi(count - k),
     };
-    let mut bands: Vec<(InBand, Sums)> = (0..count)
-        .map(|k| {
-            let band = InBand {
-                from: edge(k),
-                to: edge(k + 1),
-                ..InBand::default()
-            };
-            (band, Sums::default())
-        })
-        .collect();
+    let ends: Vec<[f64; 2]> = (0..count).map(|k| [edge(k), edge(k + 1)]).collect();
+    // Of measurement, run, what is left, measurement times run, difference, and noise before the fronts; and their number.
+    let mut sums = vec![[0.0; 7]; ends.len()];
     for site in 0..pair.sites() {
         // Of a late record what both have, so that its ends are no difference.
         let front = pair.differs(site);
@@ -80,64 +61,63 @@ pub(super) fn bands(pair: &Pair) -> Vec<InBand> {
         let own = late.max(0) as usize..(n as isize + late.min(0)) as usize;
         let of_run = (own.start as isize - late) as usize..(own.end as isize - late) as usize;
         let left = pair.left(site, front.map(|(front, _)| front));
-        let spectra = [
+        let [y, p, left, aligned] = [
             &pair.measured(site)[own.clone()],
             &pair.run(site)[of_run],
             &left[own.clone()],
+            &pair.run(site)[own.clone()],
         ]
         .map(cosines);
-        let aligned = cosines(&pair.run(site)[own.clone()]);
-        let length = own.len() as f64;
+        let variance = pair.noise.sigmas[site].powi(2);
         for k in 0..own.len() {
-            let frequency = k as f64 / length * nyquist;
-            let at = bands.partition_point(|(band, _)| band.to <= frequency);
-            let Some((band, sums)) = bands.get_mut(at) else {
+            let share = k as f64 / own.len() as f64;
+            let at = ends.partition_point(|[_, to]| *to <= share * nyquist);
+            let Some(sums) = sums.get_mut(at) else {
                 continue;
             };
-            let [y, p, left] = [0, 1, 2].map(|i: usize| spectra[i][k]);
-            band.measured += y * y;
-            band.run += p * p;
-            band.noise += left * left;
-            sums.both += y * aligned[k];
-            sums.residual += (y - aligned[k]).powi(2);
-            sums.count += 1.0;
-            sums.quiet +=
-                pair.noise.sigmas[site].powi(2) * pair.noise.density(0.5 * k as f64 / length);
+            let quiet = variance * pair.noise.density(0.5 * share);
+            let (both, off) = (y[k] * aligned[k], y[k] - aligned[k]);
+            let each = [
+                y[k] * y[k],
+                p[k] * p[k],
+                left[k] * left[k],
+                both,
+                off * off,
+                quiet,
+                1.0,
+            ];
+            let pairs = sums.iter_mut().zip(each);
+            pairs.for_each(|(sum, value)| *sum += value);
         }
     }
-    for (band, sums) in bands.iter_mut().filter(|_| pair.is_quiet) {
-        band.noise = band.noise.min(MARGIN * sums.quiet);
-    }
-    let most = |of: fn(&InBand) -> f64| bands.iter().map(|(band, _)| of(band)).sum::<f64>();
-    let least = [
-        SHARE * most(|band| band.measured),
-        SHARE * most(|band| band.run),
-    ];
-    let whole = bands.into_iter().map(|(band, sums)| {
-        let error = TOLD * 2.0 * (band.noise / sums.count.max(1.0) * band.run).sqrt();
-        let ends = [band.measured + error, band.measured - band.noise - error];
-        let is_seen = band.measured - band.noise > least[0] || band.run > least[1];
-        let ratio = ends.map(|end| {
-            if end > 0.0 {
-                band.run / end
-            } else {
-                f64::INFINITY
-            }
+    let least = [0, 1].map(|of: usize| SHARE * sums.iter().map(|sums| sums[of]).sum::<f64>());
+    let band = |([from, to], sums): ([f64; 2], [f64; 7])| {
+        let [measured, run, left, both, residual, quiet, count] = sums;
+        let noise = match pair.is_quiet {
+            true => left.min(MARGIN * quiet),
+            false => left,
+        };
+        let error = TOLD * 2.0 * (noise / count.max(1.0) * run).sqrt();
+        let ratio = [measured + error, measured - noise - error].map(|end| match end > 0.0 {
+            true => run / end,
+            false => f64::INFINITY,
         });
+        let is_seen = measured - noise > least[0] || run > least[1];
         let is_told = ratio[1] < WIDE * ratio[0] || ratio[0] > 1.0 || ratio[1] < 1.0;
         InBand {
-            measured: step * band.measured,
-            run: step * band.run,
-            noise: step * band.noise,
+            from,
+            to,
+            measured: step * measured,
+            run: step * run,
+            noise: step * noise,
             ratio: if is_seen && is_told {
                 ratio
             } else {
                 [f64::NAN; 2]
             },
-            correlation: sums.both.powi(2) / (band.measured * band.run).max(f64::MIN_POSITIVE),
-            residual: sums.residual / band.measured.max(f64::MIN_POSITIVE),
-            ..band
+            correlation: both.powi(2) / (measured * run).max(f64::MIN_POSITIVE),
+            residual: residual / measured.max(f64::MIN_POSITIVE),
         }
-    });
-    whole.collect()
+    };
+    ends.into_iter().zip(sums).map(band).collect()
 }

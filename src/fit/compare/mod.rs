@@ -8,16 +8,16 @@ mod bands;
 mod front;
 mod sheet;
 
-use ndarray::Array2;
 use serde::Serialize;
 
 pub use bands::InBand;
 
 use super::cause::{Cause, cause};
-use super::model::{Model, Nuisances, rms};
+use super::model::{Model, rms};
 use super::noise::{Linear, Noise};
 use super::records::Records;
 use super::result::{judge, misfit};
+use super::shown::Overlay;
 use super::solver::{Minimum, Problem, square};
 use super::verdict::Misfit;
 use super::{EXACT, reliable};
@@ -91,11 +91,7 @@ pub struct Attenuated {
 #[derive(Debug, Clone)]
 pub struct Comparison {
     pub request: CompareRequest,
-    pub records: Records,
-    /// `(time, site)`.
-    pub measured: Array2<f64>,
-    pub run: Array2<f64>,
-    pub residual: Array2<f64>,
+    pub overlay: Overlay,
     pub bodies: Vec<AtBody>,
     pub bands: Vec<InBand>,
     pub attenuation: Option<[Attenuated; 2]>,
@@ -139,7 +135,7 @@ impl CompareRequest {
         scene: &SceneSource,
         observer: &dyn Observer,
     ) -> Result<Comparison> {
-        let mut model = Model::of(scene, &[], &records, Nuisances::default(), observer)?;
+        let mut model = Model::of(scene, (&[], &[]), &records, observer)?;
         let (used, until, run_error) = reliable(&model, &[])?;
         model.records = &used;
         let predicted = model.predicted(&[])?;
@@ -172,9 +168,7 @@ impl CompareRequest {
         };
         Ok(Comparison {
             moved,
-            residual: used.plane(&used.values) - used.plane(&predicted),
-            measured: used.plane(&used.values),
-            run: used.plane(&predicted),
+            overlay: Overlay::of(&used, &predicted),
             bands: bands::bands(&pair),
             attenuation: attenuations(&bodies),
             left: minimum.squares / square(&pair.measured).max(f64::MIN_POSITIVE),
@@ -184,7 +178,6 @@ impl CompareRequest {
             is_exact,
             horizon: until,
             request: self.clone(),
-            records: used,
         })
     }
 }
@@ -256,12 +249,10 @@ impl<'a> Pair<'a> {
             .collect();
         // At most the noise, and what the run as late and as large as the records misses.
         let least = |site: usize| {
-            let all = [None, fronts[site]].map(|front| pair.left(site, front));
-            let [plain, moved] = all;
-            if square(&moved) < square(&plain) {
-                moved
-            } else {
-                plain
+            let [plain, moved] = [None, fronts[site]].map(|front| pair.left(site, front));
+            match square(&moved) < square(&plain) {
+                true => moved,
+                false => plain,
             }
         };
         let left: Vec<f64> = (0..pair.sites()).flat_map(least).collect();

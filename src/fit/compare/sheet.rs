@@ -4,15 +4,16 @@ use std::cmp::Ordering;
 
 use serde_json::json;
 
-use super::super::shown::{
-    per_time, places, record_charts, residual_map, some_places, spectrum_chart, with_unit,
-};
+use super::super::shown::{per_time, places, some_places, warn_of_horizon};
 use super::{AtBody, Attenuated, Comparison, InBand, TOLD};
 use crate::sheet::{
-    BLUE, Chart, Describe, GREEN, Level, Look, Marker, Plot, PlotRow, Series, Sheet, Table,
-    VERMILLION, number, percent,
+    BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, VERMILLION, number,
+    percent, with_unit,
 };
 use crate::unit::label;
+
+/// How the run is off.
+const SIDES: [(f64, &str); 2] = [(-1.0, "early"), (1.0, "late")];
 
 const DEFINITIONS: [[&str; 2]; 4] = [
     [
@@ -38,14 +39,15 @@ const DEFINITIONS: [[&str; 2]; 4] = [
 
 impl Describe for Comparison {
     fn describe(&self) -> Sheet<'_> {
+        let records = &self.overlay.records;
         let mut sheet = Sheet {
             name: "compare-field",
             version: 1,
             title: "Measurement and run".into(),
             about: format!(
                 "{} of {} and of a run there",
-                self.records.quantity.name(),
-                some_places(self.records.quantity, &self.records.bodies, 12)
+                records.quantity.name(),
+                some_places(records.quantity, &records.bodies, 12)
             ),
             answer: self.answer(),
             tables: vec![self.body_table(), self.band_table()],
@@ -53,15 +55,7 @@ impl Describe for Comparison {
             ..Sheet::default()
         };
         self.facts(&mut sheet);
-        if let Some(until) = self.horizon {
-            sheet.warn(
-                format!(
-                    "the chain amplifies rounding: its runs agree until {}, and later samples are left out",
-                    with_unit(until, &self.records.units[0])
-                ),
-                "compare statistics of an ensemble (`cascade sweep`)",
-            );
-        }
+        warn_of_horizon(&mut sheet, self.horizon, &records.units[0]);
         sheet.numbers(json!({
             "bodies": self.bodies,
             "bands": self.bands,
@@ -81,25 +75,13 @@ impl Describe for Comparison {
         sheet
     }
 
-    /// Arrivals and largest values by body, what is left, spectra, records.
+    /// Arrivals and largest values by body; what is left, spectra, records.
     fn pictures(&self) -> Vec<PlotRow> {
-        let residual = residual_map(&self.records, &self.residual, "run");
-        let spectra = spectrum_chart(
-            &self.records,
-            [
-                ("measured", BLUE, &self.measured),
-                ("run", VERMILLION, &self.run),
-                ("what is left", GREEN, &self.residual),
-            ],
-        );
-        let mut rows = vec![PlotRow::of([Plot::from(residual), Plot::from(spectra)])];
+        let worst = self.overlay.worst(self.misfit.as_ref());
+        let mut rows = self.overlay.pictures("run", Some(worst));
         if self.fronts().next().is_some() {
             rows.insert(0, PlotRow::of([self.arrival_chart(), self.peak_chart()]));
         }
-        rows.extend(PlotRow::grid(
-            2,
-            record_charts(&self.records, &self.measured, ("run", &self.run)),
-        ));
         rows
     }
 }
@@ -182,45 +164,46 @@ impl Comparison {
                 false => format!("measurement and run agree, but {noise} hides the run"),
             };
         }
-        let worst = self.worst();
-        match &self.cause {
-            Some(cause) => format!("measurement and run differ {}", cause.differs()),
-            None if self.is_told() || self.misfit.is_some() => {
+        let is_tried = self.is_told() || self.misfit.is_some();
+        match (&self.cause, self.worst()) {
+            (Some(cause), _) => format!("measurement and run differ {}", cause.differs()),
+            (None, worst) if is_tried => {
                 format!("measurement and run differ: {worst}; no one number explains it")
             }
-            None => format!("measurement and run differ: {worst}"),
+            (None, worst) => format!("measurement and run differ: {worst}"),
         }
+    }
+
+    /// Records at which the run is early (-1) or late (1), the one that is least so first.
+    fn off(&self, sign: f64) -> Vec<&AtBody> {
+        let off = self.bodies.iter();
+        let mut off: Vec<&AtBody> = off
+            .filter(|at| at.is_late && sign * at.late() > 0.0)
+            .collect();
+        off.sort_by(|a, b| (sign * a.late()).total_cmp(&(sign * b.late())));
+        off
     }
 
     /// The first of what differs: by how much at most.
     fn worst(&self) -> String {
-        let late = self.bodies.iter().filter(|at| at.is_late);
-        let (early, late): (Vec<&AtBody>, Vec<&AtBody>) = late.partition(|at| at.late() < 0.0);
-        let most = |of: Vec<&AtBody>, word: &str| {
-            let most = of
-                .iter()
-                .max_by(|a, b| a.late().abs().total_cmp(&b.late().abs()))?;
-            let by = with_unit(most.late().abs(), &self.records.units[0]);
-            Some(match of.len() {
-                1 => format!("{by} {word} at {}", self.place(&[most.body])),
+        let sides = SIDES.iter().filter_map(|(sign, word)| {
+            let off = self.off(*sign);
+            let most = off.last()?;
+            let by = with_unit(most.late().abs(), &self.overlay.records.units[0]);
+            Some(match off.len() {
+                1 => format!("{by} {word} at {}", self.place(&off)),
                 _ => format!("up to {by} {word}"),
             })
-        };
-        let sides: Vec<String> = [most(early, "early"), most(late, "late")]
-            .into_iter()
-            .flatten()
-            .collect();
+        });
+        let sides: Vec<String> = sides.collect();
         if !sides.is_empty() {
             return format!("the run arrives {}", sides.join(" and "));
         }
         let other = self.bodies.iter().filter(|at| at.is_other);
         let off = |at: &&AtBody| (at.peak[1] / at.peak[0].max(0.0)).ln().abs();
         if let Some(most) = other.max_by(|a, b| off(a).total_cmp(&off(b))) {
-            let size = times(most.size());
-            return format!(
-                "the run's largest value is {size} the measured at {}",
-                self.place(&[most.body])
-            );
+            let (size, place) = (times(most.size()), self.place(&[most]));
+            return format!("the run's largest value is {size} the measured at {place}");
         }
         let differ = self.groups().into_iter().filter(|(side, ..)| side.is_ne());
         let off = |ends: &[f64; 2]| (ends[0] * ends[1]).ln().abs();
@@ -232,86 +215,74 @@ impl Comparison {
 
     /// Energy of the difference over that of the run.
     fn left_of_run(&self) -> f64 {
-        let sum = |of: fn(f64, f64) -> f64| -> f64 {
-            let pairs = self.measured.iter().zip(&self.run);
-            pairs
-                .filter(|(y, _)| y.is_finite())
-                .map(|(y, p)| of(*y, *p))
-                .sum()
-        };
-        sum(|y, p| (y - p) * (y - p)) / sum(|_, p| p * p).max(f64::MIN_POSITIVE)
+        let pairs = self.overlay.residual.iter().zip(&self.overlay.run);
+        let known = pairs.filter(|(left, _)| left.is_finite());
+        let (left, run) = known.fold((0.0, 0.0), |(left, run), (r, p)| {
+            (left + r * r, run + p * p)
+        });
+        left / run.max(f64::MIN_POSITIVE)
     }
 
-    fn place(&self, bodies: &[usize]) -> String {
+    fn place(&self, at: &[&AtBody]) -> String {
+        let quantity = self.overlay.records.quantity;
+        let mut bodies: Vec<usize> = at.iter().map(|at| at.body).collect();
+        bodies.sort_unstable();
         match bodies.len() == self.bodies.len() && bodies.len() > 1 {
-            true => format!("all {}", places(self.records.quantity)),
-            false => some_places(self.records.quantity, bodies, 3),
+            true => format!("all {}", places(quantity)),
+            false => some_places(quantity, &bodies, 3),
         }
     }
 
     fn arrivals(&self) -> Option<String> {
-        let unit = &self.records.units[0];
-        if !self.bodies.iter().any(|at| at.is_late) {
-            let bound = |at: &AtBody| at.late().abs() + 2.0 * at.arrival_error;
-            let bound = self.fronts().map(bound).max_by(f64::total_cmp)?;
-            return Some(format!("agree within {}", with_unit(bound, unit)));
-        }
-        let side = |sign: f64, word: &str| {
-            let by = |at: &AtBody| sign * at.late();
-            let told = self.bodies.iter().filter(|at| at.is_late && by(at) > 0.0);
-            let told: Vec<&AtBody> = told.collect();
-            let order = |a: &&&AtBody, b: &&&AtBody| by(a).total_cmp(&by(b));
-            let (least, most) = told.iter().min_by(order).zip(told.iter().max_by(order))?;
-            let bodies: Vec<usize> = told.iter().map(|at| at.body).collect();
-            let place = self.place(&bodies);
-            let mean = told.iter().map(|at| by(at)).sum::<f64>() / told.len() as f64;
+        let shown = |by: f64| with_unit(by.abs(), &self.overlay.records.units[0]);
+        let sides = SIDES.iter().filter_map(|(sign, word)| {
+            let off = self.off(*sign);
+            let (least, most) = off.first().zip(off.last())?;
             let error = TOLD * most.arrival_error.hypot(least.arrival_error);
-            Some(match by(most) - by(least) > error {
-                false => format!("{} {word} at {place}", with_unit(mean, unit)),
+            let mean = off.iter().map(|at| at.late()).sum::<f64>() / off.len() as f64;
+            let place = self.place(&off);
+            Some(match (most.late() - least.late()).abs() > error {
+                false => format!("{} {word} at {place}", shown(mean)),
                 true => format!(
                     "{word} at {place}, {} at {} to {} at {}",
-                    number(by(least)),
+                    number(least.late().abs()),
                     least.body,
-                    with_unit(by(most), unit),
+                    shown(most.late()),
                     most.body
                 ),
             })
-        };
-        let both = [side(-1.0, "early"), side(1.0, "late")];
-        let both: Vec<String> = both.into_iter().flatten().collect();
-        Some(format!("the run is {}", both.join("; ")))
+        });
+        let sides: Vec<String> = sides.collect();
+        if !sides.is_empty() {
+            return Some(format!("the run is {}", sides.join("; ")));
+        }
+        let bound = |at: &AtBody| at.late().abs() + 2.0 * at.arrival_error;
+        let bound = self.fronts().map(bound).max_by(f64::total_cmp)?;
+        Some(format!("agree within {}", shown(bound)))
     }
 
     /// The run's largest values over the measured ones, with their ends.
     fn sizes(&self) -> Option<String> {
-        let told: Vec<&AtBody> = self.bodies.iter().filter(|at| at.is_other).collect();
-        let order = |a: &&&AtBody, b: &&&AtBody| a.size()[0].total_cmp(&b.size()[0]);
-        let ends = told.iter().min_by(order).zip(told.iter().max_by(order));
-        let Some((least, most)) = ends else {
-            let bound = |at: &AtBody| at.size().map(|end| (end - 1.0).abs());
-            let bounds = self.fronts().flat_map(bound);
-            return Some(format!(
-                "agree within {}",
-                percent(bounds.max_by(f64::total_cmp)?)
-            ));
+        let mut told: Vec<&AtBody> = self.bodies.iter().filter(|at| at.is_other).collect();
+        told.sort_by(|a, b| a.size()[0].total_cmp(&b.size()[0]));
+        let Some((least, most)) = told.first().zip(told.last()) else {
+            let off = |at: &AtBody| at.size().map(|end| (end - 1.0).abs());
+            let most = self.fronts().flat_map(off).max_by(f64::total_cmp)?;
+            return Some(format!("agree within {}", percent(most)));
         };
-        let bodies: Vec<usize> = told.iter().map(|at| at.body).collect();
         Some(match least.size()[1] < most.size()[0] {
             true => format!(
                 "in the run {} the measured at {}, {} at {}",
                 times(least.size()),
-                self.place(&[least.body]),
+                self.place(&[least]),
                 times(most.size()),
                 most.body
             ),
-            false => {
-                let size = [most.size()[0], least.size()[1]];
-                format!(
-                    "in the run {} the measured at {}",
-                    times(size),
-                    self.place(&bodies)
-                )
-            }
+            false => format!(
+                "in the run {} the measured at {}",
+                times([most.size()[0], least.size()[1]]),
+                self.place(&told)
+            ),
         })
     }
 
@@ -322,7 +293,7 @@ impl Comparison {
             .iter()
             .filter_map(|band| Some((self.side(band)?, band)))
             .collect();
-        let unit = per_time(&self.records.units[0]);
+        let unit = per_time(&self.overlay.records.units[0]);
         let group = |group: &[(Ordering, &InBand)]| {
             let (from, to) = (group[0].1.from, group[group.len() - 1].1.to);
             let [low, high] = [from, to].map(|f| with_unit(f, &unit));
@@ -352,32 +323,26 @@ impl Comparison {
     }
 
     fn facts(&self, sheet: &mut Sheet<'_>) {
-        if !self.is_exact {
-            let all = [
-                ("arrivals", self.arrivals()),
-                ("largest values", self.sizes()),
-                ("energies", self.energies()),
-            ];
-            for (name, text) in all {
-                text.into_iter().for_each(|text| sheet.fact(name, text));
+        let records = &self.overlay.records;
+        for (name, text) in [
+            ("arrivals", self.arrivals()),
+            ("largest values", self.sizes()),
+            ("energies", self.energies()),
+        ] {
+            if let Some(text) = text.filter(|_| !self.is_exact) {
+                sheet.fact(name, text);
             }
         }
         if let (Some(misfit), None) = (&self.misfit, &self.cause) {
-            let place = misfit.place(&self.records);
-            sheet.fact(
-                "left",
-                format!("{} of the energy, {place}", percent(self.left)),
-            );
+            let (left, place) = (percent(self.left), misfit.place(records));
+            sheet.fact("left", format!("{left} of the energy, {place}"));
         }
-        if let Some([measured, run]) = self.attenuation {
+        if let Some(both) = self.attenuation {
             let shown = |of: Attenuated| format!("{} ± {}", percent(of.rate), percent(of.error));
+            let [measured, run] = both.map(shown);
             sheet.fact(
                 "attenuation",
-                format!(
-                    "of largest values {} a body measured, {} in the run",
-                    shown(measured),
-                    shown(run)
-                ),
+                format!("of largest values {measured} a body measured, {run} in the run"),
             );
         }
         if let Some(both) = &self.moved {
@@ -388,11 +353,8 @@ impl Comparison {
             sheet.fact("moved", format!("{measured} measured; {run} in the run"));
         }
         let ends = span(self.bodies.iter().map(|at| at.noise)).unwrap_or([0.0; 2]);
-        let high = with_unit(ends[1], &self.records.units[1]);
-        sheet.fact(
-            "noise",
-            format!("{} to {high} by record, at most", number(ends[0])),
-        );
+        let (low, high) = (number(ends[0]), with_unit(ends[1], &records.units[1]));
+        sheet.fact("noise", format!("{low} to {high} by record, at most"));
     }
 
     fn body_table(&self) -> Table {
@@ -410,25 +372,19 @@ impl Comparison {
                 percent(at.residual),
             ]
         };
-        Table {
-            title: "by record".into(),
-            head: [
-                "at",
-                "arrival",
-                "run late by",
-                "largest",
-                "measured",
-                "energy left",
-            ]
-            .map(str::to_owned)
-            .to_vec(),
-            rows: self.bodies.iter().map(row).collect(),
-            is_fact: false,
-        }
+        let head = [
+            "at",
+            "arrival",
+            "run late by",
+            "largest",
+            "measured",
+            "energy left",
+        ];
+        Table::of("by record", &head, self.bodies.iter().map(row))
     }
 
     fn band_table(&self) -> Table {
-        let unit = per_time(&self.records.units[0]);
+        let unit = per_time(&self.overlay.records.units[0]);
         let row = |band: &InBand| {
             vec![
                 format!("{} to {}", number(band.from), with_unit(band.to, &unit)),
@@ -440,29 +396,14 @@ impl Comparison {
                 percent(band.residual),
             ]
         };
-        Table {
-            title: "by frequency".into(),
-            head: [
-                "band",
-                "energy of the run over measured",
-                "correlation",
-                "energy left",
-            ]
-            .map(str::to_owned)
-            .to_vec(),
-            rows: self.bands.iter().map(row).collect(),
-            is_fact: false,
-        }
+        let ratio = "energy of the run over measured";
+        let head = ["band", ratio, "correlation", "energy left"];
+        Table::of("by frequency", &head, self.bands.iter().map(row))
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
-        let [time, unit] = &self.records.units;
-        sheet.line("time", "time", time, &self.records.times);
-        let bodies: Vec<f64> = self.bodies.iter().map(|at| at.body as f64).collect();
-        sheet.line("body", "body", "", bodies);
-        sheet.plane("measured", ["time", "body"], unit, &self.measured);
-        sheet.plane("run", ["time", "body"], unit, &self.run);
-        sheet.plane("residual", ["time", "body"], unit, &self.residual);
+        self.overlay.variables(sheet, "run");
+        let [time, unit] = &self.overlay.records.units;
         sheet.columns(
             "body",
             &self.bodies,
@@ -492,6 +433,21 @@ impl Comparison {
         );
     }
 
+    /// A number of each body where it is known, with its error if it has one.
+    fn over_bodies(
+        &self,
+        (name, colour, marker): (&str, usize, Marker),
+        value: impl Fn(&AtBody) -> f64,
+        error: Option<fn(&AtBody) -> f64>,
+    ) -> Series {
+        let known = || self.bodies.iter().filter(|at| value(at).is_finite());
+        let points = known().map(|at| (at.body as f64, value(at))).collect();
+        Series {
+            errors: error.map_or(Vec::new(), |error| known().map(error).collect()),
+            ..Series::line(name, colour, points).marked(marker)
+        }
+    }
+
     /// A chart over the bodies, with room at its ends.
     fn by_body(&self, title: &str, ordinate: String, series: Vec<Series>) -> Chart {
         let chart = Chart::of(title, "body", ordinate, series);
@@ -502,38 +458,28 @@ impl Comparison {
         }
     }
 
-    fn at_bodies(&self, of: impl Fn(&AtBody) -> f64) -> Vec<(f64, f64)> {
-        let points = self.bodies.iter().map(|at| (at.body as f64, of(at)));
-        points.filter(|(_, value)| value.is_finite()).collect()
-    }
-
     fn arrival_chart(&self) -> Chart {
-        let errors = self.at_bodies(|at| at.arrival_error);
-        let late = Series {
-            errors: errors.iter().map(|(_, error)| *error).collect(),
-            ..Series::line("", BLUE, self.at_bodies(AtBody::late))
-                .with(Look::Dots)
-                .marked(Marker::Circle)
-        };
-        let ordinate = label("run late by", &self.records.units[0]);
+        let circles = ("", BLUE, Marker::Circle);
+        let late = self.over_bodies(circles, AtBody::late, Some(|at| at.arrival_error));
+        let ordinate = label("run late by", &self.overlay.records.units[0]);
         Chart {
             levels: vec![Level::zero()],
-            ..self.by_body("arrival", ordinate, vec![late])
+            ..self.by_body("arrival", ordinate, vec![late.with(Look::Dots)])
         }
     }
 
     fn peak_chart(&self) -> Chart {
-        let errors = self.bodies.iter().filter(|at| at.peak[0].is_finite());
-        let measured = Series {
-            errors: errors.map(|at| at.peak_error).collect(),
-            ..Series::line("measured", BLUE, self.at_bodies(|at| at.peak[0]))
-        };
-        let run = Series::line("run", VERMILLION, self.at_bodies(|at| at.peak[1]));
-        let ordinate = label("largest value", &self.records.units[1]);
-        let series = vec![
-            measured.marked(Marker::Circle),
-            run.with(Look::Dashed).marked(Marker::Square),
-        ];
-        self.by_body("largest values", ordinate, series)
+        let (blue, red) = (
+            ("measured", BLUE, Marker::Circle),
+            ("run", VERMILLION, Marker::Square),
+        );
+        let measured = self.over_bodies(blue, |at| at.peak[0], Some(|at| at.peak_error));
+        let run = self.over_bodies(red, |at| at.peak[1], None);
+        let ordinate = label("largest value", &self.overlay.records.units[1]);
+        self.by_body(
+            "largest values",
+            ordinate,
+            vec![measured, run.with(Look::Dashed)],
+        )
     }
 }

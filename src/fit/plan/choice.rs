@@ -1,6 +1,8 @@
 //! The best sensors: of few choices all are tried; of many, sensors are added one by one and then exchanged.
 
-use super::information::Matrix;
+use ndarray::Array2;
+
+use super::information::sum;
 
 /// Choices that are tried, at most.
 const ALL: f64 = 20_000.0;
@@ -20,7 +22,11 @@ pub(super) struct Chosen {
 }
 
 /// The candidates whose information scores most.
-pub(super) fn choose(each: &[Matrix], count: usize, score: &dyn Fn(&Matrix) -> f64) -> Chosen {
+pub(super) fn choose(
+    each: &[Array2<f64>],
+    count: usize,
+    score: &dyn Fn(&Array2<f64>) -> f64,
+) -> Chosen {
     let choices = (0..count).fold(1.0, |c, i| c * (each.len() - i) as f64 / (i + 1) as f64);
     if choices <= ALL {
         let mut best = (f64::NEG_INFINITY, (0..count).collect());
@@ -30,17 +36,12 @@ pub(super) fn choose(each: &[Matrix], count: usize, score: &dyn Fn(&Matrix) -> f
             is_exact: true,
         };
     }
-    let of = |bodies: &[usize]| score(&Matrix::sum(each, bodies));
+    let of = |bodies: &[usize]| score(&sum(each, bodies));
     let starts = [grown(each, count, &of), even(each.len(), count)];
-    let ends = starts.map(|start| exchanged(each.len(), start, &of));
-    let [first, second] = ends;
-    let best = if is_more(second.0, first.0) {
-        second
-    } else {
-        first
-    };
+    let [first, second] = starts.map(|start| exchanged(each.len(), start, &of));
+    let is_second = is_more(second.0, first.0);
     Chosen {
-        bodies: best.1,
+        bodies: if is_second { second.1 } else { first.1 },
         is_exact: false,
     }
 }
@@ -54,13 +55,13 @@ fn is_more(score: f64, than: f64) -> bool {
 
 /// Tries all choices that begin like `chosen`.
 fn tried(
-    each: &[Matrix],
+    each: &[Array2<f64>],
     (count, chosen): (usize, &mut Vec<usize>),
-    score: &dyn Fn(&Matrix) -> f64,
+    score: &dyn Fn(&Array2<f64>) -> f64,
     best: &mut (f64, Vec<usize>),
 ) {
     if chosen.len() == count {
-        let score = score(&Matrix::sum(each, chosen));
+        let score = score(&sum(each, chosen));
         if is_more(score, best.0) {
             *best = (score, chosen.clone());
         }
@@ -75,7 +76,7 @@ fn tried(
 }
 
 /// One after the other the sensor that adds most.
-fn grown(each: &[Matrix], count: usize, score: &dyn Fn(&[usize]) -> f64) -> Vec<usize> {
+fn grown(each: &[Array2<f64>], count: usize, score: &dyn Fn(&[usize]) -> f64) -> Vec<usize> {
     let mut chosen: Vec<usize> = Vec::new();
     for _ in 0..count {
         let mut best = None;
@@ -127,25 +128,23 @@ pub(super) fn even(candidates: usize, count: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::information::Sums;
+    use super::super::information::{information, products, scaled};
     use super::*;
     use crate::fit::solver::cholesky;
 
     /// Information of a value of a polynomial of this degree at each of `count` places from -1 to 1.
-    fn polynomial(degree: usize, count: usize) -> Vec<Matrix> {
+    fn polynomial(degree: usize, count: usize) -> Vec<Array2<f64>> {
         let at = |i: usize| {
             let x = 2.0 * i as f64 / (count - 1) as f64 - 1.0;
             let mut powers: Vec<Vec<f64>> = (0..=degree).map(|k| vec![x.powi(k as i32)]).collect();
             powers.push(vec![0.0]);
-            let mut sums = Sums::new(degree + 1);
-            sums.add(&powers, 0..1);
-            sums.information(None, 1.0)
+            information(&products(&powers, 0..1), None, 1.0)
         };
         (0..count).map(at).collect()
     }
 
-    fn volume(whole: &Matrix) -> f64 {
-        let mut rows = whole.scaled(&vec![1.0; whole.roots().len()]);
+    fn volume(whole: &Array2<f64>) -> f64 {
+        let mut rows = scaled(whole, &vec![1.0; whole.nrows()]);
         rows.iter_mut()
             .enumerate()
             .for_each(|(i, row)| row[i] += 1e-9);

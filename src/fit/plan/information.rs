@@ -2,109 +2,53 @@
 
 use std::ops::Range;
 
+use ndarray::Array2;
 use num_complex::Complex;
 
+use super::super::solver::dot;
 use crate::transform::{RecordScratch, RecordTransform};
 
-/// A symmetric matrix.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Matrix {
-    count: usize,
-    values: Vec<f64>,
+/// Sums over samples of the products of rows: derivatives of the record of a body, and behind them the record.
+pub(super) fn products(rows: &[Vec<f64>], samples: Range<usize>) -> Array2<f64> {
+    let part = |row: &Vec<f64>| row[samples.clone()].to_vec();
+    let rows: Vec<Vec<f64>> = rows.iter().map(part).collect();
+    Array2::from_shape_fn((rows.len(), rows.len()), |(i, j)| dot(&rows[i], &rows[j]))
 }
 
-impl Matrix {
-    pub fn zero(count: usize) -> Matrix {
-        Matrix {
-            count,
-            values: vec![0.0; count * count],
-        }
-    }
-
-    pub fn at(&self, i: usize, j: usize) -> f64 {
-        self.values[i * self.count + j]
-    }
-
-    pub fn add(&mut self, other: &Matrix) {
-        let pairs = self.values.iter_mut().zip(&other.values);
-        pairs.for_each(|(a, b)| *a += b);
-    }
-
-    pub fn sum(each: &[Matrix], of: &[usize]) -> Matrix {
-        let mut whole = Matrix::zero(each.first().map_or(0, |one| one.count));
-        of.iter().for_each(|i| whole.add(&each[*i]));
-        whole
-    }
-
-    /// Roots of the diagonal, 1 where it is 0.
-    pub fn roots(&self) -> Vec<f64> {
-        let root = |i: usize| match self.at(i, i) {
-            value if value > 0.0 => value.sqrt(),
-            _ => 1.0,
-        };
-        (0..self.count).map(root).collect()
-    }
-
-    /// Rows, divided by sizes.
-    pub fn scaled(&self, sizes: &[f64]) -> Vec<Vec<f64>> {
-        let row = |i: usize| {
-            let row = (0..self.count).map(|j| self.at(i, j) / (sizes[i] * sizes[j]));
-            row.collect()
-        };
-        (0..self.count).map(row).collect()
-    }
+/// The information that products are for noise of standard deviation `sigma`; the gain of the record is eliminated where
+/// the weight of its standard error is stated.
+pub(super) fn information(
+    products: &Array2<f64>,
+    gain_weight: Option<f64>,
+    sigma: f64,
+) -> Array2<f64> {
+    let last = products.nrows() - 1;
+    let record = gain_weight.map(|weight| products[[last, last]] + weight);
+    let record = record.filter(|record| *record > 0.0);
+    let of_gain = |i, j| record.map_or(0.0, |all| products[[i, last]] * products[[j, last]] / all);
+    let entry = |(i, j)| (products[[i, j]] - of_gain(i, j)) / (sigma * sigma);
+    Array2::from_shape_fn((last, last), entry)
 }
 
-/// Sums over samples of a body: of its derivatives with each other and with its record, and of the record's squares.
-pub(super) struct Sums {
-    both: Matrix,
-    with_record: Vec<f64>,
-    record: f64,
+/// The information of some bodies.
+pub(super) fn sum(each: &[Array2<f64>], of: &[usize]) -> Array2<f64> {
+    let nothing = Array2::zeros(each.first().map_or((0, 0), Array2::dim));
+    of.iter().fold(nothing, |whole, body| whole + &each[*body])
 }
 
-impl Sums {
-    pub fn new(unknowns: usize) -> Sums {
-        Sums {
-            both: Matrix::zero(unknowns),
-            with_record: vec![0.0; unknowns],
-            record: 0.0,
-        }
-    }
+/// Roots of the diagonal, 1 where it is 0.
+pub(super) fn roots(whole: &Array2<f64>) -> Vec<f64> {
+    let root = |value: &f64| if *value > 0.0 { value.sqrt() } else { 1.0 };
+    whole.diag().iter().map(root).collect()
+}
 
-    /// Adds samples of rows: of derivatives, and behind them of the record.
-    pub fn add(&mut self, rows: &[Vec<f64>], samples: Range<usize>) {
-        let count = self.with_record.len();
-        let sum = |a: &[f64], b: &[f64]| -> f64 {
-            let pairs = a[samples.clone()].iter().zip(&b[samples.clone()]);
-            pairs.map(|(a, b)| a * b).sum()
-        };
-        for i in 0..count {
-            for j in 0..count {
-                self.both.values[i * count + j] += sum(&rows[i], &rows[j]);
-            }
-            self.with_record[i] += sum(&rows[i], &rows[count]);
-        }
-        self.record += sum(&rows[count], &rows[count]);
-    }
-
-    /// The information of the body for noise of standard deviation `sigma`; its gain is eliminated where the weight of
-    /// its standard error is stated.
-    pub fn information(&self, gain_weight: Option<f64>, sigma: f64) -> Matrix {
-        let mut whole = self.both.clone();
-        let record = gain_weight.map(|weight| self.record + weight);
-        if let Some(record) = record.filter(|record| *record > 0.0) {
-            for (i, a) in self.with_record.iter().enumerate() {
-                for (j, b) in self.with_record.iter().enumerate() {
-                    whole.values[i * whole.count + j] -= a * b / record;
-                }
-            }
-        }
-        whole
-            .values
-            .iter_mut()
-            .for_each(|value| *value /= sigma * sigma);
-        whole
-    }
+/// Rows, divided by sizes.
+pub(super) fn scaled(whole: &Array2<f64>, sizes: &[f64]) -> Vec<Vec<f64>> {
+    let row = |i: usize| {
+        let row = (0..sizes.len()).map(|j| whole[[i, j]] / (sizes[i] * sizes[j]));
+        row.collect()
+    };
+    (0..sizes.len()).map(row).collect()
 }
 
 /// Orthonormal cosine transform: bin k is at the frequency `k / (2 n dt)`, and sums of products stay what they are. The

@@ -15,16 +15,14 @@ mod information;
 mod judge;
 mod sheet;
 
-use std::ops::Range;
-
 use ndarray::Array2;
 
 use super::directions::Direction;
 use super::key::FreeKey;
-use super::model::{Model, Nuisances};
-use super::records::{Records, unit_of};
+use super::model::Model;
+use super::records::{Records, places_in, unit_of};
 use super::solver::Problem;
-use super::{Counted, FitRequest, reliable};
+use super::{Counted, Instruments, reliable};
 use crate::chain::EndTime;
 use crate::chain::scene::SceneSource;
 use crate::field::Quantity;
@@ -33,7 +31,7 @@ use crate::sweep::quantity;
 use crate::{Error, Result};
 use choice::{Chosen, choose, even};
 pub(super) use information::cosines;
-use information::{Matrix, Sums};
+use information::{information, products, sum};
 use judge::Judge;
 
 /// Normal quantile of 95 % intervals.
@@ -92,17 +90,14 @@ pub enum Criterion {
 /// What is planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanRequest {
-    /// Keys to determine, as [`FitRequest::free`] has them.
+    /// Keys to determine, as [`super::FitRequest::free`] has them.
     pub free: Vec<String>,
     pub sensors: usize,
     pub noise: NoiseLevel,
     pub quantity: Quantity,
     /// Bodies, of forces contacts, that can be measured; by default all.
     pub bodies: Option<Vec<usize>>,
-    /// As in [`FitRequest`].
-    pub time_shift: bool,
-    pub gains: bool,
-    pub gain_error: Option<f64>,
+    pub instruments: Instruments,
     /// Samples in a unit of time, which the noise is stated of; by default those of the scene.
     pub rate: Option<f64>,
     pub criterion: Criterion,
@@ -117,9 +112,7 @@ impl PlanRequest {
             noise: NoiseLevel::Share(0.01),
             quantity: Quantity::Velocity,
             bodies: None,
-            time_shift: false,
-            gains: false,
-            gain_error: None,
+            instruments: Instruments::default(),
             rate: None,
             criterion: Criterion::default(),
         }
@@ -185,18 +178,16 @@ impl PlanRequest {
     /// in another unit, and chains that amplify rounding from the start; [`Error::Scene`]; [`Error::Cancelled`].
     pub fn run(&self, scene: &SceneSource, observer: &dyn Observer) -> Result<Planned> {
         let counted = Counted::new(observer);
-        let fit = FitRequest {
-            free: self.free.clone(),
-            gain_error: self.gain_error,
-            ..FitRequest::default()
-        };
-        let keys = fit.keys(scene)?;
+        let keys = FreeKey::each(&self.free, scene)?;
+        self.instruments.check()?;
         let blank = self.records(scene)?;
-        let nuisances = Nuisances {
-            shift: self.time_shift,
-            ..Nuisances::default()
+        // Gains are eliminated body by body.
+        let clock = Instruments {
+            time_shift: self.instruments.time_shift,
+            ..Instruments::default()
         };
-        let mut model = Model::of(scene, &keys, &blank, nuisances, &counted)?;
+        let others = clock.unknowns(&blank);
+        let mut model = Model::of(scene, (&keys, &others), &blank, &counted)?;
         let origin = vec![0.0; model.unknowns()];
         let records = Records {
             values: model.records_at(&origin, model.local_error)?,
@@ -222,11 +213,11 @@ impl PlanRequest {
             keys: &keys,
             sigma,
         };
-        let mut plan = problem.plan(&model)?;
-        plan.horizon = until;
-        plan.runs = counted.runs();
-        plan.noise_share = sigma / size;
-        Ok(plan)
+        Ok(Planned {
+            horizon: until,
+            runs: counted.runs(),
+            ..problem.plan(&model)
+        })
     }
 
     /// Records of all candidates without values.
@@ -250,10 +241,7 @@ impl PlanRequest {
             let expected = format!("a rate with 2 to {} samples up to {end:e}", 1 << 24);
             return Err(Error::request("rate", expected, samples.to_string()));
         }
-        let count = match self.quantity {
-            Quantity::Force => setup.simulation.chain.n_contacts(),
-            _ => setup.simulation.chain.n_sites(),
-        };
+        let count = places_in(&setup.simulation.chain, self.quantity);
         let bodies = self.bodies.clone().unwrap_or_else(|| (0..count).collect());
         if !(1..=bodies.len()).contains(&self.sensors) {
             let expected = format!(
@@ -308,94 +296,81 @@ struct Planning<'a> {
 }
 
 impl Planning<'_> {
-    fn samples(&self) -> usize {
-        self.records.times.len()
-    }
-
-    /// What a standard error of a gain is worth, in squares of samples; `None` for gains that are known.
-    fn gain_weight(&self) -> Option<f64> {
-        match (self.request.gain_error, self.request.gains) {
-            (Some(error), _) => Some((self.sigma / error).powi(2)),
-            (None, true) => Some(0.0),
-            (None, false) => None,
-        }
-    }
-
     /// Derivatives of the record of a candidate, and behind them the record.
-    fn of_body(&self, body: usize) -> Vec<&[f64]> {
-        let n = self.samples();
+    fn rows(&self, body: usize) -> Vec<Vec<f64>> {
+        let n = self.records.times.len();
         let part = n * body..n * (body + 1);
-        let columns = self.columns.iter().map(|column| &column[part.clone()]);
-        columns.chain([self.records.record(body)]).collect()
+        let columns = self
+            .columns
+            .iter()
+            .map(|column| column[part.clone()].to_vec());
+        columns
+            .chain([self.records.record(body).to_vec()])
+            .collect()
     }
 
-    /// The information of bodies up to each end of growing sums of products.
-    fn growing(&self, rows: &[Vec<Vec<f64>>], ends: &[usize]) -> Vec<Matrix> {
-        let mut sums: Vec<Sums> = rows.iter().map(|_| Sums::new(self.columns.len())).collect();
+    fn information(&self, products: &Array2<f64>) -> Array2<f64> {
+        let weight = self.request.instruments.gain_weight(self.sigma);
+        let squares = weight.map(|weight| weight * weight);
+        information(products, squares, self.sigma)
+    }
+
+    /// Errors by the rows of some bodies up to each end.
+    fn growing(&self, judge: &Judge, rows: &[Vec<Vec<f64>>], ends: &[usize]) -> Vec<Vec<f64>> {
+        let count = self.columns.len();
+        let mut sums = vec![Array2::zeros((count + 1, count + 1)); rows.len()];
         let mut begin = 0;
         let upto = |end: &usize| {
-            let mut whole = Matrix::zero(self.columns.len());
+            let mut whole = Array2::zeros((count, count));
             for (sums, rows) in sums.iter_mut().zip(rows) {
-                sums.add(rows, begin..*end);
-                whole.add(&sums.information(self.gain_weight(), self.sigma));
+                *sums += &products(rows, begin..*end);
+                whole += &self.information(sums);
             }
             begin = *end;
-            whole
+            judge.errors(&whole)
         };
         ends.iter().map(upto).collect()
     }
 
-    fn plan(&self, model: &Model) -> Result<Planned> {
-        let (n, count) = (self.samples(), self.records.bodies.len());
-        let one = |body: usize, range: Range<usize>| {
-            let mut sums = Sums::new(self.columns.len());
-            let rows: Vec<Vec<f64>> = self.of_body(body).iter().map(|row| row.to_vec()).collect();
-            sums.add(&rows, range);
-            sums.information(self.gain_weight(), self.sigma)
+    fn plan(&self, model: &Model) -> Planned {
+        let (n, count) = (self.records.times.len(), self.records.bodies.len());
+        let rows: Vec<Vec<Vec<f64>>> = (0..count).map(|body| self.rows(body)).collect();
+        let upto = |end: usize| -> Vec<Array2<f64>> {
+            let each = rows.iter().map(|rows| products(rows, 0..end));
+            each.map(|products| self.information(&products)).collect()
         };
-        let each: Vec<Matrix> = (0..count).map(|body| one(body, 0..n)).collect();
+        let each = upto(n);
         let judge = Judge::new((self.keys, self.request.criterion), &each);
         let best = |sensors: usize| choose(&each, sensors, &|whole| judge.score(whole));
         let most = count.min((2 * self.request.sensors).max(8));
         let chosen: Vec<Chosen> = (1..=most).map(best).collect();
         let Chosen { bodies, is_exact } = &chosen[self.request.sensors - 1];
         let evenly = even(count, self.request.sensors);
-        let number = |of: &dyn Fn(usize) -> Vec<usize>| {
-            let rows =
-                (1..=most).flat_map(|sensors| judge.errors(&Matrix::sum(&each, &of(sensors))));
-            self.plane(most, rows.collect())
-        };
+        let errors = |of: &[usize]| judge.errors(&sum(&each, of));
+        let by_number = [
+            chosen.iter().map(|chosen| errors(&chosen.bodies)).collect(),
+            (1..=most)
+                .map(|sensors| errors(&even(count, sensors)))
+                .collect(),
+        ];
         // Up to times.
         let stride = n.div_ceil(1000);
         let ends: Vec<usize> = (1..=n).filter(|end| (n - end) % stride == 0).collect();
-        let in_time = |body: &usize| self.of_body(*body).iter().map(|row| row.to_vec()).collect();
-        let rows: Vec<Vec<Vec<f64>>> = bodies.iter().map(in_time).collect();
-        let by_time: Vec<Vec<f64>> = self
-            .growing(&rows, &ends)
-            .iter()
-            .map(|f| judge.errors(f))
-            .collect();
+        let in_time: Vec<Vec<Vec<f64>>> = bodies.iter().map(|body| rows[*body].clone()).collect();
+        let by_time = self.growing(&judge, &in_time, &ends);
         let at = enough(&by_time);
-        let duration = self.records.times[ends[at] - 1];
+        let times: Vec<f64> = ends.iter().map(|end| self.records.times[end - 1]).collect();
         // Up to frequencies, which add up as samples do.
-        let in_frequency = |rows: &Vec<Vec<f64>>| rows.iter().map(|row| cosines(row)).collect();
-        let spectra: Vec<Vec<Vec<f64>>> = rows.iter().map(in_frequency).collect();
-        let by_rate: Vec<Vec<f64>> = self
-            .growing(&spectra, &ends)
+        let spectra = in_time
             .iter()
-            .map(|f| judge.errors(f))
-            .collect();
-        let rates: Vec<f64> = ends
-            .iter()
-            .map(|end| *end as f64 / (n as f64 * self.records.step()))
-            .collect();
-        let rate = rates[enough(&by_rate)];
-        let until = |of: &[usize]| {
-            let parts: Vec<Matrix> = of.iter().map(|body| one(*body, 0..ends[at])).collect();
-            judge.errors(&Matrix::sum(&parts, &(0..parts.len()).collect::<Vec<_>>()))
-        };
+            .map(|rows| rows.iter().map(|row| cosines(row)).collect());
+        let by_rate = self.growing(&judge, &spectra.collect::<Vec<_>>(), &ends);
+        let rate = |end: &usize| *end as f64 / (n as f64 * self.records.step());
+        let rates: Vec<f64> = ends.iter().map(rate).collect();
+        let parts = upto(ends[at]);
         let all: Vec<usize> = (0..count).collect();
-        let (planned, spaced, whole) = (until(bodies), until(&evenly), until(&all));
+        let [planned, spaced, whole] =
+            [bodies, &evenly, &all].map(|of| judge.errors(&sum(&parts, of)));
         let keys = self.keys.iter().enumerate().map(|(k, key)| PlannedKey {
             name: key.name.clone(),
             unit: key.unit.clone(),
@@ -405,37 +380,34 @@ impl Planning<'_> {
             all: whole[k],
         });
         let of = |all: &[usize]| all.iter().map(|body| self.records.bodies[*body]).collect();
-        Ok(Planned {
+        Planned {
             keys: keys.collect(),
             candidates: self.records.bodies.clone(),
             chosen: of(bodies),
             even: of(&evenly),
             is_exact: *is_exact,
-            by_number: [
-                number(&|sensors| chosen[sensors - 1].bodies.clone()),
-                number(&|sensors| even(count, sensors)),
-            ],
-            times: ends.iter().map(|end| self.records.times[end - 1]).collect(),
-            by_time: self.plane(ends.len(), by_time.concat()),
-            by_rate: self.plane(ends.len(), by_rate.concat()),
+            by_number: by_number.map(plane),
+            by_time: plane(by_time),
+            duration: times[at],
+            times,
+            rate: rates[enough(&by_rate)],
+            by_rate: plane(by_rate),
             rates,
             information: judge.shares(&each),
-            undetermined: judge.undetermined(&Matrix::sum(&each, bodies), model),
-            duration,
-            rate,
+            undetermined: judge.undetermined(&sum(&each, bodies), model),
             noise: self.sigma,
-            noise_share: 0.0,
+            noise_share: self.sigma / self.records.size(),
             horizon: None,
             units: self.records.units.clone(),
             runs: 0,
             request: self.request.clone(),
-        })
+        }
     }
+}
 
-    fn plane(&self, rows: usize, values: Vec<f64>) -> Array2<f64> {
-        let count = self.keys.len();
-        Array2::from_shape_fn((rows, count), |(i, k)| values[i * count + k])
-    }
+fn plane(rows: Vec<Vec<f64>>) -> Array2<f64> {
+    let count = rows.first().map_or(0, Vec::len);
+    Array2::from_shape_fn((rows.len(), count), |(i, k)| rows[i][k])
 }
 
 /// The first row whose known errors are all near those of the last one.
@@ -446,11 +418,7 @@ fn enough(rows: &[Vec<f64>]) -> usize {
     if last.iter().all(|error| error.is_nan()) {
         return at;
     }
-    let is_near = |row: &Vec<f64>| {
-        let pairs = row.iter().zip(last);
-        pairs
-            .into_iter()
-            .all(|(error, last)| last.is_nan() || *error <= ENOUGH * last)
-    };
+    let near = |(error, last): (&f64, &f64)| last.is_nan() || *error <= ENOUGH * last;
+    let is_near = |row: &Vec<f64>| row.iter().zip(last).all(near);
     rows.iter().position(is_near).unwrap_or(at)
 }

@@ -3,11 +3,11 @@
 use ndarray::Array2;
 use serde_json::json;
 
-use super::super::shown::{per_time, places, some_places, with_unit};
+use super::super::shown::{per_time, place, places, some_places, warn_of_horizon};
 use super::{Criterion, Planned, PlannedKey};
-use crate::field::Quantity;
 use crate::sheet::{
     Chart, Describe, Look, Mark, Marker, PALETTE, PlotRow, Series, Sheet, Table, listed, percent,
+    with_unit,
 };
 use crate::unit::label;
 
@@ -55,13 +55,7 @@ impl Describe for Planned {
                 self.candidates.len(),
                 places(self.request.quantity),
                 self.request.quantity.name(),
-                listed(
-                    &self
-                        .keys
-                        .iter()
-                        .map(|key| key.name.clone())
-                        .collect::<Vec<_>>()
-                )
+                names(&self.keys)
             ),
             answer: self.answer(),
             tables: vec![self.table()],
@@ -90,14 +84,14 @@ impl Describe for Planned {
 
     /// Errors over the number of sensors, over the duration, over the rate; information over bodies.
     fn pictures(&self) -> Vec<PlotRow> {
-        let charts = [
-            self.number_chart(),
-            self.body_chart(),
-            self.time_chart(),
-            self.rate_chart(),
-        ];
-        PlotRow::grid(2, charts)
+        let [number, body] = [self.number_chart(), self.body_chart()];
+        PlotRow::grid(2, [number, body, self.time_chart(), self.rate_chart()])
     }
+}
+
+fn names<'a>(keys: impl IntoIterator<Item = &'a PlannedKey>) -> String {
+    let names: Vec<String> = keys.into_iter().map(|key| key.name.clone()).collect();
+    listed(&names)
 }
 
 impl PlannedKey {
@@ -118,70 +112,74 @@ impl Planned {
     }
 
     fn answer(&self) -> String {
-        let knows = if self.chosen.len() == 1 {
-            "knows"
-        } else {
-            "know"
-        };
+        let named = || self.keys.iter().take(NAMED);
         let of = |error: fn(&PlannedKey) -> f64| {
-            let all = self
-                .keys
-                .iter()
-                .take(NAMED)
-                .map(|key| key.shown(error(key)));
+            let all = named().map(|key| key.shown(error(key)));
             listed(&all.collect::<Vec<_>>())
         };
-        let named = self.keys.iter().take(NAMED);
-        let known: Vec<String> = named
-            .map(|key| format!("{} to {}", key.name, key.shown(key.planned)))
-            .collect();
-        let known = known
-            .iter()
-            .map(|text| text.replace("to undetermined", "not at all"));
-        let mut words = format!(
-            "{} to {} {knows} {}: evenly spaced {}, all {} {}",
+        let known = named().map(|key| match key.planned.is_nan() {
+            true => format!("{} not at all", key.name),
+            false => format!("{} to {}", key.name, key.shown(key.planned)),
+        });
+        let answer = format!(
+            "{} to {} {} {}: evenly spaced {}, all {} {}",
             some_places(self.request.quantity, &self.chosen, NAMED_BODIES),
             self.at(self.duration),
+            if self.chosen.len() == 1 {
+                "knows"
+            } else {
+                "know"
+            },
             listed(&known.collect::<Vec<_>>()),
             of(|key| key.even),
             self.candidates.len(),
             of(|key| key.all)
         );
-        for direction in self.undetermined.iter().take(NAMED) {
-            words += &format!("; {}", direction.words);
-        }
-        words
+        let open = self
+            .undetermined
+            .iter()
+            .take(NAMED)
+            .map(|open| &*open.words);
+        let parts: Vec<&str> = [&*answer].into_iter().chain(open).collect();
+        parts.join("; ")
     }
 
     fn facts(&self, sheet: &mut Sheet<'_>) {
         let evenly = some_places(self.request.quantity, &self.even, NAMED_BODIES);
-        let how = match (self.is_exact, self.request.criterion) {
-            (true, Criterion::Volume) => "the least volume of all choices",
-            (true, Criterion::Worst) => "the least of the largest errors of all choices",
-            (false, Criterion::Volume) => "the least volume by exchanges",
-            (false, Criterion::Worst) => "the least of the largest errors by exchanges",
+        let least = match self.request.criterion {
+            Criterion::Volume => "the least volume",
+            Criterion::Worst => "the least of the largest errors",
         };
-        sheet.fact("choice", format!("{how}; evenly spaced are {evenly}"));
-        let fastest = self.rates.last().copied().unwrap_or(0.0);
-        let rate = |rate: f64| with_unit(rate, &per_time(&self.units[0]));
+        let how = match self.is_exact {
+            true => "of all choices",
+            false => "by exchanges",
+        };
+        sheet.fact(
+            "choice",
+            format!("{least} {how}; evenly spaced are {evenly}"),
+        );
         sheet.fact(
             "duration",
             format!("{} of {}", self.at(self.duration), self.at(self.end())),
         );
-        sheet.fact(
-            "sampling",
-            format!("{} of {}, behind a filter", rate(self.rate), rate(fastest)),
-        );
+        let [rate, fastest] =
+            [self.rate, self.fastest()].map(|rate| with_unit(rate, &self.per_time()));
+        sheet.fact("sampling", format!("{rate} of {fastest}, behind a filter"));
         let noise = with_unit(self.noise, &self.units[1]);
         let share = percent(self.noise_share);
         sheet.fact(
             "noise",
-            format!(
-                "{noise} a sample at {}, {share} of the records",
-                rate(fastest)
-            ),
+            format!("{noise} a sample at {fastest}, {share} of the records"),
         );
         sheet.detail("runs", self.runs.to_string());
+    }
+
+    fn per_time(&self) -> String {
+        per_time(&self.units[0])
+    }
+
+    fn fastest(&self) -> f64 {
+        self.rates.last().copied().unwrap_or(0.0)
     }
 
     fn end(&self) -> f64 {
@@ -189,26 +187,14 @@ impl Planned {
     }
 
     fn warnings(&self, sheet: &mut Sheet<'_>) {
-        if let Some(until) = self.horizon {
-            sheet.warn(
-                format!(
-                    "the chain amplifies rounding: its runs agree until {}",
-                    self.at(until)
-                ),
-                "later samples are left out: no fit can use them",
-            );
-        }
+        warn_of_horizon(sheet, self.horizon, &self.units[0]);
         if self.horizon.is_none() && self.duration > END * self.end() {
             sheet.warn(
                 "errors still fall at the end of the run",
                 "a later `end_time` tells more",
             );
         }
-        if self
-            .rates
-            .last()
-            .is_some_and(|fastest| self.rate > FAST * fastest)
-        {
+        if self.rate > FAST * self.fastest() {
             sheet.warn(
                 "the run is sampled no faster than needed",
                 "more `samples`, or a higher `--rate`, show what faster sampling gains",
@@ -220,18 +206,11 @@ impl Planned {
                 "fix one key of each combination, or measure another quantity",
             );
         }
-        let hardly: Vec<String> = self
-            .keys
-            .iter()
-            .filter(|key| key.value != 0.0 && key.planned > HARDLY)
-            .map(|key| key.name.clone())
-            .collect();
+        let is_hardly = |key: &&PlannedKey| key.value != 0.0 && key.planned > HARDLY;
+        let hardly = names(self.keys.iter().filter(is_hardly));
         if !hardly.is_empty() {
             sheet.warn(
-                format!(
-                    "{} is known to no better than its own size",
-                    listed(&hardly)
-                ),
+                format!("{hardly} is known to no better than its own size"),
                 "fix it, or lower the noise",
             );
         }
@@ -239,46 +218,39 @@ impl Planned {
 
     fn table(&self) -> Table {
         let row = |key: &PlannedKey| {
-            let mut row = vec![key.name.clone(), with_unit(key.value, &key.unit)];
-            row.extend([key.planned, key.even, key.all].map(|error| key.shown(error)));
-            row
+            let errors = [key.planned, key.even, key.all].map(|error| key.shown(error));
+            let own = [key.name.clone(), with_unit(key.value, &key.unit)];
+            own.into_iter().chain(errors).collect()
         };
         let all = format!("all {}", self.candidates.len());
-        Table {
-            title: "errors".into(),
-            head: ["key", "scene", "planned", "evenly spaced", &all]
-                .map(str::to_owned)
-                .to_vec(),
-            rows: self.keys.iter().map(row).collect(),
-            is_fact: true,
-        }
+        let head = ["key", "scene", "planned", "evenly spaced", &all];
+        Table::of("errors", &head, self.keys.iter().map(row)).printed()
+    }
+
+    fn bodies(&self) -> Vec<f64> {
+        self.candidates.iter().map(|body| *body as f64).collect()
+    }
+
+    /// 1, 2, .. sensors.
+    fn numbers(&self) -> Vec<f64> {
+        (1..=self.by_number[0].nrows()).map(|n| n as f64).collect()
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
-        let [time, _] = &self.units;
-        let count = self.by_number[0].nrows();
-        let numbers: Vec<f64> = (1..=count).map(|n| n as f64).collect();
-        sheet.line("sensors", "sensors", "", numbers);
-        sheet.plane(
-            "error_by_sensors",
-            ["sensors", "key"],
-            "",
-            &self.by_number[0],
-        );
-        sheet.plane(
-            "error_by_sensors_even",
-            ["sensors", "key"],
-            "",
-            &self.by_number[1],
-        );
-        sheet.line("time", "time", time, &self.times);
-        sheet.plane("error_by_time", ["time", "key"], "", &self.by_time);
-        let rate = per_time(&self.units[0]);
-        sheet.line("rate", "rate", &rate, &self.rates);
-        sheet.plane("error_by_rate", ["rate", "key"], "", &self.by_rate);
-        let bodies: Vec<f64> = self.candidates.iter().map(|body| *body as f64).collect();
-        sheet.line("body", "body", "", bodies);
-        sheet.plane("information", ["body", "key"], "", &self.information);
+        let [number, even] = &self.by_number;
+        sheet.line("sensors", "sensors", "", self.numbers());
+        sheet.line("time", "time", &self.units[0], &self.times);
+        sheet.line("rate", "rate", &self.per_time(), &self.rates);
+        sheet.line("body", "body", "", self.bodies());
+        for (name, dimension, errors) in [
+            ("error_by_sensors", "sensors", number),
+            ("error_by_sensors_even", "sensors", even),
+            ("error_by_time", "time", &self.by_time),
+            ("error_by_rate", "rate", &self.by_rate),
+            ("information", "body", &self.information),
+        ] {
+            sheet.plane(name, [dimension, "key"], "", errors);
+        }
         sheet.columns(
             "key",
             &self.keys,
@@ -291,84 +263,74 @@ impl Planned {
         );
     }
 
-    /// A line of each key, with its errors in percent.
-    fn lines(&self, x: &[f64], errors: &Array2<f64>, suffix: &str) -> Vec<Series> {
+    /// A line of each key in percent, of shares that say something: one of a hundred would hide the others.
+    fn lines(&self, x: &[f64], shares: &Array2<f64>, suffix: &str) -> Vec<Series> {
+        let shown = |share: &f64| {
+            if *share > 1e2 {
+                f64::NAN
+            } else {
+                100.0 * share
+            }
+        };
         let of = |(k, key): (usize, &PlannedKey)| {
-            // An error of a hundred times the value says nothing, and would hide the others.
-            let shown = |error: &f64| {
-                if *error > 1e2 {
-                    f64::NAN
-                } else {
-                    100.0 * error
-                }
-            };
-            let y: Vec<f64> = errors.column(k).iter().map(shown).collect();
+            let y: Vec<f64> = shares.column(k).iter().map(shown).collect();
             Series::of(format!("{}{suffix}", key.name), k % PALETTE.len(), x, &y)
         };
         self.keys.iter().enumerate().map(of).collect()
     }
 
     /// Errors over what more of costs more, with what is enough.
-    fn error_chart(&self, title: &str, x_label: String, lines: Vec<Series>, enough: f64) -> Chart {
+    fn error_chart(
+        &self,
+        title: &str,
+        x_label: String,
+        lines: Vec<Series>,
+        (at, label): (f64, &str),
+    ) -> Chart {
+        let label = label.to_owned();
         let chart = Chart::of(title, x_label, "error (%)", lines);
         Chart {
-            marks: vec![Mark {
-                at: enough,
-                label: "enough".into(),
-            }],
+            marks: vec![Mark { at, label }],
             ..chart.logarithmic()
         }
     }
 
     fn number_chart(&self) -> Chart {
-        let x: Vec<f64> = (1..=self.by_number[0].nrows()).map(|n| n as f64).collect();
-        let planned = self.lines(&x, &self.by_number[0], "").into_iter();
-        let spaced = self
-            .lines(&x, &self.by_number[1], ", evenly spaced")
-            .into_iter();
+        let (x, [planned, even]) = (self.numbers(), &self.by_number);
+        let planned = self.lines(&x, planned, "").into_iter();
         let lines = planned.map(|line| line.marked(Marker::Circle));
-        let lines = lines.chain(spaced.map(|line| line.with(Look::Dashed)));
+        let even = self.lines(&x, even, ", evenly spaced").into_iter();
+        let lines = lines.chain(even.map(|line| line.with(Look::Dashed)));
         let x_label = format!("{} measured", places(self.request.quantity));
-        let at = self.chosen.len() as f64;
-        let mut chart = self.error_chart("number of sensors", x_label, lines.collect(), at);
-        chart.marks[0].label = "plan".into();
-        chart
+        let plan = (self.chosen.len() as f64, "plan");
+        self.error_chart("number of sensors", x_label, lines.collect(), plan)
     }
 
     fn time_chart(&self) -> Chart {
         let lines = self.lines(&self.times, &self.by_time, "");
         let x_label = label("measured until", &self.units[0]);
-        self.error_chart("duration", x_label, lines, self.duration)
+        self.error_chart("duration", x_label, lines, (self.duration, "enough"))
     }
 
     fn rate_chart(&self) -> Chart {
         let lines = self.lines(&self.rates, &self.by_rate, "");
-        let x_label = label("rate", &per_time(&self.units[0]));
+        let x_label = label("rate", &self.per_time());
         Chart {
             log_x: true,
-            ..self.error_chart("sampling", x_label, lines, self.rate)
+            ..self.error_chart("sampling", x_label, lines, (self.rate, "enough"))
         }
     }
 
     fn body_chart(&self) -> Chart {
-        let bodies: Vec<f64> = self.candidates.iter().map(|body| *body as f64).collect();
-        let of = |(k, key): (usize, &PlannedKey)| {
-            let shares = self
-                .information
-                .column(k)
-                .mapv(|share| 100.0 * share)
-                .to_vec();
-            Series::of(key.name.clone(), k % PALETTE.len(), &bodies, &shares).marked(Marker::Circle)
-        };
-        let place = match self.request.quantity {
-            Quantity::Force => "contact",
-            _ => "body",
-        };
-        let lines = self.keys.iter().enumerate().map(of).collect();
+        let lines = self
+            .lines(&self.bodies(), &self.information, "")
+            .into_iter();
+        let lines = lines.map(|line| line.marked(Marker::Circle)).collect();
         let chosen = self.chosen.iter().map(|body| Mark {
             at: *body as f64,
             label: body.to_string(),
         });
+        let place = place(self.request.quantity);
         Chart {
             marks: chosen.collect(),
             ..Chart::of("information by body", place, "share (%)", lines)
