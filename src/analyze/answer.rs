@@ -25,6 +25,8 @@ const MEAN_MOTION: f64 = 1.5;
 const PASSED: usize = 10;
 /// Part of the directed energy that goes the other way than arrivals from which on windows hold it.
 const BACK: f64 = 0.25;
+/// Part of its energy that a wave keeps along x below which its way is known.
+const DECAYS: f64 = 0.8;
 /// Share of directed energy that goes one way where records have no arrivals but a direction.
 const ONE_WAY: f64 = 0.8;
 
@@ -72,7 +74,10 @@ pub(super) fn find(
     let mut along = along_x(prepared, &options, observer)?;
     let noise = samples.map_or(0.0, |samples| along.noise * axes.n_times as f64 / samples);
     let is_known = spacetime.is_none_or(|found| goes(&found.directions, noise, toward_minus));
-    if !along.has_fronts && struck.is_none() && !is_known {
+    // What decays comes from where it is largest, though evanescent waves have no direction.
+    let of = &along.movement;
+    let decays = of.transfer == Some(false) && of.energy_ratio < DECAYS;
+    if !along.has_fronts && struck.is_none() && !is_known && !decays {
         along.movement.transfer = None;
     }
     let windows = along.window.map(|(width, samples)| ArrivalWindows {

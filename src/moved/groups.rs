@@ -15,8 +15,10 @@ const SPREADS_OUT: f64 = 0.85;
 const HOLDS_ALL: f64 = 0.95;
 /// Part of the energy of a window of twice the length that a window may miss and hold all of the wave.
 const HOLDS: f64 = 0.03;
-/// Part of a window by which a share that falls comes later at the last group than at the first, if the rest of it follows behind.
-const LATER: f64 = 0.35;
+/// Part of a window by which a share that falls comes later at the last group than at the first, if the rest of it follows behind; and
+/// by which it does more than the others, since a pulse that absorption lengthens is seen earlier.
+const LATER: f64 = 0.28;
+const THAN_OTHERS: f64 = 0.1;
 /// Part of its first energy that a front holds as long as it is followed.
 const FOLLOWED: f64 = 0.3;
 /// Bodies over which a front that has formed and keeps its energy is followed, at least; one that loses energy; and bodies
@@ -225,18 +227,26 @@ impl Found<'_> {
         falls(SPREADS_OUT, &|group| group.energy) && falls(HOLDS_ALL, &Group::with_drift)
     }
 
-    /// Whether the frequencies whose share falls come later and later in their windows: what is missing of them follows behind, or
+    /// Whether the frequencies whose share falls come later and later in their windows, more than others: what is missing of them follows behind, or
     /// comes after the record. Absorption takes them where they are.
     fn falls_behind(&self, last: usize, movement: &Movement) -> bool {
         let upper = &self.kinds[0].grid.upper;
         let after = |edge: f64| upper.partition_point(|upper| *upper <= edge);
         let falls = match (movement.verdict, movement.transfer) {
+            // Which end is later is not known.
+            _ if self.sense == 0.0 => return false,
             (Verdict::Down, _) => after(movement.down_at)..upper.len(),
             (Verdict::Up, Some(false)) => 0..after(movement.up_at),
+            (Verdict::Spreads, Some(false)) => after(movement.down_at)..after(movement.up_at),
             _ => return false,
         };
-        let [first, last] = [0, last].map(|group| self.groups[0][group].delay(falls.clone()));
-        last - first > LATER * self.kinds[0].samples as f64
+        let later = |of: std::ops::Range<usize>| {
+            let [first, last] = [0, last].map(|group| self.groups[0][group].delay(of.clone()));
+            (last - first) / self.kinds[0].samples as f64
+        };
+        let all = later(0..upper.len());
+        let falls = later(falls);
+        falls > LATER && falls - all > THAN_OTHERS
     }
 
     pub fn of_struck_chain(&self, tail: Option<usize>) -> AlongX {

@@ -153,22 +153,22 @@ impl Movement {
         let (up, down) = (moved.up.at, moved.down.at);
         let grows_above = || (up..upper.len()).any(|m| grows(a.above(m), b.above(m)));
         let grows_below = || grows(a.below(down), b.below(down));
-        // Errors that a gain as large as the move would not exceed leave both open.
-        let is_known = |[_, v]: [f64; 2], [_, w]: [f64; 2], moved: f64| sure(v, w) < moved * left;
+        // Of records that differ by chance more than a gain as large as the move would, neither is known.
+        let is_known = |[_, v]: [f64; 2], [_, w]: [f64; 2], moved: f64| {
+            !a.differs_by_chance() || sure(v, w) < moved * left
+        };
         let knows_above = || is_known(a.above(up), b.above(up), moved.up.share);
         let knows_below = || is_known(a.below(down), b.below(down), moved.down.share);
-        let transfer = match verdict {
-            Verdict::Up => grows_above()
-                .then_some(true)
-                .or(knows_above().then_some(false)),
-            Verdict::Down => grows_below()
-                .then_some(true)
-                .or(knows_below().then_some(false)),
-            Verdict::Spreads => (grows_above() || grows_below())
-                .then_some(true)
-                .or((knows_above() && knows_below()).then_some(false)),
-            Verdict::Unchanged | Verdict::Untold => None,
+        let (gains, knows) = match verdict {
+            Verdict::Up => (grows_above(), knows_above()),
+            Verdict::Down => (grows_below(), knows_below()),
+            Verdict::Spreads => (
+                grows_above() || grows_below(),
+                knows_above() && knows_below(),
+            ),
+            Verdict::Unchanged | Verdict::Untold => (false, false),
         };
+        let transfer = (gains || knows).then_some(gains);
         let at = |share: &share::Share| {
             if share.share > 0.0 {
                 upper[share.at]

@@ -318,6 +318,11 @@ impl Group {
         by_noise / (self.energy * self.energy) + self.spread[m].powi(2)
     }
 
+    /// Whether it is of a record whose parts are realisations.
+    pub fn differs_by_chance(&self) -> bool {
+        self.chance.is_some()
+    }
+
     /// Energy above interval `m`, and its variance.
     pub fn above(&self, m: usize) -> [f64; 2] {
         let all = self.noise.last().copied().unwrap_or(0.0);

@@ -48,7 +48,7 @@ fn val_construction_a_fixed_end_moves_nothing() {
 /// What is said of the front in a short chain is what is said of it in a long one, or nothing.
 #[test]
 fn val_identity_short_chains_say_what_long_ones_do() {
-    for ratio in [1.0, 2.398, 4.9272, 8.04, 14.622] {
+    for ratio in [1.0, 2.398, 4.9272, 8.04, 14.622, 100.0] {
         let of = |sites: usize| {
             let text = format!(
                 "sites = {sites}\nstiffness_ratio = {ratio}\nend_time = {}\nsamples = 1024\ntolerance = 1e-7",
@@ -60,7 +60,7 @@ fn val_identity_short_chains_say_what_long_ones_do() {
         let long = of(100);
         assert_ne!(long.verdict, Verdict::Untold, "{ratio}: {long:?}");
         let mut told = 0;
-        for sites in [8, 10, 12, 16, 20, 24, 30, 40] {
+        for sites in [8, 10, 12, 16, 20, 24, 26, 30, 36, 40] {
             let short = of(sites);
             told += usize::from(short.verdict != Verdict::Untold);
             let is_same = short.verdict == long.verdict
@@ -132,4 +132,84 @@ fn val_construction_noise_hides_when_it_arrives() {
         "{:?}",
         found.frequency
     );
+}
+
+/// A pulse that disperses, `w = c k (1 - 0.054 k^2)`, whose high frequencies come after the record's end at most sites: they lag, and are not lost.
+#[test]
+fn val_construction_what_comes_after_the_record_is_not_lost() {
+    for (c, beta, carrier, width) in [
+        (0.234, 0.054, 0.8, 0.6),
+        (0.237, 0.034, 0.8, 0.53),
+        (0.156, 0.021, 0.8, 0.59),
+    ] {
+        let sites = 300;
+        let waves: Vec<(f64, f64, f64)> = (1..560)
+            .map(|i| {
+                let k = 0.005 * f64::from(i);
+                let a = (-0.5 * ((k - carrier) / width).powi(2)).exp();
+                (a, k, c * k * (1.0 - beta * k * k))
+            })
+            .collect();
+        let all: f64 = waves.iter().map(|(a, ..)| a).sum();
+        let found = answer_of((1024, sites), 1e-4, |n, j| {
+            let wave = |(a, k, w): &(f64, f64, f64)| a * (k * (j - 35.0) - w * n).cos();
+            waves.iter().map(wave).sum::<f64>() / all
+        });
+        let moved = &found.frequency;
+        assert_eq!(moved.transfer, None, "{c}: {moved:?}");
+        let is_honest = moved.lags || matches!(moved.verdict, Verdict::Unchanged | Verdict::Untold);
+        assert!(is_honest, "{c}: {moved:?}");
+    }
+}
+
+/// Pulses of constant shape that are as long as a tenth of the record, and inside when it ends: windows cut them alike.
+#[test]
+fn val_construction_a_pulse_that_windows_cut_is_unchanged() {
+    for (speed, half, is_ricker) in [(0.032, 4.9, false), (0.032, 4.6, false), (0.033, 4.3, true)] {
+        let found = answer_of((2000, 120), 1e-3, |n, j| {
+            let s = j - 30.0 - speed * n;
+            match is_ricker {
+                true => ricker(s, half),
+                false => (-0.5 * (s / half).powi(2)).exp(),
+            }
+        });
+        let moved = &found.frequency;
+        assert_eq!(
+            moved.verdict,
+            Verdict::Unchanged,
+            "{speed} {half}: {moved:?}"
+        );
+        assert!(moved.bound < 0.1, "{speed} {half}: {moved:?}");
+    }
+}
+
+/// Waves of random phases around 0.04 and 0.12 cycles a sample, of which those above fade along x: steady records differ by chance, and none is gained.
+#[test]
+fn val_construction_steady_absorption_gains_nothing() {
+    let chance = noise(40, 24);
+    let mut told = 0;
+    for seed in 0..6 {
+        let waves = |f: f64, column: usize| -> Vec<(f64, f64)> {
+            let of = |i: usize| (chance[[i, column]], 20.0 * chance[[i, column + 1]]);
+            (0..40)
+                .map(of)
+                .map(|(off, phase)| (f * (1.0 + 0.1 * off), phase))
+                .collect()
+        };
+        let (low, high) = (waves(0.04, 4 * seed), waves(0.12, 4 * seed + 2));
+        let sum = |waves: &[(f64, f64)], s: f64| -> f64 {
+            waves
+                .iter()
+                .map(|(f, phase)| (TAU * f * s + phase).cos())
+                .sum()
+        };
+        let found = answer_of((2048, 60), 0.0, |n, j| {
+            let s = n - 0.8 * j;
+            sum(&low, s) + 0.8 * (-2.0 * j / 59.0).exp() * sum(&high, s)
+        });
+        let moved = &found.frequency;
+        assert_ne!(moved.transfer, Some(true), "{seed}: {moved:?}");
+        told += usize::from(moved.verdict == Verdict::Down);
+    }
+    assert!(told >= 2, "{told}");
 }

@@ -8,7 +8,7 @@ use crate::estimates::realisations::REALISATIONS;
 use crate::measure::cycles_per;
 use crate::sheet::{
     BLACK, BLUE, Chart, Column, Describe, GREEN, Look, PlotRow, SKY, Series, Sheet, Table, Units,
-    VERMILLION, extent, number, percent, six_digits,
+    VERMILLION, extent, number, percent, six_digits, with_half,
 };
 use crate::unit::{compose, label, square};
 
@@ -110,7 +110,12 @@ impl Modes {
         let Some(shapes) = self.chosen.first() else {
             return "no power at any frequency".into();
         };
-        let at = format!("{} {unit}", number(shapes.frequency));
+        // A bin is as wide as its distance from the next.
+        let half = match self.frequency[..] {
+            [first, second, ..] => 0.5 * (second - first),
+            _ => 0.0,
+        };
+        let at = with_half(shapes.frequency, half, &unit);
         let share = percent(self.leading_share(shapes.bin));
         let Some(count) = self.above_noise(shapes.bin) else {
             return format!(

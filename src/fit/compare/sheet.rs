@@ -268,7 +268,10 @@ impl Comparison {
         let Some((least, most)) = told.first().zip(told.last()) else {
             let off = |at: &AtBody| at.size().map(|end| (end - 1.0).abs());
             let most = self.fronts().flat_map(off).max_by(f64::total_cmp)?;
-            return Some(format!("agree within {}", percent(most)));
+            return Some(match most > 1.0 {
+                true => "cannot be told from noise".into(),
+                false => format!("agree within {}", percent(most)),
+            });
         };
         Some(match least.size()[1] < most.size()[0] {
             true => format!(
