@@ -314,7 +314,10 @@ impl<'a> Words<'a> {
 
     /// Whether the front of a struck chain without losses leaves a part of its energy behind, whatever its content does.
     fn sheds(&self, of: &Movement) -> bool {
-        let is_known = self.answer.is_struck && !self.answer.is_lossy && of.settled_at.is_none();
+        // The launch leaves a part behind, which is none that the front sheds.
+        let is_launch = matches!(of.reason, Some(Reason::ShortChain { .. }));
+        let is_known =
+            self.answer.is_struck && !self.answer.is_lossy && of.settled_at.is_none() && !is_launch;
         is_known && of.energy_ratio < KEEPS && of.to.is_some()
     }
 
