@@ -319,12 +319,7 @@
           high = Math.max(high, v);
         }
       }
-      if (!(low < high)) return null;
-      // Symbols and bars at the ends have room.
-      const isWide = charts.some((chart) => chart.series.some((s) => s.look === "dots" || s.errors));
-      const [from, to] = this.onAxis([low, high]);
-      const room = isWide ? 0.03 * (to - from) : 0;
-      return [from - room, to + room].map((v) => (log ? 10 ** v : v));
+      return low < high ? [low, high] : null;
     }
 
     // A range of values as plotly's axis has it; a copy, since plotly writes into it.
@@ -410,8 +405,6 @@
             yaxis: `y${suffix}`, xaxis: "x", legend: `legend${suffix}`,
             line: { color: style, width: weight === "bold" ? boldWidth(series.shade ?? 1) : WIDTHS[weight] ?? (this.group.cumulative ? 2.5 : 1.5), dash: series.look === "dashed" ? "dash" : "solid" },
             marker: { color: style, size: dots ? 8 : 4 },
-            // Symbols at the ends of the axis are whole.
-            cliponaxis: false,
             ...(series.errors && { error_y: { type: "data", array: Array.from(series.errors, moderate), color: style } }),
             ...(series.band && { fill: "tonexty", fillcolor: "rgba(0,114,178,0.35)", line: { color: style, width: 1 } }),
             connectgaps: false,
