@@ -25,7 +25,7 @@ const MEAN_MOTION: f64 = 1.5;
 const PASSED: usize = 10;
 /// Part of the directed energy that goes the other way than arrivals from which on windows hold it.
 const BACK: f64 = 0.25;
-/// Part of its energy that a wave keeps along x below which its way is known.
+/// Part of its energy that a wave still has at the last sites, below which it is known to come from the first.
 const DECAYS: f64 = 0.8;
 /// Share of directed energy that goes one way where records have no arrivals but a direction.
 const ONE_WAY: f64 = 0.8;

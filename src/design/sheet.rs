@@ -36,10 +36,11 @@ impl Describe for Designed {
             version: 1,
             title: "Designed chain".into(),
             about: format!(
-                "{} made {} by {} keys, in {} tries by {} and as many at random",
+                "{} made {} by {} key{}, in {} tries by {} and as many at random",
                 self.request.aim.words(),
                 self.wanted(),
                 self.keys.len(),
+                if self.keys.len() == 1 { "" } else { "s" },
                 self.search.len() - 1,
                 self.method
             ),

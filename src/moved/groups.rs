@@ -21,13 +21,15 @@ const LATER: f64 = 0.28;
 const THAN_OTHERS: f64 = 0.1;
 /// Part of its first energy that a front holds as long as it is followed.
 const FOLLOWED: f64 = 0.3;
+/// Bodies of the longest launch.
+const LAUNCH: usize = 13;
 /// Bodies over which a front that has formed and keeps its energy is followed, at least; one that loses energy; and bodies
-/// after which one that has not formed is said not to: the launch takes up to thirteen.
+/// after which one that has not formed is said not to.
 const TRAVEL: usize = 8;
 const LOSING: usize = 20;
-const NEVER: usize = 26;
-/// Bodies over which nothing is said of waves that go on: the launch, and as many behind it.
-const FEW: usize = 39;
+const NEVER: usize = 2 * LAUNCH;
+/// Bodies over which nothing is said of waves that go on.
+const FEW: usize = LAUNCH + NEVER;
 /// The kind of window that fades, of those of a struck chain.
 const FADING: usize = 3;
 

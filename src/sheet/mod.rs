@@ -17,8 +17,10 @@ use serde_json::{Map, Value};
 pub(crate) use chart::ORANGE;
 pub(crate) use chart::{BLACK, BLUE, GREEN, PURPLE, SKY, VERMILLION};
 pub use chart::{Band, Chart, Level, Look, Mark, Marker, PALETTE, Series, extent};
+#[cfg(feature = "figures")]
+pub(crate) use map::edges;
 pub use map::{Colors, Curve, HeatChart, Role};
-pub(crate) use map::{edges, edges_from_zero, range};
+pub(crate) use map::{edges_from_zero, range};
 pub(crate) use units::Units;
 pub use words::{confidence, error_size, listed, number, percent, with_half, with_range};
 pub(crate) use words::{six_digits, with_unit};

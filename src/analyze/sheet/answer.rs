@@ -143,28 +143,24 @@ impl<'a> Words<'a> {
             .is_some_and(|(from, to)| to.rows[0] < from.rows[0]);
         let way = if is_back { "towards -x" } else { "along x" };
         match of.verdict {
-            Verdict::Unchanged => format!(
-                "{}{}",
-                match of.bound > WIDE {
-                    true => format!(
-                        "no move in frequency along x{} is seen, but up to {} may move unseen (95 %)",
-                        self.span(of),
-                        below(of.bound)
-                    ),
-                    false => format!(
-                        "no energy moves in frequency along x{} (less than {}, at 95 %)",
-                        self.span(of),
-                        below(of.bound)
-                    ),
-                },
-                match self.hum {
+            Verdict::Unchanged => {
+                let (span, bound) = (self.span(of), below(of.bound));
+                let hidden = match self.hum {
                     Some(hum) => format!("; {}", hum.message()),
                     None if self.is_noise => {
                         " in records like noise, which may hide a weak wave".into()
                     }
                     None => String::new(),
+                };
+                match of.bound > WIDE {
+                    true => format!(
+                        "no move in frequency along x{span} is seen, but up to {bound} may move unseen (95 %){hidden}"
+                    ),
+                    false => format!(
+                        "no energy moves in frequency along x{span} (less than {bound}, at 95 %){hidden}"
+                    ),
                 }
-            ),
+            }
             Verdict::Down if of.lags => format!(
                 "higher frequencies lag behind the front: its {} by site {to}",
                 self.shares(of)
@@ -291,19 +287,18 @@ impl<'a> Words<'a> {
                 )
             }
             Verdict::Down if of.lags => format!("higher frequencies lag behind the front, {which}"),
-            Verdict::Up if of.transfer == Some(true) => {
-                format!("energy moves up in frequency: {sheds}")
+            Verdict::Up | Verdict::Down | Verdict::Spreads => {
+                let [moves, keeps] = match of.verdict {
+                    Verdict::Up => ["moves up", "lies higher"],
+                    Verdict::Down => ["moves down", "lies lower"],
+                    _ => ["spreads", "is spread"],
+                };
+                match of.transfer {
+                    Some(true) => format!("energy {moves} in frequency: {sheds}"),
+                    // What is shed is in the tail: neither a transfer nor a loss.
+                    _ => format!("{sheds}, and what it keeps {keeps} in frequency"),
+                }
             }
-            Verdict::Down if of.transfer == Some(true) => {
-                format!("energy moves down in frequency: {sheds}")
-            }
-            Verdict::Spreads if of.transfer == Some(true) => {
-                format!("energy spreads in frequency: {sheds}")
-            }
-            // What is shed is in the tail: neither a transfer nor a loss.
-            Verdict::Up => format!("{sheds}, and what it keeps lies higher in frequency"),
-            Verdict::Down => format!("{sheds}, and what it keeps lies lower in frequency"),
-            Verdict::Spreads => format!("{sheds}, and what it keeps is spread in frequency"),
             _ if of.energy_ratio >= KEEPS => format!(
                 "no energy moves in frequency (less than {}, at 95 %): the front disperses and keeps its content",
                 below(of.bound)
