@@ -190,7 +190,7 @@ impl Alternative {
         match self.others.last() {
             _ if self.scene.is_some() => f64::NAN,
             Some(Other::Clock) => u * model.records.step(),
-            Some(Other::Gain(_)) => u.exp(),
+            Some(Other::Gain(_) | Other::Gains) => u.exp(),
             Some(Other::Held(held)) => held.value(u),
             None => f64::NAN,
         }
@@ -247,6 +247,7 @@ fn alternatives(model: &Model, at: &[f64], bodies: &[usize]) -> Result<Vec<Alter
         let place = place(records.quantity);
         let gain = |(site, body)| (format!("gain at {place} {body}"), Other::Gain(site));
         all.extend(records.bodies.iter().enumerate().map(gain));
+        all.push(("gain of all records".into(), Other::Gains));
     }
     if !model.others.contains(&Other::Clock) {
         all.push(("clock of the records".into(), Other::Clock));

@@ -1,5 +1,7 @@
 //! What a chain with given values of the free keys would have measured.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::cause::Held;
@@ -34,6 +36,8 @@ pub(super) enum Other {
     Clock,
     /// The logarithm of the gain of a site's record.
     Gain(usize),
+    /// The same of all records.
+    Gains,
     /// A number that the scene holds.
     Held(Held),
 }
@@ -113,10 +117,12 @@ impl<'a> Model<'a> {
     fn with_gains(&self, at: &[f64], mut records: Vec<f64>) -> Vec<f64> {
         let n = self.records.times.len();
         for (other, u) in self.others(at) {
-            if let Other::Gain(site) = other {
-                let record = &mut records[n * site..n * (site + 1)];
-                record.iter_mut().for_each(|value| *value *= u.exp());
-            }
+            let own = match other {
+                Other::Gain(site) => n * site..n * (site + 1),
+                Other::Gains => 0..records.len(),
+                Other::Clock | Other::Held(_) => continue,
+            };
+            records[own].iter_mut().for_each(|value| *value *= u.exp());
         }
         records
     }
@@ -152,10 +158,11 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The site whose gain a coordinate is.
-    fn gain(&self, k: usize) -> Option<usize> {
+    /// The sites whose gain a coordinate is.
+    fn gain(&self, k: usize) -> Option<Range<usize>> {
         match self.others.get(k.checked_sub(self.keys.len())?) {
-            Some(Other::Gain(site)) => Some(*site),
+            Some(Other::Gain(site)) => Some(*site..site + 1),
+            Some(Other::Gains) => Some(0..self.records.bodies.len()),
             _ => None,
         }
     }
@@ -163,19 +170,21 @@ impl<'a> Model<'a> {
     /// The derivative of the records along a coordinate.
     pub fn column(&self, at: &[f64], k: usize) -> Result<Vec<f64>> {
         match self.gain(k) {
-            Some(site) => Ok(self.along_gain(site, &self.predicted(at)?)),
+            Some(sites) => Ok(self.along_gain(sites, &self.predicted(at)?)),
             None => Ok(self.masked(self.with_gains(at, self.along(at, k, FIRST_STEP)?))),
         }
     }
 
-    fn along_gain(&self, site: usize, predicted: &[f64]) -> Vec<f64> {
+    fn along_gain(&self, sites: Range<usize>, predicted: &[f64]) -> Vec<f64> {
         let n = self.records.times.len();
-        let own = n * site..n * (site + 1);
+        let own = n * sites.start..n * sites.end;
         let samples = predicted.iter().enumerate();
         let samples = samples.map(|(i, v)| if own.contains(&i) { *v } else { 0.0 });
         let mut column = self.masked(samples);
-        if let Some(miss) = column.get_mut(predicted.len() + site) {
-            *miss = self.gain_weight;
+        for site in sites {
+            if let Some(miss) = column.get_mut(predicted.len() + site) {
+                *miss = self.gain_weight;
+            }
         }
         column
     }
@@ -228,7 +237,7 @@ impl Problem for Model<'_> {
         let of_gains = (0..self.unknowns()).any(|k| self.gain(k).is_some());
         let predicted = of_gains.then(|| self.predicted(at)).transpose()?;
         let column = |k: usize| match (self.gain(k), &predicted) {
-            (Some(site), Some(predicted)) => Ok((self.along_gain(site, predicted), steps[k])),
+            (Some(sites), Some(predicted)) => Ok((self.along_gain(sites, predicted), steps[k])),
             _ => {
                 let (column, step) = self.well_along(at, k, steps[k])?;
                 Ok((self.masked(self.with_gains(at, column)), step))

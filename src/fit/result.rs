@@ -253,7 +253,7 @@ pub(super) fn unknowns<'a>(model: &Model<'a>) -> Vec<Unknown<'a>> {
     let others = model.others.iter().filter_map(|other| match other {
         Other::Clock => Some(Unknown::Shift(records.step(), &records.units[0])),
         Other::Gain(site) => Some(Unknown::Gain(records.bodies[*site])),
-        Other::Held(_) => None,
+        Other::Gains | Other::Held(_) => None,
     });
     model.keys.iter().map(Unknown::Key).chain(others).collect()
 }

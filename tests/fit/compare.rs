@@ -234,6 +234,14 @@ fn val_a_wrong_gain_is_named() {
     assert!(fact(&dead, "arrivals").starts_with("agree within"));
 }
 
+/// All records are 1.1 times as large: one gain that they share explains it.
+#[test]
+fn val_identity_a_gain_of_all_records_is_one_number() {
+    let found = compared(&made(), "", |records| *records *= 1.1, 0.0);
+    assert!(fact(&found, "arrivals").starts_with("agree within"));
+    explained(&found, "gain of all records", 1.1, 0.01);
+}
+
 /// A wrong mass, modulus and exponent, and missing losses are what explains the difference.
 #[test]
 fn val_a_wrong_chain_is_named() {
