@@ -512,3 +512,80 @@ fn val_delays_of_a_narrow_band_have_no_bias() {
     assert!(count > 200.0 && bias.abs() < 2e-3, "{bias} of {count}");
     assert!(speeds >= 38 && hold + 4 >= speeds, "{hold} of {speeds}");
 }
+
+/// Independent noise that runs both ways at one speed, as loud: no delay and no velocity. Of one way there is a velocity.
+#[test]
+fn val_theory_equal_waves_both_ways_have_no_direction() {
+    for seed in 0..20 {
+        let mut random = Noise(31 + 517 * seed);
+        let source: Vec<[f64; 2]> = (0..2400)
+            .map(|_| [random.gaussian(), random.gaussian()])
+            .collect();
+        for back in [0.0, 1.0] {
+            let values = Array2::from_shape_fn((2048, 12), |(n, j)| {
+                let [there, other] = [source[n + 100 - 4 * j][0], source[n + 4 * j][1]];
+                there + back * other + 0.1 * random.gaussian()
+            });
+            let mut field = field(values, 0.1);
+            field.time.step = 1e-3;
+            let found = found(&field, &CoherenceRequest::default());
+            assert_eq!(found.is_both_ways, back > 0.0, "{seed}");
+            assert_eq!(
+                found.velocity.is_none(),
+                back > 0.0,
+                "{seed}: {:?}",
+                found.velocity
+            );
+            assert_eq!(found.delays.iter().all(Option::is_none), back > 0.0);
+        }
+    }
+}
+
+/// Flexural waves, `omega = b k^2`, at two sites: the group delay is `d / (2 sqrt(b omega))`, less at high frequencies. Of waves with one
+/// speed it depends on no frequency.
+#[test]
+fn val_theory_the_delay_of_flexural_waves_depends_on_frequency() {
+    use std::f64::consts::TAU;
+    let (b, apart) = (3.0, 1.5);
+    let mut told = 0;
+    for seed in 0..20 {
+        let mut random = Noise(77 + 91 * seed);
+        let waves: Vec<[f64; 3]> = (0..240)
+            .map(|i| {
+                let f = 0.1 + 0.9 * (f64::from(i) + random.uniform()) / 240.0;
+                [TAU * f, random.gaussian(), random.gaussian()]
+            })
+            .collect();
+        for is_dispersive in [true, false] {
+            let values = Array2::from_shape_fn((4096, 2), |(n, j)| {
+                let of = |[w, p, q]: &[f64; 3]| {
+                    let k = match is_dispersive {
+                        true => (w / b).sqrt(),
+                        false => w / 4.0,
+                    };
+                    let angle = w * DT * n as f64 - k * apart * j as f64;
+                    p * angle.cos() + q * angle.sin()
+                };
+                waves.iter().map(of).sum::<f64>() + random.gaussian()
+            });
+            let found = found(&field(values, apart), &CoherenceRequest::default());
+            let delay = found.delays[1].unwrap();
+            match delay.by_frequency {
+                Some([low, high]) if is_dispersive => {
+                    told += 1;
+                    for [frequency, delay] in [low, high] {
+                        let theory = apart / (2.0 * (b * TAU * frequency).sqrt());
+                        assert!(
+                            (delay / theory - 1.0).abs() < 0.25,
+                            "{seed}: {frequency} {delay} {theory}"
+                        );
+                    }
+                    assert!(low[1] > high[1]);
+                }
+                None => {}
+                said => panic!("{seed}: {said:?}"),
+            }
+        }
+    }
+    assert!(told >= 15, "{told}");
+}

@@ -25,6 +25,9 @@ pub struct Delay {
     /// Where a narrow band alone is coherent, its period: other delays that differ by whole periods are as likely,
     /// and `delay` is the one nearest to 0.
     pub ambiguity: Option<f64>,
+    /// Where it depends on frequency: a frequency and the group delay there, of the lower and of the upper part of those that are
+    /// coherent. They differ by more than twice the intervals of both.
+    pub by_frequency: Option<[[f64; 2]; 2]>,
     /// Frequencies that are coherent.
     pub frequencies: usize,
     /// Root mean square of these, by their weights.
@@ -40,6 +43,12 @@ const PLAN: usize = 32;
 const LEAST: usize = 2;
 /// Frequencies that a sum over neighbours needs, for each of its terms.
 const OF_NEIGHBOURS: f64 = 8.0;
+/// Frequencies of a part that is asked for its own delay, at least, each with those that share its bin.
+const OF_PART: f64 = 4.0;
+/// Intervals by which the delays of two parts differ if they depend on frequency.
+const SURELY: f64 = 2.0;
+/// Part of the band over which `cos 2 theta` must cancel for waves of both directions to be told apart.
+const TOLD: f64 = 0.5;
 /// Standard deviation of a narrow band, over its mean frequency.
 const NARROW: f64 = 0.2;
 /// Bins from which on the width of a band is no error of the frequencies.
@@ -105,6 +114,9 @@ pub(super) struct CrossSpectra<'a> {
 pub(super) struct Follows {
     pub is_coherent: bool,
     pub delay: Option<Delay>,
+    /// Energy of the waves that follow the reference by the delay less that of those which precede it by as much, over both; `None`
+    /// where the band does not tell them apart.
+    pub one_way: Option<f64>,
 }
 
 /// Working space of one thread.
@@ -276,6 +288,7 @@ impl<'a> DelaySearch<'a> {
             let Some(delay) = self.delay(coherent, maximum, independent) else {
                 continue;
             };
+            found[lane].one_way = one_way(coherent, maximum);
             let band = self.band(coherent);
             let allowed = self.allowed_difference(coherent, maximum, independent);
             found[lane].delay = match (has_rival[lane], band.is_line(coherent, allowed)) {
@@ -478,6 +491,7 @@ impl<'a> DelaySearch<'a> {
             error: interval / self.normal,
             interval,
             ambiguity: None,
+            by_frequency: self.by_frequency(coherent, at, independent),
             frequencies: coherent.len(),
             rms_frequency: moment(coherent, 2).sqrt() / period,
         })
@@ -485,6 +499,48 @@ impl<'a> DelaySearch<'a> {
 }
 
 impl DelaySearch<'_> {
+    /// The group delays of the lower and of the upper part of the coherent frequencies, where they differ: the slopes of the weighted
+    /// lines through the phases of each.
+    fn by_frequency(
+        &self,
+        coherent: &[Coherent],
+        at: Maximum,
+        independent: f64,
+    ) -> Option<[[f64; 2]; 2]> {
+        let period = self.length as f64 * self.dt;
+        let least = OF_PART * self.shared_bins;
+        let of_part = |part: &[Coherent]| {
+            let sum = |of: &dyn Fn(&Coherent) -> f64| {
+                part.iter().map(|one| one.weight * of(one)).sum::<f64>()
+            };
+            let residual = |one: &Coherent| {
+                let cycles = one.residual(at) / TAU;
+                TAU * (cycles - cycles.round())
+            };
+            let all = sum(&|_| 1.0);
+            let [bin, phase] = [sum(&|one| one.bin) / all, sum(&residual) / all];
+            let spread = sum(&|one| (one.bin - bin).powi(2));
+            let slope = sum(&|one| (one.bin - bin) * (residual(one) - phase)) / spread;
+            let left = sum(&|one| (residual(one) - phase - slope * (one.bin - bin)).powi(2));
+            let freedom = part.len() as f64 / self.shared_bins - 2.0;
+            // By independent noise, or by what is left where that is more.
+            let variance = (self.shared_bins / (2.0 * independent)).max(left / freedom) / spread;
+            let half = student_two_sided(self.alpha, freedom.max(1.0)) * variance.sqrt();
+            [
+                bin / period,
+                (at.tau - slope / TAU) * period,
+                half / TAU * period,
+            ]
+        };
+        let (low, high) = coherent.split_at(coherent.len() / 2);
+        if (low.len() as f64) < least {
+            return None;
+        }
+        let [low, high] = [low, high].map(of_part);
+        let differ = (low[1] - high[1]).abs() > SURELY * low[2].hypot(high[2]);
+        differ.then(|| [low, high].map(|[frequency, delay, _]| [frequency, delay]))
+    }
+
     fn band(&self, coherent: &[Coherent]) -> Band {
         let at: Vec<f64> = coherent
             .iter()
@@ -519,6 +575,25 @@ pub(super) fn leakage(realisations: &Realisations) -> f64 {
     let [at_zero, beside] = [0, 1].map(|lag| realisations.autocorrelation(lag));
     let bin = TAU / realisations.segments.length as f64;
     2.0 * (at_zero - beside) / at_zero / (bin * bin)
+}
+
+/// By least squares of the complex coherence, `sqrt(g) e^{i phase} = p e^{-i theta} + m e^{i theta}` with `theta = 2 pi f tau`: waves that follow
+/// and waves that precede the reference by the same delay. `(p - m) / (p + m)`.
+fn one_way(coherent: &[Coherent], at: Maximum) -> Option<f64> {
+    let [mut follows, mut precedes, mut both] = [0.0; 3];
+    for one in coherent {
+        let size = (one.weight / (1.0 + one.weight)).sqrt();
+        let (residual, theta) = (one.residual(at), TAU * one.bin * at.tau);
+        follows += size * residual.cos();
+        precedes += size * (residual - 2.0 * theta).cos();
+        both += (2.0 * theta).cos();
+    }
+    let count = coherent.len() as f64;
+    let [plus, minus] = [
+        count * follows - both * precedes,
+        count * precedes - both * follows,
+    ];
+    (both.abs() < TOLD * count).then(|| (plus - minus) / (plus + minus))
 }
 
 /// The mean of a power of the bins, by their weights.

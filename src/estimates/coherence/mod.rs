@@ -33,6 +33,9 @@ use velocity::Slowness;
 /// Error of the distance between a bin and the frequency whose power it has, as a share of it.
 const OF_LEAKAGE: f64 = 0.25;
 
+/// Energy of the waves one way less that of those the other way, over both, from which on they are said to go one way: three quarters of it do.
+const ONE_WAY: f64 = 0.5;
+
 /// All choices of [`coherence`].
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CoherenceRequest {
@@ -93,6 +96,8 @@ pub struct Coherence {
     /// Whether the coherence of each site with the reference is above chance over all frequencies: of all sites
     /// together, one is by chance with probability alpha.
     pub is_coherent: Vec<bool>,
+    /// Whether waves run both ways past most of the sites whose bands tell: then there are neither delays nor velocities.
+    pub is_both_ways: bool,
     /// Delay of each site behind the reference; `None` where it is not coherent, or no delay is more likely than
     /// others.
     pub delays: Vec<Option<Delay>>,
@@ -245,6 +250,12 @@ impl Coherence {
             independent: &independent,
         });
         self.is_coherent = follows.iter().map(|site| site.is_coherent).collect();
+        let mut ways: Vec<f64> = follows.iter().filter_map(|site| site.one_way).collect();
+        ways.sort_unstable_by(f64::total_cmp);
+        self.is_both_ways = ways.get(ways.len() / 2).is_some_and(|ways| *ways < ONE_WAY);
+        if self.is_both_ways {
+            return;
+        }
         self.delays = follows.iter().map(|site| site.delay).collect();
         let position = self.positions();
         let slowness = Slowness::of_delays(&self.delays, &position, self.reference, self.alpha);

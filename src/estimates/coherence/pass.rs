@@ -444,6 +444,7 @@ impl Pass<'_> {
             phase,
             spectrum,
             is_coherent: vec![false; grid.sites],
+            is_both_ways: false,
             delays: vec![None; grid.sites],
             speeds: Vec::new(),
             velocity: None,

@@ -96,6 +96,7 @@ impl Describe for Coherence {
             "level": self.level(),
             "above_level": self.above_level(),
             "is_coherent": self.is_coherent,
+            "is_both_ways": self.is_both_ways,
             "delays": self.delays,
             "velocity": self.velocity,
             "speeds": self.speeds,
@@ -149,6 +150,11 @@ impl Coherence {
         };
         let (time_unit, space_unit) = self.units();
         let confidence = confidence(self.alpha);
+        if self.is_both_ways {
+            return format!(
+                "{share} {are} coherent with site {reference}, by no single delay: waves run both ways"
+            );
+        }
         let known: Vec<Delay> = coherent.iter().filter_map(|j| self.delays[*j]).collect();
         if let Some(waves) = &self.velocity {
             let towards = if waves.velocity > 0.0 { "+x" } else { "-x" };
@@ -184,6 +190,22 @@ impl Coherence {
             let known = known.iter();
             known.filter(move |delay| sign * delay.delay > delay.interval)
         };
+        let by_frequency = known.iter().rev().find_map(|delay| delay.by_frequency);
+        if let Some([low, high]) = by_frequency {
+            let at = |[frequency, delay]: [f64; 2]| {
+                let unit = cycles_per(&time_unit);
+                format!(
+                    "{} {time_unit} at {} {unit}",
+                    number(delay),
+                    number(frequency)
+                )
+            };
+            return format!(
+                "{share} {are} coherent with site {reference}, by delays that depend on frequency: {}, {}",
+                at(low),
+                at(high)
+            );
+        }
         match (known.as_slice(), later(1.0).count(), later(-1.0).count()) {
             ([], ..) => {
                 format!("{share} {are} coherent with site {reference}, but by no single delay")
