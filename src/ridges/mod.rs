@@ -33,7 +33,7 @@ use crate::system::threads::in_pool;
 use branches::Point;
 pub use fit::{RidgeFit, RidgeLaw, RidgeParameter};
 use lobe::Lobe;
-use peaks::Cuts;
+use peaks::{Cuts, Peak};
 use single::{is_single, steadiness, without_errors};
 
 /// Bins that the ends of two ridges of one branch are apart at most.
@@ -154,6 +154,9 @@ pub struct Ridges {
     /// Width at half maximum of one wave, in the same units.
     pub resolution: [f64; 2],
     pub ridges: Vec<Ridge>,
+    /// Where there is no ridge: frequency and wavenumber of peaks above the level, of too few neighbours to be one, as tones have
+    /// them; to a bin, the largest first.
+    pub lone: Vec<[f64; 2]>,
     pub fits: Vec<RidgeFit>,
 }
 
@@ -361,6 +364,7 @@ impl Search<'_> {
         let (nf, nk) = self.power.dim();
         let df = 1.0 / (self.segment as f64 * axes.time.step.abs());
         let dk = TAU / (nk as f64 * axes.space.step.abs());
+        let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
         let along_f = Lobe::new(self.request.window_time, self.segment);
         let along_k = Lobe::new(self.request.window_space, axes.n_sites);
         // Neither the mean with its main lobe nor the Nyquist lines, which have no direction.
@@ -394,9 +398,11 @@ impl Search<'_> {
             around,
         );
         let level = at_frequencies.level();
-        let mut found = Vec::new();
+        let (mut found, mut lone) = (Vec::new(), Vec::new());
         if by_frequency {
-            found.extend(self.found(&at_frequencies, RidgeCut::Frequency));
+            let (ridges, peaks) = self.found(&at_frequencies, RidgeCut::Frequency);
+            found.extend(ridges);
+            lone.extend(peaks);
         }
         if by_wavenumber {
             let transposed = self.power.t();
@@ -410,13 +416,29 @@ impl Search<'_> {
                 &frequencies,
                 around,
             );
-            found.extend(self.found(&at_wavenumbers, RidgeCut::Wavenumber));
+            let (ridges, peaks) = self.found(&at_wavenumbers, RidgeCut::Wavenumber);
+            found.extend(ridges);
+            if !by_frequency {
+                lone.extend(peaks);
+            }
         }
+        if !found.is_empty() {
+            lone.clear();
+        }
+        lone.sort_by(|a, b| b.1.power.total_cmp(&a.1.power));
+        let lone = lone.iter().map(|(cut, peak)| {
+            let (across, at) = (peak.cut as f64, peak.at);
+            let [m, j] = match cut {
+                RidgeCut::Frequency => [across, at],
+                RidgeCut::Wavenumber => [at, across],
+            };
+            [m * df, lowest + j * dk]
+        });
+        let lone: Vec<[f64; 2]> = lone.collect();
         if by_frequency && by_wavenumber {
             found = sharpest(found, self.request.fewest);
         }
         let branches = numbered(&found);
-        let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
         let place = |cut, point: &Point| placed(cut, point, [df, dk], lowest);
         let ridges: Vec<Ridge> = found
             .iter()
@@ -460,17 +482,28 @@ impl Search<'_> {
             bins: [df, dk],
             resolution: [along_f.width * df, along_k.width * dk],
             ridges,
+            lone,
             fits,
         })
     }
 
-    fn found(&self, cuts: &Cuts<'_>, cut: RidgeCut) -> Vec<Found> {
+    /// Ridges, and the largest peak of each row of peaks that is too short to be one.
+    fn found(&self, cuts: &Cuts<'_>, cut: RidgeCut) -> (Vec<Found>, Vec<(RidgeCut, Peak)>) {
         let places = cuts.power.ncols();
-        let joined = branches::joined(&cuts.peaks(), places, self.request.fewest);
-        let smooth = joined
+        let rows = branches::joined(&cuts.peaks(), places, 1).into_iter();
+        let (ridges, lone): (Vec<_>, Vec<_>) =
+            rows.partition(|row| row.len() >= self.request.fewest);
+        let smooth = ridges
             .iter()
             .map(|branch| branches::smooth(branch, cuts.across.variance));
-        smooth.map(|points| Found { cut, points }).collect()
+        let largest = lone.iter().filter_map(|row| {
+            let largest = row.iter().max_by(|a, b| a.power.total_cmp(&b.power));
+            Some((cut, *largest?))
+        });
+        (
+            smooth.map(|points| Found { cut, points }).collect(),
+            largest.collect(),
+        )
     }
 }
 

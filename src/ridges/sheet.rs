@@ -38,6 +38,8 @@ const DEFINITIONS: [[&str; 2]; 5] = [
 const LEAST_KNOWN: usize = 5;
 /// Spread of velocities that are one, over their median.
 const ALIKE: f64 = 0.15;
+/// Mean square of their distances from the median, over their errors, from which on they differ by more than these.
+const DIFFERENT: f64 = 4.0;
 /// Velocities known no better than this share of them are not drawn.
 const RESOLVED: f64 = 0.3;
 
@@ -129,6 +131,7 @@ impl Describe for Ridges {
             "frequency_resolution": self.resolution[0],
             "wavenumber_resolution": self.resolution[1],
             "branches": self.branches(),
+            "lone_peaks": self.lone,
             "ridges": self.ridges.iter().map(Ridge::numbers).collect::<Vec<_>>(),
             "fits": self.fits.iter().map(RidgeFit::numbers).collect::<Vec<_>>(),
         }));
@@ -197,6 +200,20 @@ impl Ridges {
 
     /// The law, or the velocity, in words.
     fn answer(&self) -> String {
+        if let (true, Some([frequency, wavenumber])) = (self.ridges.is_empty(), self.lone.first()) {
+            let axes = &self.analysis.axes;
+            let peaks = match self.lone.len() {
+                1 => "one lone peak stands above the noise, near".to_owned(),
+                count => format!("{count} lone peaks stand above the noise, the largest near"),
+            };
+            return format!(
+                "no ridge: {peaks} {} {}, {} {}",
+                number(*frequency),
+                axes.frequency_unit(),
+                number(*wavenumber),
+                axes.wavenumber_unit()
+            );
+        }
         if self.ridges.is_empty() {
             return "no ridge stands above the noise".into();
         }
@@ -232,15 +249,22 @@ impl Ridges {
         let magnitudes = |of: fn(&RidgePoint) -> [f64; 2]| {
             let known = self.points().map(of);
             let known = known.filter(|[speed, error]| *error < 0.1 * speed.abs());
-            let mut speeds: Vec<f64> = known.map(|[speed, _]| speed.abs()).collect();
-            speeds.sort_by(f64::total_cmp);
-            let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize];
-            (speeds.len() >= LEAST_KNOWN).then(|| [0.05, 0.5, 0.95].map(at))
+            let mut speeds: Vec<[f64; 2]> = known.map(|[speed, e]| [speed.abs(), e]).collect();
+            speeds.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize][0];
+            (speeds.len() >= LEAST_KNOWN).then(|| {
+                let [low, middle, high] = [0.05, 0.5, 0.95].map(at);
+                let off = speeds.iter().map(|[v, e]| ((v - middle) / e).powi(2));
+                let by_errors = off.sum::<f64>() < DIFFERENT * speeds.len() as f64;
+                (
+                    [low, middle, high],
+                    by_errors || high - low < ALIKE * middle,
+                )
+            })
         };
         // Folded wavenumbers have other phase velocities, but the same group velocity.
         let group = magnitudes(|p| [p.group_velocity, p.group_velocity_error]);
-        let is_one = |[low, middle, high]: &[f64; 3]| high - low < ALIKE * middle;
-        if let Some([low, middle, high]) = group.filter(is_one) {
+        if let Some(([low, middle, high], true)) = group {
             let [forwards, backwards] = [1.0, -1.0].map(|sign| {
                 let signed = self.points().filter(|p| sign * p.group_velocity > 0.0);
                 signed.count()
@@ -255,12 +279,12 @@ impl Ridges {
         }
         let phase = magnitudes(|p| [p.phase_velocity, p.phase_velocity_error]);
         match (group, phase) {
-            (Some([low, _, high]), _) => format!(
+            (Some(([low, _, high], _)), _) => format!(
                 "{branches}, group velocity from {} to {} {unit}",
                 number(low),
                 number(high)
             ),
-            (None, Some([low, _, high])) => format!(
+            (None, Some(([low, _, high], _))) => format!(
                 "{branches}, phase velocity from {} to {} {unit}",
                 number(low),
                 number(high)

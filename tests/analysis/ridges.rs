@@ -531,3 +531,62 @@ fn val_the_speed_of_a_narrow_band_has_no_bias() {
     let middle = all[all.len() / 2];
     assert!((middle - 1.0).abs() < 0.01, "{middle}");
 }
+
+/// Two tones in noise are no ridge, and stand above it all the same: each at its frequency and wavenumber, to a bin.
+#[test]
+fn val_theory_tones_stand_above_the_noise() {
+    let (times, sites) = (4096, 40);
+    let mut by_chance = 0;
+    for seed in 1..11 {
+        let mut noise = Noise(seed);
+        let tones = [[0.0837, 0.41, 1.0], [0.211, -0.93, 0.7]];
+        let values = Array2::from_shape_fn((times, sites), |(n, j)| {
+            let of = |[f, k, a]: &[f64; 3]| a * (TAU * f * n as f64 - k * j as f64).cos();
+            tones.iter().map(of).sum::<f64>() + 0.2 * noise.gaussian()
+        });
+        let found = found(&Field::from_array(values), &RidgesRequest::default());
+        assert!(found.ridges.is_empty());
+        by_chance += found.lone.len() - 2;
+        for ([frequency, wavenumber], [f, k, _]) in found.lone.iter().zip(tones) {
+            assert!(
+                (frequency - f).abs() <= found.bins[0],
+                "{seed}: {frequency} {f}"
+            );
+            assert!(
+                (wavenumber - k).abs() <= found.bins[1],
+                "{seed}: {wavenumber} {k}"
+            );
+        }
+    }
+    // Noise has a peak anywhere in one spectrum of a hundred.
+    assert!(by_chance <= 1, "{by_chance}");
+}
+
+/// Waves of one speed in loud noise: group velocities that differ by no more than their errors are one velocity.
+#[test]
+fn val_theory_errors_are_no_range_of_velocities() {
+    use wavecascade::sheet::Describe;
+    let mut ranges = Vec::new();
+    for seed in 1..21 {
+        let mut noise = Noise(40 + seed);
+        let white: Vec<f64> = (0..2600).map(|_| noise.gaussian()).collect();
+        let wave: Vec<f64> = white
+            .windows(9)
+            .map(|w| {
+                (0..9)
+                    .map(|i| w[i] * (0.35 * (i as f64 - 4.0)).cos())
+                    .sum::<f64>()
+                    / 2.0
+            })
+            .collect();
+        let values = Array2::from_shape_fn((2048, 24), |(n, j)| {
+            wave[n + 200 - 3 * j] + 0.6 * noise.gaussian()
+        });
+        let found = found(&Field::from_array(values), &RidgesRequest::default());
+        let said = found.describe().answer;
+        if said.contains(" from ") {
+            ranges.push((seed, said));
+        }
+    }
+    assert_eq!(ranges, []);
+}
