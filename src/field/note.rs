@@ -228,13 +228,13 @@ impl Note {
                 "the {axis} coordinates are taken as even; index {} deviates by {} of a step, which is \
                  the most",
                 jitter.index,
-                digits((jitter.share * 1e4).round() / 1e4)
+                of_step(jitter.share)
             ),
             Note::Rounded { axis, jitter } => format!(
                 "the {axis} coordinates are even to the precision of their numbers, which is coarse: index {} \
                  deviates by {} of a step, which is the most",
                 jitter.index,
-                digits((jitter.share * 1e4).round() / 1e4)
+                of_step(jitter.share)
             ),
             Note::Stated { place, text, what } => format!("`{place}` = {text} is the {what}"),
             Note::Replaced {
@@ -487,6 +487,11 @@ fn on_unit(what: &'static str, unit: &str, others: &[(bool, &'static str)]) -> O
 }
 
 /// What resampling has done.
+/// Two digits of a share of a step, however small.
+fn of_step(share: f64) -> String {
+    digits(format!("{share:.1e}").parse().unwrap_or(share))
+}
+
 fn resampled(axis: &str, method: Interpolation, shift: &Jitter, error: f64) -> String {
     let nyquist = match axis {
         "time" => "frequency",
@@ -501,7 +506,7 @@ fn resampled(axis: &str, method: Interpolation, shift: &Jitter, error: f64) -> S
          off its place, which is the most; amplitudes at half the Nyquist {nyquist} {effect} {} %",
         method.name(),
         shift.index,
-        digits((shift.share * 1e4).round() / 1e4),
+        of_step(shift.share),
         digits((error * 1e3).round() / 10.0)
     )
 }
