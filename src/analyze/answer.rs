@@ -37,6 +37,8 @@ pub enum Undirected {
     Folded { share: f64 },
     /// Wavelengths over twice the spacing, by the speed of arrivals, at the frequency below which half of the energy lies.
     Short { wavelength: f64 },
+    /// The same over twice the length of the array, where wavenumbers of both signs are one.
+    Long { wavelength: f64 },
     /// Noise is all there is.
     Noise,
 }
@@ -108,6 +110,7 @@ pub(super) fn find(
         windows,
         gain_changes: along.gain_changes,
         gain_steps: along.gain_steps,
+        uneven: along.uneven,
         noise,
     })
 }
@@ -120,6 +123,7 @@ pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
     let steps = (!steps.is_empty()).then(|| Warning::GainSteps {
         sites: named(steps.iter().map(|step| step.site).collect()),
         ratios: steps.iter().map(|step| step.ratio).collect(),
+        errors: steps.iter().map(|step| step.error).collect(),
     });
     let changes = (!changes.is_empty()).then(|| Warning::GainChanges {
         sites: named(changes.iter().map(|change| change.site).collect()),
@@ -232,6 +236,7 @@ fn wavenumbers(
         is_short: along
             .speed
             .is_some_and(|speed| speed.value.abs() < 2.0 * axes.space.step.abs() * along.median),
+        uneven: along.uneven,
         returns: false,
         tolerance: plan.request.least_move.unwrap_or(TOLERANCE),
         along_x: along.movement.verdict,
@@ -324,12 +329,21 @@ pub(super) fn withheld(
         return Some(Undirected::Noise);
     }
     let share = high / rest;
-    if share > FOLDED {
+    // All that gains spread may lie there.
+    if share > FOLDED + answer.map_or(0.0, |answer| answer.uneven) {
         return Some(Undirected::Folded { share });
     }
     let answer = answer?;
     let wavelength = answer.speed?.value.abs() * answer.period;
-    (wavelength < 2.0 * plan.axes.space.step.abs()).then_some(Undirected::Short { wavelength })
+    let spacing = plan.axes.space.step.abs();
+    match wavelength {
+        short if short < 2.0 * spacing => Some(Undirected::Short { wavelength }),
+        // Waves of both signs are not two.
+        long if long > 2.0 * spacing * plan.axes.n_sites as f64 => {
+            Some(Undirected::Long { wavelength })
+        }
+        _ => None,
+    }
 }
 
 /// Whether there is about as much energy at all wavenumbers, of both signs: records that do not follow each other.

@@ -1,5 +1,7 @@
 //! Defects of the data and of its sampling.
 
+use num_complex::Complex;
+
 use super::aliasing::aliased;
 use super::{Axes, Request, Warning};
 use crate::diagnostics::{Bins, SpectrumMoments};
@@ -62,6 +64,9 @@ pub(super) const COMMON_SHARE: f64 = 0.5;
 const COMMON_LINE: f64 = 0.2;
 const LINE_BINS: usize = 2;
 const LINE_PART: f64 = 0.8;
+/// Sites at each end of the array whose phase is compared, at most, and the cosine of their difference from which on it is one.
+const ENDS: usize = 4;
+const IN_PHASE: f64 = 0.9;
 const STATIC_SHARE: f64 = 0.5;
 /// A jump between the ends, over the root mean square, and over that of neighbours.
 const STEP: f64 = 0.5;
@@ -247,6 +252,8 @@ impl Findings<'_> {
         // What lies at f = 0 are offsets.
         let is_line = sum(near) > LINE_PART * sum(moving) && undirected[0] < sum(near);
         let (line, bin) = (self.frequency.centres[at + 1], self.frequency.centres[1]);
+        let is_line =
+            is_line && self.is_in_phase(std::f64::consts::PI * line / self.frequency.top());
         // No finer than it is known.
         let digit = 10f64.powf(bin.log10().ceil());
         let line = match line >= 10.0 * digit {
@@ -254,6 +261,24 @@ impl Findings<'_> {
             false => line,
         };
         is_line.then_some([line, 0.5 * bin])
+    }
+
+    /// Whether a line, in rad a sample, has one phase at both ends of the array: a wave that is far longer than it has not.
+    fn is_in_phase(&self, angle: f64) -> bool {
+        let sites = self.scans.len();
+        let end = (sites / 4).clamp(1, ENDS);
+        let at = |site: usize| -> Complex<f64> {
+            let record = (self.record)(site);
+            let taper = Window::Hann.samples(record.len());
+            let terms = record.iter().zip(taper).enumerate();
+            terms
+                .map(|(n, (v, w))| Complex::from_polar(v * w, -angle * n as f64))
+                .sum()
+        };
+        let [first, last]: [Complex<f64>; 2] =
+            [(0..end).map(at).sum(), (sites - end..sites).map(at).sum()];
+        let both = first.conj() * last;
+        both.re > IN_PHASE * both.norm()
     }
 
     /// Defects that affect spectra along space.

@@ -65,7 +65,12 @@ pub enum Warning {
     /// neighbours; `ratio` of these energies.
     NoisyChannels { sites: Sites, ratio: f64 },
     /// Sites from which on records are `ratios` times as large as those before them, noise included.
-    GainSteps { sites: Sites, ratios: Vec<f64> },
+    GainSteps {
+        sites: Sites,
+        ratios: Vec<f64>,
+        /// Half of their 95 % intervals.
+        errors: Vec<f64>,
+    },
     /// Sites whose records become `ratios` times as large at `times`, while those beside them do not.
     GainChanges {
         sites: Sites,
@@ -240,11 +245,19 @@ impl Warning {
                 rounded(*ratio),
                 sites.words()
             ),
-            Warning::GainSteps { sites, ratios } => format!(
-                "the gain changes along x: x {} from site {} on",
-                some(ratios.iter().map(|r| short(*r)).collect()),
-                sites.words()
-            ),
+            Warning::GainSteps {
+                sites,
+                ratios,
+                errors,
+            } => {
+                let ratios = ratios.iter().zip(errors);
+                let ratios = ratios.map(|(ratio, error)| sheet::with_half(*ratio, *error, ""));
+                format!(
+                    "the gain changes along x: x {} from site {} on",
+                    some(ratios.collect()),
+                    sites.words()
+                )
+            }
             Warning::GainChanges {
                 sites,
                 times,
@@ -468,9 +481,16 @@ impl Warning {
                 let [line, error] = [0, 1].map(|i| line.map(|line| line[i]));
                 json!({"share": share, "line": line, "line_error": error})
             }
-            Warning::GainSteps { sites, ratios } => {
-                json!({"sites": sites.indices, "positions": sites.positions, "ratios": ratios})
-            }
+            Warning::GainSteps {
+                sites,
+                ratios,
+                errors,
+            } => json!({
+                "sites": sites.indices,
+                "positions": sites.positions,
+                "ratios": ratios,
+                "ratio_errors": errors,
+            }),
             Warning::GainChanges {
                 sites,
                 times,

@@ -74,6 +74,7 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
         is_steady: false,
         is_run: true,
         is_short: false,
+        uneven: 0.0,
         returns: !is_struck,
         tolerance: TOLERANCE,
         along_x: Verdict::Unchanged,

@@ -100,6 +100,8 @@ pub(crate) struct AlongX {
     pub noise: f64,
     pub gain_changes: Vec<GainChange>,
     pub gain_steps: Vec<GainStep>,
+    /// Share of the energy that amplitudes which differ from site to site spread over all wavenumbers.
+    pub uneven: f64,
 }
 
 impl AlongX {
@@ -122,6 +124,7 @@ impl AlongX {
             noise: 0.0,
             gain_changes: Vec::new(),
             gain_steps: Vec::new(),
+            uneven: 0.0,
         }
     }
 }
@@ -181,6 +184,10 @@ pub(crate) fn along_x(
             gain::changes(&onsets, &live, n_times),
         ),
     };
+    let uneven = match options.is_simulated() {
+        true => 0.0,
+        false => gain::uneven(&onsets),
+    };
     let mut fronts = Fronts {
         options,
         onsets,
@@ -211,6 +218,7 @@ pub(crate) fn along_x(
     };
     Ok(AlongX {
         gain_steps: steps,
+        uneven,
         ..along
     })
 }
@@ -321,12 +329,12 @@ impl Fronts<'_> {
         observer: &dyn Observer,
     ) -> Result<AlongX> {
         let options = self.options;
-        let sense = self.sense(eligible);
-        let origins = match sense == 0.0 {
+        let by_arrivals = self.sense(eligible);
+        let origins = match by_arrivals == 0.0 {
             true => self.origins(eligible),
             false => None,
         };
-        let ends = self.ends(eligible, sense);
+        let ends = self.ends(eligible, by_arrivals);
         let room: Vec<usize> = eligible
             .iter()
             .zip(&ends)
@@ -387,11 +395,12 @@ impl Fronts<'_> {
             order.retain(|&j| self.arrival(j) >= self.lead);
             self.left_out.entered_late += eligible.len() - order.len();
         }
-        if sense < 0.0 || (sense == 0.0 && options.toward_minus) {
+        let is_reversed = by_arrivals < 0.0 || (by_arrivals == 0.0 && options.toward_minus);
+        if is_reversed {
             order.reverse();
         }
         let numbers = kinds.iter().map(|kind| 2 * kind.grid.upper.len()).sum();
-        let groups = grouped(&order, size, options.most_groups(numbers));
+        let mut groups = grouped(&order, size, options.most_groups(numbers));
         let mut wanted = vec![false; self.onsets.len()];
         groups.iter().flatten().for_each(|&j| wanted[j] = true);
         let end_of = |site: usize| {
@@ -434,6 +443,37 @@ impl Fronts<'_> {
         }
         let comes_back = self.drop_reflected(&mut seen, &kinds);
         let lone = |site: usize| seen[site].as_ref();
+        let fronts = order.iter().filter_map(|&site| {
+            Some(Passage {
+                site,
+                start: self.start(site),
+                spectrum: lone(site)?.spectra[0].as_ref()?,
+            })
+        });
+        let fronts: Vec<Passage> = fronts.collect();
+        let scale = options.dx / options.dt;
+        let arrival = |front: &Passage| (front.site as f64, self.arrival(front.site) as f64);
+        let is_ordered = by_arrivals != 0.0;
+        let speed = match options.is_simulated() {
+            // A run has no noise, and its front no end.
+            true if is_ordered => {
+                speed::speed(&fronts.iter().map(arrival).collect::<Vec<_>>(), scale)
+            }
+            // Group delays of waves that run both ways are those of neither.
+            false if is_ordered || (origins.is_none() && !comes_back) => {
+                speed::of_windows(&fronts, scale)
+            }
+            _ => None,
+        };
+        // Arrivals that noise scatters by more than they lie apart have no order; group delays have.
+        let sense = match speed {
+            Some(speed) if !is_ordered => (speed.value * scale).signum(),
+            _ => by_arrivals,
+        };
+        if sense != 0.0 && (sense < 0.0) != is_reversed {
+            groups.reverse();
+            groups.iter_mut().for_each(|group| group.reverse());
+        }
         // Whole groups alone, by kind of window.
         let of_kind = |kind: usize| -> Vec<Group> {
             let whole = groups.iter().filter_map(|group| {
@@ -470,7 +510,6 @@ impl Fronts<'_> {
                 groups.len() >= FEWEST && self.left_out.cut_off + self.left_out.reflected == 0;
             let left_out = self.left_out;
             return Ok(self.untold(match noisy {
-                _ if origins.is_some() => Reason::Origins,
                 true => Reason::Noise,
                 false => Reason::FewWindows { whole, left_out },
             }));
@@ -486,27 +525,22 @@ impl Fronts<'_> {
                 sides[0] != sides[1]
             };
             let ends = along.movement.from.zip(along.movement.to);
-            let is_same = along.movement.verdict == Verdict::Unchanged
-                && ends.is_some_and(|(from, to)| spans(from, to));
-            if !is_same {
-                along.movement = along.movement.but_untold(Reason::Origins);
+            let differs = Some(Reason::Origins);
+            let reason = match (along.movement.verdict, along.movement.reason) {
+                (_, Some(Reason::Windows { .. } | Reason::Neighbours { .. })) => differs,
+                (Verdict::Untold, _) => None,
+                (Verdict::Unchanged, _) if ends.is_some_and(|(from, to)| spans(from, to)) => None,
+                (Verdict::Unchanged, _) => Some(Reason::FewWindows {
+                    whole: found.groups[0].len() * size,
+                    left_out: self.left_out,
+                }),
+                _ => differs,
+            };
+            if let Some(reason) = reason {
+                along.movement = along.movement.but_untold(reason);
             }
         }
-        let fronts = order.iter().filter_map(|&site| {
-            Some(Passage {
-                site,
-                start: self.start(site),
-                spectrum: lone(site)?.spectra[0].as_ref()?,
-            })
-        });
-        let fronts: Vec<Passage> = fronts.filter(|_| sense != 0.0).collect();
-        let scale = options.dx / options.dt;
-        let arrival = |front: &Passage| (front.site as f64, self.arrival(front.site) as f64);
-        along.speed = match options.is_simulated() {
-            // A run has no noise, and its front no end.
-            true => speed::speed(&fronts.iter().map(arrival).collect::<Vec<_>>(), scale),
-            false => speed::of_windows(&fronts, scale),
-        };
+        along.speed = speed;
         along.has_fronts = true;
         along.is_one_way = sense != 0.0 && !comes_back && !options.is_simulated();
         along.window = (!options.is_simulated()).then_some((self.width, window));

@@ -19,18 +19,34 @@ const PART: usize = 4;
 /// logarithm.
 const BESIDE: usize = 4;
 const ALIKE: f64 = 0.3;
+/// Standard deviation of a normal variable over the median magnitude of the difference of two, `1 / (0.6745 sqrt 2)`; and of the
+/// difference of the medians of two times four of them over theirs, by their order statistics.
+const OF_MAGNITUDES: f64 = 1.0484;
+const OF_MEDIANS: f64 = 0.7725;
 
 /// A site from which on records are larger or smaller, their motion and their noise alike.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GainStep {
     pub site: usize,
-    /// Amplitudes from it on over those before.
+    /// Amplitudes from it on over those before, and half of the 95 % interval.
     pub ratio: f64,
+    pub error: f64,
 }
 
 /// Steps between `live` sites.
 pub(super) fn steps(onsets: &[Onset], live: &[bool]) -> Vec<GainStep> {
     let sites: Vec<usize> = (0..onsets.len()).filter(|&j| live[j]).collect();
+    if sites.len() < 2 * BESIDE {
+        return Vec::new();
+    }
+    let size = |i: usize| onsets[sites[i]].sizes[0];
+    // Gains that differ from site to site differ beside a step, too: its standard error is that of two medians of four.
+    let mut jumps: Vec<f64> = (1..sites.len())
+        .map(|i| (size(i) - size(i - 1)).abs())
+        .collect();
+    let error = OF_MEDIANS * OF_MAGNITUDES * median(&mut jumps);
+    let surely = student_two_sided(CHANCE / sites.len() as f64, (sites.len() - 2) as f64);
+    let least = LEAST.ln().max(surely * error);
     let step = |i: usize, what: usize| {
         let side = |sites: &[usize]| {
             let mut sizes: Vec<f64> = sites.iter().map(|&j| onsets[j].sizes[what]).collect();
@@ -42,29 +58,49 @@ pub(super) fn steps(onsets: &[Onset], live: &[bool]) -> Vec<GainStep> {
         let (before, after) = (side(&sites[i - BESIDE..i]), side(&sites[i..i + BESIDE]));
         let step = after.0 - before.0;
         let are_alike = before.1.max(after.1) < ALIKE * step.abs().max(LEAST.ln());
-        are_alike.then_some(step)
+        (step, are_alike)
     };
-    let places = BESIDE..(sites.len() + 1).saturating_sub(BESIDE);
-    let found: Vec<(usize, f64)> = places
-        .filter_map(|i| {
-            let (motion, noise) = (step(i, 0)?, step(i, 1)?);
-            let is_step =
-                motion.abs() > LEAST.ln() && (noise - motion).abs() < ALIKE * motion.abs();
-            is_step.then_some((i, motion))
-        })
-        .collect();
-    // Places beside a step see it, too: it is where neighbours differ most.
-    let jump = |i: usize| (onsets[sites[i]].sizes[0] - onsets[sites[i - 1]].sizes[0]).abs();
-    let is_largest = |&&(i, _): &&(usize, f64)| {
-        let mut near = found.iter().map(|(other, _)| *other);
-        near.all(|other| other.abs_diff(i) >= BESIDE || other == i || jump(other) < jump(i))
+    let is_step = |&i: &usize| {
+        let [(motion, are_alike), (noise, noises)] = [0, 1].map(|what| step(i, what));
+        are_alike && noises && motion.abs() > least && (noise - motion).abs() < ALIKE * motion.abs()
     };
+    // Places beside a step see it, too: it is where the means of both sides differ most.
+    let apart = |i: usize| {
+        let sum = |sites: std::ops::Range<usize>| sites.map(size).sum::<f64>();
+        (sum(i..i + BESIDE) - sum(i - BESIDE..i)).abs()
+    };
+    let last = sites.len() - BESIDE;
+    let most = |i: usize| {
+        let near = (i + 1).saturating_sub(BESIDE).max(BESIDE)..=(i + BESIDE - 1).min(last);
+        near.max_by(|a, b| apart(*a).total_cmp(&apart(*b)))
+            .unwrap_or(i)
+    };
+    let mut found: Vec<usize> = (BESIDE..=last).filter(is_step).map(most).collect();
+    found.dedup();
+    let is_largest = |i: &&usize| most(**i) == **i;
     let kept = found.iter().filter(is_largest);
-    kept.map(|(i, step)| GainStep {
-        site: sites[*i],
-        ratio: step.exp(),
+    kept.map(|&i| GainStep {
+        site: sites[i],
+        ratio: step(i, 0).0.exp(),
+        error: step(i, 0).0.exp() * (1.96 * error).exp_m1(),
     })
     .collect()
+}
+
+/// Share of the energy that amplitudes `a_j` which differ from site to site spread over all wavenumbers, as noise on them does:
+/// `sum (a_{j-1} - 2 a_j + a_{j+1})^2 / 6 sum a_j^2`. A dead site is the share of one site, and smooth growth along x next to none.
+pub(super) fn uneven(onsets: &[Onset]) -> f64 {
+    let of_motion = |onset: &Onset| {
+        let square = (2.0 * onset.sizes[0]).exp() - onset.noise.unwrap_or(0.0).powi(2);
+        square.max(0.0).sqrt()
+    };
+    let amplitudes: Vec<f64> = onsets.iter().map(of_motion).collect();
+    let bends = amplitudes.windows(3).map(|a| a[0] - 2.0 * a[1] + a[2]);
+    let all: f64 = amplitudes.iter().map(|a| a * a).sum();
+    match all > 0.0 {
+        true => bends.map(|bend| bend * bend).sum::<f64>() / (6.0 * all),
+        false => 0.0,
+    }
 }
 
 /// A record that becomes larger or smaller from a sample on, while the others do not.

@@ -58,6 +58,8 @@ pub(crate) struct Source<'a> {
     pub is_run: bool,
     /// Whether the wave is shorter than two distances of the sites, by its speed.
     pub is_short: bool,
+    /// Share of the energy that amplitudes which differ from site to site spread over all wavenumbers.
+    pub uneven: f64,
     /// Whether what moved and came back is told.
     pub returns: bool,
     pub tolerance: f64,
@@ -187,6 +189,12 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     }
     let evidence = Evidence::new(&grid.upper, &groups, compared, &place);
     let [a, b] = compared;
+    // What falls below the first wavenumber that is resolved is not lost.
+    let kept =
+        (inside[b] / inside[a] - groups[b].energy / groups[a].energy) > 0.5 * movement.most();
+    if movement.transfer == Some(false) && kept {
+        movement.transfer = None;
+    }
     if movement.verdict == Verdict::Unchanged {
         let bound = movement.bound;
         let movement = match bound > OPEN {
@@ -198,8 +206,14 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     if is_long {
         return Ok((movement.but_untold(Reason::NeverInside), evidence));
     }
-    if !source.is_run && (source.is_short || waves.top > FOLDED * waves.moving) {
-        return Ok((movement.but_untold(Reason::Folded), evidence));
+    let top = waves.top / waves.moving;
+    if !source.is_run && (source.is_short || top > FOLDED) {
+        // All that gains spread may lie there.
+        let reason = match source.is_short || top > FOLDED + source.uneven {
+            true => Reason::Folded,
+            false => Reason::Uneven,
+        };
+        return Ok((movement.but_untold(reason), evidence));
     }
     let beside = [(a + 1, b), (a, b.saturating_sub(1))];
     for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {

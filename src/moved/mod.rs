@@ -341,6 +341,8 @@ pub struct Answer {
     pub(crate) gain_changes: Vec<GainChange>,
     /// Sites from which on gains differ.
     pub(crate) gain_steps: Vec<GainStep>,
+    /// Share of the energy that amplitudes which differ from site to site spread over all wavenumbers.
+    pub(crate) uneven: f64,
 }
 
 /// Windows from arrivals on, in samples.

@@ -23,7 +23,7 @@ impl LeftOut {
             (self.not_reached, "are not reached"),
             (self.entered_late, "move when the record begins"),
             (self.cut_off, "are cut off by its end"),
-            (self.reflected, "hold a reflection"),
+            (self.reflected, "hold a wave that comes the other way"),
         ];
         all.into_iter()
             .max_by_key(|(sites, _)| *sites)
@@ -71,7 +71,7 @@ pub enum Reason {
     },
     /// The motion has begun before the record, or hum and drift hide when it begins.
     Begins,
-    /// Waves of several origins, whose content differs.
+    /// Waves of several origins, whose windows differ.
     Origins,
     /// What comes back is in the windows of what arrives.
     Returns,
@@ -87,6 +87,8 @@ pub enum Reason {
     LongWaves,
     /// Waves are shorter than two distances of the sites, and appear as longer ones.
     Folded,
+    /// Amplitudes differ from site to site, which spreads energy over all wavenumbers.
+    Uneven,
     /// Sites are at uneven distances or left out.
     MissingSites,
 }
@@ -117,6 +119,7 @@ impl Reason {
             Reason::Enters => "enters",
             Reason::LongWaves => "long-waves",
             Reason::Folded => "folded",
+            Reason::Uneven => "uneven",
             Reason::MissingSites => "missing-sites",
         }
     }
@@ -163,7 +166,7 @@ impl Reason {
             }
             Reason::Errors { .. } => "errors hide moves of any size".into(),
             Reason::Begins => "no quiet part of the records goes before the wave".into(),
-            Reason::Origins => "waves of several origins differ".into(),
+            Reason::Origins => "waves of several origins pass".into(),
             Reason::Returns => "what comes back mixes with what arrives".into(),
             Reason::Resolution => "the record holds a few periods of most of the motion".into(),
             Reason::NeverInside => "the wave is longer than the array".into(),
@@ -173,6 +176,7 @@ impl Reason {
             Reason::Folded => {
                 "wavenumbers fold: waves are shorter than two distances of the sites".into()
             }
+            Reason::Uneven => "amplitudes differ from site to site, as gains make them".into(),
             Reason::MissingSites => "sites are left out".into(),
         }
     }
@@ -210,6 +214,7 @@ impl Reason {
                 "record a longer stretch of the structure"
             }
             Reason::Folded => "place sites at smaller distances",
+            Reason::Uneven => "repair dead sites, and divide records by their gains",
             Reason::MissingSites => "record all sites, at even distances",
         }
     }

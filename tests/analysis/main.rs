@@ -26,6 +26,7 @@ mod slope;
 mod spacetime;
 mod spectra;
 mod spectrum;
+mod told;
 mod transfer;
 mod warnings;
 mod windows;

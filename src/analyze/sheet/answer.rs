@@ -227,6 +227,11 @@ impl<'a> Words<'a> {
                 short(wavelength),
                 self.axes.space_unit()
             ),
+            Undirected::Long { wavelength } => format!(
+                "wavelengths of {} {} are longer than twice the array",
+                short(wavelength),
+                self.axes.space_unit()
+            ),
             Undirected::Noise => "there is noise alone".into(),
         })
     }
