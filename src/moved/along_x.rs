@@ -4,7 +4,7 @@ use super::front::{Fronts, Seen};
 use super::gain::{self, GainChange, GainStep};
 use super::graded::weights;
 use super::groups::{FEWEST, Found, NEIGHBOURS, group_size, grouped};
-use super::onset::{Envelopes, NoiseShape, Onset, Reading};
+use super::onset::{Envelopes, NoiseShape, Onset, Reading, common_noise};
 use super::share::{Group, Spectrum};
 use super::speed::{self, Passage};
 use super::steady;
@@ -190,6 +190,7 @@ pub(crate) fn along_x(
     };
     let mut fronts = Fronts {
         options,
+        common: common_noise(&onsets),
         onsets,
         live,
         n_times,
@@ -483,7 +484,8 @@ impl Fronts<'_> {
                     .collect();
                 let members = members?;
                 let rows = [group[0], group[group.len() - 1]];
-                let group = Group::of_neighbours(&members, rows, options.is_simulated());
+                let group =
+                    Group::of_neighbours(&members, rows, self.common, options.is_simulated());
                 group.has_energy().then_some(group)
             });
             whole.collect()

@@ -26,6 +26,8 @@ const SIDE_SITES: usize = 4;
 
 pub(super) struct Fronts<'a> {
     pub options: &'a Options,
+    /// Correlation of the noise of neighbours.
+    pub common: f64,
     pub onsets: Vec<Onset>,
     pub live: Vec<bool>,
     pub n_times: usize,

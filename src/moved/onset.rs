@@ -21,6 +21,8 @@ const ARRIVES: f64 = 5.0;
 pub(super) const REACHED: f64 = 8.0;
 /// Part of the largest amplitude that an arrival exceeds for the first time.
 const ONSET: f64 = 0.03;
+/// Samples of a quiet beginning that are kept.
+const LEAD: usize = 16;
 /// Gaps between beats of one pulse, over the width of its largest.
 const BEATS: f64 = 3.0;
 
@@ -37,6 +39,8 @@ pub(super) struct Onset {
     pub drift: f64,
     /// Whether some of the quiet parts lie before the peak. Else what is quiet may be the end of the wave.
     pub has_lead: bool,
+    /// The first samples from the baseline, where they are quiet.
+    pub lead: Vec<f32>,
     /// Logarithms of the mean squares of the pieces, each from its mean.
     pub levels: Vec<f32>,
     /// Logarithms of the root mean squares of the record, from its mean, and of its fourth differences, which noise dominates.
@@ -46,6 +50,28 @@ pub(super) struct Onset {
     pub arrival: Option<usize>,
     /// Full width at half maximum of the squared envelope, in samples, where it was looked for.
     pub width: Option<f64>,
+}
+
+/// Correlation of the noise of neighbours, over their quiet beginnings: 1 of noise that all sites have in common.
+pub(super) fn common_noise(onsets: &[Onset]) -> f64 {
+    let product = |a: &Onset, b: &Onset| -> f64 {
+        let pairs = a.lead.iter().zip(&b.lead);
+        pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
+    };
+    let (mut both, mut each) = (0.0, 0.0);
+    for pair in onsets.windows(2) {
+        let [a, b] = [&pair[0], &pair[1]];
+        let size = (product(a, a) * product(b, b)).sqrt();
+        if size > 0.0 {
+            both += product(a, b) / size;
+            each += 1.0;
+        }
+    }
+    if each > 0.0 {
+        f64::max(both / each, 0.0)
+    } else {
+        0.0
+    }
 }
 
 /// How records are read.
@@ -143,6 +169,13 @@ impl Onset {
             baseline,
             noise,
             drift,
+            lead: match quiet.first() {
+                Some(true) if is_known => {
+                    let first = record.iter().take(LEAD.min(length));
+                    first.map(|v| (v - baseline) as f32).collect()
+                }
+                _ => Vec::new(),
+            },
             has_lead: quiet[..(at / length).min(quiet.len())].contains(&true),
             steadiness: match squares > 0.0 {
                 true => sum * sum / squares / quiet.len() as f64,

@@ -185,10 +185,19 @@ impl Group {
     /// Of neighbours in order. Members of a chain of cells of two differ by sublattice, which is no error: the spread is
     /// that of single members or that of pairs, whichever is less; in a run, which is exact, neighbours differ by what moves
     /// alone.
-    pub fn of_neighbours(members: &[&Spectrum], rows: [usize; 2], is_exact: bool) -> Group {
+    pub fn of_neighbours(
+        members: &[&Spectrum],
+        rows: [usize; 2],
+        common: f64,
+        is_exact: bool,
+    ) -> Group {
         let energies: Vec<&[f64]> = members.iter().map(|s| &*s.energy).collect();
         let variances: Vec<&[f64]> = members.iter().map(|s| &*s.variance).collect();
-        let mut group = Group::of_sums(added(&energies), added(&variances), members.len(), rows);
+        // What noise does at one member it does, by its correlation `common`, at the others.
+        let alike = 1.0 + (members.len() - 1) as f64 * common;
+        let mut variance = added(&variances);
+        variance.iter_mut().for_each(|v| *v *= alike);
+        let mut group = Group::of_sums(added(&energies), variance, members.len(), rows);
         group.drift = members.iter().map(|s| s.drift).sum::<f64>() / members.len() as f64;
         let delays: Vec<&[f64]> = members.iter().map(|s| &*s.delay).collect();
         group.delay = added(&delays);
@@ -547,7 +556,7 @@ mod tests {
             drift: 0.0,
             delay: Vec::new(),
         };
-        Group::of_neighbours(&[&one], [0, 0], true)
+        Group::of_neighbours(&[&one], [0, 0], 0.0, true)
     }
 
     /// By hand: of 1 and 1 a quarter moves to the second bin; of three bins the middle one empties to both sides.

@@ -218,6 +218,25 @@ fn val_theory_a_long_wave_is_no_hum() {
     }
 }
 
+/// Hum at a harmonic, common to all sites, under a burst that keeps its content while it fades: the share of the hum is that of one
+/// noise, not of many.
+#[test]
+fn val_theory_hum_under_a_burst_is_no_selective_loss() {
+    for seed in 0..24u32 {
+        let level = noise(2048, 40);
+        let phase = 0.26 * f64::from(seed);
+        let found = answer_of((2048, 40), 0.0, |n, j| {
+            let s = n - 620.0 - j / 2.5;
+            let fades = (-1.5 * j / 39.0).exp();
+            let hum = 0.015 * (TAU * 0.06 * n + phase).cos();
+            fades * burst(s, 0.03, 250.0) + hum + 1e-4 * level[[n as usize, j as usize]]
+        });
+        let moved = &found.frequency;
+        let is_quiet = matches!(moved.verdict, Verdict::Unchanged | Verdict::Untold);
+        assert!(is_quiet, "{seed}: {moved:?}");
+    }
+}
+
 /// A chirp whose wavelength grows past the array leaves the wavenumbers that it resolves: its energy is not lost.
 #[test]
 fn val_theory_what_becomes_longer_than_the_array_is_not_lost() {
