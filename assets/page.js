@@ -239,14 +239,15 @@
     return { x: xs, y: ys, per: block };
   }
 
-  // Least, largest and least positive value of series.
+  // Least, largest and least positive value of series, their errors included.
   function boundsOf(series) {
     const bounds = { low: Infinity, high: -Infinity, positive: Infinity };
-    for (const { values } of series) {
-      for (const v of values) {
+    for (const { values, errors } of series) {
+      for (const [i, v] of values.entries()) {
         if (!Number.isFinite(v)) continue;
-        bounds.low = Math.min(bounds.low, v);
-        bounds.high = Math.max(bounds.high, v);
+        const error = errors && Number.isFinite(errors[i]) ? errors[i] : 0;
+        bounds.low = Math.min(bounds.low, v - error);
+        bounds.high = Math.max(bounds.high, v + error);
         if (v > 0) bounds.positive = Math.min(bounds.positive, v);
       }
     }

@@ -16,6 +16,8 @@ pub enum Needs {
     EndTime,
     /// Samples are too far apart.
     Samples,
+    /// The error of the velocities is too large.
+    Tolerance,
 }
 
 /// Measures of a run, in the units of its scene; `None` where the scene does not record what a
@@ -24,15 +26,15 @@ pub enum Needs {
 #[serde(deny_unknown_fields)]
 pub struct Measures {
     pub run_end_time: f64,
-    /// Largest force of the first contact, located between samples; `None` also where samples are
-    /// too far apart for it to be known to 1 %, and where the force still rises at the end.
+    /// Largest force of the first contact, located between samples; `None` also where it is not known to
+    /// 1 %, and where there is none yet or it still rises at the end.
     pub peak_force_first: Option<f64>,
     /// An upper bound of its error, from every second sample and from the error of the velocities.
     pub peak_force_first_error: Option<f64>,
     /// The same of the last contact, the wall's where there is one.
     pub peak_force_last: Option<f64>,
     pub peak_force_last_error: Option<f64>,
-    /// When that was; `None` where nothing has arrived.
+    /// When that was.
     pub peak_force_last_time: Option<f64>,
     /// What has to grow for it to be known; `None` where it is, and where the scene does not record forces.
     #[serde(default)]
@@ -67,27 +69,26 @@ impl Measures {
         let contacts = run.chain.n_contacts();
         let last_sample = run.time.len() - 1;
         let spacing = run.time[last_sample] - run.time[last_sample - 1];
-        let needs = |peak: &Peak| {
-            let rises = peak.time > run.time[last_sample] - 1e-6 * spacing && peak.value > 0.0;
-            match (rises, peak.error <= KNOWN * peak.value.abs()) {
-                (true, _) => Some(Needs::EndTime),
-                (false, false) => Some(Needs::Samples),
-                (false, true) => None,
-            }
-        };
-        let peak = |contact: usize| run.peak_force(contact).filter(|peak| needs(peak).is_none());
-        let last_needs = contacts
-            .checked_sub(1)
-            .and_then(|last| needs(&run.peak_force(last)?));
         let speed = 2.0 * run.report.error.unwrap_or(0.0) * run.report.velocity_scale;
+        // The peak where it is known, or what has to grow for it.
         let peak = |contact: usize| {
-            peak(contact).map(|peak| Peak {
-                error: peak.error + speed * run.impedance(contact).unwrap_or(0.0),
-                ..peak
+            let sampled = run.peak_force(contact)?;
+            let error = sampled.error + speed * run.impedance(contact).unwrap_or(0.0);
+            let is_past = sampled.time <= run.time[last_sample] - 1e-6 * spacing;
+            let known = KNOWN * sampled.value;
+            Some(match sampled.value > 0.0 && is_past {
+                false => Err(Needs::EndTime),
+                true if sampled.error > known => Err(Needs::Samples),
+                true if error > known => Err(Needs::Tolerance),
+                true => Ok(Peak { error, ..sampled }),
             })
         };
-        let first = (contacts > 0).then(|| peak(0)).flatten();
-        let last = contacts.checked_sub(1).and_then(peak);
+        let first = (contacts > 0).then(|| peak(0)?.ok()).flatten();
+        let (last, last_needs) = match contacts.checked_sub(1).and_then(peak) {
+            Some(Ok(peak)) => (Some(peak), None),
+            Some(Err(needs)) => (None, Some(needs)),
+            None => (None, None),
+        };
         let joint = run.chain.n_sites().checked_sub(2);
         let start = run.displacement.as_ref().map(|x| {
             let (x, v) = (x.row(0).to_vec(), run.velocity.row(0).to_vec());
@@ -122,7 +123,7 @@ impl Measures {
             peak_force_first_error: first.map(|peak| peak.error),
             peak_force_last: last.map(|peak| peak.value),
             peak_force_last_error: last.map(|peak| peak.error),
-            peak_force_last_time: last.filter(|peak| peak.value > 0.0).map(|peak| peak.time),
+            peak_force_last_time: last.map(|peak| peak.time),
             peak_force_last_needs: last_needs,
             energy_input: start.filter(|_| run.drive.is_none() || run.energy_input.is_some()),
             energy_passed_last: passed,

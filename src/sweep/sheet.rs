@@ -170,11 +170,13 @@ impl Describe for Swept {
             let shown = curves.iter().step_by(every).enumerate();
             let series = shown.filter_map(|(n, (name, members))| {
                 let points = members.iter();
-                let points = points
-                    .filter_map(|member| Some((along.at(member)?, (measure.of)(member.measures)?)));
+                // The line breaks where a member has no value.
+                let value = |member: &Member| (measure.of)(member.measures).unwrap_or(f64::NAN);
+                let points = points.filter_map(|member| Some((along.at(member)?, value(member))));
                 let mut points: Vec<(f64, f64)> = points.collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                (!points.is_empty()).then(|| Series::line(name, n, points))
+                let is_known = points.iter().any(|(_, value)| value.is_finite());
+                is_known.then(|| Series::line(name, n, points))
             });
             let title = match every {
                 1 => measure.title.to_owned(),
@@ -417,11 +419,15 @@ impl Swept {
         let reasons = [
             (
                 needing(Needs::EndTime),
-                "when the run ends it still rises, which a later `--end-time` mends,",
+                "the run ends before it, which a later `--end-time` mends,",
             ),
             (
                 needing(Needs::Samples),
                 "samples are too far apart, which more `--samples` mend,",
+            ),
+            (
+                needing(Needs::Tolerance),
+                "its error is above 1 %, which a smaller `--tolerance` may mend,",
             ),
         ];
         let reasons = reasons.iter().filter(|(count, _)| *count > 0);

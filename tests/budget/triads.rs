@@ -144,15 +144,15 @@ fn regress_refusals_name_what_is_missing() {
     }
     .into();
     let linear = run(linear, |x| x, 1.0, 5);
-    for (run, option) in [
-        (touching, "precompression"),
-        (dimer, "coefficient"),
-        (linear, "alpha"),
+    for (run, named) in [
+        (touching, "precompressed ones"),
+        (dimer, "equal contacts"),
+        (linear, "springs with alpha"),
     ] {
         let motion = Motion::of(&run).unwrap();
         let error = chain_triads(&motion, 1.0, &TriadsRequest::default(), &Silent).unwrap_err();
         assert!(
-            matches!(error, Error::Request { option: found, .. } if found == option),
+            matches!(&error, Error::Request { option: "record", expected, .. } if expected.contains(named)),
             "{error}"
         );
     }

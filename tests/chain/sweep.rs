@@ -198,6 +198,8 @@ fn val_definition_peaks_that_are_not_known() {
     assert_eq!(peaks(16, 60.0).0, None);
     // The front has only just arrived.
     assert_eq!(peaks(4096, 34.0).1, None);
+    // It has not: a force of 0 is none that is known.
+    assert_eq!(peaks(4096, 20.0).1, None);
 }
 
 /// A line that was cut short by a kill is computed again; a damaged one is named.

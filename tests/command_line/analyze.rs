@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 use std::fs;
 
+use ndarray::Array2;
 use serde_json::{Value, json};
+use test_support::made::in_one_line;
 use test_support::place::{Place, names, set, text};
 use test_support::pulse;
 
@@ -266,4 +268,54 @@ fn regress_what_is_left_open_is_named_with_commands_that_run() {
     let said = pulse::place().says("analyze wave.npy --figures none --verbose");
     assert!(said.contains("repeated"), "{said}");
     assert!(!said.contains("coherence wave.npy"), "{said}");
+}
+
+/// A pulse of 8 samples a site: its speed in the units that the axes have.
+#[test]
+fn val_theory_speeds_have_the_units_of_the_axes() {
+    let place = Place::new();
+    let field = Array2::from_shape_fn((1024, 32), |(i, j)| {
+        let s = (i as f64 - 200.0 - 8.0 * j as f64) / 15.0;
+        (1.0 - s * s) * (-0.5 * s * s).exp()
+    });
+    place.save("pulse.npy", &field);
+    for (options, speed, unit) in [
+        ("", 0.125, "sites per sample"),
+        ("--dx 10mm", 0.00125, "m per sample"),
+        ("--dt 10us", 12500.0, "sites per s"),
+        ("--dx 10mm --dt 10us", 125.0, "m/s"),
+        (
+            "--dx 0.5 --rate 2",
+            0.125,
+            "units of length per unit of time",
+        ),
+    ] {
+        let said = place.says(&format!(
+            "analyze pulse.npy --figures none --force {options}"
+        ));
+        let said = in_one_line(&said);
+        let told = said.split("arrivals at ").nth(1).unwrap_or_default();
+        let found: f64 = told.split(' ').next().unwrap().parse().unwrap_or(f64::NAN);
+        assert!((found / speed - 1.0).abs() < 2e-3, "{options}: {said}");
+        let words: Vec<&str> = told.split(' ').skip(3).collect();
+        assert!(words.join(" ").starts_with(unit), "{options}: {said}");
+    }
+}
+
+/// Noise exceeds a hundredth of the largest sample at once: that is no arrival.
+#[test]
+fn regress_noise_is_no_arrival() {
+    let place = Place::new();
+    place.save("noise.npy", &test_support::fields::noise(1024, 20));
+    let said = place.refuses(2, "analyze noise.npy --until-arrival");
+    assert!(said.contains("arrival"), "{said}");
+    let quiet = Array2::from_shape_fn((1024, 20), |(i, j)| {
+        let s = (i as f64 - 300.0 - 8.0 * j as f64) / 15.0;
+        let hum = 0.02 * (1.7 * (i * (j + 3)) as f64).sin();
+        (-0.5 * s * s).exp() + hum * (i as f64 / 40.0).min(1.0)
+    });
+    place.save("hum.npy", &quiet);
+    let said = place.refuses(2, "analyze hum.npy --until-arrival");
+    assert!(said.contains("--arrival-threshold"), "{said}");
+    place.says("analyze hum.npy --until-arrival --arrival-threshold 0.3 --figures none");
 }

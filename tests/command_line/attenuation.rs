@@ -458,3 +458,27 @@ fn what_was_kept_with_less_is_not_gone_on_with() {
         }
     }
 }
+
+/// By its law a chain of 18 degrees reaches four tenths beyond the bodies computed, the other two never do.
+#[test]
+fn regress_the_shortest_chain_that_reaches_the_target_is_told() {
+    let place = Place::of(&["attenuate"]);
+    let scene = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/examples/scenes/quartz_experiment.toml"
+    );
+    let words = [
+        "--angles",
+        "8,18,90",
+        "--target",
+        "0.4",
+        "--figures",
+        "none",
+    ];
+    let said = place.good(&[&[scene][..], &words].concat());
+    let first = said.lines().next().unwrap();
+    assert!(
+        first.contains("angles 18/90 (") && said.contains("at 0.4 after"),
+        "{said}"
+    );
+}

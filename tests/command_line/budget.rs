@@ -304,6 +304,14 @@ fn choices_of_a_budget() {
 }
 
 #[test]
+fn a_run_against_a_field_says_which_comes_first() {
+    let place = with_runs();
+    place.save("field.npy", &ndarray::Array2::from_elem((5, 32), 1.0));
+    let said = place.refuses(2, "compare loc.npz field.npy");
+    assert!(said.contains("a measured field stands first"), "{said}");
+}
+
+#[test]
 fn two_runs_on_one_page() {
     let place = with_runs();
     let said = place.good(&[

@@ -217,8 +217,9 @@ fn budgets_in_si_have_units() {
     for unit in [
         " J at the start",
         "rad/m to ",
-        " Hz changed by",
-        " J stayed behind",
+        " J up to ",
+        " Hz, ",
+        " J above; ",
         "gain 1/2 at k =",
     ] {
         assert!(in_one.contains(unit), "{unit}: {said}");

@@ -20,10 +20,15 @@ fn regress_triads_of_a_run() {
     for name in ["report.html", "triads.npz", "figures/triads.png"] {
         assert!(place.path(format!("run-triads/{name}")).exists());
     }
+    place.says("simulate --sites 8 --end-time 4 --samples 32 --out touch.npz");
     place.save("field.npy", &Array2::from_elem((5, 32), 1.0));
     for (line, named) in [
         ("triads field.npy", "cascade simulate"),
         ("triads run.npz --dx 2 --force", "no options of fields"),
+        (
+            "triads touch.npz",
+            "touch.npz: expected contacts with a quadratic term",
+        ),
     ] {
         let said = place.refuses(2, line);
         assert!(said.contains(named), "{said}");

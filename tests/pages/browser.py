@@ -228,7 +228,7 @@ def check_phone(page):
     session = page.context.new_cdp_session(page)
     ranges = "(p) => JSON.stringify([p.layout.xaxis.range, p.layout.yaxis.range])"
     # A busy machine may lose a gesture.
-    for _ in range(3):
+    for _ in range(6):
         page.evaluate(centered, handle)
         page.evaluate(IDLE)
         before = page.evaluate("scrollY"), page.evaluate(ranges, handle)

@@ -66,6 +66,10 @@ pub(super) fn time_range(
     }
 }
 
+/// Median of `|v|` before the arrival, relative to what tells it, above which noise may have told it: normal
+/// noise exceeds eight times this median once in 1e7 samples.
+const QUIET: f64 = 0.125;
+
 /// Times before `|v|` at the last site exceeds `threshold` of the field's largest `|v|`.
 fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<Range<usize>> {
     if !(threshold > 0.0 && threshold < 1.0) {
@@ -101,7 +105,23 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
             expected: "a last site that is quiet at the first time".into(),
             found: format!("|v| = {:.3e} there at once", at_last[0]),
         }),
-        Some(end) => Ok(0..end),
+        Some(end) => {
+            let before = &mut at_last[..end];
+            let before = *before.select_nth_unstable_by(end / 2, f64::total_cmp).1;
+            if before > QUIET * threshold * largest {
+                return Err(Error::Request {
+                    option: "until-arrival",
+                    expected: format!(
+                        "a last site that is quiet until |v| exceeds {threshold} of its largest value; state a larger \
+                         `--arrival-threshold`, above the noise"
+                    ),
+                    found: format!(
+                        "a median |v| of {before:.3e} before, and more than that after {end} samples"
+                    ),
+                });
+            }
+            Ok(0..end)
+        }
         None => Ok(0..n),
     }
 }

@@ -232,7 +232,7 @@ impl<'a> Words<'a> {
                 short(wavelength),
                 self.axes.space_unit()
             ),
-            Undirected::Noise => "there is noise alone".into(),
+            Undirected::Noise => "the energy is spread over all wavenumbers, as noise is".into(),
         })
     }
 
@@ -511,11 +511,19 @@ impl<'a> Words<'a> {
 
     fn direction(&self) -> Option<Fact> {
         let direction = self.direction?;
-        let length = self.axes.space.unit.as_deref();
+        let [space, time] = [&self.axes.space, &self.axes.time];
         let speed = self.answer.speed.map(|speed| {
-            let unit = match (length, self.axes.time.unit.as_deref()) {
+            let unit = match (&space.unit, &time.unit) {
                 (Some(length), Some(time)) => format!("{length}/{time}"),
-                _ => "sites per time".into(),
+                (Some(length), None) => format!("{length} per {}", time.time_unit()),
+                (None, _) => {
+                    let length = space.space_unit().replace("site", "sites");
+                    format!(
+                        "{} per {}",
+                        length.replace("unit", "units"),
+                        time.time_unit()
+                    )
+                }
             };
             let decimals = (1.0 - speed.error.log10().floor()).clamp(0.0, 6.0) as usize;
             let (value, error) = (speed.value.abs(), speed.error.max(1e-6));

@@ -3,8 +3,8 @@
 use serde_json::json;
 
 use super::super::{
-    Attenuation, AttenuationCurve, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured,
-    Reach, Sense, Stop, StopCause,
+    Attenuation, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured, Reach, Sense,
+    Stop, StopCause,
 };
 use super::{FORCE, field_charts, forces_over, head, optional, pulse_cells};
 use crate::chain::scene::Units;
@@ -74,14 +74,20 @@ impl Attenuation {
     fn answer(&self) -> String {
         let curves = &self.curves;
         if let Some(target) = self.target {
-            let reached = |curve: &&AttenuationCurve| match curve.reach {
-                Some(Reach::Within { bodies }) => bodies,
-                _ => usize::MAX,
+            // What is reached within a curve comes before what a law says, and that before what none says.
+            let shortest = |reach: &Reach| match reach {
+                Reach::Within { bodies } => (0, *bodies as f64),
+                Reach::Beyond { length, .. } => (1, length.value),
+                Reach::Unknown => (2, 0.0),
+                Reach::Never { .. } => (3, 0.0),
             };
-            let first = curves.iter().filter(|curve| curve.reach.is_some());
-            if let Some(curve) = first.min_by_key(reached)
-                && let Some(reach) = &curve.reach
-            {
+            let all = curves.iter();
+            let all = all.filter_map(|curve| Some((curve, curve.reach.as_ref()?)));
+            let first = all.min_by(|(_, a), (_, b)| {
+                let ((a, length), (b, other)) = (shortest(a), shortest(b));
+                a.cmp(&b).then(length.total_cmp(&other))
+            });
+            if let Some((curve, reach)) = first {
                 let what = reach_words(reach, target);
                 return format!("{} ({}): {what}", curve.name, curve.sense.name());
             }

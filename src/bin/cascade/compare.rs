@@ -188,6 +188,13 @@ pub fn run(typed: Compare) -> Result<(), Failure> {
     use_threads(typed.how.threads.map(usize::from))?;
     drop(ResultDirectory::create(&typed.out, typed.force)?);
     let opened = [FileState::at(&typed.first)?, FileState::at(&typed.second)?];
+    if !is_run_file(&typed.second)? {
+        return Err(Failure::Library(Error::Unfit {
+            path: typed.second,
+            expected: "a run of `cascade simulate`, as the first file is; a measured field stands first, before the run".into(),
+            found: "a file that is no run".into(),
+        }));
+    }
     let files = [RunFile::read(&typed.first)?, RunFile::read(&typed.second)?];
     progress.begin_writing();
     let directory = ResultDirectory::create(&typed.out, typed.force)?;

@@ -59,12 +59,12 @@ impl ResultArgs {
         let out = self.out.clone().unwrap_or_else(default);
         let directory = ResultDirectory::create(&out, self.force)?;
         let progress = Progress::new(!self.how.quiet && std::io::stderr().is_terminal());
+        progress.begin_writing();
         let Found {
             found,
             hash,
             beside,
         } = find(&progress)?;
-        progress.begin_writing();
         let provenance = Provenance::new(command(), Some(file.display().to_string()), hash);
         let sheet = found.describe();
         let described = Described {

@@ -73,7 +73,8 @@ impl Typed for Triads {
             self.check(&path.display().to_string(), is_run, words::as_text())?;
         }
         Ok(move |_: &[&Field], observer: &dyn Observer| {
-            self.of_run(&RunFile::read(path)?, observer)
+            let found = self.of_run(&RunFile::read(path)?, observer);
+            found.map_err(|error| error.of_file(path))
         })
     }
 }
@@ -82,24 +83,24 @@ impl Triads {
     /// That it is a run, and that the words have no axes for it.
     ///
     /// # Errors
-    /// [`Error::Request`].
+    /// [`Error::Unfit`].
     pub fn check(&self, name: &str, is_run: bool, words: Vec<String>) -> Result<(), Error> {
         let typed = input_options(words);
         let (expected, found) = match is_run {
             false => (
                 "a run file of `cascade simulate`, whose law is known",
-                format!("{name}, which is no run"),
+                "a file that is no run",
             ),
             true if !typed.is_empty() => (
                 "no options of fields with a run file, which has its own axes",
-                typed.trim().to_owned(),
+                typed.trim(),
             ),
             true => return Ok(()),
         };
-        Err(Error::Request {
-            option: "run",
+        Err(Error::Unfit {
+            path: name.into(),
             expected: expected.into(),
-            found,
+            found: found.into(),
         })
     }
 }

@@ -249,11 +249,15 @@ impl Budget {
         let error = |part: usize| self.errors.as_deref()?.between.get(first + part).copied();
         let energy = behind(self.units.energy.as_deref());
         let frequency = behind(self.units.time.as_deref().map(cycles_per).as_deref());
+        let between_them = match self.lost[self.time.len() - 1] > 0.0 {
+            true => "lost or still between them",
+            false => "still between them",
+        };
         let text = format!(
-            "from the first contact to the last the band up to {}{frequency} changed by {}{energy}, that above by \
-             {}{energy}, {}{energy} stayed behind",
-            number(flow.edge),
+            "through the last contact by the end, less what passed the first: {}{energy} up to {}{frequency}, \
+             {}{energy} above; {}{energy} is {between_them}",
             within(between.low, error(0)),
+            number(flow.edge),
             within(between.high, error(1)),
             within(between.behind, error(2))
         );

@@ -13,6 +13,9 @@ use crate::error::Result;
 /// Masses and coefficients that differ by less are equal.
 const EQUAL: f64 = 1e-12;
 
+/// What refusals name: the record, of whose chain they are.
+const RUN: &str = "record";
+
 /// The motion of a chain of equal masses and contacts with a quadratic force.
 pub(super) struct QuadraticChain<'a> {
     motion: Motion<'a>,
@@ -37,16 +40,12 @@ impl<'a> QuadraticChain<'a> {
         let differs = |value: f64, from: f64| (value - from).abs() > EQUAL * from;
         if let Some(other) = chain.mass.iter().find(|m| differs(**m, mass)) {
             let found = format!("masses {mass} and {other}");
-            return refuse("mass", "equal masses, whose waves are sines", found);
+            return refuse(RUN, "equal masses, whose waves are sines", found);
         }
         let mut all = chain.coefficient.iter().chain(&left);
         if let Some(other) = all.find(|c| differs(**c, coefficient)) {
             let found = format!("coefficients {coefficient} and {other}");
-            return refuse(
-                "coefficient",
-                "equal contacts, whose waves are sines",
-                found,
-            );
+            return refuse(RUN, "equal contacts, whose waves are sines", found);
         }
         let (linear, quadratic) = expansion(chain, coefficient)?;
         let sites = chain.n_sites();
@@ -56,7 +55,7 @@ impl<'a> QuadraticChain<'a> {
             sites
         };
         if points < 3 {
-            return refuse("sites", "three or more", sites);
+            return refuse(RUN, "three or more", sites);
         }
         Ok(QuadraticChain {
             contacts: Contacts::of(motion),
@@ -98,22 +97,22 @@ impl<'a> QuadraticChain<'a> {
 fn expansion(chain: &Chain, coefficient: f64) -> Result<(f64, f64)> {
     if chain.on_site.ground.is_some() {
         let expected = "a chain without springs to the ground";
-        return refuse("ground", expected, "springs to the ground");
+        return refuse(RUN, expected, "springs to the ground");
     }
     if chain.resonators().is_some() {
         let expected = "a chain without resonators";
-        return refuse("resonator_mass", expected, "resonators");
+        return refuse(RUN, expected, "resonators");
     }
     let Some(law) = chain.law.only() else {
         let expected =
             "one law for all contacts, by which the quadratic term is the same everywhere";
-        return refuse("laws", expected, "several");
+        return refuse(RUN, expected, "several");
     };
     let d0 = law.static_overlap(coefficient, chain.precompression);
     let stiffness = law.stiffness(coefficient, d0, 0.0);
     let Some(quadratic) = law.quadratic(coefficient, d0) else {
         return refuse(
-            "precompression",
+            RUN,
             "contacts with a quadratic term about their static state: precompressed ones, or springs with alpha",
             "contacts that just touch, whose force has no expansion in powers",
         );
@@ -121,7 +120,7 @@ fn expansion(chain: &Chain, coefficient: f64) -> Result<(f64, f64)> {
     if quadratic == 0.0 {
         let expected = "a force with a quadratic term, such as springs with alpha";
         return refuse(
-            "alpha",
+            RUN,
             expected,
             "one without, so that no triads exchange energy",
         );

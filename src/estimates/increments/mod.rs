@@ -12,7 +12,9 @@ pub use result::{
 pub use sums::FieldAxis;
 
 use crate::error::{Error, Result};
-use crate::estimates::realisations::first_of;
+use crate::estimates::realisations::{
+    LEAST_STEADINESS, first_of, steadiness_of_sites, steadiness_without,
+};
 use crate::field::Field;
 use crate::numeric::at_or_below;
 use crate::numeric::least_squares::{LineFit, mean_of};
@@ -101,6 +103,9 @@ pub fn increments(
             each.fold(1.0, f64::min)
         };
         found.steadiness = all.iter().map(steadiness).fold(1.0, f64::min);
+        if fields.len() == 1 {
+            found.steadiness = found.steadiness.min(steadiness_at_sites(first));
+        }
         found.basis = match (fields.len() > 1, found.steadiness >= LEAST_STEADINESS) {
             (true, _) => IntervalBasis::Shots,
             (false, true) if first.n_times() >= 2 * PARTS => IntervalBasis::Parts,
@@ -113,8 +118,23 @@ pub fn increments(
     })
 }
 
-/// As for [`super::Independence`].
-const LEAST_STEADINESS: f64 = 1.0 / 3.0;
+/// Sites whose records are looked at.
+const SITES: usize = 64;
+
+/// A pulse that passes all sites is as steady as the array is long, and a transient at each.
+fn steadiness_at_sites(field: &Field) -> f64 {
+    let (times, sites) = (field.n_times(), field.n_sites());
+    let mut record = vec![0.0; times];
+    let each = (0..sites).step_by(sites.div_ceil(SITES)).map(|site| {
+        field.read_site_major(0..times, site..site + 1, &mut record);
+        field.release_pages();
+        let missing: Vec<usize> = (0..times).filter(|i| record[*i].is_nan()).collect();
+        missing.iter().for_each(|i| record[*i] = 0.0);
+        let energy = crate::numeric::sum_of_squares(&record);
+        (steadiness_without(&record, &missing, true), energy)
+    });
+    steadiness_of_sites(each.collect())
+}
 
 fn refuse<T>(option: &'static str, expected: String, found: String) -> Result<T> {
     Err(Error::Request {
