@@ -467,14 +467,7 @@ fn regress_the_shortest_chain_that_reaches_the_target_is_told() {
         env!("CARGO_MANIFEST_DIR"),
         "/examples/scenes/quartz_experiment.toml"
     );
-    let words = [
-        "--angles",
-        "8,18,90",
-        "--target",
-        "0.4",
-        "--figures",
-        "none",
-    ];
+    let words = ["--angles", "8,18,90", "--target", "0.4"];
     let said = place.good(&[&[scene][..], &words].concat());
     let first = said.lines().next().unwrap();
     assert!(

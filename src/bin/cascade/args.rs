@@ -150,7 +150,7 @@ pub enum Command {
     /// and with the tolerances of their making. As many random designs are run beside the search, and told if they win.
     /// With the results comes design.toml, the scene found.
     #[command(
-        after_help = "Example: cascade design dimer.toml --free stiffness_ratio=1..8 --minimize peak_force_last"
+        after_help = "Example: cascade design quartz_cylinders.toml --free angle=2..90 --minimize peak_force_last"
     )]
     Design(Box<crate::design::DesignArgs>),
     /// List fields and scenes to try the program on, or write one here.
