@@ -67,7 +67,7 @@ pub(super) fn complete(contents: &mut Contents, stated: &Sidecar, find: Find) ->
             (None, None) => None,
         };
         if let Some((beside, step, unit, what)) = found {
-            let origin = number("t0", find)?;
+            let origin = origin::<Time>("t0", unit.as_deref(), find)?;
             contents.time = even(origin, step, unit);
             contents.notes.push(beside.note(what));
         }
@@ -78,7 +78,7 @@ pub(super) fn complete(contents: &mut Contents, stated: &Sidecar, find: Find) ->
             None => None,
         };
         if let Some((beside, step, unit, what)) = found {
-            let origin = number("x0", find)?;
+            let origin = origin::<Length>("x0", unit.as_deref(), find)?;
             contents.space = even(origin, step, unit);
             contents.notes.push(beside.note(what));
         }
@@ -174,13 +174,17 @@ fn axis<D: Dimension>(
     Ok(Some((beside, step.value, unit, what)))
 }
 
-/// A number of this name.
-fn number(name: &str, find: Find) -> Result<Option<f64>> {
-    Ok(match find(name)? {
-        Some(Beside {
-            value: Value::Number(number),
-            ..
-        }) => Some(number).filter(|number| number.is_finite()),
-        _ => None,
-    })
+/// The first coordinate, by this name, in the unit of the step; in that unit already where it states none.
+fn origin<D: Dimension>(name: &str, unit: Option<&str>, find: Find) -> Result<Option<f64>> {
+    let Some(beside) = find(name)? else {
+        return Ok(None);
+    };
+    let Some(typed) = measure::<D>(&beside.value).filter(|typed| typed.value.is_finite()) else {
+        return Ok(None);
+    };
+    let own = beside_unit(&[name], find)?.filter(|_| !typed.has_unit);
+    let own = own.and_then(|own| Measure::parse(&format!("{} {own}", typed.value)));
+    let typed = own.unwrap_or(typed);
+    let value = typed.value;
+    Ok(unit.and_then(|unit| typed.in_unit(unit)).or(Some(value)))
 }

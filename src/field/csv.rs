@@ -55,7 +55,7 @@ pub(super) fn read(source: &FileSource) -> Result<Contents> {
         }
     }
     table.leave_out(header.as_ref());
-    let is_known = table.axis_column.is_some() || table.preamble.step.is_some();
+    let is_known = table.axis_column.is_some() || table.preamble.step().is_some();
     if !is_known && source.options.time_column == TimeColumn::Detect {
         table.judge_first_column().map_err(fault)?;
     }
@@ -257,7 +257,7 @@ impl<'a> Table<'a> {
             .unwrap_or(0);
         let is_blank = |column: &usize| *column > last && name(*column).is_empty();
         let blank: Vec<usize> = self.columns.iter().copied().filter(is_blank).collect();
-        let has_times = self.axis_column.is_some() || self.preamble.step.is_some();
+        let has_times = self.axis_column.is_some() || self.preamble.step().is_some();
         let width = self.columns.len();
         let counts = |place: usize| {
             let mut values = self.values.iter().skip(place).step_by(width).copied();
@@ -415,7 +415,7 @@ impl<'a> Table<'a> {
 impl Table<'_> {
     /// Times by the step that the preamble states, if those of the rows are none or agree.
     fn by_setting(&self) -> Option<Coordinates> {
-        let step = self.preamble.step?;
+        let step = self.preamble.step()?;
         let unit = |column: Option<usize>| {
             column
                 .and_then(|column| self.preamble.units.get(column))
@@ -423,14 +423,15 @@ impl Table<'_> {
         };
         let (Some(&first), Some(&last)) = (self.places.first(), self.places.last()) else {
             return Some(Coordinates {
-                origin: self.preamble.origin,
+                origin: self.preamble.origin(),
                 step: Some(step),
                 unit: None,
             });
         };
         // The times may be in another unit, which their column states.
-        let units = [unit(self.axis_column), self.preamble.time_unit.as_ref()];
-        let [own, of_step] = units.map(|unit| unit.and_then(|unit| size::<Time>(unit)));
+        let own = unit(self.axis_column).map(String::as_str);
+        let units = [own, self.preamble.time_unit()];
+        let [own, of_step] = units.map(|unit| unit.and_then(size::<Time>));
         let step = match (own, of_step) {
             (Some(own), Some(of_step)) => step * of_step / own,
             _ => step,
@@ -457,8 +458,9 @@ impl Table<'_> {
                 .filter(|unit| !unit.is_empty());
             named.flatten().or(unit.cloned())
         });
-        let is_stated = self.axis_column.is_some() || self.preamble.step.is_some();
-        own.or(self.preamble.time_unit.clone().filter(|_| is_stated))
+        let is_stated = self.axis_column.is_some() || self.preamble.step().is_some();
+        let of_preamble = self.preamble.time_unit().map(str::to_owned);
+        own.or(of_preamble.filter(|_| is_stated))
     }
 
     /// The unit that all channels have, by the row of units, the preamble or their names.

@@ -20,9 +20,25 @@ pub(super) fn is_header(stated: Header, record: &ByteRecord) -> bool {
         Header::Absent => false,
         Header::Detect if record.len() == 1 && is_damaged(&record[0]) => false,
         Header::Detect => {
-            is_word(&record[0]) || record.iter().any(is_text) && !record.iter().any(is_number)
+            is_word(&record[0])
+                || record.iter().any(is_text) && !record.iter().any(is_number)
+                || lists_coordinates(record)
         }
     }
+}
+
+/// Whether a line has nothing in its first cell, the corner of a table with an index, and even coordinates in the others,
+/// as `DataFrame.to_csv` of pandas writes them.
+fn lists_coordinates(record: &ByteRecord) -> bool {
+    let corner = record[0].trim_ascii();
+    let is_empty = corner.is_empty() || corner.eq_ignore_ascii_case(b"nan");
+    let others: Option<Vec<f64>> = record.iter().skip(1).map(number).collect();
+    let Some(others) = others.filter(|others| is_empty && others.len() > 2) else {
+        return false;
+    };
+    let step = (others[others.len() - 1] - others[0]) / (others.len() - 1) as f64;
+    let is_even = |pair: &[f64]| (pair[1] - pair[0] - step).abs() <= 1e-6 * step;
+    others.windows(2).all(is_even) && step > 0.0
 }
 
 /// Whether a cell is no number but begins like one, or is one with a decimal point but for its first

@@ -24,9 +24,10 @@ pub(super) struct Preamble {
     pub(super) names: Option<ByteRecord>,
     /// Units of the columns, from a row of their own; empty where there is none.
     pub(super) units: Vec<String>,
-    pub(super) step: Option<f64>,
-    pub(super) origin: Option<f64>,
-    pub(super) time_unit: Option<String>,
+    step: Option<Measure<Time>>,
+    origin: Option<Measure<Time>>,
+    /// Of times that state none.
+    horizontal_unit: Option<String>,
     /// Of the samples of each channel.
     pub(super) channel_units: Vec<String>,
 }
@@ -97,7 +98,7 @@ impl Preamble {
             let cells: Vec<&[u8]> = line.split(|&byte| byte == b',').collect();
             let cells = &cells[..cells.len().min(SETTING_CELLS)];
             if cells.iter().all(|cell| cell.trim_ascii().is_empty()) {
-                break;
+                continue;
             }
             let cells: Vec<&[u8]> = cells
                 .iter()
@@ -133,29 +134,24 @@ impl Preamble {
         let name = cells.next().unwrap_or_default();
         let values: Vec<String> = cells.filter(|cell| !cell.is_empty()).collect();
         let name = name.trim_end_matches(':').trim().to_lowercase();
-        let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
+        let (name, own) = match name.split_once('(') {
+            Some((name, unit)) => (name, Some(unit.trim_end_matches(')'))),
+            None => (&*name, None),
+        };
+        let name = name.split_whitespace().collect::<String>();
         let Some(value) = values.first() else {
             return false;
         };
         match name.as_str() {
-            "vertical units" | "vertical unit" | "yunits" | "y units" | "yunit" | "vunit" => {
+            "verticalunits" | "verticalunit" | "yunits" | "yunit" | "vunit" => {
                 self.channel_units = values.iter().map(|unit| unit_of(unit)).collect();
                 true
             }
-            "horizontal units" | "horizontal unit" | "xunits" | "x units" | "xunit" | "hunit" => {
-                self.time_unit = Some(unit_of(value));
+            "horizontalunits" | "horizontalunit" | "xunits" | "xunit" | "hunit" => {
+                self.horizontal_unit = Some(unit_of(value));
                 true
             }
-            name => {
-                let unit = values
-                    .get(1)
-                    .and_then(|unit| symbol::<Time>(&unit_of(unit)));
-                let is_known = self.set(name, value);
-                if let Some(unit) = unit.filter(|_| is_known) {
-                    self.time_unit = Some(unit.to_owned());
-                }
-                is_known
-            }
+            name => self.set(name, value, own.or(values.get(1).map(String::as_str))),
         }
     }
 
@@ -166,56 +162,92 @@ impl Preamble {
         };
         let name = name.trim().to_lowercase();
         // Those oscilloscopes count in seconds.
-        if self.set(&name, value.trim()) && name == "tinc" {
-            self.time_unit.get_or_insert("s".into());
-        }
+        let unit = (name == "tinc").then_some("s");
+        self.set(&name, value.trim(), unit);
     }
 
     /// Takes the columns `Start` and `Increment`, whose values stand in the row of units.
     fn set_by_columns(&mut self, names: &ByteRecord, values: &ByteRecord) {
         for (name, value) in names.iter().zip(values) {
             let name = excerpt(name).to_lowercase();
-            if matches!(name.as_str(), "start" | "increment") && self.set(&name, &excerpt(value)) {
-                self.time_unit.get_or_insert("s".into());
+            if matches!(name.as_str(), "start" | "increment") {
+                self.set(&name, &excerpt(value), Some("s"));
             }
         }
     }
 
-    /// Takes a setting that is a number, with or without a unit.
-    fn set(&mut self, name: &str, value: &str) -> bool {
-        let time = Measure::<Time>::read(value).ok();
-        let (step, unit) = match name {
-            "sample interval"
-            | "sampling interval"
-            | "sample period"
-            | "sampling period"
-            | "horizontal interval"
-            | "time interval"
-            | "xinc"
-            | "x increment"
-            | "xincrement"
-            | "increment"
-            | "tinc"
-            | "delta t"
-            | "dt" => (time, None),
-            "sample rate" | "sampling rate" | "sample frequency" | "sampling frequency" => {
-                let rate = Measure::<Frequency>::read(value).ok();
-                let rate = rate.filter(|rate| rate.value > 0.0);
-                (rate.map(Measure::period), Some("s"))
-            }
-            "xorg" | "x origin" | "xorigin" | "start" | "t0" | "hoffset" => {
-                self.origin = time.map(|time| time.value).or(self.origin);
-                return time.is_some();
-            }
-            _ => return false,
+    /// Takes a setting that is a number with its unit, its own or the one that stands beside it; a name without blanks.
+    fn set(&mut self, name: &str, value: &str, beside: Option<&str>) -> bool {
+        let joined = |unit: &str| format!("{value} {}", unit_of(unit));
+        let time = || {
+            let with_unit = beside.and_then(|unit| Measure::<Time>::parse(&joined(unit)));
+            with_unit.or_else(|| Measure::read(value).ok())
         };
-        let step = step.filter(|step| step.value > 0.0);
-        self.step = step.map(|step| step.value).or(self.step);
-        let has_unit = step.is_some_and(|step| step.has_unit);
-        let unit = unit.or(has_unit.then_some("s")).map(str::to_owned);
-        self.time_unit = self.time_unit.take().or(unit);
-        step.is_some()
+        match name {
+            "sampleinterval" | "samplinginterval" | "sampleperiod" | "samplingperiod"
+            | "horizontalinterval" | "timeinterval" | "xinc" | "xincrement" | "increment"
+            | "tinc" | "deltat" | "dt" | "hresolution" => {
+                let step = time().filter(|step| step.value > 0.0);
+                self.step = step.or(self.step);
+                step.is_some()
+            }
+            "samplerate" | "samplingrate" | "samplefrequency" | "samplingfrequency" | "fs" => {
+                // Samples in a second are hertz.
+                let in_hertz = |text: &str| {
+                    text.to_lowercase()
+                        .replace("sa/s", "hz")
+                        .replace("s/s", "hz")
+                };
+                let unit_beside = beside.map(|unit| in_hertz(&joined(unit)));
+                let texts = [
+                    unit_beside,
+                    Some(in_hertz(value)),
+                    Some(format!("{value} Hz")),
+                ];
+                let rates = texts.iter().flatten().map(|text| any_case(text));
+                let rate = rates.flatten().find(|rate| rate.value > 0.0);
+                self.step = rate.map(Measure::period).or(self.step);
+                rate.is_some()
+            }
+            "xorg" | "xorigin" | "start" | "t0" | "hoffset" => {
+                let origin = time();
+                self.origin = origin.or(self.origin);
+                origin.is_some()
+            }
+            _ => false,
+        }
     }
+
+    /// The step between samples, in [`Preamble::time_unit`].
+    pub(super) fn step(&self) -> Option<f64> {
+        self.in_time_unit(self.step?)
+    }
+
+    /// The first time, in [`Preamble::time_unit`].
+    pub(super) fn origin(&self) -> Option<f64> {
+        self.in_time_unit(self.origin?)
+    }
+
+    /// That of the horizontal axis, or else seconds where step or first time state a unit.
+    pub(super) fn time_unit(&self) -> Option<&str> {
+        let mut stated = [self.step, self.origin].into_iter().flatten();
+        let has_unit = stated.any(|measure| measure.has_unit);
+        self.horizontal_unit.as_deref().or(has_unit.then_some("s"))
+    }
+
+    fn in_time_unit(&self, of: Measure<Time>) -> Option<f64> {
+        let unit = self.time_unit().unwrap_or("s");
+        Some(of.in_unit(unit).unwrap_or(of.value))
+    }
+}
+
+/// A frequency, whatever the case of its unit.
+fn any_case(text: &str) -> Option<Measure<Frequency>> {
+    let cased = [("ghz", "GHz"), ("mhz", "MHz"), ("khz", "kHz"), ("hz", "Hz")];
+    let (unit, known) = cased
+        .into_iter()
+        .find(|(unit, _)| text.to_lowercase().ends_with(unit))?;
+    Measure::parse(&format!("{}{known}", &text[..text.len() - unit.len()]))
 }
 
 /// Cells as far as one holds something that is no setting of its own.

@@ -212,6 +212,52 @@ fn val_definition_packed_numbers_and_gaps() {
     assert!(found[[1, 0]].is_nan() && found[[2, 0]] == 2.0);
 }
 
+/// CF conventions, 8.1 and 2.5.1: packed coordinates are unpacked, whatever their unit; a gap that is stated in
+/// more digits than the samples have is one of them.
+#[test]
+fn val_definition_packed_coordinates_and_gaps_of_other_types() {
+    let place = Place::new();
+    let packed = |name, dimension, n: i16, unit| {
+        Variable::new(name, &[dimension], Values::Short((0..n).collect()))
+            .text("units", unit)
+            .number("scale_factor", 0.25)
+            .number("add_offset", 1.0)
+    };
+    let mut numbers: Vec<f32> = (0..24).map(|i| i as f32).collect();
+    numbers[17] = 0.1;
+    for (unit, step, start_of) in [
+        ("s", 0.25, None),
+        (
+            "seconds since 2026-01-01",
+            0.25,
+            Some("2026-01-01 + 1 seconds"),
+        ),
+        ("days since 2026-01-01", 6.0, Some("2026-01-01 + 1 days")),
+    ] {
+        let file = NetCdf {
+            dimensions: vec![("time", 4), ("x", 2), ("h", 3)],
+            variables: vec![
+                packed("time", 0, 4, unit),
+                packed("x", 1, 2, "m"),
+                packed("h", 2, 3, "m"),
+                Variable::new("v", &[2, 0, 1], Values::Float(numbers.clone()))
+                    .number("missing_value", 0.1),
+            ],
+        };
+        save(&place, "p.nc", &file);
+        let options = OpenOptions {
+            variable: Some("v".into()),
+            at: vec![at("h=1.5")],
+            ..OpenOptions::default()
+        };
+        let field = opened(&place, "p.nc", &options);
+        assert_eq!(field.time.step, step, "{unit}");
+        assert_eq!(start(&field), start_of, "{unit}");
+        let found = values(&field);
+        assert!(found[[0, 1]].is_nan() && found[[0, 0]] == 16.0, "{unit}");
+    }
+}
+
 #[test]
 fn val_definition_times_since_a_date_are_exact() {
     let place = Place::new();
@@ -705,4 +751,34 @@ fn every_file_of_a_peer_is_listed_and_read_or_asked_about() {
         }
     }
     assert!(read >= 12, "{read}");
+}
+
+/// First coordinates count in their own units.
+#[test]
+fn val_definition_origins_beside_an_array_have_units() {
+    let place = Place::new();
+    let numbers = (0..8).map(f64::from).collect();
+    let file = NetCdf {
+        dimensions: vec![("time", 4), ("x", 2)],
+        variables: vec![
+            Variable::new("v", &[0, 1], Values::Double(numbers))
+                .text("dt", "1 ms")
+                .text("t0", "5 ms")
+                .number("dx", 0.5)
+                .text("dx_unit", "m")
+                .number("x0", 50.0)
+                .text("x0_unit", "mm"),
+        ],
+    };
+    save(&place, "o.nc", &file);
+    let field = opened(&place, "o.nc", &OpenOptions::default());
+    let [time, space] = [field.time, field.space];
+    assert_eq!(
+        (time.origin, time.step, time.unit.as_deref()),
+        (0.005, 0.001, Some("s"))
+    );
+    assert_eq!(
+        (space.origin, space.step, space.unit.as_deref()),
+        (0.05, 0.5, Some("m"))
+    );
 }

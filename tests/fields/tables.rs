@@ -313,3 +313,52 @@ fn val_construction_a_stated_step_over_the_times_of_a_file() {
     );
     assert_eq!(step, 0.002);
 }
+
+/// As `DataFrame(V, index=T, columns=X).to_csv()` writes it: an empty corner, positions, times.
+#[test]
+fn val_definition_positions_above_an_index() {
+    for corner in ["", "nan"] {
+        let text = format!("{corner},0.0,0.5,1.0\n0.0,1,2,3\n0.1,4,0,6\n0.2,2,8,9\n");
+        let field = table("frame.csv", &text);
+        let expected = ndarray::array![[1.0, 2.0, 3.0], [4.0, 0.0, 6.0], [2.0, 8.0, 9.0]];
+        assert_eq!(values(&field), expected);
+        assert!((field.time.step - 0.1).abs() < 1e-15 && field.space.step == 0.5);
+    }
+    // A first sample that is missing is none.
+    let field = table("gap.csv", "nan,0.3,0.5,1.0\n4,5,6,7\n7,8,9,9\n");
+    assert_eq!(field.n_times(), 3);
+}
+
+/// Each setting counts in its own unit, and a rate in hertz.
+#[test]
+fn val_definition_settings_have_units_of_their_own() {
+    let ms = |origin: f64, step: f64| axis(origin, step, Some("ms"));
+    let s = |origin: f64, step: f64| axis(origin, step, Some("s"));
+    for (settings, time) in [
+        ("Horizontal Units,ms\nSample Rate,1000", ms(0.0, 1.0)),
+        ("Sample Rate,1000\nHorizontal Units,ms", ms(0.0, 1.0)),
+        ("Horizontal Units,ms\nSample Interval,1 ms", ms(0.0, 1.0)),
+        ("Horizontal Units,ms\nSample Interval,1", ms(0.0, 1.0)),
+        ("Sample Interval,1,ms\nStart,0.005,s", s(0.005, 1e-3)),
+        ("Start,5,ms\nSample Interval,0.001,s", s(0.005, 1e-3)),
+        ("Start,5,ms\nSample Rate,1000,Hz", s(0.005, 1e-3)),
+        ("Sample Rate,0.001,MHz\nName,a", s(0.0, 1e-3)),
+        ("Sample Rate,1,kHz\nName,a", s(0.0, 1e-3)),
+        ("Sample Rate (kHz),1\nName,a", s(0.0, 1e-3)),
+        ("Sample Rate,1000 Sa/s\nName,a", s(0.0, 1e-3)),
+        ("SampleRate,1 kSa/s\nName,a", s(0.0, 1e-3)),
+        ("fs,1000\nName,a", s(0.0, 1e-3)),
+    ] {
+        let text = format!("{settings}\nx0,x1\n0.25,2\n0.5,1\n-0.125,4\n");
+        let found = table("log.csv", &text).time;
+        assert_eq!(found.unit, time.unit, "{settings}");
+        assert!(
+            (found.step / time.step - 1.0).abs() < 1e-12,
+            "{settings}: {found:?}"
+        );
+        assert!(
+            (found.origin - time.origin).abs() < 1e-12,
+            "{settings}: {found:?}"
+        );
+    }
+}

@@ -5,6 +5,7 @@ use wavecascade_formats::{Attributes, Container, Coordinate, Result};
 use super::super::Note;
 use super::super::coordinates::{Coordinates, Evenness, Listed};
 use super::choose::Place;
+use super::{scaling, unpacked};
 use crate::error::InputFault;
 use crate::measure::{self, Time};
 
@@ -70,17 +71,16 @@ fn listed(
         Some(since) => {
             // Counted from the first, so that no digits go to the years before it.
             let (values, first) = from_first(container, i)?;
+            let (scale, offset) = scaling(attributes);
             notes.push(Note::Start {
-                time: since.time(first),
+                time: since.time(first.unpacked(scale, offset)),
             });
-            let values = values.into_iter().map(|v| v / since.divisor).collect();
+            let values = values.into_iter().map(|v| scale * v / since.divisor);
+            let values = values.collect();
             (values, Some(since.unit.to_owned()), None)
         }
         None => {
-            let scale = attributes.number("scale_factor").unwrap_or(1.0);
-            let offset = attributes.number("add_offset").unwrap_or(0.0);
-            let numbers = container.numbers(i)?;
-            let values: Vec<f64> = numbers.into_iter().map(|v| scale * v + offset).collect();
+            let values = unpacked(container, i)?;
             let unit = attributes.text("units").map(str::to_owned);
             (values, unit, Some(()))
         }
@@ -139,11 +139,12 @@ fn rounding_since(container: &Container, i: usize) -> Result<f64> {
     if container.integers(i)?.is_some() {
         return Ok(0.0);
     }
-    let since = Since::of(&container.variables[i].attributes);
-    let divisor = since.map_or(1.0, |since| since.divisor);
+    let attributes = &container.variables[i].attributes;
+    let divisor = Since::of(attributes).map_or(1.0, |since| since.divisor);
+    let (scale, _) = scaling(attributes);
     let numbers = container.numbers(i)?;
     let sample = container.variables[i].sample_type.number();
-    Ok(sample.map_or(0.0, |sample| sample.spacing(&numbers)) / divisor)
+    Ok(sample.map_or(0.0, |sample| sample.spacing(&numbers)) * scale.abs() / divisor)
 }
 
 /// Values that count from a date, by their unit, from the first one on, with their rounding and their unit; and the
@@ -164,6 +165,19 @@ pub(in crate::field) fn dated(
 enum First {
     Integer(i64),
     Float(f64),
+}
+
+impl First {
+    /// The number that a packed one stands for; an integer that is not packed stays one.
+    fn unpacked(self, scale: f64, offset: f64) -> First {
+        match self {
+            First::Integer(first) if (scale, offset) != (1.0, 0.0) => {
+                First::Float(scale * first as f64 + offset)
+            }
+            First::Float(first) => First::Float(scale * first + offset),
+            first => first,
+        }
+    }
 }
 
 /// `seconds since 2026-01-01`, as the CF conventions write times.

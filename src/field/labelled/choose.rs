@@ -6,6 +6,7 @@ use wavecascade_formats::{Container, Coordinate, Dimension, Variable};
 
 use super::super::options::{At, Label, OpenOptions};
 use super::super::{Layout, Note, names};
+use super::unpacked;
 use crate::error::{DimensionName, Error, InputFault, Result};
 use crate::measure::{self, Length, Time, symbol};
 
@@ -431,7 +432,7 @@ fn further(container: &Container, variable: &Variable, place: usize) -> InputFau
             Some((*origin, origin + (d.len - 1) as f64 * step, unit.clone()))
         }
         Some(Coordinate::Listed(i)) => {
-            let values = container.numbers(*i).unwrap_or_default();
+            let values = unpacked(container, *i).unwrap_or_default();
             let unit = container.variables[*i].attributes.text("units");
             let unit = unit.map(str::to_owned);
             values
@@ -474,7 +475,7 @@ fn index_at(
                 fault: Box::new(fault),
             };
             let unit = container.variables[*i].attributes.text("units");
-            let values = container.numbers(*i).map_err(damaged)?;
+            let values = unpacked(container, *i).map_err(damaged)?;
             Some((values, unit.map(str::to_owned)))
         }
     };

@@ -177,7 +177,7 @@ fn stated_beside(
             let place = other.path.trim_start_matches('/');
             let is_number = other.count() == Some(1) && other.sample_type.number().is_some();
             if is_number && place.eq_ignore_ascii_case(&wanted) {
-                let value = beside::Value::Number(container.numbers(i)?[0]);
+                let value = beside::Value::Number(unpacked(container, i)?[0]);
                 return Ok(Some(Beside {
                     place: place.to_owned(),
                     value,
@@ -221,12 +221,8 @@ pub(super) fn positions(
         if !is_number || !is_it(&variable.path) {
             continue;
         }
-        let numbers = container
-            .numbers(i)
-            .map_err(|fault| source.container_fault(fault))?;
-        let scale = variable.attributes.number("scale_factor").unwrap_or(1.0);
-        let offset = variable.attributes.number("add_offset").unwrap_or(0.0);
-        let value = scale * numbers[0] + offset;
+        let numbers = unpacked(&container, i).map_err(|fault| source.container_fault(fault))?;
+        let value = numbers[0];
         let sample = variable.sample_type.number();
         let relative = sample.map_or(f64::EPSILON, |sample| sample.relative_rounding());
         found.push(NamedNumber {
@@ -343,6 +339,25 @@ impl FileSource<'_> {
     }
 }
 
+/// Scale and offset of packed numbers as the CF conventions name them, also where a text holds them.
+fn scaling(attributes: &Attributes) -> (f64, f64) {
+    let number = |name| {
+        let of_text = || attributes.text(name)?.parse().ok();
+        attributes.number(name).or_else(of_text)
+    };
+    (
+        number("scale_factor").unwrap_or(1.0),
+        number("add_offset").unwrap_or(0.0),
+    )
+}
+
+/// The numbers that those of a variable stand for.
+fn unpacked(container: &Container, i: usize) -> wavecascade_formats::Result<Vec<f64>> {
+    let (scale, offset) = scaling(&container.variables[i].attributes);
+    let numbers = container.numbers(i)?.into_iter();
+    Ok(numbers.map(|v| scale * v + offset).collect())
+}
+
 /// Scale, offset and gaps as the CF conventions name them.
 fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
     use wavecascade_formats::Sample;
@@ -354,10 +369,19 @@ fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
         match attributes.get(name) {
             Some(Value::Integers(values)) => gaps.extend(values.iter().map(|&v| v as f64)),
             Some(Value::Numbers(values)) => gaps.extend(values),
-            _ => {}
+            _ => gaps.extend(
+                attributes
+                    .text(name)
+                    .and_then(|text| text.parse::<f64>().ok()),
+            ),
         }
     }
     gaps.retain(|gap| !gap.is_nan());
+    // A gap stated with more digits than the samples have is one of them, rounded.
+    if variable.sample_type.number() == Some(Sample::F32) {
+        gaps.iter_mut()
+            .for_each(|gap| *gap = f64::from(*gap as f32));
+    }
     let is_float = matches!(
         variable.sample_type.number(),
         Some(Sample::F32 | Sample::F64)
@@ -366,8 +390,8 @@ fn packing(variable: &wavecascade_formats::Variable) -> Option<Packing> {
     if is_float && attributes.get("_FillValue").is_none() {
         gaps.push(UNWRITTEN);
     }
-    let number = |name, else_value| attributes.number(name).unwrap_or(else_value);
-    Packing::new(number("scale_factor", 1.0), number("add_offset", 0.0), gaps)
+    let (scale, offset) = scaling(attributes);
+    Packing::new(scale, offset, gaps)
 }
 
 /// The quantity that a name, or else a unit, stands for.

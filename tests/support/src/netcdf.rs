@@ -20,6 +20,7 @@ pub struct Variable {
 #[derive(Debug, Clone)]
 pub enum Values {
     Double(Vec<f64>),
+    Float(Vec<f32>),
     Int(Vec<i32>),
     Short(Vec<i16>),
 }
@@ -52,6 +53,7 @@ impl Values {
     fn bytes(&self) -> (u32, Vec<u8>) {
         let (code, mut bytes): (u32, Vec<u8>) = match self {
             Values::Double(values) => (6, values.iter().flat_map(|v| v.to_be_bytes()).collect()),
+            Values::Float(values) => (5, values.iter().flat_map(|v| v.to_be_bytes()).collect()),
             Values::Int(values) => (4, values.iter().flat_map(|v| v.to_be_bytes()).collect()),
             Values::Short(values) => (3, values.iter().flat_map(|v| v.to_be_bytes()).collect()),
         };

@@ -13,7 +13,9 @@ pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
         let content = labels::frequency(axes);
         let energy = labels::site_energy(analysis);
         let mut charts = moment_charts(moments, content, energy, value(analysis.frequency_edge));
-        if let (Some(front), Some(shares)) = (&analysis.front, charts.get_mut(1)) {
+        if let (Some(front), Some(shares)) = (&analysis.front, charts.get_mut(1))
+            && front.high_share.iter().any(|share| share.is_finite())
+        {
             let high = Series::new("high band, front", &front.high_share);
             shares.series.push(high);
         }
