@@ -318,9 +318,9 @@ fn val_construction_a_stated_step_over_the_times_of_a_file() {
 #[test]
 fn val_definition_positions_above_an_index() {
     for corner in ["", "nan"] {
-        let text = format!("{corner},0.0,0.5,1.0\n0.0,1,2,3\n0.1,4,0,6\n0.2,2,8,9\n");
+        let text = format!("{corner},0.0,0.5,1.0\n0.0,1,2,3\n0.1,4,0,6\n0.2,2,8,5\n");
         let field = table("frame.csv", &text);
-        let expected = ndarray::array![[1.0, 2.0, 3.0], [4.0, 0.0, 6.0], [2.0, 8.0, 9.0]];
+        let expected = ndarray::array![[1.0, 2.0, 3.0], [4.0, 0.0, 6.0], [2.0, 8.0, 5.0]];
         assert_eq!(values(&field), expected);
         assert!((field.time.step - 0.1).abs() < 1e-15 && field.space.step == 0.5);
     }
