@@ -300,6 +300,17 @@ fn regress_one_transient_in_noise_has_no_interval() {
     assert_eq!(found.basis, IntervalBasis::None, "{}", found.steadiness);
 }
 
+/// A pulse that is in the array all the time is a transient at each site.
+#[test]
+fn val_theory_a_pulse_that_passes_all_sites_is_a_transient() {
+    let values = Array2::from_shape_fn((512, 48), |(i, j)| {
+        let s = (i as f64 - 20.0 - 10.0 * j as f64) / 12.0;
+        (-s * s).exp()
+    });
+    let found = found(&field(values), &IncrementsRequest::default());
+    assert_eq!(found.basis, IntervalBasis::None, "{}", found.steadiness);
+}
+
 #[test]
 fn regress_what_is_refused() {
     let steady = field(noise(64, 16));
