@@ -220,12 +220,12 @@ impl Preamble {
 
     /// The step between samples, in [`Preamble::time_unit`].
     pub(super) fn step(&self) -> Option<f64> {
-        self.in_time_unit(self.step?)
+        self.step.map(|step| self.in_time_unit(step))
     }
 
     /// The first time, in [`Preamble::time_unit`].
     pub(super) fn origin(&self) -> Option<f64> {
-        self.in_time_unit(self.origin?)
+        self.origin.map(|origin| self.in_time_unit(origin))
     }
 
     /// That of the horizontal axis, or else seconds where step or first time state a unit.
@@ -235,19 +235,20 @@ impl Preamble {
         self.horizontal_unit.as_deref().or(has_unit.then_some("s"))
     }
 
-    fn in_time_unit(&self, of: Measure<Time>) -> Option<f64> {
+    fn in_time_unit(&self, of: Measure<Time>) -> f64 {
         let unit = self.time_unit().unwrap_or("s");
-        Some(of.in_unit(unit).unwrap_or(of.value))
+        of.in_unit(unit).unwrap_or(of.value)
     }
 }
 
 /// A frequency, whatever the case of its unit.
 fn any_case(text: &str) -> Option<Measure<Frequency>> {
     let cased = [("ghz", "GHz"), ("mhz", "MHz"), ("khz", "kHz"), ("hz", "Hz")];
-    let (unit, known) = cased
-        .into_iter()
-        .find(|(unit, _)| text.to_lowercase().ends_with(unit))?;
-    Measure::parse(&format!("{}{known}", &text[..text.len() - unit.len()]))
+    let text = text.to_lowercase();
+    cased.into_iter().find_map(|(unit, known)| {
+        let number = text.strip_suffix(unit)?;
+        Measure::parse(&format!("{number}{known}"))
+    })
 }
 
 /// Cells as far as one holds something that is no setting of its own.

@@ -175,8 +175,8 @@ impl FreeKey {
         };
         let bounds = bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         if !(bounds[0]..=bounds[1]).contains(&start) {
-            let unit = [" ", &unit][usize::from(!unit.is_empty())..].concat();
-            let expected = format!("bounds that hold the scene's {name} = {start}{unit}");
+            let value = format!("{start} {unit}");
+            let expected = format!("bounds that hold the scene's {name} = {}", value.trim_end());
             return Err(refuse(&expected, text));
         }
         let is_open = bounds[1].is_infinite();

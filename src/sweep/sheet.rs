@@ -128,6 +128,9 @@ impl Describe for Swept {
             tables: vec![self.table()],
             ..Sheet::default()
         };
+        if let Some(why) = self.missing() {
+            sheet.fact("not known", why);
+        }
         for (&index, outcome) in &self.outcomes {
             if let Outcome::Failed(why) = outcome {
                 let values = self.request.values(index);
@@ -254,7 +257,7 @@ impl Swept {
         self.request.vary.iter().filter(|axis| axis.key != SEED)
     }
 
-    /// Least and largest force that comes through, of how many members, and what the others need.
+    /// Least and largest force that comes through, and of how many members it is known.
     fn answer(&self) -> String {
         let (count, known) = (self.count(), self.outcomes.len());
         let members = self.members();
@@ -266,13 +269,8 @@ impl Swept {
         forces.sort_by(|a, b| a.1.total_cmp(&b.1));
         let of = match count - forces.len() {
             0 => String::new(),
-            _ if known < count => format!(" of {} of {count} members", forces.len()),
-            _ => format!(
-                " of the {} of {count} members where it is known",
-                forces.len()
-            ),
+            _ => format!(", known in {} of {count} members", forces.len()),
         };
-        let missing = self.missing(&members);
         let at = |(member, force): &(&Member, f64)| {
             format!(
                 "{}{unit} at {}",
@@ -282,12 +280,12 @@ impl Swept {
         };
         match forces.as_slice() {
             [] if known == 0 => format!("none of {count} members has a value yet"),
-            [] => format!(
-                "the largest force at the last contact is known in none of {count} members{missing}"
-            ),
-            [one] => format!("force at the last contact{of} {}{missing}", at(one)),
+            [] => {
+                format!("the largest force at the last contact is known in none of {count} members")
+            }
+            [one] => format!("force at the last contact {}{of}", at(one)),
             [least, .., most] => format!(
-                "force at the last contact{of} from {} to {}{missing}",
+                "force at the last contact from {} to {}{of}",
                 at(least),
                 at(most)
             ),
@@ -339,12 +337,11 @@ impl Swept {
                 spread.members
             )
         };
-        let missing = self.missing(&self.members());
         match forces.as_slice() {
-            [] => format!("the largest force at the last contact is known in no member{missing}"),
-            [one] => format!("median force at the last contact {}{missing}", at(one)),
+            [] => format!("the largest force at the last contact is known in no member"),
+            [one] => format!("median force at the last contact {}", at(one)),
             [least, .., most] => format!(
-                "median force at the last contact from {} to {}{missing}",
+                "median force at the last contact from {} to {}",
                 at(least),
                 at(most)
             ),
@@ -411,7 +408,8 @@ impl Swept {
     }
 
     /// Why members have no force, and what to state.
-    fn missing(&self, members: &[Member]) -> String {
+    fn missing(&self) -> Option<String> {
+        let members = self.members();
         let needing = |needs: Needs| {
             let needing = |member: &&Member| member.measures.peak_force_last_needs == Some(needs);
             members.iter().filter(needing).count()
@@ -419,26 +417,23 @@ impl Swept {
         let reasons = [
             (
                 needing(Needs::EndTime),
-                "the run ends before it, which a later `--end-time` mends,",
+                "the run ends before it; a later `--end-time` mends that",
             ),
             (
                 needing(Needs::Samples),
-                "samples are too far apart, which more `--samples` mend,",
+                "samples are too far apart; more `--samples` mend that",
             ),
             (
                 needing(Needs::Tolerance),
-                "its error is above 1 %, which a smaller `--tolerance` may mend,",
+                "its error is above 1 %; a smaller `--tolerance` may mend that",
             ),
+            (self.count() - self.outcomes.len(), "it is not computed yet"),
         ];
         let reasons = reasons.iter().filter(|(count, _)| *count > 0);
-        let mut text: String = reasons
-            .map(|(count, why)| format!("; {why} in {count}"))
+        let words: Vec<String> = reasons
+            .map(|(count, why)| format!("in {count} members {why}"))
             .collect();
-        let left = self.count() - self.outcomes.len();
-        if left > 0 {
-            text += &format!("; {left} are not computed yet");
-        }
-        text
+        (!words.is_empty()).then(|| words.join("; "))
     }
 
     /// The measures of the members, in rows.

@@ -515,14 +515,15 @@ impl<'a> Words<'a> {
         let speed = self.answer.speed.map(|speed| {
             let unit = match (&space.unit, &time.unit) {
                 (Some(length), Some(time)) => format!("{length}/{time}"),
-                (Some(length), None) => format!("{length} per {}", time.time_unit()),
-                (None, _) => {
-                    let length = space.space_unit().replace("site", "sites");
-                    format!(
-                        "{} per {}",
-                        length.replace("unit", "units"),
-                        time.time_unit()
-                    )
+                _ => {
+                    let length = match &space.unit {
+                        Some(length) => length.clone(),
+                        None => space
+                            .space_unit()
+                            .replace("site", "sites")
+                            .replace("unit", "units"),
+                    };
+                    format!("{length} per {}", time.time_unit())
                 }
             };
             let decimals = (1.0 - speed.error.log10().floor()).clamp(0.0, 6.0) as usize;
