@@ -338,7 +338,7 @@ impl Swept {
             )
         };
         match forces.as_slice() {
-            [] => format!("the largest force at the last contact is known in no member"),
+            [] => "the largest force at the last contact is known in no member".into(),
             [one] => format!("median force at the last contact {}", at(one)),
             [least, .., most] => format!(
                 "median force at the last contact from {} to {}",
@@ -431,7 +431,7 @@ impl Swept {
         ];
         let reasons = reasons.iter().filter(|(count, _)| *count > 0);
         let words: Vec<String> = reasons
-            .map(|(count, why)| format!("in {count} members {why}"))
+            .map(|(count, why)| format!("in {count} {why}"))
             .collect();
         (!words.is_empty()).then(|| words.join("; "))
     }
