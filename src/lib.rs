@@ -18,7 +18,7 @@
 //! let (analysis, spectra) = analyze(&field, &Request::default())?;
 //!
 //! let answer = analysis.words().answer;
-//! assert!(answer.starts_with("energy moves up in frequency along x: 39 %"), "{answer}");
+//! assert!(answer.starts_with("energy moves up in frequency along x: 36.8"), "{answer}");
 //! // (frequency, site), in the square of the samples' unit over frequency.
 //! assert_eq!(spectra.temporal.expect("by default").dim(), (513, 96));
 //! # Ok::<(), wavecascade::Error>(())

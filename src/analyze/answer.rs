@@ -2,14 +2,15 @@
 
 use std::ops::Range;
 
+use super::gains;
 use super::plan::Plan;
 use super::result::Direction;
 use super::spacetime::{ByDirection, Frequencies};
 use super::warning::{Sites, Warning};
 use crate::error::Result;
 use crate::moved::{
-    AlongX, Answer, ArrivalWindows, FOLDED, Movement, Options, Place, Profiles, Reason, Source,
-    TOLERANCE, Verdict, along_x, in_time, quick,
+    Answer, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source, TOLERANCE, Verdict,
+    along_x, in_time, quick,
 };
 use crate::numeric::sum;
 use crate::observer::Observer;
@@ -21,12 +22,12 @@ const BANDS: usize = 10;
 const FLAT: f64 = 0.6;
 /// Bins of the aperture below which motion is that of the whole array.
 const MEAN_MOTION: f64 = 1.5;
-/// Sites that a struck chain's front has passed before wavenumbers are compared, or a quarter of the chain.
-const PASSED: usize = 10;
 /// Part of the directed energy that goes the other way than arrivals from which on windows hold it.
 const BACK: f64 = 0.25;
 /// Part of its energy that a wave still has at the last sites, below which it is known to come from the first.
 const DECAYS: f64 = 0.8;
+/// Snapshots before the wave enters from which on they are taken for the noise.
+const QUIET: usize = 16;
 /// Share of directed energy that goes one way where records have no arrivals but a direction.
 const ONE_WAY: f64 = 0.8;
 
@@ -73,53 +74,38 @@ pub(super) fn find(
         dx: axes.space.step,
         most_bytes: plan.answer_bytes,
     };
-    let mut along = along_x(prepared, &options, observer)?;
-    let noise = samples.map_or(0.0, |samples| along.noise * axes.n_times as f64 / samples);
-    let is_known = spacetime.is_none_or(|found| goes(&found.directions, noise, toward_minus));
+    let mut answer = along_x(prepared, &options, observer)?;
+    answer.is_periodic = request.periodic;
+    answer.noise = samples.map_or(0.0, |samples| answer.noise * axes.n_times as f64 / samples);
+    let is_known =
+        spacetime.is_none_or(|found| goes(&found.directions, answer.noise, toward_minus));
     // What decays comes from where it is largest, though evanescent waves have no direction.
-    let of = &along.movement;
+    let of = &answer.frequency;
     let decays = of.transfer == Some(false) && of.energy_ratio < DECAYS;
-    if !along.has_fronts && struck.is_none() && !is_known && !decays {
-        along.movement.transfer = None;
+    // Where waves stand, what a site has is that of its place.
+    if !answer.has_fronts && !is_known && !decays && answer.frequency.moves() {
+        answer.frequency = std::mem::take(&mut answer.frequency).but_untold(Reason::Mixed);
     }
-    let windows = along.window.map(|(width, samples)| ArrivalWindows {
-        arrivals: along.arrivals.clone(),
-        width,
-        samples,
-    });
-    let since = since(&along, struck);
-    let (wavenumber, along_t) = match plan.request.without_sites.is_empty() {
-        true => wavenumbers(plan, prepared, &along, &since, struck),
-        false => (Movement::untold(Reason::MissingSites), None),
+    answer.since = since(&answer, plan.sites.start);
+    (answer.wavenumber, answer.along_t) = match request.without_sites.is_empty() {
+        true => wavenumbers(plan, prepared, &answer, struck),
+        false => {
+            let sites = axes.n_sites;
+            (Movement::untold(Reason::FewSites { sites }), None)
+        }
     };
-    Ok(Answer {
-        frequency: along.movement,
-        launch: along.launch,
-        front: along.front,
-        tail: along.tail,
-        wavenumber,
-        speed: along.speed,
-        is_struck: along.is_struck,
-        is_lossy: false,
-        has_fronts: along.has_fronts,
-        is_one_way: along.is_one_way,
-        along_x: along.evidence,
-        along_t,
-        since,
-        period: 1.0 / along.median,
-        windows,
-        gain_changes: along.gain_changes,
-        gain_steps: along.gain_steps,
-        uneven: along.uneven,
-        noise,
-    })
+    Ok(answer)
 }
 
 /// Takes back energies along x that gains which change hide; returns what to say of them.
 pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
-    let axes = &plan.axes;
+    let (axes, onsets) = (&plan.axes, &answer.onsets);
     let named = |sites: Vec<usize>| Sites::of(&sites, plan.sites.start, axes);
-    let (steps, changes) = (&answer.gain_steps, &answer.gain_changes);
+    let steps = gains::steps(onsets);
+    let changes = match answer.has_fronts {
+        true => Vec::new(),
+        false => gains::changes(onsets, axes.n_times),
+    };
     let steps = (!steps.is_empty()).then(|| Warning::GainSteps {
         sites: named(steps.iter().map(|step| step.site).collect()),
         ratios: steps.iter().map(|step| step.ratio).collect(),
@@ -143,28 +129,17 @@ pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
 
 /// Withdraws what moves along x where arrivals run one way and nothing is seen to come back, though a good part of the energy does.
 pub(super) fn returns(answer: &mut Answer, direction: Direction) {
-    let moves = !matches!(
-        answer.frequency.verdict,
-        Verdict::Unchanged | Verdict::Untold
-    );
     let (plus, minus) = (direction.toward_plus_x, direction.toward_minus_x);
-    if moves && answer.is_one_way && plus.min(minus) > BACK * (plus + minus) {
-        answer.frequency = answer.frequency.clone().but_untold(Reason::Returns);
+    if answer.frequency.moves() && answer.is_one_way && plus.min(minus) > BACK * (plus + minus) {
+        answer.frequency = answer.frequency.clone().but_untold(Reason::Mixed);
     }
 }
 
-/// Rows from which on a struck chain's front is well inside, to its arrival at the far end.
-fn since(along: &AlongX, struck: Option<usize>) -> Option<Range<usize>> {
-    let struck = struck.filter(|_| along.is_struck)?;
-    let last = along.arrivals.len() - 1;
-    // The launch is none of the travel.
-    let formed = along
-        .movement
-        .settled_at
-        .map_or(0, |site| site - along.first_site);
-    let passed = struck.max(formed) + PASSED.min(last / 4).max(1);
-    let start = along.arrivals.get(passed).copied().flatten()?;
-    let end = along.arrivals[last].unwrap_or(usize::MAX);
+/// Rows in which a struck chain's front passes the second half of the bodies that it reaches: the launch is none of the travel.
+fn since(along: &Answer, first_site: usize) -> Option<Range<usize>> {
+    let bodies = along.front?.bodies.map(|body| body - first_site);
+    let start = along.onsets.get(bodies[0])?.arrival?;
+    let end = along.onsets.last()?.arrival.unwrap_or(usize::MAX);
     (start < end).then_some(start..end)
 }
 
@@ -187,8 +162,7 @@ fn goes(directions: &[ByDirection], noise: f64, toward_minus: bool) -> bool {
 fn wavenumbers(
     plan: &Plan,
     prepared: &Prepared,
-    along: &AlongX,
-    since: &Option<Range<usize>>,
+    along: &Answer,
     struck: Option<usize>,
 ) -> (Movement, Option<crate::moved::Evidence>) {
     let axes = &plan.axes;
@@ -196,50 +170,81 @@ fn wavenumbers(
     if sites < 8 {
         return (Movement::untold(Reason::FewSites { sites }), None);
     }
-    if along.levels.is_empty() {
-        let reason = along.movement.reason.unwrap_or(Reason::NoEnergy);
+    if along.onsets.is_empty() {
+        let reason = along.frequency.reason.unwrap_or(Reason::NoEnergy);
         return (Movement::untold(reason), None);
     }
+    let is_box = plan.request.periodic;
     // The ends of a steady wave do not meet.
-    let window = match along.has_fronts {
+    let window = match along.has_fronts || is_box {
         true => vec![1.0; sites],
         false => Window::Hann.samples(sites),
     };
-    let padded = quick(4 * sites);
+    let padded = if is_box { sites } else { quick(4 * sites) };
     let padding = padded as f64 / sites as f64;
-    let variances = along.levels.iter().map(|[_, noise]| noise * noise);
-    let noise: Vec<f64> = variances.collect();
+    // What is the same at all times is a part of the motion in a box, of the sensors elsewhere.
+    let levels = match is_box {
+        true => vec![[0.0; 2]; sites],
+        false => along
+            .onsets
+            .iter()
+            .map(|o| [o.baseline, o.noise.unwrap_or(0.0)])
+            .collect(),
+    };
+    let noise: Vec<f64> = levels.iter().map(|[_, noise]| noise * noise).collect();
     let tapered: Vec<f64> = noise.iter().zip(&window).map(|(n, w)| n * w * w).collect();
-    let profiles = OfField {
+    let mut profiles = OfField {
         prepared,
-        levels: &along.levels,
+        levels: &levels,
         noise: sum(&noise),
-        tapered_noise: sum(&tapered),
+        noise_powers: vec![sum(&tapered); padded / 2 + 1],
+        window_energy: sum(&window.iter().map(|w| w * w).collect::<Vec<_>>()),
         transform: RecordTransform::new(&window, padded),
     };
-    let among = match since {
+    // What is there before the wave enters is none of it: noise of any colour, and hum.
+    let enters = along
+        .onsets
+        .iter()
+        .filter_map(|o| o.arrival)
+        .min()
+        .unwrap_or(0);
+    let lead = along.windows.as_ref().map_or(0, |of| 2 * of.width as usize);
+    let quiet = enters.saturating_sub(lead).min(axes.n_times);
+    if along.has_fronts && struck.is_none() && !is_box && quiet >= QUIET {
+        profiles.measure_noise(quiet);
+    }
+    let among = match &along.since {
         Some(since) => since.start..since.end.min(axes.n_times),
         None => 0..axes.n_times,
     };
     let time = &axes.time;
     let first_time = plan.times.start;
+    let motion = match (is_box, struck.is_some(), along.has_fronts) {
+        (true, ..) => Motion::Box,
+        (_, true, _) => Motion::Run,
+        (_, _, true) => Motion::Transient,
+        _ => Motion::Steady,
+    };
     in_time(&Source {
         profiles: &profiles,
         among,
         step: std::f64::consts::TAU / (padded as f64 * axes.space.step.abs()),
-        first: (MEAN_MOTION * padding).ceil() as usize,
+        first: if is_box {
+            1
+        } else {
+            (MEAN_MOTION * padding).ceil() as usize
+        },
         padding,
-        period: 1.0 / (along.median * time.step),
+        period: along.period / time.step,
+        motion,
         // The kinetic part of a run's energy oscillates all the while.
-        is_steady: !along.has_fronts || struck.is_some(),
-        is_run: struck.is_some(),
+        is_inside: motion != Motion::Transient,
         is_short: along
             .speed
-            .is_some_and(|speed| speed.value.abs() < 2.0 * axes.space.step.abs() * along.median),
-        uneven: along.uneven,
-        returns: false,
+            .is_some_and(|speed| speed.value.abs() * along.period < 2.0 * axes.space.step.abs()),
+        uneven: gains::uneven(&along.onsets),
         tolerance: plan.request.least_move.unwrap_or(TOLERANCE),
-        along_x: along.movement.verdict,
+        stays_along_x: along.frequency.verdict == Verdict::Unchanged,
         place: &|rows: Range<usize>| Place {
             rows: [rows.start + first_time, rows.end - 1 + first_time],
             at: 0.5 * (time.at(rows.start) + time.at(rows.end - 1)),
@@ -247,54 +252,78 @@ fn wavenumbers(
     })
 }
 
-/// Profiles of a measured field: `v^2`.
+/// Snapshots of a measured field: `v^2`.
 struct OfField<'a> {
     prepared: &'a Prepared<'a>,
     levels: &'a [[f64; 2]],
-    /// Sums of the variances, as they are and under the window.
+    /// Sum of the variances of the noise.
     noise: f64,
-    tapered_noise: f64,
+    /// Noise in each bin of k.
+    noise_powers: Vec<f64>,
+    window_energy: f64,
     transform: RecordTransform<f64>,
 }
 
 impl OfField<'_> {
-    fn profile(&self, time: usize) -> Vec<f64> {
-        let mut profile = vec![0.0; self.levels.len()];
-        self.prepared.profiles(time..time + 1, &mut profile);
+    fn snapshot(&self, time: usize) -> Vec<f64> {
+        let mut snapshot = vec![0.0; self.levels.len()];
+        self.prepared.profiles(time..time + 1, &mut snapshot);
         self.prepared.release_pages();
-        for (v, [baseline, _]) in profile.iter_mut().zip(self.levels) {
+        for (v, [baseline, _]) in snapshot.iter_mut().zip(self.levels) {
             *v -= baseline;
         }
-        profile
+        snapshot
+    }
+
+    /// Squares of the transform. What all sites have in common leaks into no other wavenumber.
+    fn squares(&self, time: usize) -> Vec<f64> {
+        let mut snapshot = self.snapshot(time);
+        let mean = sum(&snapshot) / snapshot.len() as f64;
+        snapshot.iter_mut().for_each(|v| *v -= mean);
+        let mut scratch = RecordScratch::default();
+        let (bins, _) = self
+            .transform
+            .transform(std::iter::once(&snapshot[..]), &mut scratch);
+        let mut squares: Vec<f64> = bins.iter().map(|x| x.norm_sqr()).collect();
+        squares[0] += mean * mean * self.window_energy * self.transform.padded() as f64;
+        squares
+    }
+
+    /// Takes what is there in the first `quiet` times for noise.
+    fn measure_noise(&mut self, quiet: usize) {
+        let times = (0..quiet).step_by(quiet.div_ceil(4 * QUIET));
+        let squares: Vec<Vec<f64>> = times.map(|time| self.squares(time)).collect();
+        let mean = |m: usize| squares.iter().map(|s| s[m]).sum::<f64>() / squares.len() as f64;
+        self.noise_powers = (0..self.noise_powers.len()).map(mean).collect();
+        let padded = self.transform.padded();
+        let folded = self.noise_powers.iter().enumerate();
+        let folded: Vec<f64> = folded.map(|(m, p)| p * fold(m, padded)).collect();
+        self.noise = sum(&folded) / padded as f64;
     }
 }
 
 impl Profiles for OfField<'_> {
     fn energy(&self, time: usize) -> f64 {
-        self.profile(time).iter().map(|v| v * v).sum::<f64>() - self.noise
+        self.snapshot(time).iter().map(|v| v * v).sum::<f64>() - self.noise
     }
 
     fn at_ends(&self, time: usize) -> f64 {
-        let profile = self.profile(time);
-        let n = profile.len();
+        let snapshot = self.snapshot(time);
+        let n = snapshot.len();
         let outer = (n / 20).max(1);
         let energy = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>();
-        let ends = energy(&profile[..outer]) + energy(&profile[n - outer..]);
-        let even = energy(&profile) * 2.0 * outer as f64 / n as f64;
+        let ends = energy(&snapshot[..outer]) + energy(&snapshot[n - outer..]);
+        let even = energy(&snapshot) * 2.0 * outer as f64 / n as f64;
         if even > 0.0 { ends / even } else { 0.0 }
     }
 
     fn powers(&self, time: usize) -> Vec<f64> {
-        let profile = self.profile(time);
-        let mut scratch = RecordScratch::default();
         let padded = self.transform.padded();
-        let (bins, _) = self
-            .transform
-            .transform(std::iter::once(&profile[..]), &mut scratch);
-        let power = bins.iter().enumerate();
-        power
-            .map(|(m, x)| fold(m, padded) * (x.norm_sqr() - self.tapered_noise))
-            .collect()
+        let powers = self.squares(time).into_iter().zip(&self.noise_powers);
+        let powers = powers
+            .enumerate()
+            .map(|(m, (p, noise))| fold(m, padded) * (p - noise));
+        powers.collect()
     }
 }
 
@@ -330,7 +359,7 @@ pub(super) fn withheld(
     }
     let share = high / rest;
     // All that gains spread may lie there.
-    if share > FOLDED + answer.map_or(0.0, |answer| answer.uneven) {
+    if share > FOLDED + answer.map_or(0.0, |answer| gains::uneven(&answer.onsets)) {
         return Some(Undirected::Folded { share });
     }
     let answer = answer?;

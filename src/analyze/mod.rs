@@ -11,6 +11,7 @@ mod display;
 mod filtered;
 mod flux;
 mod front;
+mod gains;
 mod intermediate;
 pub(crate) mod labels;
 mod maps;

@@ -60,6 +60,8 @@ pub(crate) struct Findings<'a> {
 /// The effective bandwidth of a periodogram of white noise is 0.66 of the axis, and less for few bins.
 pub(super) const FLAT_PART: f64 = 0.5;
 pub(super) const COMMON_SHARE: f64 = 0.5;
+/// Sites from which on what is common to all is told from a long wave.
+const COMMON_SITES: usize = 5;
 /// The same of a single line; bins on each side that it fills, and its part of what is common.
 const COMMON_LINE: f64 = 0.2;
 const LINE_BINS: usize = 2;
@@ -288,7 +290,8 @@ impl Findings<'_> {
         let common = self.of_ends(|e| e.common) / energy;
         // A chain between walls moves in modes.
         let line = self.common_line().filter(|_| !self.simulated);
-        if n_sites > 1 && (common > COMMON_SHARE || (line.is_some() && common > COMMON_LINE)) {
+        let is_common = common > COMMON_SHARE || (line.is_some() && common > COMMON_LINE);
+        if n_sites >= COMMON_SITES && is_common {
             warnings.push(Warning::CommonMode {
                 share: common,
                 line,

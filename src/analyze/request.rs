@@ -122,6 +122,8 @@ pub struct Request {
     /// Length, in units of time, of the windows over which shares at the front's passage are taken;
     /// `None`: ten times the width at half maximum of the pulse at the reference site.
     pub front_window: Option<f64>,
+    /// Whether the sites are those of a periodic box: the last one is beside the first. All of the motion is inside then.
+    pub periodic: bool,
     /// Moved shares below this count as none; `None`: [`TOLERANCE`](crate::moved::TOLERANCE).
     pub least_move: Option<f64>,
     /// Root mean square of the noise in the samples, where it is known: sites and times whose energy
@@ -170,6 +172,7 @@ impl Default for Request {
             band_edge_frequency: None,
             band_edge_wavenumber: None,
             front_window: None,
+            periodic: false,
             least_move: None,
             noise: None,
             subtract_noise: false,

@@ -191,7 +191,8 @@ fn passes<T: Real>(
     let of_rows = [rows.field_map.take(), rows.map.take(), rows.flux_map.take()];
     // The answer leaves threads idle at times.
     let (answer, finished) = rayon::join(
-        || match results.answer && !prepared.is_silent() {
+        // A guessed axis carries no verdict.
+        || match results.answer && !prepared.is_silent() && !field.has_guessed_layout() {
             true => answer::find(
                 plan,
                 &prepared,
@@ -218,7 +219,9 @@ fn passes<T: Real>(
     );
     let mut answer = answer?;
     if let Some(answer) = &mut answer {
-        warnings.extend(answer::gains(answer, plan));
+        if field.struck.is_none() {
+            warnings.extend(answer::gains(answer, plan));
+        }
         if answer.has_fronts {
             warnings.retain_mut(Warning::is_of_pulses);
         }

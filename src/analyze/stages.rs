@@ -253,7 +253,7 @@ impl Stages<'_> {
 const EDGE: f64 = 0.9;
 
 /// Bins from 0 within which an edge is not resolved.
-pub(super) const RESOLVED: f64 = 3.0;
+const RESOLVED: f64 = 3.0;
 
 /// Results at a reference.
 struct Edge {

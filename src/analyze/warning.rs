@@ -166,6 +166,16 @@ impl Warning {
         }
     }
 
+    /// Whether it is not known which axis is time.
+    pub(crate) fn is_of_layout(&self) -> bool {
+        matches!(
+            self,
+            Warning::Reading {
+                note: Note::Wide { .. }
+            }
+        )
+    }
+
     /// Whether most of the energy lies in a line that all sites have in common.
     pub(super) fn is_hum(&self) -> bool {
         matches!(self, Warning::CommonMode { share, line: Some(_), .. } if *share > 0.5)
@@ -324,8 +334,7 @@ impl Warning {
                 percent(*share)
             ),
             Warning::Static { share } => format!(
-                "{} of the energy lies at f = 0: means of the records, not their motion, make up \
-                 most of centroids and shares",
+                "{} of the energy lies at f = 0: means of the records, not their motion, decide centroids",
                 percent(*share)
             ),
             Warning::LeakageTime { step } => format!(

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use super::contacts::{ContactState, Contacts};
 use super::modes::{Basis, Modes};
-use super::motion::Motion;
+use super::motion::Motion as Recorded;
 use crate::analyze::Analysis;
-use crate::chain::Run;
+use crate::chain::{Ends, Run};
 use crate::error::Result;
-use crate::moved::{KEEPS, Place, Profiles, Source, TOLERANCE, Verdict, in_time};
+use crate::moved::{Motion, Place, Profiles, Source, TOLERANCE, Verdict, in_time};
 
 /// Puts what a run knows into the answer of an analysis of all its sites and times: whether the chain loses energy, and, where
 /// displacements were recorded, what moved in wavenumber, of the energy `E(k) = |q^|^2 / 2 + |phi^|^2`, in sines between fixed
@@ -23,25 +23,20 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
         return Ok(());
     };
     answer.is_lossy = run.chain.is_lossy();
+    // Of a struck ring the front counts.
+    answer.is_periodic = run.chain.ends == Ends::Periodic && !answer.is_struck;
     let movement = &mut answer.frequency;
-    let moves = matches!(movement.verdict, Verdict::Up | Verdict::Down);
-    let spreads = movement.verdict == Verdict::Spreads;
-    match movement.transfer {
-        // Linear waves keep their frequencies: they lag behind, are reflected, or decay.
-        _ if (moves || spreads) && run.chain.is_linear() => {
-            movement.transfer = (moves && answer.is_lossy).then_some(false);
-            movement.lags = spreads || !answer.is_lossy;
-        }
-        // Without losses, what is missing in the windows follows behind.
-        Some(false) if moves && !answer.is_lossy => {
-            (movement.transfer, movement.lags) = (None, true);
-        }
-        _ => {}
+    // Without losses, what is missing in the windows follows behind; and linear waves keep their frequencies: they lag behind, are
+    // reflected, or decay.
+    let follows = run.chain.is_linear() || (movement.transfer == Some(false) && !answer.is_lossy);
+    if movement.moves() && follows {
+        movement.transfer = answer.is_lossy.then_some(false);
+        movement.lags = !answer.is_lossy;
     }
     if run.displacement.is_none() {
         return Ok(());
     }
-    let motion = &Motion::of(run)?;
+    let motion = &Recorded::of(run)?;
     motion.check()?;
     let contacts = Contacts::of(motion);
     if contacts.check_roots(motion).is_err() {
@@ -59,25 +54,26 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
     let wavenumbers = profiles.modes.wavenumbers(axes.space.step.abs());
     let among = answer.since.clone().unwrap_or(0..axes.n_times);
     let time = &axes.time;
-    let is_struck = answer.since.is_some();
     let source = Source {
         profiles: &profiles,
         among: among.start..among.end.min(axes.n_times),
         step: wavenumbers.get(1).copied().unwrap_or(f64::NAN),
-        // Between fixed ends the first mode is a wave; elsewhere one bin is the mean, the next the whole chain.
-        first: match basis {
-            Basis::Standing => 1,
-            Basis::Fourier => 2,
+        // Between fixed ends and around a ring the first mode is a wave; elsewhere one bin is the mean, the next the whole chain.
+        first: match (basis, answer.is_periodic) {
+            (Basis::Standing, _) | (_, true) => 1,
+            (Basis::Fourier, false) => 2,
         },
         padding: 1.0,
         period: answer.period / time.step,
-        is_steady: false,
-        is_run: true,
+        motion: match answer.is_periodic {
+            true => Motion::Box,
+            false => Motion::Run,
+        },
+        is_inside: false,
         is_short: false,
         uneven: 0.0,
-        returns: !is_struck,
         tolerance: TOLERANCE,
-        along_x: Verdict::Unchanged,
+        stays_along_x: true,
         place: &|rows: Range<usize>| Place {
             rows: [rows.start, rows.end - 1],
             at: 0.5 * (time.at(rows.start) + time.at(rows.end - 1)),
@@ -86,15 +82,15 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
     (answer.wavenumber, answer.along_t) = in_time(&source);
     // A chain whose wavenumbers keep their energies transfers none: what the front is short of follows behind.
     let movement = &mut answer.frequency;
-    let is_short = movement.verdict == Verdict::Down && movement.energy_ratio < KEEPS;
-    if is_short && !answer.is_lossy && answer.wavenumber.verdict == Verdict::Unchanged {
+    let keeps = answer.wavenumber.verdict == Verdict::Unchanged && !answer.is_lossy;
+    if movement.verdict == Verdict::Down && keeps {
         (movement.transfer, movement.lags) = (None, true);
     }
     Ok(())
 }
 
 struct OfRun<'a> {
-    motion: Motion<'a>,
+    motion: Recorded<'a>,
     contacts: Contacts<'a>,
     root_mass: Vec<f64>,
     modes: Modes,

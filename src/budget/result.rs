@@ -123,6 +123,8 @@ pub struct LargestPassage {
     pub share: f64,
     /// Numerical error of the share; of a measured field its standard error.
     pub error: f64,
+    /// What of the share has passed in the second half of the record: of a struck chain, behind its launch.
+    pub late: f64,
 }
 
 impl Budget {
@@ -141,6 +143,7 @@ impl Budget {
             wavenumber: *wavenumber,
             share: flux / self.scale,
             error: error / self.scale,
+            late: found.late_flux[bin] / self.scale,
         })
     }
 }

@@ -184,6 +184,13 @@ pub struct Field {
 }
 
 impl Field {
+    /// Whether nothing states which axis is time, and the other choice is as likely.
+    pub(crate) fn has_guessed_layout(&self) -> bool {
+        self.notes
+            .iter()
+            .any(|note| matches!(note, Note::Wide { .. }))
+    }
+
     /// A field from an array `(time, site)`, with axes of indices.
     ///
     /// Set [`Field::time`], [`Field::space`] and the other fields afterwards. Non-finite samples

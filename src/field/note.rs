@@ -8,9 +8,6 @@ use super::{Axis, Layout, Quantity};
 use crate::measure::{Frequency, Length, Time, digits, symbol};
 use crate::unit::unknown_word;
 
-/// Ratio of columns to rows above which it is doubtful that rows are times.
-pub(super) const WIDE: usize = 8;
-
 /// Change of amplitudes by resampling, at half the Nyquist frequency, above which spectra are doubtful.
 const LOSS: f64 = 0.05;
 
@@ -135,8 +132,7 @@ impl Note {
             ),
             Note::FirstColumn { .. } => Some("where it holds samples, state `--time-column none`"),
             Note::Wide { .. } => Some(
-                "state `--layout site-time` if rows are sites, or `--layout time-site` if they are \
-                 times",
+                "state one of them, or save the times with the array: `numpy.savez(path, v=array, t=times)`",
             ),
             Note::RisingSite { .. } => Some(
                 "if it holds times, save the array without it and state `--dt`, or save the times \
@@ -324,8 +320,8 @@ impl Note {
                 format!("the first column holds the {what}, since it rises evenly by {step}")
             }
             Note::Wide { rows, columns } => format!(
-                "the {rows} rows of the array are read as times and its {columns} columns as sites, \
-                 which nothing states"
+                "nothing states which axis is time: `--layout time-site` reads {rows} times of {columns} sites, \
+                 `--layout site-time` {columns} times of {rows} sites"
             ),
             Note::RisingSite { step } => format!(
                 "the first site rises evenly by {}, as a column of times does",
@@ -425,7 +421,7 @@ impl Note {
 
     /// A note on an array without a stated layout.
     pub(super) fn on_shape(rows: usize, columns: usize) -> Option<Note> {
-        (columns >= WIDE * rows).then_some(Note::Wide { rows, columns })
+        (columns > rows).then_some(Note::Wide { rows, columns })
     }
 
     /// A note on samples whose first site rises evenly where the second one does not.

@@ -1,10 +1,7 @@
 //! Sites at which a wave arrives, which way it goes, and what comes back.
 
-use super::LeftOut;
 use super::along_x::{Options, median};
 use super::onset::{Onset, REACHED};
-use super::share::Spectrum;
-use super::windows::Windows;
 
 /// Correlation of arrivals with x from which on they are those of one wave.
 const ONE_WAY: f64 = 0.9;
@@ -13,8 +10,9 @@ const STEADY: f64 = 0.5;
 const TRANSIENT: f64 = 0.35;
 /// Widths of the pulse by which an arrival is later than that of what comes back.
 const LATER: f64 = 3.0;
-/// Widths of the pulse within which arrivals are at once.
+/// Widths of the pulse within which arrivals are at once, and those before an arrival at which a window begins.
 const AT_ONCE: f64 = 2.0;
+const LEAD: f64 = 2.0;
 /// One of so many sites may have moved before its window could begin.
 const EARLY: usize = 10;
 /// Root mean square of records, over their quiet parts, below which these are none where the motion lasts.
@@ -23,27 +21,22 @@ const ABOVE: f64 = 5.0;
 /// Part of the sites, and sites at least, on each side of the place where waves from two ends meet.
 const SIDE: usize = 5;
 const SIDE_SITES: usize = 4;
+/// Energy of the first and the last pieces of a record over that of its largest, below which all of the motion is in it; and
+/// one of so many sites that are such.
+const STILL: f64 = 0.02;
+const PASSED: usize = 3;
 
 pub(super) struct Fronts<'a> {
     pub options: &'a Options,
-    /// Correlation of the noise of neighbours.
-    pub common: f64,
     pub onsets: Vec<Onset>,
-    pub live: Vec<bool>,
     pub n_times: usize,
     pub every: usize,
     /// Of the pulse, in samples.
     pub width: f64,
     /// Samples before its arrival at which a window begins.
     pub lead: usize,
-    pub left_out: LeftOut,
-}
-
-/// Spectra of a site in each kind of window; `None` where one does not fit.
-pub(super) struct Seen {
-    pub site: usize,
-    pub second: Option<usize>,
-    pub spectra: Vec<Option<Spectrum>>,
+    /// Whether the window is the record.
+    pub is_whole: bool,
 }
 
 impl Fronts<'_> {
@@ -51,12 +44,19 @@ impl Fronts<'_> {
         self.onsets[site].arrival.unwrap_or(0)
     }
 
-    /// Where windows begin.
-    pub fn start(&self, site: usize) -> usize {
-        self.arrival(site).saturating_sub(self.lead)
+    fn live(&self) -> impl Iterator<Item = &Onset> {
+        self.onsets.iter().filter(|onset| onset.is_live)
     }
 
-    /// At the arrival; in measured records a width before it, since noise hides how a wave rises, or as long as nearly all
+    /// Where windows begin.
+    pub fn start(&self, site: usize) -> usize {
+        match self.is_whole {
+            true => 0,
+            false => self.arrival(site).saturating_sub(self.lead),
+        }
+    }
+
+    /// At the arrival; in measured records two widths before it, since noise hides how a wave rises, or as long as nearly all
     /// records have run before theirs.
     fn lead(&self, sites: &[usize]) -> usize {
         if self.options.is_simulated() || sites.is_empty() {
@@ -64,28 +64,17 @@ impl Fronts<'_> {
         }
         let mut before: Vec<usize> = sites.iter().map(|&j| self.arrival(j)).collect();
         before.sort_unstable();
-        before[before.len() / EARLY].min(self.width.round() as usize)
+        before[before.len() / EARLY].min((LEAD * self.width).round() as usize)
     }
 
     /// Sites at which a wave arrives while the record runs, behind the struck body; finds the width of the pulse.
     pub fn eligible(&mut self) -> Vec<usize> {
         let behind = self.options.struck.map_or(0, |site| site + 1);
-        let n_sites = self.onsets.len();
-        let mut left = LeftOut {
-            sites: n_sites,
-            ..LeftOut::default()
+        let arrives = |&site: &usize| {
+            self.onsets[site].is_live
+                && self.onsets[site].arrival.is_some_and(|arrival| arrival > 2)
         };
-        let mut sites = Vec::new();
-        for site in 0..n_sites {
-            match self.onsets[site].arrival {
-                _ if !self.live[site] => left.not_reached += 1,
-                None => left.not_reached += 1,
-                Some(0..=2) => left.entered_late += 1,
-                Some(_) if site < behind => {}
-                Some(_) => sites.push(site),
-            }
-        }
-        self.left_out = left;
+        let mut sites: Vec<usize> = (behind..self.onsets.len()).filter(arrives).collect();
         let widths = sites.iter().filter_map(|&j| self.onsets[j].width);
         let mut widths: Vec<f64> = widths.collect();
         if widths.is_empty() {
@@ -113,7 +102,7 @@ impl Fronts<'_> {
 
     /// Whether waves arrive: at enough sites, behind a quiet lead, and records are not steady.
     pub fn arrive(&self, sites: &[usize]) -> bool {
-        let alive = self.live.iter().filter(|l| **l).count();
+        let alive = self.live().count();
         if sites.len() < 2 || (self.options.is_simulated() && 4 * sites.len() < alive) {
             return false;
         }
@@ -139,15 +128,28 @@ impl Fronts<'_> {
 
     /// Whether motion comes and goes, though no arrival says when it came: its records are no realisations of steady motion.
     pub fn are_transient(&self) -> bool {
-        let live = self.onsets.iter().zip(&self.live).filter(|(_, l)| **l);
-        let mut steadiness: Vec<f64> = live.map(|(onset, _)| onset.steadiness).collect();
+        let mut steadiness: Vec<f64> = self.live().map(|onset| onset.steadiness).collect();
         median(&mut steadiness) < TRANSIENT
+    }
+
+    /// Whether all of the motion is in the records, quiet at both ends: then the sites where it is.
+    pub fn pass(&self) -> Option<Vec<usize>> {
+        let passes = |&site: &usize| {
+            let level = |i: usize| f64::from(self.onsets[site].levels[i]).exp();
+            let all = self.onsets[site].levels.len();
+            let largest = (0..all).map(level).fold(0.0, f64::max);
+            self.onsets[site].is_live && level(0).max(level(all - 1)) < STILL * largest
+        };
+        let sites: Vec<usize> = (0..self.onsets.len()).filter(passes).collect();
+        let alive = self.live().count();
+        (PASSED * sites.len() > alive).then_some(sites)
     }
 
     /// Whether noise that is known hides when the motion comes.
     pub fn are_faint(&self) -> bool {
-        let live = self.onsets.iter().zip(&self.live).filter(|(_, l)| **l);
-        let known = live.filter_map(|(onset, _)| Some(onset.peak / onset.noise?));
+        let known = self
+            .live()
+            .filter_map(|onset| Some(onset.peak / onset.noise?));
         let mut above: Vec<f64> = known.collect();
         median(&mut above) <= REACHED
     }
@@ -206,7 +208,7 @@ impl Fronts<'_> {
             _ => return vec![n; sites.len()],
         };
         match (self.options.is_simulated(), self.onsets[far].arrival) {
-            (true, Some(at_end)) if self.live[far] => {
+            (true, Some(at_end)) if self.onsets[far].is_live => {
                 let back = |&j: &usize| (2 * at_end).saturating_sub(self.arrival(j)).min(n);
                 sites.iter().map(back).collect()
             }
@@ -214,74 +216,56 @@ impl Fronts<'_> {
         }
     }
 
-    /// Windows into which what comes back falls: a second arrival that travels the other way than the first. Where both fall
-    /// together, beside such windows, none can be told apart. Returns whether something is seen to come back.
-    pub fn drop_reflected(&self, seen: &mut [Option<Seen>], kinds: &[Windows]) -> bool {
-        let sites: Vec<usize> = (0..seen.len()).filter(|&j| seen[j].is_some()).collect();
-        let seconds: Vec<Option<usize>> = seen.iter().map(|s| s.as_ref()?.second).collect();
-        let second = |j: usize| seconds[j];
-        let sum = |j: usize| Some(seconds[j]? as f64 + self.arrival(j) as f64);
-        let is_back = |pair: &[usize]| {
-            let [a, b] = [pair[0], pair[1]];
-            let later = second(b)? as f64 - second(a)? as f64;
-            let first = self.arrival(b) as f64 - self.arrival(a) as f64;
-            (later * first != 0.0).then_some((later * first < 0.0).then(|| sum(a)).flatten())
+    /// The sample at which what comes back falls into the records of these sites, whose second arrivals are `seconds`: it travels the
+    /// other way than the first. Where both fall together, beside such sites, none can be told apart. `None` where nothing is seen
+    /// to come back.
+    pub fn back(&self, sites: &[usize], seconds: &[Option<usize>]) -> Option<Vec<Option<usize>>> {
+        let sum = |i: usize| Some(seconds[i]? as f64 + self.arrival(sites[i]) as f64);
+        let is_back = |i: usize| {
+            let later = seconds[i + 1]? as f64 - seconds[i]? as f64;
+            let first = self.arrival(sites[i + 1]) as f64 - self.arrival(sites[i]) as f64;
+            (later * first != 0.0).then_some((later * first < 0.0).then(|| sum(i)).flatten())
         };
-        let pairs: Vec<Option<f64>> = sites.windows(2).filter_map(is_back).collect();
+        let pairs = 0..sites.len().saturating_sub(1);
+        let pairs: Vec<Option<f64>> = pairs.filter_map(is_back).collect();
         // The two arrivals of what comes back add up to the same everywhere. Where the second merges with the first, the next
         // arrival is that of a later passage: then fewer than half of the sites see it.
         let mut sums: Vec<f64> = pairs.iter().copied().flatten().collect();
         let near = LATER * self.width;
         let common = median(&mut sums);
-        let same = sums
-            .iter()
-            .filter(|sum| (**sum - common).abs() < near)
-            .count();
+        let same = sums.iter().filter(|sum| (**sum - common).abs() < near);
+        let same = same.count();
         let is_seen =
             2 * sums.len() > pairs.len() || (3 * same > pairs.len() && 4 * same > 3 * sums.len());
         if pairs.len() < 3 || !is_seen {
-            return false;
+            return None;
         }
-        let back = |j: usize| {
-            let back = common - self.arrival(j) as f64;
-            (back > self.arrival(j) as f64 - near).then_some(back.max(0.0) as usize)
+        let back = |i: usize| {
+            let arrival = self.arrival(sites[i]) as f64;
+            let back = common - arrival;
+            let merged = (back > arrival - near).then_some(back.max(0.0) as usize);
+            match (seconds[i], merged) {
+                (Some(second), Some(back)) if second as f64 > back as f64 + near => Some(back),
+                (second, _) => second,
+            }
         };
-        let second = |j: usize| match (second(j), back(j)) {
-            (Some(second), Some(back)) if second as f64 > back as f64 + near => Some(back),
-            (second, _) => second,
-        };
-        for (k, kind) in kinds.iter().enumerate() {
-            let mut state: Vec<Option<bool>> = sites
-                .iter()
-                .map(|&j| second(j).map(|second| second < self.start(j) + kind.end()))
-                .collect();
-            // Between two such sites, or from one to the end of the array, a missing second arrival is one that merges.
-            let mut i = 0;
-            while i < state.len() {
-                if state[i].is_some() {
-                    i += 1;
-                    continue;
-                }
-                let end = (i..state.len())
-                    .find(|&n| state[n].is_some())
-                    .unwrap_or(state.len());
-                let before = i.checked_sub(1).and_then(|n| state[n]);
-                let after = state.get(end).copied().flatten();
-                let merges = match (before, after) {
-                    (Some(a), Some(b)) => a && b,
-                    (Some(a), None) => a,
-                    (None, Some(b)) => b,
-                    (None, None) => false,
+        let mut found: Vec<Option<usize>> = (0..sites.len()).map(back).collect();
+        // Between two such sites, or from one to the end of the array, a missing second arrival is one that merges.
+        let mut i = 0;
+        while i < found.len() {
+            let end = (i..found.len()).find(|&n| found[n].is_some());
+            let end = end.unwrap_or(found.len());
+            if end > i {
+                let beside = [i.checked_sub(1), Some(end)];
+                let beside = beside.map(|n| n.and_then(|n| found.get(n).copied().flatten()));
+                let merges = match beside {
+                    [Some(a), Some(b)] => Some(a.max(b)),
+                    [a, b] => a.or(b),
                 };
-                state[i..end].fill(Some(merges));
-                i = end;
+                found[i..end].fill(merges);
             }
-            for (&j, reflected) in sites.iter().zip(&state) {
-                if let (Some(true), Some(one)) = (reflected, seen[j].as_mut()) {
-                    one.spectra[k] = None;
-                }
-            }
+            i = end + 1;
         }
-        true
+        Some(found)
     }
 }

@@ -5,32 +5,28 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::along_x::median;
-use super::share::{Grid, Group, Moved};
-use super::{Evidence, Movement, Place, Reason, Verdict};
+use super::profile::{Grid, Judged, Profile, Row};
+use super::{Evidence, Movement, Place, Reason};
 
-/// Times at which the energy inside is looked at, and profiles of a window that are transformed, at most.
+/// Times at which the energy inside is looked at, and snapshots of a group that are transformed, at most.
 const LOOKED_AT: usize = 1024;
-const PROFILES: usize = 64;
-/// Windows of a run, of a transient, of a steady record, whose realisations are random.
-const OF_RUN: usize = 12;
-const OF_TRANSIENT: usize = 8;
-const OF_STEADY: usize = 2;
-/// Parts of a window that errors are found from.
+const SNAPSHOTS: usize = 64;
+/// Parts of a group that errors are found from.
 const PARTS: usize = 8;
 /// Part of the energy that is inside while the wave is.
 const INSIDE: f64 = 0.9;
 /// Energy at the ends of the array, over that of an even spread, from which on the wave is longer than the array.
 const AT_ENDS: f64 = 0.3;
-/// Ratio of the energies inside from which on energy enters or leaves meanwhile.
+/// Ratio of the energies inside from which on energy enters or leaves meanwhile; of what moves in a steady record, which may be
+/// louder at times.
 const ENTERS: f64 = 1.25;
-/// The same of what moves in a steady record, which may be louder at times.
 const COMES: f64 = 25.0;
+/// Part of the energy of a box by which it swings where waves stand: they must be averaged over a period.
+const SWINGS: f64 = 0.1;
 /// Share of the energy in the top tenth of the wavenumber axis from which on waves fold.
 pub(crate) const FOLDED: f64 = 0.01;
-/// Most that an unchanged verdict may leave open.
-const OPEN: f64 = 0.5;
 
-/// Profiles by time.
+/// Spatial snapshots by time.
 pub(crate) trait Profiles: Sync {
     /// Energy inside, noise subtracted.
     fn energy(&self, time: usize) -> f64;
@@ -38,6 +34,19 @@ pub(crate) trait Profiles: Sync {
     fn at_ends(&self, time: usize) -> f64;
     /// Energies of the bins of k from 0, both signs as one, noise subtracted.
     fn powers(&self, time: usize) -> Vec<f64>;
+}
+
+/// What is followed in time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Motion {
+    /// It has entered, and leaves.
+    Transient,
+    /// Its realisations are random.
+    Steady,
+    /// Of a run: no realisation of noise, and its bodies are all there is.
+    Run,
+    /// Of a periodic box: all of it is inside from the first time to the last.
+    Box,
 }
 
 /// A field or a run whose content is followed in time.
@@ -53,18 +62,16 @@ pub(crate) struct Source<'a> {
     pub padding: f64,
     /// Samples of a period of the motion; of a pulse, of half its energy.
     pub period: f64,
-    pub is_steady: bool,
-    /// Of a run, whose motion is no realisation of noise, and whose bodies are all there is.
-    pub is_run: bool,
+    pub motion: Motion,
+    /// Whether all of it is inside at all of these times.
+    pub is_inside: bool,
     /// Whether the wave is shorter than two distances of the sites, by its speed.
     pub is_short: bool,
     /// Share of the energy that amplitudes which differ from site to site spread over all wavenumbers.
     pub uneven: f64,
-    /// Whether what moved and came back is told.
-    pub returns: bool,
     pub tolerance: f64,
-    /// What moved in frequency along x.
-    pub along_x: Verdict,
+    /// Whether frequencies along x are told to stay.
+    pub stays_along_x: bool,
     pub place: &'a dyn Fn(Range<usize>) -> Place,
 }
 
@@ -76,157 +83,125 @@ pub(crate) fn in_time(source: &Source) -> (Movement, Option<Evidence>) {
 }
 
 fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
-    let period = match source.period.is_finite() {
+    const LEAVES: Reason = Reason::Aperture { folds: false };
+    let mut period = match source.period.is_finite() {
         true => source.period.max(1.0),
         false => 1.0,
     };
-    let range = match source.is_steady {
+    let is_box = source.motion == Motion::Box;
+    if is_box && !swings(source) {
+        period = 1.0;
+    }
+    let range = match source.is_inside || is_box {
         true => source.among.clone(),
-        // Half a window from entering and leaving.
+        // Half a group from entering and leaving.
         false => without_ends(inside(source).ok_or(Reason::NoEnergy)?, period as usize),
     };
-    let most = match (source.is_run, source.is_steady) {
-        (true, _) => OF_RUN,
-        (false, false) => OF_TRANSIENT,
-        (false, true) => OF_STEADY,
+    let most = match source.motion {
+        Motion::Box => 32,
+        Motion::Run => 12,
+        Motion::Transient => 8,
+        Motion::Steady => 2,
     };
     let count = ((range.len() as f64 / period) as usize).min(most);
     if count < 2 || range.len() < 4 {
-        return Err(Reason::LeavesEarly);
+        return Err(match source.motion {
+            Motion::Transient => LEAVES,
+            _ => Reason::ShortRecord { whole: 0, sites: 0 },
+        });
     }
-    let is_long = !source.is_steady && !source.is_run && {
-        let times = evenly(range.clone(), PROFILES);
+    let is_long = source.motion == Motion::Transient && {
+        let times = evenly(range.clone(), SNAPSHOTS);
         let at_ends: f64 = times.iter().map(|&n| source.profiles.at_ends(n)).sum();
         at_ends > AT_ENDS * times.len() as f64
     };
     // What differs along x differs in time while it enters.
-    if is_long && source.along_x != Verdict::Unchanged {
-        return Err(Reason::NeverInside);
+    if is_long && !source.stays_along_x {
+        return Err(LEAVES);
     }
-    let sample = source.profiles.powers(range.start);
-    let grid = Grid::new(sample.len(), source.step);
+    let bins = source.profiles.powers(range.start).len();
+    let grid = Grid::new(bins, source.step);
     let mut waves = Waves::default();
-    let mut totals = Vec::with_capacity(count);
-    let window = |i: usize| {
-        range.start + i * range.len() / count..range.start + (i + 1) * range.len() / count
-    };
-    let groups: Vec<Group> = (0..count)
-        .map(|i| {
-            let times = evenly(window(i), PROFILES);
-            let profiles = times.par_iter().map(|&n| source.profiles.powers(n));
-            let profiles: Vec<Vec<f64>> = profiles.collect();
-            let size = times.len().div_ceil(PARTS);
-            let parts: Vec<Vec<f64>> = profiles
-                .chunks(size)
-                .map(|profiles| {
-                    let mut sum = vec![0.0; grid.upper.len()];
-                    for powers in profiles {
-                        waves.add(powers, source);
-                        let moving = powers.iter().copied().enumerate();
-                        let moving = moving.map(|(m, p)| if m < source.first { 0.0 } else { p });
-                        for (sum, p) in sum.iter_mut().zip(grid.sums(moving)) {
-                            *sum += p;
-                        }
-                    }
-                    sum
-                })
-                .collect();
-            let window = window(i);
-            totals.push((waves.mean + waves.moving, times.len() as f64));
-            Group::of_parts(&parts, 1, [window.start, window.end - 1], false)
-        })
-        .collect();
-    if groups
-        .iter()
-        .any(|group| group.energy.is_nan() || group.energy <= 0.0)
-    {
+    let mut inside = Vec::with_capacity(count);
+    let groups = (0..count).map(|i| {
+        let [start, end] = [i, i + 1].map(|i| range.start + i * range.len() / count);
+        let times = evenly(start..end, SNAPSHOTS);
+        let powers = times.par_iter().map(|&n| source.profiles.powers(n));
+        let powers: Vec<Vec<f64>> = powers.collect();
+        let before = waves.mean + waves.moving;
+        let rows = powers.chunks(times.len().div_ceil(PARTS)).map(|part| {
+            let mut sum = vec![0.0; bins];
+            for powers in part {
+                waves.add(powers, source);
+                let moving = sum.iter_mut().zip(powers).skip(source.first);
+                moving.for_each(|(sum, p)| *sum += p);
+            }
+            Row::new(
+                [start, end - 1],
+                vec![grid.sums(sum.into_iter())],
+                Vec::new(),
+            )
+        });
+        let rows: Vec<Row> = rows.collect();
+        inside.push((waves.mean + waves.moving - before) / times.len() as f64);
+        rows
+    });
+    let groups: Vec<Vec<Row>> = groups.collect();
+    let profile = Profile::new(groups, &grid.upper, false);
+    if profile.len() < count {
         return Err(Reason::NoEnergy);
     }
-    // Sums go on from window to window.
-    let mut before = 0.0;
-    let inside = totals
-        .iter()
-        .map(|&(sum, times)| (sum - std::mem::replace(&mut before, sum)) / times);
-    let inside: Vec<f64> = inside.collect();
     let ratio = inside[count - 1] / inside[0];
-    if !source.is_steady && !(1.0 / ENTERS..ENTERS).contains(&ratio) {
-        return Err(Reason::Enters);
+    if source.motion == Motion::Transient && !(1.0 / ENTERS..ENTERS).contains(&ratio) {
+        return Err(LEAVES);
     }
-    if waves.are_long() {
-        return Err(Reason::LongWaves);
+    if !is_box && waves.are_long() {
+        return Err(LEAVES);
     }
-    let moving = groups[count - 1].energy / groups[0].energy;
-    if source.is_steady && !source.is_run && !(1.0 / COMES..COMES).contains(&moving) {
-        return Err(Reason::Enters);
+    let moving = profile.energy(count - 1) / profile.energy(0);
+    if source.motion == Motion::Steady && !(1.0 / COMES..COMES).contains(&moving) {
+        return Err(LEAVES);
     }
-    let place = |group: &Group| (source.place)(group.rows[0]..group.rows[1] + 1);
-    let between = |a: usize, b: usize| {
-        Movement::between(
-            &groups[a],
-            &groups[b],
-            &grid.upper,
-            source.tolerance,
-            &place,
-        )
-    };
-    let last = groups.len() - 1;
-    let mut movement = between(0, last);
-    let mut compared = [0, last];
-    if movement.verdict == Verdict::Unchanged && source.returns {
-        // What comes back has moved meanwhile.
-        let farthest = (1..last).max_by(|&a, &b| {
-            let most = |b: usize| Moved::between(&groups[0], &groups[b]).most();
-            most(a).total_cmp(&most(b))
-        });
-        let meanwhile = farthest.map(|b| (b, between(0, b)));
-        if let Some((b, meanwhile)) = meanwhile.filter(|(_, m)| m.verdict != Verdict::Unchanged) {
-            movement = Movement {
-                returns: true,
-                ..meanwhile
-            };
-            compared = [0, b];
-        }
-    }
-    let evidence = Evidence::new(&grid.upper, &groups, compared, &place);
-    let [a, b] = compared;
+    let place = |rows: [usize; 2]| (source.place)(rows[0]..rows[1] + 1);
+    let Judged {
+        mut movement,
+        group,
+    } = profile.judge(source.tolerance, &place);
     // What falls below the first wavenumber that is resolved is not lost.
-    let kept =
-        (inside[b] / inside[a] - groups[b].energy / groups[a].energy) > 0.5 * movement.most();
+    let kept = inside[group] / inside[0] - movement.energy_ratio > 0.5 * movement.most().share;
     if movement.transfer == Some(false) && kept {
         movement.transfer = None;
     }
-    if movement.verdict == Verdict::Unchanged {
-        let bound = movement.bound;
-        let movement = match bound > OPEN {
-            true => movement.but_untold(Reason::Errors { bound }),
-            false => movement,
-        };
-        return Ok((movement, evidence));
-    }
-    if is_long {
-        return Ok((movement.but_untold(Reason::NeverInside), evidence));
-    }
+    let evidence = profile.evidence([0, group], &place);
     let top = waves.top / waves.moving;
-    if !source.is_run && (source.is_short || top > FOLDED) {
-        // All that gains spread may lie there.
-        let reason = match source.is_short || top > FOLDED + source.uneven {
-            true => Reason::Folded,
-            false => Reason::Uneven,
-        };
-        return Ok((movement.but_untold(reason), evidence));
-    }
-    let beside = [(a + 1, b), (a, b.saturating_sub(1))];
-    for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {
-        let moved = Moved::between(&groups[a], &groups[b]);
-        if !moved.agrees(movement.verdict, source.tolerance) {
-            let (up, down) = (moved.up.share, moved.down.share);
-            return Ok((
-                movement.but_untold(Reason::Neighbours { up, down }),
-                evidence,
-            ));
-        }
+    let may_fold = matches!(source.motion, Motion::Transient | Motion::Steady);
+    // All that gains spread may lie there.
+    let folds = may_fold && (source.is_short || top > FOLDED);
+    if movement.moves() && (is_long || folds) {
+        movement = movement.but_untold(
+            match folds && !source.is_short && top <= FOLDED + source.uneven {
+                true => Reason::FewSites { sites: 0 },
+                false => Reason::Aperture { folds },
+            },
+        );
     }
     Ok((movement, evidence))
+}
+
+/// Whether the energy of a box swings, as that of velocities does where waves stand.
+fn swings(source: &Source) -> bool {
+    let times = evenly(source.among.clone(), LOOKED_AT);
+    let energies: Vec<f64> = times
+        .par_iter()
+        .map(|&n| source.profiles.energy(n))
+        .collect();
+    let bends = energies
+        .windows(3)
+        .filter(|e| (e[1] - e[0]) * (e[2] - e[1]) < 0.0);
+    let [least, most] = energies
+        .iter()
+        .fold([f64::INFINITY, 0.0], |[a, b], e| [e.min(a), e.max(b)]);
+    bends.count() > 2 && most - least > SWINGS * most
 }
 
 /// A range less `by` at both ends, where more than half of it is left.

@@ -1,53 +1,38 @@
-//! What moved: how the energy is spread over frequency at one place and at another, or over wavenumber at one time and
-//! at another, without an edge between low and high.
+//! What moved: how the energy is spread over frequency along x, or over wavenumber in time, without an edge between low and high.
 //!
-//! `C(f)` is the share of the moving energy up to f. From a to b the share
-//!
-//! ```text
-//! U = max_f [C_a(f) - C_b(f)]  moved up,    D = max_f [C_b(f) - C_a(f)]  moved down:
-//! ```
-//!
-//! `U > 0` with `D = 0` is up at every edge (first-order stochastic dominance), both are a spread. Energy below the
-//! resolution of a window is drift and counts for neither.
+//! One profile: groups of neighbouring sites in the order in which the wave passes, or of times, each with the
+//! cumulative spectrum of its energy above the noise; the shares that moved from the first group to each, with one error.
+//! The verdict is the largest share that is told; what became of it by the last group is its fate.
 //!
 //! Along x, spectra are those of front windows: ten widths of the pulse (full width at half maximum of the squared envelope,
-//! median over sites) from each arrival on, noise subtracted. A site is left out that is not reached, is entered before the
-//! record begins, is cut off by its end, or whose window holds a reflection. Four neighbours are a group. Steady records have
-//! one window, the record, in segments. In time, spectra are those of profiles, averaged over windows longer than a period, while
-//! the wave is inside.
+//! median over sites), begun a lead before each arrival. A record that is quiet at both ends is one window. Steady records
+//! are cut into segments. In time, spectra are those of spatial snapshots while the wave is inside.
 //!
-//! Of a struck chain, launch and travel are apart: the front has formed at the first group from which U and D to every
-//! later group stay below the tolerance. Its windows fade out (the square of half a cosine), so that what it leaves behind
-//! counts less the later it comes. A front that forms nowhere in the first half of the chain sheds energy: then windows do not fade, and the
-//! groups compared are the first and the last with three tenths of its energy.
+//! Of a struck chain the energy of the front counts first: what it loses per 100 bodies, over the second half of the bodies
+//! that it reaches. What moves is asked there; the way to there is the launch.
 
 mod along_x;
+mod chain;
+mod found;
 mod front;
-mod gain;
-mod graded;
-mod groups;
 mod in_time;
 mod onset;
+mod profile;
 mod reason;
-mod share;
 mod speed;
 mod steady;
 mod windows;
 
 use serde::Serialize;
 
-pub(crate) use along_x::{AlongX, Options, along_x};
-pub(crate) use gain::{GainChange, GainStep};
-pub(crate) use in_time::{FOLDED, Profiles, Source, in_time};
-pub use reason::{LeftOut, Reason};
-use share::{Group, Moved};
+pub(crate) use along_x::median;
+pub(crate) use along_x::{Options, along_x};
+pub(crate) use in_time::{FOLDED, Motion, Profiles, Source, in_time};
+pub(crate) use onset::{Onset, piece};
+pub use reason::Reason;
 
 /// Moves below this share count as none.
 pub const TOLERANCE: f64 = 0.05;
-/// Part of its energy from which on a front keeps it: windows hold a longer pulse to a tenth less.
-pub(crate) const KEEPS: f64 = 0.88;
-/// Part of the larger energy below which gains do not count by the smaller one.
-const LEFT: f64 = 0.01;
 
 /// What is said of a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
@@ -74,6 +59,17 @@ impl Verdict {
     }
 }
 
+/// What became of the largest move by the last place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fate {
+    Stays,
+    /// The energy is back where it came from.
+    Back,
+    /// It has not come back: what moved is lost.
+    Lost,
+}
+
 /// Neighbouring sites (of the file) or times that are compared as one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
@@ -83,118 +79,81 @@ pub struct Place {
     pub at: f64,
 }
 
-/// What moved between two places (of frequency) or times (of wavenumber). Frequencies and wavenumbers in the units of the axes.
+/// A share of the energy that moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Move {
+    pub share: f64,
+    /// Half the width of its 95 % interval.
+    pub error: f64,
+    /// What it must exceed to be told, as three standard errors are.
+    pub(crate) sure: f64,
+    /// Past which frequency or wavenumber, in units of the axis; NaN of none.
+    pub at: f64,
+    /// Interval of the grid that ends there.
+    pub(crate) interval: usize,
+}
+
+impl Move {
+    const UNKNOWN: Move = Move {
+        share: f64::NAN,
+        error: f64::NAN,
+        sure: f64::NAN,
+        at: f64::NAN,
+        interval: 0,
+    };
+}
+
+/// What moved along x (of frequency) or in time (of wavenumber).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Movement {
     pub verdict: Verdict,
-    /// Share that moved up; NaN where nothing could be compared.
-    pub up: f64,
-    /// Where the cumulative spectra differ so.
-    pub up_at: f64,
-    pub down: f64,
-    pub down_at: f64,
+    /// At the place of the largest move; NaN where nothing could be compared.
+    pub up: Move,
+    pub down: Move,
+    /// Up and down at the last place.
+    pub at_end: Option<[Move; 2]>,
+    pub fate: Option<Fate>,
     /// What moves not stated are below, at 95 %.
     pub bound: f64,
-    /// Whether energy itself grew beyond the edge towards which shares moved: a transfer, not a selective loss. `None` where
-    /// nothing moved, of a front that sheds energy, where waves of both directions or none that is known pass, and where errors hide it.
+    /// Whether energy itself grew on the side to which shares moved: a transfer, not a selective loss. `None` where
+    /// nothing moved, where waves of both directions or none that is known pass, and where errors hide it.
     pub transfer: Option<bool>,
-    /// Energy at the second place over that at the first; NaN where waves of several origins pass.
+    /// Energy at the place of the largest move over that at the first; NaN where waves of several origins pass.
     pub energy_ratio: f64,
     pub from: Option<Place>,
+    /// The place of the largest move.
     pub to: Option<Place>,
-    /// Of a struck chain, the first site at which the front has formed.
-    pub settled_at: Option<usize>,
-    /// Whether it moved back by the end.
-    pub returns: bool,
     /// Whether what is missing follows behind the front windows: dispersion, neither a transfer nor a loss.
     pub lags: bool,
     /// Why it cannot be told.
     pub reason: Option<Reason>,
 }
 
+impl Default for Movement {
+    fn default() -> Movement {
+        Movement::untold(Reason::NoEnergy)
+    }
+}
+
 impl Movement {
     pub fn untold(reason: Reason) -> Movement {
         Movement {
             verdict: Verdict::Untold,
-            up: f64::NAN,
-            up_at: f64::NAN,
-            down: f64::NAN,
-            down_at: f64::NAN,
+            up: Move::UNKNOWN,
+            down: Move::UNKNOWN,
+            at_end: None,
+            fate: None,
             bound: f64::NAN,
             transfer: None,
             energy_ratio: f64::NAN,
             from: None,
             to: None,
-            settled_at: None,
-            returns: false,
             lags: false,
             reason: Some(reason),
         }
     }
 
-    /// Between two groups on the grid whose intervals end at `upper`.
-    fn between(
-        a: &Group,
-        b: &Group,
-        upper: &[f64],
-        tolerance: f64,
-        place: &dyn Fn(&Group) -> Place,
-    ) -> Movement {
-        let moved = Moved::between(a, b);
-        let verdict = moved.verdict(tolerance);
-        let left = a.energy.min(b.energy).max(LEFT * a.energy.max(b.energy));
-        let sure = |v: f64, w: f64| 3.0 * (v + w).sqrt();
-        let grows = |[before, v]: [f64; 2], [after, w]: [f64; 2]| {
-            // Of what is left: a wave that is damped may gain at its harmonics all the same, unless next to nothing is left.
-            let least = 0.5 * tolerance * left;
-            after - before > sure(v, w).max(least)
-        };
-        // Upwards beyond any edge farther out: next to the one at which shares differ most lies what a loud line leaks.
-        let (up, down) = (moved.up.at, moved.down.at);
-        let grows_above = || (up..upper.len()).any(|m| grows(a.above(m), b.above(m)));
-        let grows_below = || grows(a.below(down), b.below(down));
-        // Of records that differ by chance more than a gain as large as the move would, neither is known.
-        let is_known = |[_, v]: [f64; 2], [_, w]: [f64; 2], moved: f64| {
-            !a.differs_by_chance() || sure(v, w) < moved * left
-        };
-        let knows_above = || is_known(a.above(up), b.above(up), moved.up.share);
-        let knows_below = || is_known(a.below(down), b.below(down), moved.down.share);
-        let (gains, knows) = match verdict {
-            Verdict::Up => (grows_above(), knows_above()),
-            Verdict::Down => (grows_below(), knows_below()),
-            Verdict::Spreads => (
-                grows_above() || grows_below(),
-                knows_above() && knows_below(),
-            ),
-            Verdict::Unchanged | Verdict::Untold => (false, false),
-        };
-        let transfer = (gains || knows).then_some(gains);
-        let at = |share: &share::Share| {
-            if share.share > 0.0 {
-                upper[share.at]
-            } else {
-                f64::NAN
-            }
-        };
-        Movement {
-            verdict,
-            up: moved.up.share,
-            up_at: at(&moved.up),
-            down: moved.down.share,
-            down_at: at(&moved.down),
-            bound: moved.bound(),
-            transfer,
-            energy_ratio: b.energy / a.energy,
-            from: Some(place(a)),
-            to: Some(place(b)),
-            settled_at: None,
-            returns: false,
-            lags: false,
-            reason: None,
-        }
-    }
-
-    /// The same shares, where gains that change along x hide the energies.
+    /// The same shares, where gains that change along x, or an unknown direction, hide the energies.
     pub(crate) fn without_energies(&mut self) {
         (self.transfer, self.energy_ratio) = (None, f64::NAN);
     }
@@ -204,31 +163,32 @@ impl Movement {
         Movement {
             verdict: Verdict::Untold,
             transfer: None,
+            fate: None,
+            lags: false,
             reason: Some(reason),
             ..self
         }
     }
 
-    /// The larger of the two shares.
-    pub fn most(&self) -> f64 {
-        self.up.max(self.down)
+    /// Whether a move is told.
+    pub fn moves(&self) -> bool {
+        matches!(self.verdict, Verdict::Up | Verdict::Down | Verdict::Spreads)
     }
-}
 
-/// The front or its tail at the sites where both are seen.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Part {
-    /// Of the energy of both.
-    pub energy_share: f64,
-    /// Share moved up against the front as it has formed; of the front itself against the first bodies.
-    pub up: f64,
-    pub up_at: Option<f64>,
-    pub down: f64,
-    pub down_at: Option<f64>,
-    /// Where the spectrum is largest.
-    pub peak_frequency: f64,
-    /// Frequencies between which 80 % of the energy lie.
-    pub band: [f64; 2],
+    /// Past which frequency or wavenumber the larger of the moves that are told goes.
+    pub fn past(&self) -> Option<f64> {
+        self.moves().then(|| self.most().at)
+    }
+
+    /// The larger of the two moves.
+    pub fn most(&self) -> Move {
+        [self.up, self.down][self.way()]
+    }
+
+    /// Whether it is up (0) or down (1).
+    pub(crate) fn way(&self) -> usize {
+        usize::from(self.down.share > self.up.share)
+    }
 }
 
 /// The spectrum of a group, as figures show it.
@@ -241,36 +201,19 @@ pub struct GroupSpectrum {
     pub energy: f64,
 }
 
-/// The cumulative spectra that a verdict rests on.
+/// The profile that a verdict rests on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evidence {
     /// Upper ends of the intervals.
     pub upper: Vec<f64>,
     pub groups: Vec<GroupSpectrum>,
-    /// The groups compared.
+    /// Up and down from the first group to each.
+    pub moves: Vec<[Move; 2]>,
+    /// The first group and that of the largest move.
     pub compared: [usize; 2],
-    /// Spectrum of the tail on the same intervals, where there is one.
-    pub tail: Option<GroupSpectrum>,
 }
 
 impl Evidence {
-    fn new(
-        upper: &[f64],
-        groups: &[Group],
-        compared: [usize; 2],
-        place: &dyn Fn(&Group) -> Place,
-    ) -> Evidence {
-        Evidence {
-            upper: upper.to_vec(),
-            groups: groups
-                .iter()
-                .map(|group| seen(group, upper, place))
-                .collect(),
-            compared,
-            tail: None,
-        }
-    }
-
     /// The share of each group's energy above `edge`.
     pub fn above(&self, edge: f64) -> Vec<f64> {
         let m = self.upper.partition_point(|upper| *upper <= edge);
@@ -279,20 +222,6 @@ impl Evidence {
             m => (1.0 - group.cumulative[m - 1]).clamp(0.0, 1.0),
         };
         self.groups.iter().map(share).collect()
-    }
-}
-
-fn seen(group: &Group, upper: &[f64], place: &dyn Fn(&Group) -> Place) -> GroupSpectrum {
-    let mut lower = 0.0;
-    let density = group.spectrum.iter().zip(upper).map(|(energy, upper)| {
-        let width = upper - std::mem::replace(&mut lower, *upper);
-        energy / width
-    });
-    GroupSpectrum {
-        place: place(group),
-        density: density.collect(),
-        cumulative: group.cumulative.clone(),
-        energy: group.energy,
     }
 }
 
@@ -305,16 +234,35 @@ pub struct Speed {
     pub error: f64,
 }
 
+/// The front of a struck chain.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Front {
+    /// `-100 d ln E / dj` of its energy E at body j.
+    pub loss_per_100_bodies: f64,
+    /// Half the width of its 95 % interval.
+    pub error: f64,
+    /// First and last body between which it is taken: the second half of those that the front reaches.
+    pub bodies: [usize; 2],
+}
+
+/// What follows a front, at the group in the middle of those that it reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Tail {
+    /// Of the energy of front and tail.
+    pub energy_share: f64,
+    /// Where the spectrum is largest.
+    pub peak_frequency: f64,
+}
+
 /// The answer to the question of an analysis.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Answer {
-    /// Along x, from low to high frequency or back. Of a struck chain, over the travel of the front; over the whole way, if it
-    /// never settles.
+    /// Along x, from low to high frequency or back. Of a struck chain, over the second half of the bodies that its front reaches.
     pub frequency: Movement,
-    /// Of a struck chain, from the first bodies to where the front has formed.
+    /// Of a struck chain, from the first bodies to there.
     pub launch: Option<Movement>,
-    pub front: Option<Part>,
-    pub tail: Option<Part>,
+    pub front: Option<Front>,
+    pub tail: Option<Tail>,
     /// In time, from low to high wavenumber or back.
     pub wavenumber: Movement,
     /// Of arrivals.
@@ -323,6 +271,8 @@ pub struct Answer {
     pub is_struck: bool,
     /// Whether the chain is known to lose energy.
     pub is_lossy: bool,
+    /// Whether the sites are those of a periodic box.
+    pub is_periodic: bool,
     /// Whether spectra are those of front windows; of steady records they are those of segments.
     pub has_fronts: bool,
     /// Whether arrivals run one way, and nothing is seen to come back.
@@ -333,16 +283,24 @@ pub struct Answer {
     pub(crate) since: Option<std::ops::Range<usize>>,
     /// Of the frequency below which half of the moving energy lies.
     pub(crate) period: f64,
-    /// Energy of the noise, over that of the record.
+    /// Variance of the noise, summed over the sites: of steady records, that of their white floor. Of an analysis, over that of
+    /// the record.
     pub(crate) noise: f64,
+    /// What each record says.
+    pub(crate) onsets: Vec<Onset>,
     /// Of a measured field with fronts: arrivals by site, the width of the pulse and the length of the windows, in samples.
     pub(crate) windows: Option<ArrivalWindows>,
-    /// Channels of a steady record whose gain changes.
-    pub(crate) gain_changes: Vec<GainChange>,
-    /// Sites from which on gains differ.
-    pub(crate) gain_steps: Vec<GainStep>,
-    /// Share of the energy that amplitudes which differ from site to site spread over all wavenumbers.
-    pub(crate) uneven: f64,
+}
+
+impl Answer {
+    /// Of frequencies along x, whose reason is that of wavenumbers until they are looked at.
+    pub(crate) fn untold(reason: Reason) -> Answer {
+        Answer {
+            frequency: Movement::untold(reason),
+            wavenumber: Movement::untold(reason),
+            ..Answer::default()
+        }
+    }
 }
 
 /// Windows from arrivals on, in samples.

@@ -1,11 +1,9 @@
 //! When a wave arrives at a site, how long it is, and what noise lies under it.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use column_fft::{Columns, ColumnsMut, Complex, ComplexToRealColumns, RealToComplexColumns};
-
-use crate::prepare::Window;
-use crate::transform::{RecordScratch, RecordTransform};
 
 /// Pieces that a record is cut into to find its quiet parts, at most, and samples of one at least.
 const PIECES: usize = 32;
@@ -21,14 +19,14 @@ const ARRIVES: f64 = 5.0;
 pub(super) const REACHED: f64 = 8.0;
 /// Part of the largest amplitude that an arrival exceeds for the first time.
 const ONSET: f64 = 0.03;
-/// Samples of a quiet beginning that are kept.
-const LEAD: usize = 16;
 /// Gaps between beats of one pulse, over the width of its largest.
 const BEATS: f64 = 3.0;
 
 /// What a record says about a site.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Onset {
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Onset {
+    /// Whether it has energy to speak of, beside other sites.
+    pub is_live: bool,
     /// Largest magnitude, from the baseline.
     pub peak: f64,
     /// Mean of the quiet parts, of the whole record where none is quiet.
@@ -39,8 +37,8 @@ pub(super) struct Onset {
     pub drift: f64,
     /// Whether some of the quiet parts lie before the peak. Else what is quiet may be the end of the wave.
     pub has_lead: bool,
-    /// The first samples from the baseline, where they are quiet.
-    pub lead: Vec<f32>,
+    /// Quiet samples: those before the peak, if there are some.
+    pub quiet: Vec<Range<usize>>,
     /// Logarithms of the mean squares of the pieces, each from its mean.
     pub levels: Vec<f32>,
     /// Logarithms of the root mean squares of the record, from its mean, and of its fourth differences, which noise dominates.
@@ -50,28 +48,6 @@ pub(super) struct Onset {
     pub arrival: Option<usize>,
     /// Full width at half maximum of the squared envelope, in samples, where it was looked for.
     pub width: Option<f64>,
-}
-
-/// Correlation of the noise of neighbours, over their quiet beginnings: 1 of noise that all sites have in common.
-pub(super) fn common_noise(onsets: &[Onset]) -> f64 {
-    let product = |a: &Onset, b: &Onset| -> f64 {
-        let pairs = a.lead.iter().zip(&b.lead);
-        pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
-    };
-    let (mut both, mut each) = (0.0, 0.0);
-    for pair in onsets.windows(2) {
-        let [a, b] = [&pair[0], &pair[1]];
-        let size = (product(a, a) * product(b, b)).sqrt();
-        if size > 0.0 {
-            both += product(a, b) / size;
-            each += 1.0;
-        }
-    }
-    if each > 0.0 {
-        f64::max(both / each, 0.0)
-    } else {
-        0.0
-    }
 }
 
 /// How records are read.
@@ -84,7 +60,7 @@ pub(super) struct Reading {
 }
 
 /// Samples of a piece of a record of `samples`.
-pub(super) fn piece(samples: usize) -> usize {
+pub(crate) fn piece(samples: usize) -> usize {
     samples.div_ceil(PIECES).max(LEAST_PIECE).min(samples)
 }
 
@@ -104,6 +80,18 @@ fn quiet_pieces(record: &[f64]) -> (Vec<bool>, Vec<f64>) {
     (squares.iter().map(|s| *s <= limit).collect(), squares)
 }
 
+/// Samples of pieces that are quiet one after the other.
+fn runs(quiet: &[bool], length: usize) -> Vec<Range<usize>> {
+    let mut found: Vec<Range<usize>> = Vec::new();
+    for (i, _) in quiet.iter().enumerate().filter(|(_, quiet)| **quiet) {
+        match found.last_mut().filter(|part| part.end == i * length) {
+            Some(part) => part.end += length,
+            None => found.push(i * length..(i + 1) * length),
+        }
+    }
+    found
+}
+
 fn sizes(record: &[f64]) -> [f64; 2] {
     let n = record.len() as f64;
     let mean = record.iter().sum::<f64>() / n;
@@ -116,7 +104,7 @@ fn sizes(record: &[f64]) -> [f64; 2] {
 }
 
 impl Onset {
-    pub fn of(record: &[f64], how: Reading) -> Onset {
+    pub(super) fn of(record: &[f64], how: Reading) -> Onset {
         let length = piece(record.len());
         let (quiet, squares) = quiet_pieces(record);
         let many = quiet.iter().filter(|q| **q).count();
@@ -159,6 +147,13 @@ impl Onset {
                 if v > most { (n, v) } else { (at, most) }
             });
         let levels = squares.iter().map(|s| s.ln() as f32).collect();
+        let before = (at / length).min(quiet.len());
+        let has_lead = quiet[..before].contains(&true);
+        let parts = if has_lead {
+            &quiet[..before]
+        } else {
+            &quiet[..]
+        };
         let energies = record.chunks_exact(length);
         let energies = energies.map(|p| p.iter().map(|v| (v - baseline).powi(2)).sum::<f64>());
         let (sum, squares) = energies.fold((0.0, 0.0), |(s, q), e| (s + e, q + e * e));
@@ -169,14 +164,12 @@ impl Onset {
             baseline,
             noise,
             drift,
-            lead: match quiet.first() {
-                Some(true) if is_known => {
-                    let first = record.iter().take(LEAD.min(length));
-                    first.map(|v| (v - baseline) as f32).collect()
-                }
-                _ => Vec::new(),
+            has_lead,
+            quiet: if is_known {
+                runs(parts, length)
+            } else {
+                Vec::new()
             },
-            has_lead: quiet[..(at / length).min(quiet.len())].contains(&true),
             steadiness: match squares > 0.0 {
                 true => sum * sum / squares / quiet.len() as f64,
                 false => f64::NAN,
@@ -202,7 +195,8 @@ impl Onset {
 
     /// The first sample of what comes after the first pulse of `width` samples and after quiet behind it: `None` where
     /// nothing does. Small reflections count from a fiftieth of the energy on.
-    pub fn second(&self, record: &[f64], arrival: usize, noise: f64, width: f64) -> Option<usize> {
+    pub fn second(&self, record: &[f64], arrival: usize, width: f64) -> Option<usize> {
+        let noise = self.noise.unwrap_or(0.0);
         let w = (width.round() as usize).clamp(1, record.len());
         let mut sums = Vec::with_capacity(record.len() + 1);
         sums.push(0.0);
@@ -296,77 +290,6 @@ impl Envelopes {
     }
 }
 
-/// The spectrum of noise, as quiet parts of records have it.
-#[derive(Debug, Clone)]
-pub(super) struct NoiseShape {
-    /// Density over that of white noise of the same variance, at even steps from 0 to Nyquist.
-    density: Vec<f64>,
-}
-
-impl NoiseShape {
-    /// Sums of the powers of the record's quiet pieces, each over its variance, and how many.
-    pub fn sums(record: &[f64], transform: &RecordTransform<f64>) -> (Vec<f64>, usize) {
-        let length = piece(record.len());
-        let (quiet, _) = quiet_pieces(record);
-        let pieces = record.chunks_exact(length).zip(&quiet).filter(|(_, q)| **q);
-        let mut scratch = RecordScratch::default();
-        let mut sums = vec![0.0; transform.bins()];
-        let mut count = 0;
-        for (samples, _) in pieces {
-            let mean = samples.iter().sum::<f64>() / length as f64;
-            let samples: Vec<f64> = samples.iter().map(|v| v - mean).collect();
-            let energy: f64 = samples.iter().map(|v| v * v).sum();
-            if energy > 0.0 {
-                let (spectrum, _) =
-                    transform.transform(std::iter::once(&samples[..]), &mut scratch);
-                for (sum, x) in sums.iter_mut().zip(spectrum) {
-                    *sum += x.norm_sqr() / energy;
-                }
-                count += 1;
-            }
-        }
-        (sums, count)
-    }
-
-    /// The transform of pieces of records of `samples`.
-    pub fn transform(samples: usize) -> RecordTransform<f64> {
-        let length = piece(samples);
-        RecordTransform::new(&Window::Hann.samples(length), length)
-    }
-
-    /// Of the sums of all records; white where there are few pieces.
-    pub fn new(sums: &[(Vec<f64>, usize)]) -> NoiseShape {
-        const ENOUGH: usize = 64;
-        let count: usize = sums.iter().map(|(_, count)| count).sum();
-        let bins = sums.first().map_or(0, |(sum, _)| sum.len());
-        if count < ENOUGH || bins < 4 {
-            return NoiseShape { density: vec![1.0] };
-        }
-        let mut density = vec![0.0; bins];
-        for (sum, _) in sums {
-            for (d, s) in density.iter_mut().zip(sum) {
-                *d += s;
-            }
-        }
-        // Means were removed: the first bins have lost what the third has.
-        let third = density[2];
-        density[..2].fill(third);
-        let mean = density.iter().sum::<f64>() / bins as f64;
-        density.iter_mut().for_each(|d| *d /= mean);
-        NoiseShape { density }
-    }
-
-    /// At `share` of the axis, 0 to 1.
-    pub fn at(&self, share: f64) -> f64 {
-        let last = self.density.len() - 1;
-        let place = share * last as f64;
-        let low = (place as usize).min(last);
-        let high = (low + 1).min(last);
-        let part = place - low as f64;
-        self.density[low] * (1.0 - part) + self.density[high] * part
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -408,23 +331,6 @@ mod tests {
         assert!(onset.steadiness < 0.15);
     }
 
-    /// The envelope of a burst of noise is one of spikes: its width is that of many, at most that of the burst, 800 / sqrt(2).
-    #[test]
-    fn regress_a_burst_of_noise_is_longer_than_its_spikes() {
-        let envelopes = Envelopes::new(4000);
-        let width = |seed: u64| {
-            let mut record = noise(1.0, 4000, seed);
-            for (n, v) in record.iter_mut().enumerate() {
-                *v *= 0.5f64.powf(((n as f64 - 2000.0) / 400.0).powi(2));
-            }
-            envelopes.width(&record, 0.0, true)
-        };
-        let mut widths: Vec<f64> = (0..60).map(width).collect();
-        widths.sort_unstable_by(f64::total_cmp);
-        let median = widths[30];
-        assert!((60.0..566.0).contains(&median), "{widths:?}");
-    }
-
     #[test]
     fn val_noise_has_no_arrival_and_is_steady() {
         for seed in 0..50 {
@@ -432,24 +338,5 @@ mod tests {
             assert_eq!(onset.arrival, None, "{onset:?}");
             assert!(onset.steadiness > 0.9, "{onset:?}");
         }
-    }
-
-    /// A second pulse of a third of the amplitude, 600 samples later.
-    #[test]
-    fn val_a_second_arrival() {
-        let pulse = |n: usize, at: f64| (-0.5 * ((n as f64 - at) / 20.0).powi(2)).exp();
-        let record: Vec<f64> = (0..2000)
-            .map(|n| pulse(n, 500.0) + pulse(n, 1100.0) / 3.0)
-            .collect();
-        let onset = Onset::of(&record, MEASURED);
-        let second = onset
-            .second(&record, onset.arrival.unwrap(), 0.0, 33.0)
-            .unwrap();
-        assert!((1050..1100).contains(&second), "{second}");
-        let alone: Vec<f64> = (0..2000).map(|n| pulse(n, 500.0)).collect();
-        assert_eq!(
-            onset.second(&alone, onset.arrival.unwrap(), 0.0, 33.0),
-            None
-        );
     }
 }

@@ -1,7 +1,7 @@
 //! How fast fronts travel.
 
 use super::Speed;
-use super::share::Spectrum;
+use super::windows::Spectrum;
 use crate::estimates::SIGNIFICANCE;
 use crate::numeric::student_two_sided;
 
@@ -21,6 +21,8 @@ pub(super) struct Passage<'a> {
     pub site: usize,
     pub start: usize,
     pub spectrum: &'a Spectrum,
+    /// Bins that count as one.
+    pub padding: f64,
 }
 
 /// The speed of fronts by the group delays in their windows, averaged over frequencies.
@@ -31,15 +33,13 @@ pub(super) struct Passage<'a> {
 pub(super) fn of_windows(passages: &[Passage], scale: f64) -> Option<Speed> {
     let mut sums = vec![0.0; passages.first()?.spectrum.energy.len()];
     for passage in passages {
-        let Spectrum {
-            energy, variance, ..
-        } = passage.spectrum;
+        let Spectrum { energy, noise, .. } = passage.spectrum;
         let all: f64 = energy.iter().sum();
         // What noise may be has no delay.
-        let sure = energy
-            .iter()
-            .zip(variance)
-            .map(|(e, v)| e - SURE * v.sqrt());
+        let sure = energy.iter().zip(noise).map(|(e, n)| {
+            let variance = (2.0 * n * e.max(0.0) + n * n) * passage.padding;
+            e - SURE * variance.sqrt()
+        });
         for (sum, e) in sums.iter_mut().zip(sure) {
             *sum += match e > LEAST * all {
                 true => all / e,
@@ -82,9 +82,9 @@ pub(super) fn of_windows(passages: &[Passage], scale: f64) -> Option<Speed> {
     (speed.value.abs() > 2.0 * speed.error).then_some(speed)
 }
 
-/// The slope of the times of passage over x by least squares, in samples a site, and half its 95 % interval. What is left of a
-/// time follows its neighbours: it counts by its correlation from site to site.
-fn slope(points: &[(f64, f64)]) -> (f64, f64) {
+/// The slope of values over x by least squares, and half its 95 % interval. What is left of a value follows its neighbours: it
+/// counts by its correlation from site to site.
+pub(super) fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     let n = points.len() as f64;
     let (sx, st) = points
         .iter()
@@ -105,9 +105,7 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
         false => 0.0,
     };
     let error = (squares / (n - 2.0) / xx * (1.0 + follows) / (1.0 - follows)).sqrt();
-    let bound = student_two_sided(SIGNIFICANCE, n - 2.0) * error;
-    // A tenth of a sample over the array is not told.
-    (slowness, bound.max(0.1 / xx.sqrt() / n.sqrt()))
+    (slowness, student_two_sided(SIGNIFICANCE, n - 2.0) * error)
 }
 
 /// The speed of what passes at these `(site, sample)`, with its 95 % interval, in units of length over units of time; `scale` is
@@ -117,6 +115,9 @@ pub(super) fn speed(points: &[(f64, f64)], scale: f64) -> Option<Speed> {
         return None;
     }
     let (slowness, bound) = slope(points);
+    // A tenth of a sample over the array is not told.
+    let far = points[points.len() - 1].0 - points[0].0;
+    let bound = bound.max(0.1 / (0.3 * far.abs() * points.len() as f64));
     if slowness.abs() <= 2.0 * bound || !slowness.is_finite() {
         return None;
     }

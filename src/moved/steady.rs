@@ -1,10 +1,11 @@
 //! Records without arrivals: one window, the record, in segments.
 
-use super::along_x::{AlongX, LIVE, Options, median};
-use super::groups::{group_size, grouped};
+use num_complex::Complex;
+
+use super::along_x::{LIVE, Options, group_size, grouped, median};
 use super::onset::Onset;
-use super::share::{Grid, Group, Moved};
-use super::{Evidence, Movement, Reason, Verdict};
+use super::profile::{Grid, Profile, Row};
+use super::{Answer, Reason};
 use crate::error::Result;
 use crate::numeric::chi_square_quantile;
 use crate::observer::Observer;
@@ -24,280 +25,295 @@ const SURELY: f64 = 4.0;
 /// neighbours share under Hann's window leaves two of three bins.
 const OF_QUARTILE: f64 = 1.36;
 const APART: f64 = 2.0 / 3.0;
-/// Most that an unchanged verdict may leave open.
-const OPEN: f64 = 0.35;
-/// Groups from which on shares must follow x, and by what correlation.
-const ORDERED: usize = 6;
-const IN_ORDER: f64 = 0.7;
-/// The bound of a share of two errors, over the share.
-const NEARLY: f64 = 2.0;
-/// Lines that move by less than so many bins have not moved.
-const BINS: usize = 2;
 /// Share of the energy in the first bin that is resolved from which on frequencies are not: Hann's window spreads into it what is
 /// slower. Bins of an axis that has frequencies at all.
 const MOST_LOW: f64 = 0.5;
 const AXIS: usize = 16;
+/// Correlation of neighbours from which on one wave passes both, and part of the record that its way along the array may take.
+const ONE_WAVE: f64 = 0.5;
+const LONGEST: f64 = 0.4;
 
-/// # Errors
-/// [`crate::Error::Cancelled`].
-pub(super) fn along_x(
-    prepared: &Prepared,
-    options: &Options,
-    onsets: &[Onset],
-    live: &[bool],
-    observer: &dyn Observer,
-) -> Result<AlongX> {
-    let (n_times, n_sites) = (prepared.n_times(), prepared.n_sites());
-    let length = 2 * n_times / (SEGMENTS + 1);
-    let untold = |reason| AlongX {
-        arrivals: vec![None; n_sites],
-        ..AlongX::untold(reason)
-    };
-    if length < SHORTEST {
-        return Ok(untold(Reason::ShortRecord { times: n_times }));
-    }
-    let taper = Window::Hann.samples(length);
-    let taper_energy: f64 = taper.iter().map(|w| w * w).sum();
-    let transform = RecordTransform::<f64>::new(&taper, length);
-    let step = 1.0 / (length as f64 * options.dt);
-    let grid = Grid::new(transform.bins(), step);
-    // Hann's window spreads a mean over two bins.
-    let first = 2;
-    let sites: Vec<usize> = (0..n_sites).filter(|j| live[*j]).collect();
-    let mut order = sites.clone();
-    if options.toward_minus {
-        order.reverse();
-    }
-    let size = group_size(sites.len(), options.struck.is_some());
-    let numbers = SEGMENTS * grid.upper.len();
-    let groups = grouped(&order, size, options.most_groups(numbers));
-    let mut wanted = vec![false; n_sites];
-    groups.iter().flatten().for_each(|&j| wanted[j] = true);
-    let read = prepared.each_record_of(
-        |j| wanted[j],
-        observer,
-        |site, record, _| {
-            let mut scratch = RecordScratch::default();
-            let mut bins = vec![0.0; transform.bins()];
-            let mut low = 0.0;
-            let hop = (n_times - length) / (SEGMENTS - 1);
-            let parts: Vec<Vec<f64>> = (0..SEGMENTS)
-                .map(|i| {
-                    let segment = &record[i * hop..i * hop + length];
-                    let mean = segment.iter().sum::<f64>() / length as f64;
-                    let segment: Vec<f64> = segment.iter().map(|v| v - mean).collect();
-                    let (spectrum, _) =
-                        transform.transform(std::iter::once(&segment[..]), &mut scratch);
-                    let powers = spectrum.iter().enumerate();
-                    let powers = powers.map(|(m, x)| x.norm_sqr() * fold(m, length));
-                    let mut powers: Vec<f64> = powers.collect();
-                    low += powers.get(first).copied().unwrap_or(0.0);
-                    powers[..first].fill(0.0);
-                    bins.iter_mut().zip(&powers).for_each(|(sum, p)| *sum += p);
-                    grid.sums(powers.into_iter())
-                })
-                .collect();
-            // The floor of a bin that counts once, from the lower quartile of bins.
-            let inside = bins.len().saturating_sub(1);
-            let mut inner = bins[first.min(inside)..inside].to_vec();
-            let floor = match inner.len() {
-                0 => 0.0,
-                n => {
-                    let quartile = *inner.select_nth_unstable_by(n / 4, f64::total_cmp).1;
-                    quartile / (chi_square_quantile(0.25, DEGREES) / DEGREES) / SEGMENTS as f64
-                }
-            };
-            let mean = record.iter().sum::<f64>() / record.len() as f64;
-            let all = bins.iter().sum::<f64>();
-            let seen = Seen {
-                parts,
-                floor,
-                mean,
-                low,
-                all,
-            };
-            (site, seen)
-        },
-    )?;
-    let mut seen: Vec<Option<Seen>> = (0..n_sites).map(|_| None).collect();
-    for (site, one) in read {
-        seen[site] = Some(one);
-    }
-    let levels = (0..n_sites).map(|j| {
-        let mean = seen[j]
-            .as_ref()
-            .map_or(onsets[j].baseline, |seen| seen.mean);
-        [mean, 0.0]
-    });
-    let levels: Vec<[f64; 2]> = levels.collect();
-    let flat = grid.sums((0..transform.bins()).map(|m| if m < first { 0.0 } else { 1.0 }));
-    let energy = |site: &usize| -> f64 {
-        let parts = seen[*site].as_ref().map(|seen| &seen.parts);
-        parts.into_iter().flatten().flatten().sum()
-    };
-    // Constant records have none.
-    let mut energies: Vec<f64> = groups.iter().flatten().map(energy).collect();
-    let typical = median(&mut energies);
-    let has_motion = |site: &&usize| energy(site) > LIVE * LIVE * typical;
-    let sums = groups.iter().map(|group| {
-        let members: Vec<&usize> = group.iter().filter(has_motion).collect();
-        let seen = members.iter().filter_map(|j| seen[**j].as_ref());
-        let mut parts = vec![vec![0.0; grid.upper.len()]; SEGMENTS];
-        let mut floor = 0.0;
-        for Seen {
-            parts: of_site,
-            floor: level,
-            ..
-        } in seen
-        {
-            floor += level;
-            for (part, of_site) in parts.iter_mut().zip(of_site) {
-                part.iter_mut().zip(of_site).for_each(|(sum, p)| *sum += p);
-            }
-        }
-        let all: f64 = parts.iter().flatten().sum();
-        let noise = floor * flat.iter().sum::<f64>() * SEGMENTS as f64;
-        let share = 1.0 - noise / all;
-        (
-            members.len(),
-            [group[0], group[group.len() - 1]],
-            parts,
-            floor,
-            share,
-        )
-    });
-    let sums: Vec<_> = sums.filter(|(members, ..)| *members > 0).collect();
-    let bins = flat.iter().sum::<f64>();
-    // Of the floor of a site.
-    let floor_error = OF_QUARTILE * (2.0 / DEGREES / (APART * bins).max(1.0)).sqrt();
-    let is_above = |(members, .., share): &(usize, [usize; 2], Vec<Vec<f64>>, f64, f64)| {
-        *share > ABOVE_FLOOR.max(SURELY * floor_error / (*members as f64).sqrt())
-    };
-    let above = sums.iter().filter(|group| is_above(group)).count();
-    let has_floor = options.struck.is_none() && 2 * above > sums.len();
-    let mut left_out = 0;
-    let mut told = Vec::new();
-    for group in sums {
-        let is_above = is_above(&group);
-        let (members, rows, mut parts, floor, share) = group;
-        if has_floor {
-            if !is_above {
-                left_out += 1;
-                continue;
-            }
-            for part in &mut parts {
-                part.iter_mut()
-                    .zip(&flat)
-                    .for_each(|(p, bins)| *p -= floor * bins);
-            }
-        }
-        let mut group = Group::of_parts(&parts, members, rows, true);
-        if has_floor && share < 1.0 {
-            let error = floor_error / (members as f64).sqrt() * (1.0 - share) / share;
-            group.add_floor_error(&flat, error);
-        }
-        told.push(group);
-    }
-    told.retain(|group| group.energy > 0.0 && group.energy.is_finite());
-    let mut along = untold(match (told.is_empty(), left_out) {
-        (true, 0) => Reason::NoEnergy,
-        (true, _) => Reason::Noise,
-        _ => Reason::FewSites { sites: sites.len() },
-    });
-    along.levels = levels;
-    let of_sites = || seen.iter().flatten();
-    let floor: f64 = of_sites().map(|seen| seen.floor).sum();
-    along.noise = 0.5 * floor / taper_energy / of_sites().count() as f64 * sites.len() as f64;
-    if let Some(group) = told.first() {
-        along.median = group.quantile(&grid, 0.5);
-    }
-    let (low, all) = of_sites().fold((0.0, 0.0), |(low, all), s| (low + s.low, all + s.all));
-    if transform.bins() >= AXIS && low > MOST_LOW * all {
-        along.movement = Movement::untold(Reason::Resolution);
-        return Ok(along);
-    }
-    if told.len() < 2 {
-        return Ok(along);
-    }
-    let place = |group: &Group| options.place(group);
-    let last = told.len() - 1;
-    along.movement = between(&told, &grid, options);
-    along.evidence = Some(Evidence::new(&grid.upper, &told, [0, last], &place));
-    Ok(along)
+/// Segments of records.
+struct Segments {
+    transform: RecordTransform<f64>,
+    length: usize,
+    grid: Grid,
 }
 
 /// What a record holds.
 struct Seen {
     /// Powers of each segment on the grid.
     parts: Vec<Vec<f64>>,
-    /// White floor, in a bin that counts once.
+    /// White floor, in a bin that counts twice.
     floor: f64,
     mean: f64,
     /// Energy in the first bin that is resolved, and in all of them.
     low: f64,
     all: f64,
+    /// Spectrum of the segment in the middle.
+    middle: Vec<Complex<f32>>,
 }
 
-/// From the first group to the last, the same for the groups beside.
-fn between(groups: &[Group], grid: &Grid, options: &Options) -> Movement {
-    let tolerance = options.tolerance;
-    let place = |group: &Group| options.place(group);
-    let last = groups.len() - 1;
-    let (a, b) = (&groups[0], &groups[last]);
-    let mut movement = Movement::between(a, b, &grid.upper, tolerance, &place);
-    if movement.verdict == Verdict::Unchanged {
-        let bound = movement.bound;
-        // A share that is nearly told is not told to be none.
-        let nearly = movement.most() > tolerance && bound < NEARLY * movement.most();
-        return match bound > OPEN || nearly {
-            true => movement.but_untold(Reason::Errors { bound }),
-            false => movement,
-        };
-    }
-    // A line that moves by less than a bin leaves its bin all the same.
-    let moves = |sign: f64| {
-        let bins = 0..grid.upper.len() - BINS;
-        let most = bins.map(|m| match sign > 0.0 {
-            true => a.cumulative[m] - b.cumulative[m + BINS],
-            false => b.cumulative[m] - a.cumulative[m + BINS],
-        });
-        most.fold(0.0, f64::max) > 0.5 * tolerance
-    };
-    if !(moves(1.0) || moves(-1.0)) {
-        (movement.verdict, movement.transfer) = (Verdict::Unchanged, None);
-        return movement;
-    }
-    // What moves along x is seen on the way; records that do not follow each other differ without an order.
-    let bound = movement.bound;
-    let at = match movement.up >= movement.down {
-        true => Moved::between(a, b).up.at,
-        false => Moved::between(a, b).down.at,
-    };
-    let on_the_way: Vec<f64> = groups.iter().map(|group| group.cumulative[at]).collect();
-    if groups.len() >= ORDERED && order(&on_the_way).abs() < IN_ORDER {
-        return movement.but_untold(Reason::Errors { bound });
-    }
-    let beside = [(1, last), (0, last - 1)];
-    for (a, b) in beside.into_iter().filter(|(a, b)| a < b) {
-        let moved = Moved::between(&groups[a], &groups[b]);
-        if !moved.agrees(movement.verdict, tolerance) {
-            let (up, down) = (moved.up.share, moved.down.share);
-            return movement.but_untold(Reason::Neighbours { up, down });
+/// Hann's window spreads a mean over two bins.
+const FIRST: usize = 2;
+
+impl Segments {
+    fn new(n_times: usize, dt: f64) -> Segments {
+        let length = 2 * n_times / (SEGMENTS + 1);
+        let transform = RecordTransform::new(&Window::Hann.samples(length), length);
+        Segments {
+            grid: Grid::new(transform.bins(), 1.0 / (length as f64 * dt)),
+            transform,
+            length,
         }
     }
-    movement
+
+    /// Of a part of a record.
+    fn of(&self, record: &[f64]) -> Seen {
+        let length = self.length;
+        let mut scratch = RecordScratch::default();
+        let mut bins = vec![0.0; self.transform.bins()];
+        let (mut low, mut middle) = (0.0, Vec::new());
+        let segment = |i: usize| {
+            let start = i * (record.len() - length) / (SEGMENTS - 1);
+            let segment = &record[start..start + length];
+            let mean = segment.iter().sum::<f64>() / length as f64;
+            let segment: Vec<f64> = segment.iter().map(|v| v - mean).collect();
+            let (spectrum, _) = self
+                .transform
+                .transform(std::iter::once(&segment[..]), &mut scratch);
+            if i == SEGMENTS / 2 {
+                let kept = spectrum.iter();
+                middle = kept
+                    .map(|x| Complex::new(x.re as f32, x.im as f32))
+                    .collect();
+            }
+            let powers = spectrum.iter().enumerate();
+            let mut powers: Vec<f64> = powers
+                .map(|(m, x)| x.norm_sqr() * fold(m, length))
+                .collect();
+            low += powers.get(FIRST).copied().unwrap_or(0.0);
+            let still = FIRST.min(powers.len());
+            powers[..still].fill(0.0);
+            bins.iter_mut().zip(&powers).for_each(|(sum, p)| *sum += p);
+            self.grid.sums(powers.into_iter())
+        };
+        let parts: Vec<Vec<f64>> = (0..SEGMENTS).map(segment).collect();
+        // The floor of a bin that counts twice, from the lower quartile of bins.
+        let inside = bins.len().saturating_sub(1);
+        let mut inner = bins[FIRST.min(inside)..inside].to_vec();
+        let floor = match inner.len() {
+            0 => 0.0,
+            n => {
+                let quartile = *inner.select_nth_unstable_by(n / 4, f64::total_cmp).1;
+                quartile / (chi_square_quantile(0.25, DEGREES) / DEGREES) / SEGMENTS as f64
+            }
+        };
+        Seen {
+            parts,
+            floor,
+            mean: record.iter().sum::<f64>() / record.len() as f64,
+            low,
+            all: bins.iter().sum(),
+            middle,
+        }
+    }
+
+    /// Samples by which a wave passes a site later than the one before it, in the order of groups: where the records of neighbours,
+    /// one shifted, are most alike; 0 where no wave passes both.
+    fn delay(&self, groups: &[Vec<usize>], seen: &[Option<Seen>], most: f64) -> f64 {
+        let mut both = vec![Complex::<f64>::default(); self.transform.bins()];
+        let mut each = 0.0;
+        let pairs = groups.iter().flat_map(|group| group.windows(2));
+        for pair in pairs {
+            let [Some(a), Some(b)] = [pair[0], pair[1]].map(|j| seen[j].as_ref()) else {
+                continue;
+            };
+            let wide = |x: &Complex<f32>| Complex::new(f64::from(x.re), f64::from(x.im));
+            let size = |of: &Seen| of.middle.iter().map(|x| wide(x).norm_sqr()).sum::<f64>();
+            let scale = (size(a) * size(b)).sqrt();
+            if scale > 0.0 {
+                each += 1.0;
+                for ((sum, x), y) in both.iter_mut().zip(&a.middle).zip(&b.middle) {
+                    *sum += wide(x) * wide(y).conj() / scale;
+                }
+            }
+        }
+        let alike = |delay: f64| {
+            let turn =
+                Complex::from_polar(1.0, -std::f64::consts::TAU * delay / self.length as f64);
+            let mut phase = Complex::new(1.0, 0.0);
+            let terms = both.iter().map(|x| {
+                let term = (x * phase).re;
+                phase *= turn;
+                term
+            });
+            terms.sum::<f64>() / each
+        };
+        let steps = (4.0 * most) as i32;
+        let delays = (-steps..=steps).map(|n| 0.25 * f64::from(n));
+        let best = delays.map(|delay| (alike(delay), delay));
+        let best = best.max_by(|(a, c), (b, d)| a.total_cmp(b).then(d.abs().total_cmp(&c.abs())));
+        best.filter(|(alike, _)| *alike > ONE_WAVE)
+            .map_or(0.0, |(_, delay)| delay)
+    }
 }
 
-/// Correlation of values with their index.
-fn order(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let (middle, mean) = (0.5 * (n - 1.0), values.iter().sum::<f64>() / n);
-    let [ii, vv, iv] = values
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn along_x(
+    prepared: &Prepared,
+    options: &Options,
+    mut onsets: Vec<Onset>,
+    observer: &dyn Observer,
+) -> Result<Answer> {
+    let (n_times, n_sites) = (prepared.n_times(), prepared.n_sites());
+    let short = Reason::ShortRecord {
+        whole: 0,
+        sites: n_sites,
+    };
+    let mut segments = Segments::new(n_times, options.dt);
+    if segments.length < SHORTEST {
+        return Ok(Answer::untold(short));
+    }
+    let sites: Vec<usize> = (0..n_sites).filter(|&j| onsets[j].is_live).collect();
+    let mut order = sites.clone();
+    if options.toward_minus {
+        order.reverse();
+    }
+    let size = group_size(sites.len(), options.struck.is_some());
+    // Twice those of the segments, and what is left of them.
+    let numbers = (SEGMENTS + 3) * segments.grid.upper.len();
+    let groups = grouped(&order, size, options.most_groups(numbers));
+    let mut wanted = vec![false; n_sites];
+    groups.iter().flatten().for_each(|&j| wanted[j] = true);
+    // From the sample at which the part of each record begins.
+    let read = |segments: &Segments, start: &(dyn Fn(usize) -> usize + Sync), samples: usize| {
+        let read = prepared.each_record_of(
+            |j| wanted[j],
+            observer,
+            |site, record, _| {
+                let start = start(site);
+                (site, segments.of(&record[start..start + samples]))
+            },
+        )?;
+        let mut seen: Vec<Option<Seen>> = (0..n_sites).map(|_| None).collect();
+        for (site, one) in read {
+            seen[site] = Some(one);
+        }
+        Ok::<_, crate::Error>(seen)
+    };
+    let mut seen = read(&segments, &|_| 0, n_times)?;
+    // The same part of the wave passes all sites in segments that follow it.
+    let far = order
+        .first()
+        .zip(order.last())
+        .map_or(0, |(a, b)| a.abs_diff(*b));
+    let most = LONGEST * n_times as f64 / far.max(1) as f64;
+    let delay = segments.delay(&groups, &seen, most);
+    let way = (delay.abs() * far as f64).round() as usize;
+    if way > segments.length / SEGMENTS {
+        let first = if delay > 0.0 {
+            order[0]
+        } else {
+            order[order.len() - 1]
+        };
+        let start = move |site: usize| (delay.abs() * site.abs_diff(first) as f64) as usize;
+        let samples = n_times - way - 1;
+        segments = Segments::new(samples, options.dt);
+        seen = read(&segments, &start, samples)?;
+    }
+    let grid = &segments.grid;
+    // Without arrivals, and with means in place of what is quiet.
+    for (onset, seen) in onsets.iter_mut().zip(&seen) {
+        (onset.arrival, onset.noise) = (None, None);
+        onset.baseline = seen.as_ref().map_or(onset.baseline, |seen| seen.mean);
+    }
+    let mut along = Answer {
+        onsets,
+        ..Answer::untold(Reason::NoEnergy)
+    };
+    let bins = segments.transform.bins();
+    let flat = grid.sums((0..bins).map(|m| if m < FIRST { 0.0 } else { 1.0 }));
+    let all_flat: f64 = flat.iter().sum();
+    // Constant records have no energy.
+    let mut energies: Vec<f64> = seen.iter().flatten().map(|seen| seen.all).collect();
+    let typical = median(&mut energies);
+    let moves = |site: &&usize| {
+        seen[**site]
+            .as_ref()
+            .is_some_and(|s| s.all > LIVE * LIVE * typical)
+    };
+    // Of the floor of a site.
+    let floor_error = OF_QUARTILE * (2.0 / DEGREES / (APART * bins as f64).max(1.0)).sqrt();
+    let above = |group: &[usize]| {
+        let sum = |of: fn(&Seen) -> f64| {
+            group
+                .iter()
+                .filter_map(|&site| seen[site].as_ref())
+                .map(of)
+                .sum::<f64>()
+        };
+        let rest = 1.0 - sum(|seen| seen.floor) * all_flat * SEGMENTS as f64 / sum(|seen| seen.all);
+        rest > ABOVE_FLOOR.max(SURELY * floor_error / (group.len() as f64).sqrt())
+    };
+    let groups = groups
         .iter()
-        .enumerate()
-        .fold([0.0; 3], |[ii, vv, iv], (i, v)| {
-            let (i, v) = (i as f64 - middle, v - mean);
-            [ii + i * i, vv + v * v, iv + i * v]
-        });
-    iv / (ii * vv).sqrt()
+        .map(|group| group.iter().filter(moves).copied().collect());
+    let groups: Vec<Vec<usize>> = groups
+        .filter(|group: &Vec<usize>| !group.is_empty())
+        .collect();
+    let count = groups.iter().filter(|group| above(group)).count();
+    let has_floor = options.struck.is_none() && 2 * count > groups.len();
+    let kept: Vec<&Vec<usize>> = groups.iter().filter(|g| !has_floor || above(g)).collect();
+    let sums = |of: fn(&Seen) -> f64| seen.iter().flatten().map(of).sum::<f64>();
+    let hann = Window::Hann.samples(segments.length);
+    let taper_energy: f64 = hann.iter().map(|w| w * w).sum();
+    let read = seen.iter().flatten().count() as f64;
+    along.noise = 0.5 * sums(|seen| seen.floor) / taper_energy / read * sites.len() as f64;
+    let is_slow = bins >= AXIS && sums(|seen| seen.low) > MOST_LOW * sums(|seen| seen.all);
+    let rows = kept.iter().map(|group| {
+        let error = floor_error / (group.len() as f64).sqrt();
+        let row = |site: &usize| {
+            // Taken, not copied: spectra of all sites are the most memory that the answer needs.
+            let Seen {
+                mut parts, floor, ..
+            } = seen[*site].take()?;
+            let floor = if has_floor { floor } else { 0.0 };
+            let less = |part: &mut Vec<f64>, by: f64| {
+                let bins = part.iter_mut().zip(&flat);
+                bins.for_each(|(p, bins)| *p -= by * bins);
+            };
+            parts.iter_mut().for_each(|part| less(part, floor));
+            let mut again = Vec::new();
+            if has_floor {
+                let sum = (0..flat.len()).map(|m| parts.iter().map(|part| part[m]).sum());
+                let sum: Vec<f64> = sum.collect();
+                // The floor as large and as small as it may be.
+                again = vec![sum; 2];
+                less(&mut again[0], error * floor * SEGMENTS as f64);
+                less(&mut again[1], -error * floor * SEGMENTS as f64);
+            }
+            Some(Row::new([*site; 2], parts, again))
+        };
+        group.iter().filter_map(row).collect()
+    });
+    let profile = Profile::new(rows.collect(), &grid.upper, false);
+    if profile.len() > 0 {
+        along.period = 1.0 / profile.quantile(0, 0.5);
+    }
+    along.frequency.reason = match (is_slow, kept.len()) {
+        (true, _) => Some(short),
+        (_, 0) if !groups.is_empty() => Some(Reason::Noise { bound: 1.0 }),
+        (_, 0) => Some(Reason::NoEnergy),
+        _ => Some(Reason::FewSites { sites: sites.len() }),
+    };
+    if is_slow || profile.len() < 2 {
+        return Ok(along);
+    }
+    let place = |rows| options.place(rows);
+    let judged = profile.judge(options.tolerance, &place);
+    along.along_x = Some(profile.evidence([0, judged.group], &place));
+    along.frequency = judged.movement;
+    Ok(along)
 }

@@ -15,6 +15,8 @@ use crate::budget::{Budget, Residual};
 use crate::sheet::PlotRow;
 use crate::sheet::{BLACK, BLUE, Chart, GREEN, PURPLE, Series, VERMILLION, extent};
 
+const BAND_EDGE: &str = "band edge";
+
 /// Budgets whose pictures share their axes and colours, so that they compare.
 #[derive(Debug, Clone)]
 pub struct SharedScales<'a>(pub &'a [&'a Budget]);
@@ -51,7 +53,7 @@ pub fn budget_figures(
         );
         let all = shared.of(|budget| Some(&budget.frequency.as_ref()?.map));
         sheet.draw_map(&flow.map, clipped(all));
-        sheet.mark_frequency_edge(Some(flow.edge), INK);
+        sheet.mark_frequency(Some(flow.edge), BAND_EDGE, INK);
         figures.push(sheet.figure("power-flow"));
     }
     if let Some(found) = &budget.wavenumber {
@@ -62,13 +64,13 @@ pub fn budget_figures(
         let mut sheet = MapFigure::new(style, title, &name, &found.energy_map, second.clone());
         let all = shared.of(|budget| Some(&budget.wavenumber.as_ref()?.energy_map));
         sheet.draw_map(&found.energy_map, ColorScale::log(all, style.depth));
-        sheet.mark_wavenumber_edge(edge, WHITE);
+        sheet.mark_wavenumber(edge, BAND_EDGE, WHITE);
         figures.push(sheet.figure("energy-spectrum"));
         let title = "Spectral flux Π(k, t), towards high k";
         let mut sheet = MapFigure::new(style, title, &name, &found.flux_map, second);
         let all = shared.of(|budget| Some(&budget.wavenumber.as_ref()?.flux_map));
         sheet.draw_map(&found.flux_map, clipped(all));
-        sheet.mark_wavenumber_edge(edge, INK);
+        sheet.mark_wavenumber(edge, BAND_EDGE, INK);
         figures.push(sheet.figure("spectral-flux"));
     }
     if let Some(scales) = &budget.scales

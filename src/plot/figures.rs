@@ -10,6 +10,7 @@ use super::scene::{Anchor, INK, Rect, Scene};
 use super::style::Style;
 use super::{Figure, dispersion};
 use crate::analyze::{Analysis, DispersionCurve, Map, Reduction};
+use crate::moved::{Answer, Movement};
 use crate::sheet::{BLUE, PALETTE, Series, VERMILLION};
 
 /// Least height of a map.
@@ -30,7 +31,12 @@ pub fn space_time(analysis: &Analysis, style: &Style) -> Option<Figure> {
     Some(sheet.figure("space-time"))
 }
 
-/// `S(f, x)` on a logarithmic colour scale, with the band edge.
+/// Past which frequency or wavenumber energy is told to move.
+fn past(analysis: &Analysis, of: fn(&Answer) -> &Movement) -> Option<f64> {
+    of(analysis.answer.as_ref()?).past()
+}
+
+/// `S(f, x)` on a logarithmic colour scale, with the frequency of the verdict.
 pub fn temporal_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let map = analysis.temporal_map.as_ref()?.shown();
     let mut sheet = MapFigure::new(
@@ -43,11 +49,11 @@ pub fn temporal_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
     sheet.note_limits(analysis, &[Side::Frequency, Side::Space]);
     sheet.note_interval(analysis);
     sheet.draw_map(map, ColorScale::log(values(map), style.depth));
-    sheet.mark_frequency_edge(analysis.frequency_edge.map(|edge| edge.value()), WHITE);
+    sheet.mark_frequency(past(analysis, |a| &a.frequency), "verdict", WHITE);
     Some(sheet.figure("temporal-spectrum"))
 }
 
-/// `S(k, t)` on a logarithmic colour scale, with the band edge.
+/// `S(k, t)` on a logarithmic colour scale, with the wavenumber of the verdict.
 pub fn spatial_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let map = analysis.spatial_map.as_ref()?.shown();
     let second = labels::wavenumber_reading(&analysis.axes);
@@ -60,7 +66,7 @@ pub fn spatial_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
     );
     sheet.note_limits(analysis, &[Side::Wavenumber, Side::Time]);
     sheet.draw_map(map, ColorScale::log(values(map), style.depth));
-    sheet.mark_wavenumber_edge(analysis.wavenumber_edge.map(|edge| edge.value()), WHITE);
+    sheet.mark_wavenumber(past(analysis, |a| &a.wavenumber), "verdict", WHITE);
     Some(sheet.figure("spatial-spectrum"))
 }
 
@@ -72,7 +78,7 @@ pub fn flux_surrogate(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let mut sheet = MapFigure::new(style, title, &analysis.name, map, second);
     sheet.note_limits(analysis, &[Side::Wavenumber, Side::Time]);
     sheet.draw_map(map, ColorScale::diverging(values(map)));
-    sheet.mark_wavenumber_edge(analysis.wavenumber_edge.map(|edge| edge.value()), INK);
+    sheet.mark_wavenumber(past(analysis, |a| &a.wavenumber), "verdict", INK);
     Some(sheet.figure("flux-surrogate"))
 }
 
@@ -265,8 +271,8 @@ impl MapFigure {
         notes
     }
 
-    pub(super) fn mark_frequency_edge(&mut self, edge: Option<f64>, color: [u8; 3]) {
-        let Some(y) = edge.and_then(|edge| self.panel.place_y(edge)) else {
+    pub(super) fn mark_frequency(&mut self, at: Option<f64>, name: &str, color: [u8; 3]) {
+        let Some(y) = at.and_then(|at| self.panel.place_y(at)) else {
             return;
         };
         let rect = self.panel.rect;
@@ -274,12 +280,12 @@ impl MapFigure {
             let (scene, room) = (&mut self.scene, y - rect.top);
             scene.dashes((rect.left, y), (rect.right, y), color, 2.0);
             let beside = if room > 30.0 { y - 16.0 } else { y + 16.0 };
-            panel::note(scene, "band edge", (rect.right - 10.0, beside), Anchor::End);
+            panel::note(scene, name, (rect.right - 10.0, beside), Anchor::End);
         }
     }
 
-    pub(super) fn mark_wavenumber_edge(&mut self, edge: Option<f64>, color: [u8; 3]) {
-        let Some(x) = edge.and_then(|edge| self.panel.place_x(edge)) else {
+    pub(super) fn mark_wavenumber(&mut self, at: Option<f64>, name: &str, color: [u8; 3]) {
+        let Some(x) = at.and_then(|at| self.panel.place_x(at)) else {
             return;
         };
         let rect = self.panel.rect;
@@ -291,7 +297,7 @@ impl MapFigure {
             } else {
                 (x - 8.0, Anchor::End)
             };
-            panel::note(scene, "band edge", (beside, rect.top + 18.0), anchor);
+            panel::note(scene, name, (beside, rect.top + 18.0), anchor);
         }
     }
 

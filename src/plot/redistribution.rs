@@ -1,4 +1,4 @@
-//! How the content moves along x and along t: three panels of curves each.
+//! The content along x and along t: two panels of curves each.
 
 use std::ops::Range;
 
@@ -7,12 +7,12 @@ use super::labels::Side;
 use super::layout::FigureLayout;
 use super::style::Style;
 use super::{DECADES, Figure, labels};
-use crate::analyze::{Analysis, BandEdge, Extent, Moments};
+use crate::analyze::{Analysis, Extent, Moments};
 use crate::sheet::PlotRow;
-use crate::sheet::{BLUE, Chart, GREEN, Level, PURPLE, Series, VERMILLION, extent};
+use crate::sheet::{BLUE, Chart, GREEN, PURPLE, Series, VERMILLION, extent};
 use crate::unit::power_of_ten;
 
-/// Frequency content along x: centroid, median, 90 % frequency, band shares, energy.
+/// Frequency content along x: centroid, median, 90 % frequency, energy.
 pub fn along_x(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let moments = analysis.along_space.as_ref()?;
     let axes = &analysis.axes;
@@ -20,8 +20,6 @@ pub fn along_x(analysis: &Analysis, style: &Style) -> Option<Figure> {
         title: "Frequency content along x",
         name: &analysis.name,
         moments,
-        front: analysis.front.as_ref().map(|front| &front.high_share[..]),
-        edge: analysis.frequency_edge,
         along: &axes.positions(),
         extent: &analysis.display.space,
         content: &analysis.display.frequency,
@@ -35,7 +33,7 @@ pub fn along_x(analysis: &Analysis, style: &Style) -> Option<Figure> {
     Some(sheet.draw("along-x", style))
 }
 
-/// Wavenumber content along t: centroid, median, 90 % wavenumber, band shares, energy.
+/// Wavenumber content along t: centroid, median, 90 % wavenumber, energy.
 pub fn along_t(analysis: &Analysis, style: &Style) -> Option<Figure> {
     let moments = analysis.along_time.as_ref()?;
     let axes = &analysis.axes;
@@ -43,8 +41,6 @@ pub fn along_t(analysis: &Analysis, style: &Style) -> Option<Figure> {
         title: "Wavenumber content along t",
         name: &analysis.name,
         moments,
-        front: None,
-        edge: analysis.wavenumber_edge,
         along: &axes.times(),
         extent: &analysis.display.time,
         content: &analysis.display.wavenumber,
@@ -62,9 +58,6 @@ struct RedistributionFigure<'a> {
     title: &'static str,
     name: &'a str,
     moments: &'a Moments,
-    /// Shares of the high band over the passage of the front.
-    front: Option<&'a [f64]>,
-    edge: Option<BandEdge>,
     along: &'a [f64],
     /// The part of `along` that is shown.
     extent: &'a Extent,
@@ -85,7 +78,6 @@ impl RedistributionFigure<'_> {
             data: self.name.into(),
             rows: vec![
                 PlotRow::of([self.content()]).high(0.8),
-                PlotRow::of([self.shares()]).high(0.5),
                 PlotRow::of([self.energies()]).high(0.5),
             ],
             notes: self.notes(),
@@ -111,41 +103,17 @@ impl RedistributionFigure<'_> {
         } = self.moments;
         let [centroid, median, quantile_90] =
             [centroid, median, quantile_90].map(|values| self.within_limits(values));
-        let edge = self.edge.map(|edge| edge.value()).filter(|e| e.is_finite());
         let all = [&centroid, &median, &quantile_90].map(|values| self.shown(values));
-        let y = around(all.into_iter().flatten().copied().chain(edge));
+        let y = around(all.into_iter().flatten().copied());
         let curves = vec![
             self.curve("90 % of the energy lies below", VERMILLION, &quantile_90),
             self.curve("centroid", BLUE, &centroid),
             self.curve("median", GREEN, &median),
         ];
-        let level = |at: f64| Level {
-            at,
-            label: "band edge".into(),
-        };
         Chart {
-            levels: edge.map(level).into_iter().collect(),
             second_y: self.second.clone(),
             ..self.chart(&self.content_label, y, curves)
         }
-    }
-
-    fn shares(&self) -> Chart {
-        let Moments {
-            low_share,
-            high_share,
-            ..
-        } = self.moments;
-        let all = [low_share, high_share].into_iter().flatten().copied();
-        let mut curves = vec![
-            self.curve("low band (up to the edge)", BLUE, low_share),
-            self.curve("high band", VERMILLION, high_share),
-        ];
-        let front = self
-            .front
-            .filter(|shares| shares.iter().any(|s| s.is_finite()));
-        curves.extend(front.map(|shares| self.curve("high band, front passage", GREEN, shares)));
-        self.chart("share of energy", around(all.chain([1.0])), curves)
     }
 
     fn energies(&self) -> Chart {
@@ -188,9 +156,8 @@ impl RedistributionFigure<'_> {
             let floor = power_of_ten(-DECADES as i32);
             format!("Energies below {floor} of the largest are drawn at the lower edge.")
         });
-        let missing = self.edge.and_then(no_shares).map(str::to_owned);
         let not_shown = self.not_shown.iter().cloned();
-        missing.into_iter().chain(below).chain(not_shown).collect()
+        below.into_iter().chain(not_shown).collect()
     }
 
     fn curve(&self, label: &str, colour: usize, y: &[f64]) -> Series {
@@ -216,16 +183,5 @@ impl RedistributionFigure<'_> {
         values
             .map(|&value| if is_shown(value) { value } else { f64::NAN })
             .collect()
-    }
-}
-
-/// Why no site or time has shares of energy, if so.
-fn no_shares(edge: BandEdge) -> Option<&'static str> {
-    match edge {
-        BandEdge::Given { .. } | BandEdge::Reference { .. } => None,
-        BandEdge::Unresolved { .. } => {
-            Some("No shares: 90 % of the energy at the reference lies within three bins of 0.")
-        }
-        BandEdge::Undefined => Some("No shares: no band edge without energy at the reference."),
     }
 }

@@ -78,10 +78,10 @@ impl MovedShares {
             verdict: of.verdict,
             transfer: of.transfer,
             reason: of.reason.map(|reason| reason.message()),
-            up: defined(of.up),
-            up_at: defined(of.up_at),
-            down: defined(of.down),
-            down_at: defined(of.down_at),
+            up: defined(of.up.share),
+            up_at: defined(of.up.at),
+            down: defined(of.down.share),
+            down_at: defined(of.down.at),
             unit,
         }
     }

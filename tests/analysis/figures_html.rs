@@ -235,9 +235,17 @@ fn the_picture_shows_the_share_that_moved() {
     let analysis = moved();
     let answer = analysis.answer.as_ref().unwrap();
     let data = payload(&analysis);
-    let picture = &data["pictures"][0];
+    let [profile, picture] = [0, 1].map(|i| &data["pictures"][i]);
+    assert_eq!(profile["id"], "profile-along-x");
+    let moves = &answer.along_x.as_ref().unwrap().moves;
+    let up = doubles(&profile["charts"][0]["series"][0]["values"]);
+    assert!(
+        up.iter()
+            .zip(moves)
+            .all(|(drawn, both)| *drawn == both[0].share)
+    );
     assert_eq!(picture["id"], "moved-along-x");
-    assert_eq!(picture["marks"][0][0], answer.frequency.up_at);
+    assert_eq!(picture["marks"][0][0], answer.frequency.up.at);
     let series = picture["charts"][0]["series"].as_array().unwrap();
     let weighing = |weight: &str| {
         let of = |one: &&Value| one["weight"] == weight;
@@ -257,7 +265,7 @@ fn the_picture_shows_the_share_that_moved() {
     }
     let gap = doubles(&weighing("gap")[0]["values"]);
     assert!(
-        (gap[0] - gap[1] - answer.frequency.up).abs() < 1e-9,
+        (gap[0] - gap[1] - answer.frequency.up.share).abs() < 1e-9,
         "{gap:?}"
     );
     assert!(!weighing("thin").is_empty());

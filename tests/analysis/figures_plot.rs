@@ -95,7 +95,7 @@ fn axes_and_colour_bars_are_named_with_their_units() {
         (plot::space_time(&analysis, &style), [x, t, "no value"]),
         (
             plot::temporal_spectrum(&analysis, &style),
-            [x, f, "band edge"],
+            [x, f, "Temporal spectrum"],
         ),
         (plot::spatial_spectrum(&analysis, &style), [k, t, "k a / π"]),
         (
@@ -103,7 +103,7 @@ fn axes_and_colour_bars_are_named_with_their_units() {
             [k, f, "towards +x: 91.2 %"],
         ),
         (plot::flux_surrogate(&analysis, &style), [k, t, "surrogate"]),
-        (plot::along_x(&analysis, &style), [x, f, "share of energy"]),
+        (plot::along_x(&analysis, &style), [x, f, "centroid"]),
         (plot::along_t(&analysis, &style), [t, k, "k a / π"]),
         (
             plot::short_time(&analysis, &style),

@@ -391,28 +391,3 @@ fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
     let short = analyzed(&struck(60, 36.0, 1024).to_field(), &request);
     assert!(short.headline_space.largest.is_none());
 }
-
-/// By default of this chain the edge at the first body behind the striker is not resolved, since it
-/// flies back; the site that is named instead has one.
-#[test]
-fn an_unresolved_edge_says_what_to_do() {
-    let field = struck(60, 60.0, 1024).to_field();
-    let analysis = analyzed(&field, &Request::default());
-    let said = analysis.words().facts;
-    let is_edge = |fact: &&wavecascade::sheet::Fact| fact.name == "band edge in f";
-    let edge = said.iter().find(is_edge).unwrap();
-    let Some(BandEdge::Unresolved { index: 1, .. }) = analysis.frequency_edge else {
-        return assert!(edge.text.contains("at site 1 below"), "{}", edge.text);
-    };
-    let site = edge.text.split("(such as ").nth(1).unwrap();
-    let site = site.split(')').next().unwrap().parse().unwrap();
-    let request = Request {
-        reference_site: Some(site),
-        ..Request::default()
-    };
-    let again = analyzed(&field, &request).frequency_edge;
-    assert!(
-        matches!(again, Some(BandEdge::Reference { .. })),
-        "{again:?}"
-    );
-}

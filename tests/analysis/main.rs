@@ -20,6 +20,7 @@ mod moved_kinds;
 mod moved_limits;
 mod noise;
 mod parts;
+mod profiles;
 mod reference_problems;
 mod ridges;
 mod slope;

@@ -8,7 +8,7 @@ use wavecascade::analyze::{Analysis, Request, Results, Warning};
 use wavecascade::budget;
 use wavecascade::chain::Run;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::moved::{Answer, Reason, Verdict};
+use wavecascade::moved::{Answer, Fate, Reason, Verdict};
 use wavecascade::observer::Silent;
 use wavecascade::reference::LatticeImpact;
 
@@ -78,17 +78,14 @@ fn val_construction_a_growing_harmonic_moves_up() {
         });
         let moved = &found.frequency;
         assert_eq!(moved.verdict, Verdict::Up, "{level}: {moved:?}");
+        let up = moved.up;
+        let off = (up.share - 0.189).abs();
         assert!(
-            (moved.up - 0.189).abs() < 0.003 + 0.1 * level,
-            "{level}: {}",
-            moved.up
+            off < 0.003 + 0.1 * level && off < 2.0 * up.error,
+            "{level}: {up:?}"
         );
-        assert!(
-            (4.3e3..7.5e3).contains(&moved.up_at),
-            "{level}: {}",
-            moved.up_at
-        );
-        assert!(moved.down < 0.002, "{level}: {}", moved.down);
+        assert!((4.3e3..7.5e3).contains(&up.at), "{level}: {up:?}");
+        assert!(moved.down.share < 0.002, "{level}: {moved:?}");
         assert_eq!(moved.transfer, Some(true), "{level}");
         assert!(
             (moved.energy_ratio - 1.0).abs() < 0.02,
@@ -96,11 +93,8 @@ fn val_construction_a_growing_harmonic_moves_up() {
             moved.energy_ratio
         );
         // The burst is longer than the array.
-        assert_eq!(
-            found.wavenumber.reason,
-            Some(Reason::NeverInside),
-            "{level}"
-        );
+        let folds = false;
+        assert_eq!(found.wavenumber.reason, Some(Reason::Aperture { folds }));
         let speed = found.speed.unwrap();
         let error = (speed.value - 120.0).abs();
         assert!(error < 2.0 * speed.error.max(0.05), "{level}: {speed:?}");
@@ -155,9 +149,9 @@ fn val_construction_a_constant_pulse() {
         (-0.5 * s * s).exp() + 1e-3 * noise[[n, j]]
     };
     let found = answer_of(Array2::from_shape_fn((900, 240), value), dt, dx);
-    for moved in [&found.frequency, &found.wavenumber] {
+    for (moved, bound) in [(&found.frequency, 0.01), (&found.wavenumber, 0.05)] {
         assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
-        assert!(moved.bound < 0.01, "{moved:?}");
+        assert!(moved.bound < bound, "{moved:?}");
     }
     // Sites that the wave has passed before the record, or does not reach, are no part of it.
     let [from, to] = [found.frequency.from.unwrap(), found.frequency.to.unwrap()];
@@ -301,7 +295,7 @@ fn val_construction_faults_of_channels_move_nothing() {
             found.frequency
         );
         assert!(
-            found.frequency.most() < 0.05,
+            found.frequency.most().share < 0.05,
             "{name}: {:?}",
             found.frequency
         );
@@ -333,9 +327,9 @@ fn val_construction_reflections_are_left_out() {
     // Energies 1 and 0.16; 1 and 0.49.
     for (name, found, plus) in [("two", two, 1.0 / 1.16), ("back", back, 1.0 / 1.49)] {
         let answer = found.answer.unwrap();
-        for moved in [&answer.frequency, &answer.wavenumber] {
+        for (moved, bound) in [(&answer.frequency, 0.01), (&answer.wavenumber, 0.1)] {
             assert_eq!(moved.verdict, Verdict::Unchanged, "{name}: {moved:?}");
-            assert!(moved.bound < 0.03, "{name}: {moved:?}");
+            assert!(moved.bound < bound, "{name}: {moved:?}");
         }
         let direction = found.direction.unwrap();
         assert!(
@@ -382,7 +376,7 @@ fn val_construction_dispersion_moves_nothing() {
     let found = answer_of(Array2::from_shape_fn((nt, nx), value), 1e-3, dx);
     for moved in [&found.frequency, &found.wavenumber] {
         assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
-        assert!(moved.bound < 0.02, "{moved:?}");
+        assert!(moved.bound < 0.05, "{moved:?}");
     }
 }
 
@@ -398,112 +392,104 @@ fn answer_of_run(scene: &str) -> Answer {
     analysis.answer.unwrap()
 }
 
-fn dimer(ratio: f64) -> Answer {
+/// A struck chain, until its front has passed.
+fn chain(keys: &str) -> Answer {
     answer_of_run(&format!(
-        "sites = 160\nstiffness_ratio = {ratio}\nend_time = 160\nsamples = 2048\ntolerance = 1e-6"
+        "sites = 160\nend_time = 160\nsamples = 2048\ntolerance = 1e-6\n{keys}"
     ))
 }
 
-/// The uniform chain and dimers at ratios of localized waves, 4.9272, 14.622 and 1631, or near: the front forms within a few bodies,
-/// then keeps its content. By the launch energy moves down.
+/// By the launch energy moves down in the uniform chain and in dimers; then the front keeps its content, and loses what its waves of
+/// constant speed leave behind, which is nothing in the uniform chain and in localized waves.
 #[test]
-fn val_theory_localized_waves_settle_and_move_nothing() {
-    for (ratio, by, keeps, launch) in [
-        (1.0, 5, 0.97, 0.00..0.06),
-        (4.9272, 17, 0.95, 0.12..0.26),
-        (8.04, 13, 0.6, 0.05..0.13),
-        (10.0, 13, 0.7, 0.05..0.13),
-        (14.622, 9, 0.95, 0.05..0.13),
-        (1631.0, 9, 0.9, 0.05..0.13),
+fn val_theory_fronts_lose_energy_and_keep_their_content() {
+    for (keys, loss) in [
+        ("stiffness_ratio = 1.0", 0.0),
+        ("stiffness_ratio = 4.9272268", 0.0),
+        ("stiffness_ratio = 14.6221002", 0.0),
+        ("stiffness_ratio = 31.275671", 0.0),
+        ("mass_ratio = 0.3428", 0.0),
+        ("stiffness_ratio = 24", 0.0098),
+        ("stiffness_ratio = 1.05", 0.0115),
+        ("stiffness_ratio = 20", 0.0148),
+        ("stiffness_ratio = 5.5", 0.0179),
+        ("stiffness_ratio = 10", 0.101),
+        ("stiffness_ratio = 7", 0.132),
+        ("stiffness_ratio = 3", 0.733),
+        ("stiffness_ratio = 1.5", 0.815),
     ] {
-        let found = dimer(ratio);
+        let found = chain(keys);
+        let (front, launch) = (found.front.unwrap(), found.launch.unwrap());
+        let off = (front.loss_per_100_bodies - loss).abs();
+        assert!(off < 1e-4 + 5e-3 * loss, "{keys}: {front:?}");
+        assert!(front.error < 2e-3, "{keys}: {front:?}");
         let moved = &found.frequency;
-        assert_eq!(moved.verdict, Verdict::Unchanged, "{ratio}: {moved:?}");
-        let settled = moved
-            .settled_at
-            .unwrap_or_else(|| panic!("{ratio}: {moved:?}"));
-        assert!(settled <= by, "{ratio}: {settled}");
-        assert!(moved.most() < 0.05, "{ratio}: {moved:?}");
-        let ratio_kept = moved.energy_ratio;
-        assert!(
-            ratio_kept > keeps || ratio == 1.0 && ratio_kept > 0.88,
-            "{ratio}: {ratio_kept}"
-        );
-        let down = found.launch.as_ref().unwrap().down;
-        assert!(launch.contains(&down), "{ratio}: launch {down}");
+        assert_eq!(moved.verdict, Verdict::Unchanged, "{keys}: {moved:?}");
+        assert!(launch.down.share > launch.up.share, "{keys}: {launch:?}");
     }
 }
 
-/// The dimer of masses 0.3428 carries a localized wave, too.
+/// The loss is that of the wave, not of the chain that is simulated.
 #[test]
-fn val_theory_a_localized_wave_of_masses_settles() {
-    let found = answer_of_run(
-        "sites = 160\nmass_ratio = 0.3428\nend_time = 160\nsamples = 2048\ntolerance = 1e-6",
-    );
+fn val_theory_losses_do_not_depend_on_the_length() {
+    for ratio in [4.9272268, 20.0] {
+        let losses = [150, 300].map(|sites| {
+            let found = answer_of_run(&format!(
+                "sites = {sites}\nstiffness_ratio = {ratio}\nend_time = \"auto\"\nsamples = 2048\ntolerance = 1e-6"
+            ));
+            found.front.unwrap().loss_per_100_bodies
+        });
+        assert!((losses[0] - losses[1]).abs() < 1e-4, "{ratio}: {losses:?}");
+    }
+}
+
+/// Between the localized waves a front breaks up into several pulses: it does not fall evenly, has no content of its own, and leaves a
+/// tail near the upper edge of the lower band.
+#[test]
+fn val_theory_a_front_that_breaks_up_is_not_told_to_keep_its_content() {
+    let found = chain("stiffness_ratio = 2.398");
     let moved = &found.frequency;
-    assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
-    assert!(moved.settled_at.is_some_and(|site| site <= 17), "{moved:?}");
-    assert!((moved.energy_ratio - 1.0).abs() < 0.1, "{moved:?}");
+    assert_eq!(moved.verdict, Verdict::Untold, "{moved:?}");
+    assert_eq!(moved.reason, Some(Reason::Mixed));
+    let front = found.front.unwrap();
+    let [least, most] = [-1.0, 1.0].map(|sign| front.loss_per_100_bodies + sign * front.error);
+    assert!(
+        least < 0.2 && most > 0.05 && front.error > 0.05,
+        "{front:?}"
+    );
+    let tail = found.tail.unwrap();
+    assert!((0.17..0.23).contains(&tail.peak_frequency), "{tail:?}");
+    assert!(tail.energy_share > 0.25, "{tail:?}");
 }
 
-/// Between the localized waves the front sheds its energy: two thirds of it by body 41, into a tail near the upper edge of the
-/// lower band, and its content never settles.
-#[test]
-fn val_theory_dispersive_dimers_never_settle() {
-    for ratio in [2.3457, 2.398] {
-        let found = dimer(ratio);
-        let moved = &found.frequency;
-        assert_eq!(moved.settled_at, None, "{ratio}: {moved:?}");
-        assert_eq!(moved.verdict, Verdict::Up, "{ratio}: {moved:?}");
-        assert!((0.12..0.22).contains(&moved.up), "{ratio}: {moved:?}");
-        assert!(
-            (0.29..0.36).contains(&moved.energy_ratio),
-            "{ratio}: {moved:?}"
-        );
-        let to = moved.to.unwrap().rows[0];
-        assert!((32..45).contains(&to), "{ratio}: {to}");
-        let tail = found.tail.unwrap();
-        assert!(
-            (0.17..0.23).contains(&tail.peak_frequency),
-            "{ratio}: {tail:?}"
-        );
-        assert!(tail.energy_share > 0.25, "{ratio}: {tail:?}");
-    }
-}
-
-/// Chains whose front settles though it is not localized: between a dispersive ratio and its walls, compressed by more than the impact
-/// moves; and with losses, which take from the front what none of the later bodies gets. No energy moves up in either.
+/// Between a dispersive ratio and its walls, compressed by more than the impact moves; and with losses, which take from the front what
+/// none of the later bodies gets: no energy moves up in either.
 #[test]
 fn val_theory_compressed_and_lossy_chains_move_nothing_up() {
-    let chain = "sites = 160\nend_time = 160\nsamples = 2048\ntolerance = 1e-6";
-    let compressed = format!("{chain}\nstiffness_ratio = 2.4\nprecompression = 0.1");
-    let lossy = format!("{chain}\nstiffness_ratio = 4.9272\ndashpot = 0.02");
-    for (name, scene, kept) in [
-        ("compressed", compressed, 0.5..0.7),
-        ("lossy", lossy, 0.35..0.55),
+    for (keys, loss) in [
+        ("stiffness_ratio = 2.4\nprecompression = 0.1", 0.2..0.4),
+        ("stiffness_ratio = 4.9272\ndashpot = 0.02", 0.8..1.2),
     ] {
-        let found = answer_of_run(&scene);
+        let found = chain(keys);
         let moved = &found.frequency;
-        assert_eq!(moved.verdict, Verdict::Unchanged, "{name}: {moved:?}");
+        assert_eq!(moved.verdict, Verdict::Unchanged, "{keys}: {moved:?}");
+        assert!(moved.up.share < 0.02, "{keys}: {moved:?}");
+        let front = found.front.unwrap();
         assert!(
-            moved.settled_at.is_some_and(|site| site <= 41),
-            "{name}: {moved:?}"
+            loss.contains(&front.loss_per_100_bodies),
+            "{keys}: {front:?}"
         );
-        assert!(moved.up < 0.02, "{name}: {moved:?}");
-        assert!(kept.contains(&moved.energy_ratio), "{name}: {moved:?}");
     }
 }
 
 /// A chain of linear springs moves no energy in frequency: high frequencies lag behind its front, and E(k) stays.
 #[test]
 fn val_theory_a_linear_chain_disperses() {
-    let found = answer_of_run(
-        "sites = 160\nlaw = \"spring\"\nend_time = 150\nsamples = 2048\ntolerance = 1e-6",
-    );
+    let found = chain("law = \"spring\"");
     let moved = &found.frequency;
-    assert_eq!(moved.verdict, Verdict::Down, "{moved:?}");
+    assert!(moved.lags || !moved.moves(), "{moved:?}");
     assert!(
-        moved.lags && moved.transfer.is_none() && moved.up < 0.01,
+        moved.transfer.is_none() && moved.up.share < 0.01,
         "{moved:?}"
     );
     let moved = &found.wavenumber;
@@ -515,13 +501,12 @@ fn val_theory_a_linear_chain_disperses() {
 #[test]
 fn val_theory_disorder_moves_nothing_up() {
     for seed in 1..4 {
-        let found = answer_of_run(&format!(
-            "sites = 160\nmass_spread = 0.3\nseed = {seed}\nend_time = 160\nsamples = 2048\ntolerance = 1e-6"
-        ));
+        let found = chain(&format!("mass_spread = 0.3\nseed = {seed}"));
         let moved = &found.frequency;
         assert_ne!(moved.verdict, Verdict::Up, "{seed}: {moved:?}");
         assert_ne!(moved.transfer, Some(true), "{seed}: {moved:?}");
-        assert!(moved.energy_ratio < 0.8, "{seed}: {moved:?}");
+        let front = found.front.unwrap();
+        assert!(front.loss_per_100_bodies > 0.3, "{seed}: {front:?}");
     }
 }
 
@@ -532,7 +517,10 @@ fn val_scene_a_driven_end_is_not_told_to_move() {
     let moved = answer_of_run(&scene).frequency;
     let verdicts = [Verdict::Untold, Verdict::Unchanged];
     assert!(verdicts.contains(&moved.verdict), "{moved:?}");
-    assert!(moved.most() < 0.05 && moved.transfer.is_none(), "{moved:?}");
+    assert!(
+        moved.most().share < 0.05 && moved.transfer.is_none(),
+        "{moved:?}"
+    );
 }
 
 /// The lattice struck at its end, `J_2j(2 t)`, as a file without a word of its origin: high frequencies lag behind the front, which
@@ -551,7 +539,7 @@ fn val_theory_a_dispersive_lattice_lags() {
     let moved = &found.frequency;
     assert_eq!(moved.verdict, Verdict::Down, "{moved:?}");
     assert!(moved.lags && moved.transfer.is_none(), "{moved:?}");
-    assert!(moved.up < 0.01, "{moved:?}");
+    assert!(moved.up.share < 0.01, "{moved:?}");
     // The group velocity is at most 1, and less on the average over frequencies.
     let speed = found.speed.unwrap();
     assert!((0.85..1.0).contains(&speed.value), "{speed:?}");
@@ -564,17 +552,16 @@ fn val_theory_modes_between_walls() {
     let fput = "sites = 32\nlaw = \"spring\"\nalpha = 0.25\nends = \"fixed\"\nmode = 1\n\
         mode_amplitude = 1.0\nend_time = 11000.0\nsamples = 4096\ntolerance = 1e-6";
     let found = answer_of_run(fput);
-    assert_eq!(
-        found.frequency.verdict,
-        Verdict::Unchanged,
-        "{:?}",
-        found.frequency
-    );
+    assert_ne!(found.frequency.transfer, Some(true));
     let moved = &found.wavenumber;
     assert_eq!(moved.verdict, Verdict::Up, "{moved:?}");
-    assert!(moved.returns && moved.up > 0.6, "{moved:?}");
+    assert_eq!(moved.fate, Some(Fate::Back), "{moved:?}");
     // Out of the first mode, k = pi / 33.
-    assert!((moved.up_at / (PI / 33.0) - 1.5).abs() < 0.51, "{moved:?}");
+    let up = moved.up;
+    assert!(
+        up.share > 0.6 && (up.at / (PI / 33.0) - 1.5).abs() < 0.51,
+        "{up:?}"
+    );
     let linear = "sites = 64\nlaw = \"spring\"\nends = \"fixed\"\nmode = 5\nmode_amplitude = 1.0\n\
         end_time = 400.0\nsamples = 2048\ntolerance = 1e-6";
     let found = answer_of_run(linear);
@@ -587,17 +574,14 @@ fn val_theory_modes_between_walls() {
 /// What is left out is said: too few sites, too short a record, nothing that moves.
 #[test]
 fn val_construction_reasons() {
-    let short = answer_of(noise(12, 20), 1.0, 1.0);
-    assert_eq!(
-        short.frequency.reason,
-        Some(Reason::ShortRecord { times: 12 })
-    );
+    let short = answer_of(noise(12, 20), 1.0, 1.0).frequency.reason;
+    let (whole, sites) = (0, 20);
+    assert_eq!(short, Some(Reason::ShortRecord { whole, sites }));
     let one = answer_of(noise(512, 1), 1.0, 1.0);
-    assert_eq!(one.frequency.verdict, Verdict::Untold);
-    assert!(matches!(
-        one.wavenumber.reason,
-        Some(Reason::FewSites { sites: 1 })
-    ));
+    for moved in [&one.frequency, &one.wavenumber] {
+        assert_eq!(moved.verdict, Verdict::Untold);
+        assert_eq!(moved.reason, Some(Reason::FewSites { sites: 1 }));
+    }
     let silent = analysis_of(Array2::zeros((512, 16)), 1.0, 1.0);
     assert!(
         silent

@@ -15,7 +15,7 @@ fn regress_a_power_law_is_found_and_written() {
         (1..60).map(term).sum::<f64>()
     });
     place.save("field.npy", &values);
-    let periodic = "slope field.npy --window none --detrend none";
+    let periodic = "slope field.npy --layout time-site --window none --detrend none";
     place.says(&format!("{periodic} --band 0.1:1.5 --figures png"));
     let slope = |of: &str| {
         let summary = place.json(&format!("{of}/summary.json"));
@@ -35,7 +35,10 @@ fn regress_a_power_law_is_found_and_written() {
         ("--band 1.5:0.1", "lower"),
         ("", "--band"),
     ] {
-        let said = place.refuses(2, &format!("slope field.npy --force {words}"));
+        let said = place.refuses(
+            2,
+            &format!("slope field.npy --layout time-site --force {words}"),
+        );
         assert!(said.contains(named), "{words:?}: {said}");
     }
 }

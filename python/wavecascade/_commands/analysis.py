@@ -79,7 +79,7 @@ def analyze(
         ``short_space_spectrum`` ``(short_space_time, short_space_wavenumber, short_space_position)``.
 
         The answer is attributes: ``frequency_verdict``, ``frequency_up``, ``frequency_up_at``,
-        ``frequency_bound``, ``frequency_launch_up``, ``wavenumber_verdict``,
+        ``frequency_bound``, ``frequency_most_share``, ``wavenumber_verdict``,
         ``direction_toward_plus_x`` and all others of ``moved`` in ``summary.json`` that are known, the
         whole as JSON in ``moved``, the verdict in words in ``answer``; settings, Parseval residuals and
         accuracy beside them. Of
@@ -120,7 +120,7 @@ def _arranged(found: dict[str, Any]) -> Any:
 
 
 def _said(answer: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """Each number and text of an answer with its path: ``frequency_launch_up_at``."""
+    """Each number and text of an answer with its path: ``frequency_most_share``."""
     if isinstance(answer, dict):
         for key, value in answer.items():
             yield from _said(value, f"{name}_{key}" if name else key)

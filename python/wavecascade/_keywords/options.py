@@ -92,6 +92,7 @@ class AnalyzeOptions(OpenOptions, total=False):
     band_edge_wavenumber: Measure
     front_window: Measure
     least_move: float
+    periodic: bool
     noise: float
     subtract_noise: bool
     direction_band: Range

@@ -1,10 +1,10 @@
 //! The answer of an analysis in words.
 
 use super::super::{Analysis, Axes, Direction, Undirected, Warning};
-use crate::moved::{Answer, Evidence, GroupSpectrum, KEEPS, Movement, Place, Reason, Verdict};
+use crate::moved::{Answer, Fate, Front, Move, Movement, Place, Reason, Verdict};
 use crate::sheet::Fact;
 
-/// The verdict, and a fact for its numbers and for each further question; `None` where no answer was requested.
+/// The verdict, and a fact for each further question; `None` where no answer was requested.
 pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
     let words = Words::of(analysis)?;
     let facts = [
@@ -13,19 +13,19 @@ pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
         words.in_time(),
         words.direction(),
         words.attenuation(),
-        words.front_and_tail(),
+        words.tail(),
     ];
     Some((words.verdict(), facts.into_iter().flatten().collect()))
 }
 
 /// Difference of the shares by direction, as a part of both, up to which they are alike.
 const EVEN: f64 = 0.1;
-
-/// What may move unseen from which on it is not said that nothing does.
-const WIDE: f64 = 0.15;
-
 /// Part of the sites from which on a verdict is one of all.
 const SPAN: f64 = 0.75;
+/// Sites from which on waves have a direction.
+const DIRECTED: usize = 5;
+/// Loss per 100 bodies below which a front keeps its energy.
+const KEEPS: f64 = 1e-3;
 
 /// The words of an answer.
 pub(crate) struct Words<'a> {
@@ -49,15 +49,30 @@ fn share(x: f64) -> String {
     }
 }
 
+/// A share with its error, to the same digit: `41 ± 2 %`.
+fn with_error(of: &Move) -> String {
+    value_with_error(of.share, of.error)
+}
+
+fn value_with_error(value: f64, error: f64) -> String {
+    let [value, error] = [value, error].map(|x| 100.0 * x);
+    let digits = match error {
+        error if error >= 0.95 && value >= 9.95 => 0,
+        error if error >= 0.095 || value >= 1.0 => 1,
+        error if error > 0.0 => ((-error.log10()).ceil() as usize).min(4),
+        _ => 1,
+    };
+    let least = 0.5 * 10f64.powi(-(digits as i32));
+    let value = if value.abs() < least { 0.0 } else { value };
+    match error < least {
+        true => format!("{value:.digits$} %"),
+        false => format!("{value:.digits$} ± {error:.digits$} %"),
+    }
+}
+
 /// What a share is below, rounded up: `2 %`.
 fn below(x: f64) -> String {
     format!("{} %", (100.0 * x).ceil().max(1.0))
-}
-
-/// By which body a front has lost which share of its energy.
-fn lost(of: &Movement) -> (usize, String) {
-    let by = of.to.map_or(0, |place| place.rows[0]);
-    (by, share(1.0 - of.energy_ratio))
 }
 
 /// `1 time`, `2 times`.
@@ -84,14 +99,23 @@ impl<'a> Words<'a> {
     }
 
     fn frequency(&self, f: f64) -> String {
-        let (scale, unit) = match self.axes.frequency_unit().as_str() {
-            "Hz" if f >= 1e6 => (1e-6, "MHz".to_owned()),
-            "Hz" if f >= 1e3 => (1e-3, "kHz".to_owned()),
+        let unit = self.axes.frequency_unit();
+        let prefixes = [("GHz", 1e9), ("MHz", 1e6), ("kHz", 1e3), ("Hz", 1.0)];
+        let scale = prefixes.iter().find(|(name, _)| *name == unit);
+        let (f, unit) = match scale {
+            Some((_, scale)) => {
+                let f = f * scale;
+                let (name, scale) = prefixes[1..]
+                    .iter()
+                    .find(|(_, of)| f >= *of)
+                    .unwrap_or(&prefixes[3]);
+                (f / scale, (*name).to_owned())
+            }
             // Longer than the number.
-            unit if unit.len() > 12 => (1.0, String::new()),
-            unit => (1.0, unit.to_owned()),
+            None if unit.len() > 12 => (f, String::new()),
+            None => (f, unit),
         };
-        format!("{} {unit}", short(scale * f)).trim_end().to_owned()
+        format!("{} {unit}", short(f)).trim_end().to_owned()
     }
 
     fn wavenumber(&self, k: f64) -> String {
@@ -119,32 +143,44 @@ impl<'a> Words<'a> {
         format!("{} {unit}", short(place.at)).trim_end().to_owned()
     }
 
-    /// The first line.
+    /// The first line: what is told of frequency and of wavenumber, the larger move first. Of a periodic box frequencies along x say
+    /// nothing.
     fn verdict(&self) -> String {
-        let of = &self.answer.frequency;
-        if let Some(reason) = &of.reason {
-            if self.sheds(of) {
-                return format!(
-                    "{}; which way its content moves cannot be told: {}",
-                    self.shed(of),
-                    reason.message()
-                );
+        let [f, k] = [&self.answer.frequency, &self.answer.wavenumber];
+        let is_told = |of: &Movement| of.verdict != Verdict::Untold;
+        if let Some(front) = self.answer.front.as_ref().filter(|_| self.answer.is_struck) {
+            return self.of_front(front);
+        }
+        let along_x = (is_told(f) && !self.answer.is_periodic).then(|| self.in_frequency_told(f));
+        let in_time = is_told(k).then(|| self.in_wavenumber_told(k));
+        let size = |of: &Movement| if of.moves() { of.most().share } else { 0.0 };
+        match (along_x, in_time) {
+            (Some(x), Some(t)) if size(k) > size(f) => format!("{t}; {x}"),
+            (Some(x), Some(t)) => format!("{x}; {t}"),
+            (Some(told), None) | (None, Some(told)) => told,
+            (None, None) => {
+                let (what, of) = match self.answer.is_periodic || k.bound < f.bound.min(1.0) {
+                    true => ("in wavenumber in time", k),
+                    false => ("in frequency along x", f),
+                };
+                let reason = of.reason.as_ref().map(|reason| self.why(reason));
+                let (_, reason, advice) = reason.unwrap_or_default();
+                format!("what moves {what} cannot be told: {reason}; {advice}")
             }
-            let (_, reason, advice) = self.why(reason);
-            return format!("what moves in frequency along x cannot be told: {reason}; {advice}");
         }
-        if self.answer.is_struck {
-            return self.of_front(of);
-        }
+    }
+
+    fn in_frequency_told(&self, of: &Movement) -> String {
         let to = of.to.map_or(0, |place| place.rows[1]);
-        let is_back = of
-            .from
-            .zip(of.to)
-            .is_some_and(|(from, to)| to.rows[0] < from.rows[0]);
+        let ends = of.from.zip(of.to);
+        let is_back = ends.is_some_and(|(from, to)| to.rows[0] < from.rows[0]);
         let way = if is_back { "towards -x" } else { "along x" };
+        let [up, down] = [&of.up, &of.down].map(with_error);
+        let [above, under] = [of.up.at, of.down.at].map(|f| self.frequency(f));
+        let fate = self.fate(of);
+        let is_transfer = of.transfer == Some(true);
         match of.verdict {
-            Verdict::Unchanged => {
-                let (span, bound) = (self.span(of), below(of.bound));
+            Verdict::Unchanged | Verdict::Untold => {
                 let hidden = match self.hum {
                     Some(hum) => format!("; {}", hum.message()),
                     None if self.is_noise => {
@@ -152,58 +188,83 @@ impl<'a> Words<'a> {
                     }
                     None => String::new(),
                 };
-                match of.bound > WIDE {
-                    true => format!(
-                        "no move in frequency along x{span} is seen, but up to {bound} may move unseen (95 %){hidden}"
-                    ),
-                    false => format!(
-                        "no energy moves in frequency along x{span} (less than {bound}, at 95 %){hidden}"
-                    ),
-                }
-            }
-            Verdict::Down if of.lags => format!(
-                "higher frequencies lag behind the front: its {} by site {to}",
-                self.shares(of)
-            ),
-            Verdict::Up if of.lags => format!(
-                "lower frequencies lag behind the front: its {} by site {to}",
-                self.shares(of)
-            ),
-            Verdict::Spreads if of.lags => {
                 format!(
-                    "frequencies part: low and high ones do not keep up with the front by site {to}"
+                    "no energy moves in frequency {way}{} (less than {}, at 95 %){hidden}",
+                    self.span(of),
+                    below(of.bound)
                 )
             }
-            // Shares tell no more where several waves pass, or gains differ.
-            _ if of.transfer.is_none() => format!(
-                "the {} by site {to}; whether energy is gained there cannot be told",
-                self.shares(of)
+            Verdict::Up if is_transfer => {
+                format!("energy moves up in frequency {way}: {up} past {above} by site {to}{fate}")
+            }
+            Verdict::Down if is_transfer => format!(
+                "energy moves down in frequency {way}: {down} below {under} by site {to}{fate}"
             ),
-            _ if of.transfer == Some(false) => format!(
-                "selective loss: the {}, no energy is gained {}",
-                self.shares(of),
-                match of.verdict {
-                    Verdict::Down => "below",
-                    _ => "there",
-                }
+            Verdict::Spreads if is_transfer => format!(
+                "energy spreads in frequency {way}: {up} past {above}, {down} below {under} by site {to}{fate}"
             ),
-            Verdict::Up => format!(
-                "energy moves up in frequency {way}: {} of it past {} by site {to}",
-                share(of.up),
-                self.frequency(of.up_at)
+            _ => format!("{}{fate}", self.shares(of, &format!("site {to}"))),
+        }
+    }
+
+    /// Which shares have changed, where no energy is told to move.
+    fn shares(&self, of: &Movement, by: &str) -> String {
+        let [up, down] = [&of.up, &of.down].map(with_error);
+        let [above, under] = [of.up.at, of.down.at].map(|f| self.frequency(f));
+        let (late, changed) = match of.verdict {
+            Verdict::Up => (
+                "lower",
+                format!("share above {above} grows by {up} by {by}"),
             ),
-            Verdict::Down => format!(
-                "energy moves down in frequency {way}: {} of it below {} by site {to}",
-                share(of.down),
-                self.frequency(of.down_at)
+            Verdict::Down => (
+                "higher",
+                format!("share above {under} falls by {down} by {by}"),
             ),
-            _ => format!(
-                "energy spreads in frequency {way}: {} past {}, {} below {} by site {to}",
-                share(of.up),
-                self.frequency(of.up_at),
-                share(of.down),
-                self.frequency(of.down_at)
+            _ => (
+                "low and high",
+                format!("shares above {above} and below {under} grow by {up} and {down} by {by}"),
             ),
+        };
+        match of.transfer {
+            _ if of.lags => format!("{late} frequencies lag behind the front: its {changed}"),
+            Some(true) => format!("energy moves: its {changed}"),
+            Some(false) => format!("selective loss: the {changed}, no energy is gained there"),
+            _ => format!("the {changed}; whether energy is gained there cannot be told"),
+        }
+    }
+
+    /// What became of a move by the end.
+    fn fate(&self, of: &Movement) -> String {
+        let end = of
+            .at_end
+            .map(|[up, down]| match of.down.share > of.up.share {
+                true => with_error(&down),
+                false => with_error(&up),
+            });
+        match (of.fate, end) {
+            (Some(Fate::Back), Some(end)) => format!(", back at the end ({end})"),
+            (Some(Fate::Lost), Some(end)) => format!(", then lost ({end} at the end)"),
+            (None, Some(end)) if of.moves() => format!(", {end} at the end"),
+            _ => String::new(),
+        }
+    }
+
+    fn in_wavenumber_told(&self, of: &Movement) -> String {
+        let by = of
+            .to
+            .map_or(String::new(), |to| format!(" by t = {}", self.time(&to)));
+        let up = format!("{} past {}", with_error(&of.up), self.wavenumber(of.up.at));
+        let down = format!(
+            "{} below {}",
+            with_error(&of.down),
+            self.wavenumber(of.down.at)
+        );
+        let fate = self.fate(of);
+        match of.verdict {
+            Verdict::Up => format!("wavenumbers rise: {up}{by}{fate}"),
+            Verdict::Down => format!("wavenumbers fall: {down}{by}{fate}"),
+            Verdict::Spreads => format!("wavenumbers spread: {up}, {down}{by}{fate}"),
+            _ => format!("wavenumbers stay (less than {} moves)", below(of.bound)),
         }
     }
 
@@ -217,6 +278,12 @@ impl<'a> Words<'a> {
 
     /// Why shares by direction are withheld, if they are.
     pub(super) fn undirected(&self) -> Option<String> {
+        if self.axes.n_sites < DIRECTED {
+            return Some(
+                format!("there are {}", counted(self.axes.n_sites, "site"))
+                    .replace("are 1", "is 1"),
+            );
+        }
         Some(match self.undirected? {
             Undirected::Folded { share: top } => format!(
                 "wavenumbers fold, {} of the energy lies in the top tenth",
@@ -236,21 +303,10 @@ impl<'a> Words<'a> {
         })
     }
 
-    /// Which shares have changed by how much.
-    fn shares(&self, of: &Movement) -> String {
-        let (up, down) = (self.frequency(of.up_at), self.frequency(of.down_at));
-        match of.verdict {
-            Verdict::Up => format!("share above {up} grows by {}", share(of.up)),
-            Verdict::Down => format!("share above {down} falls by {}", share(of.down)),
-            _ => format!("shares above {up} and below {down} grow"),
-        }
-    }
-
     /// Between which sites, where the wave is seen at a part of them.
     fn span(&self, of: &Movement) -> String {
         let ends = of.from.zip(of.to);
-        let ends = ends.map(|(from, to)| (from.rows[0], to.rows[1]));
-        match ends {
+        match ends.map(|(from, to)| (from.rows[0], to.rows[1])) {
             Some((from, to))
                 if ((from.abs_diff(to) + 1) as f64) < SPAN * self.axes.n_sites as f64 =>
             {
@@ -261,102 +317,51 @@ impl<'a> Words<'a> {
     }
 
     /// Of a struck chain.
-    fn of_front(&self, of: &Movement) -> String {
-        let keeps = match of.energy_ratio {
-            ratio if ratio > KEEPS => "keeps its energy".into(),
-            ratio => format!("keeps {} of its energy", share(ratio)),
+    fn of_front(&self, front: &Front) -> String {
+        let of = &self.answer.frequency;
+        // Of what it has at their first.
+        let left = (-front.loss_per_100_bodies).exp();
+        let loss = value_with_error(1.0 - left, left * front.error);
+        let damping = if self.answer.is_lossy {
+            ", to damping too"
+        } else {
+            ""
         };
-        if let Some(site) = of.settled_at {
-            return format!(
-                "no energy moves up in frequency: the front settles by body {site} and {keeps}"
-            );
-        }
-        if self.answer.is_lossy && of.energy_ratio < KEEPS {
-            let (by, lost) = lost(of);
-            return format!(
-                "the front loses {lost} by body {by}, to damping too; it never settles"
-            );
-        }
-        let sheds = match of.energy_ratio < KEEPS {
-            true => format!("{}; it never settles", self.shed(of)),
-            false => "the front never settles".into(),
+        let [from, to] = front.bodies;
+        let loses = match front.loss_per_100_bodies < KEEPS.max(front.error) {
+            true => format!("the front keeps its energy: it loses {loss} per 100 bodies"),
+            false => format!(
+                "the front loses {loss} of its energy per 100 bodies{damping}, from body {from} to {to}"
+            ),
         };
-        let which = sheds.replacen("the front", "which", 1);
+        let by = of
+            .to
+            .map_or(String::new(), |place| format!("body {}", place.rows[1]));
         match of.verdict {
-            Verdict::Up if of.lags => {
-                format!("lower frequencies do not keep up with the front, {which}")
-            }
-            Verdict::Spreads if of.lags => {
-                format!(
-                    "frequencies part: low and high ones do not keep up with the front, {which}"
-                )
-            }
-            Verdict::Down if of.lags => format!("higher frequencies lag behind the front, {which}"),
-            Verdict::Up | Verdict::Down | Verdict::Spreads => {
-                let [moves, keeps] = match of.verdict {
-                    Verdict::Up => ["moves up", "lies higher"],
-                    Verdict::Down => ["moves down", "lies lower"],
-                    _ => ["spreads", "is spread"],
-                };
-                match of.transfer {
-                    Some(true) => format!("energy {moves} in frequency: {sheds}"),
-                    // What is shed is in the tail: neither a transfer nor a loss.
-                    _ => format!("{sheds}, and what it keeps {keeps} in frequency"),
-                }
-            }
-            _ if of.energy_ratio >= KEEPS => format!(
-                "no energy moves in frequency (less than {}, at 95 %): the front disperses and keeps its content",
+            Verdict::Untold => loses,
+            Verdict::Unchanged => format!(
+                "{loses}, and its content stays (less than {} moves)",
                 below(of.bound)
             ),
-            _ => format!("no energy moves in frequency: {sheds}"),
+            Verdict::Up | Verdict::Down | Verdict::Spreads => {
+                format!("{loses}; {}", self.shares(of, &by))
+            }
         }
     }
 
-    /// Whether the front of a struck chain without losses leaves a part of its energy behind, whatever its content does.
-    fn sheds(&self, of: &Movement) -> bool {
-        // The launch leaves a part behind, which is none that the front sheds.
-        let is_launch = matches!(of.reason, Some(Reason::ShortChain { .. }));
-        let is_known =
-            self.answer.is_struck && !self.answer.is_lossy && of.settled_at.is_none() && !is_launch;
-        is_known && of.energy_ratio < KEEPS && of.to.is_some()
-    }
-
-    /// What it leaves behind, and where its tail is.
-    fn shed(&self, of: &Movement) -> String {
-        let (by, lost) = lost(of);
-        let into = match &self.answer.tail {
-            Some(tail) => format!(
-                " into a tail around {}",
-                self.frequency(tail.peak_frequency)
-            ),
-            None => String::new(),
-        };
-        format!("the front sheds {lost} by body {by}{into}")
-    }
-
-    /// The second line.
+    /// The second line: both shares, and what they compare.
     fn numbers(&self) -> String {
         let of = &self.answer.frequency;
-        if of.up.is_nan() {
+        if of.up.share.is_nan() {
             let [times, sites] = [(self.axes.n_times, "time"), (self.axes.n_sites, "site")]
                 .map(|(n, one)| counted(n, one));
             return format!("{times}, {sites}");
         }
-        let launch = self
-            .answer
-            .launch
-            .as_ref()
-            .filter(|launch| launch.most() > 0.0);
         let moved = |of: &Movement| {
-            let at = |q: f64| match q.is_nan() {
-                true => String::new(),
-                false => format!(" at {}", self.frequency(q)),
-            };
-            let parts = [(of.up, "up", of.up_at), (of.down, "down", of.down_at)];
+            let parts = [(&of.up, "up"), (&of.down, "down")];
+            let parts = parts.iter().filter(|(of, _)| of.share >= 0.01);
             let parts: Vec<String> = parts
-                .iter()
-                .filter(|(moved, ..)| *moved >= 0.01)
-                .map(|(moved, way, q)| format!("{} {way}{}", share(*moved), at(*q)))
+                .map(|(of, way)| format!("{} {way} at {}", with_error(of), self.frequency(of.at)))
                 .collect();
             match parts.is_empty() {
                 true => "less than 1 %".into(),
@@ -369,49 +374,55 @@ impl<'a> Words<'a> {
             } else {
                 "sites"
             };
-            format!(", {body} {} against {}", self.sites(&from), self.sites(&to))
+            format!(", {body} {} against {}", self.sites(&to), self.sites(&from))
         });
-        let start = match launch {
+        let start = match self
+            .answer
+            .launch
+            .as_ref()
+            .filter(|launch| launch.most().share > 0.0)
+        {
             Some(launch) => format!("launch {}; then ", moved(launch)),
             None => String::new(),
         };
-        format!("{start}{}{}", moved(of), places.unwrap_or_default())
-    }
-
-    /// The edge at which the profile along an axis is drawn.
-    fn edge(of: &Movement, launch: Option<&Movement>) -> f64 {
-        let of = match launch.filter(|launch| launch.most() > of.most()) {
-            Some(launch) => launch,
-            None => of,
+        let untold = match of.reason.as_ref().map(|reason| self.why(reason)) {
+            Some((_, reason, _)) => format!("; along x nothing is told: {reason}"),
+            None => String::new(),
         };
-        if of.up >= of.down {
-            of.up_at
-        } else {
-            of.down_at
-        }
+        format!("{start}{}{}{untold}", moved(of), places.unwrap_or_default())
     }
 
     fn along_x(&self) -> Option<Fact> {
         let evidence = self.answer.along_x.as_ref()?;
         let of = &self.answer.frequency;
-        if of.verdict == Verdict::Unchanged && !self.answer.is_struck {
-            return self.medians(evidence);
-        }
-        let edge = Self::edge(of, self.answer.launch.as_ref());
-        if !edge.is_finite() {
-            return None;
-        }
+        let first = &evidence.groups[0].cumulative;
+        let half = first.iter().position(|c| *c >= 0.5)?;
+        let edge = if of.moves() {
+            of.most().at
+        } else {
+            evidence.upper[half]
+        };
         let profile = evidence.above(edge);
-        let [a, b] = evidence.compared;
-        let [from, to] = [a, b].map(|group| evidence.groups[group].place);
+        let last = profile.len() - 1;
+        let at = |group: usize| {
+            let place = &evidence.groups[group].place;
+            format!(
+                "{} at {} {}",
+                share(profile[group]),
+                self.body(),
+                self.sites(place)
+            )
+        };
+        let middle = match evidence.compared[1] {
+            compared if compared == last || compared == 0 => last / 2,
+            compared => compared,
+        };
         let text = format!(
-            "{} of the energy lies above {} at {} {}, {} at {}",
-            share(profile[a]),
+            "of the energy above {}: {}, {}, {}",
             self.frequency(edge),
-            self.body(),
-            from.rows[0],
-            share(profile[b]),
-            to.rows[0]
+            at(0),
+            at(middle),
+            at(last)
         );
         Some(Fact {
             profile,
@@ -419,92 +430,47 @@ impl<'a> Words<'a> {
         })
     }
 
-    /// Half of the energy lies below which frequency, at the places compared.
-    fn medians(&self, evidence: &Evidence) -> Option<Fact> {
-        let [a, b] = evidence.compared.map(|group| &evidence.groups[group]);
-        let median = |group: &GroupSpectrum| {
-            let at = group.cumulative.iter().position(|c| *c >= 0.5)?;
-            Some(self.frequency(evidence.upper[at]))
-        };
-        let text = format!(
-            "half of the energy lies below {} at site {}, below {} at {}",
-            median(a)?,
-            a.place.rows[0],
-            median(b)?,
-            b.place.rows[0]
-        );
-        Some(Fact::new("along x", text))
-    }
-
     /// The energy at the last place over that at the first, where one wave passes both.
     fn attenuation(&self) -> Option<Fact> {
-        let of = &self.answer.frequency;
-        let (from, to) = of.from.zip(of.to)?;
-        let ratio = of.energy_ratio;
-        if !(ratio.is_finite() && ratio > 0.0) {
+        let evidence = self.answer.along_x.as_ref()?;
+        let stands = !self.answer.has_fronts && self.direction.is_some_and(|d| is_even(&d));
+        if stands || self.answer.frequency.energy_ratio.is_nan() {
             return None;
         }
+        let energies: Vec<f64> = evidence.groups.iter().map(|group| group.energy).collect();
+        let [first, last] = [0, energies.len() - 1];
+        let ratio = energies[last] / energies[first];
         let what = match (self.answer.is_struck, self.answer.has_fronts) {
             (true, _) => "the front's",
             (false, true) => "the window's",
             (false, false) => "the record's",
         };
-        let groups = self
-            .answer
-            .along_x
-            .as_ref()
-            .map(|evidence| &evidence.groups);
+        let [from, to] = [first, last].map(|group| self.sites(&evidence.groups[group].place));
         let text = format!(
-            "{what} energy at {} {} is {} of that at {} ({:+.1} dB)",
+            "{what} energy at {} {to} is {} of that at {from} ({:+.1} dB)",
             self.body(),
-            to.rows[0],
             share(ratio),
-            from.rows[0],
             10.0 * ratio.log10()
         );
-        let energies = groups.into_iter().flatten().map(|group| group.energy);
-        Some(Fact {
-            profile: energies.collect(),
+        (ratio > 0.0).then(|| Fact {
+            profile: energies,
             ..Fact::new("attenuation", text)
         })
     }
 
     fn in_time(&self) -> Option<Fact> {
         let of = &self.answer.wavenumber;
-        let edge = Self::edge(of, None);
-        let span = of.from.zip(of.to);
-        let span =
-            span.map(|(from, to)| format!(" from t = {} to {}", self.time(&from), self.time(&to)));
-        let span = span.unwrap_or_default();
-        let up = || format!("{} past {}", share(of.up), self.wavenumber(of.up_at));
-        let down = || format!("{} below {}", share(of.down), self.wavenumber(of.down_at));
-        let back = if of.returns { ", and back" } else { "" };
-        let text = match (of.verdict, &of.reason) {
-            (Verdict::Untold, reason) => {
-                let reason = reason.as_ref().map(|r| r.message()).unwrap_or_default();
-                format!("wavenumbers: cannot be told: {reason}")
-            }
-            (Verdict::Unchanged, _) if of.bound > WIDE => {
-                format!(
-                    "wavenumbers are not seen to move{span}, but up to {} may",
-                    below(of.bound)
-                )
-            }
-            (Verdict::Unchanged, _) => {
-                format!(
-                    "wavenumbers stay{span} (less than {} moves)",
-                    below(of.bound)
-                )
-            }
-            (Verdict::Up, _) => format!("wavenumbers rise: {}{span}{back}", up()),
-            (Verdict::Down, _) => format!("wavenumbers fall: {}{span}{back}", down()),
-            (Verdict::Spreads, _) => {
-                format!("wavenumbers spread: {}, {}{span}{back}", up(), down())
-            }
+        let text = match &of.reason {
+            Some(reason) => format!("wavenumbers: cannot be told: {}", reason.message()),
+            None => self.in_wavenumber_told(of),
         };
-        let evidence = self.answer.along_t.as_ref().filter(|_| edge.is_finite());
+        let evidence = self
+            .answer
+            .along_t
+            .as_ref()
+            .filter(|_| of.most().at.is_finite());
         Some(Fact {
-            profile: evidence.map_or(Vec::new(), |evidence| evidence.above(edge)),
+            profile: evidence.map_or(Vec::new(), |evidence| evidence.above(of.most().at)),
             ..Fact::new("in time", text)
         })
     }
@@ -536,7 +502,6 @@ impl<'a> Words<'a> {
         };
         let text = match self.undirected() {
             Some(reason) => format!("cannot be told: {reason}{speed}"),
-            None if direction.toward_plus_x.is_nan() => "cannot be told: there is one site".into(),
             // In a chain of cells, a one-way wave has components of both signs.
             None if self.answer.is_struck => {
                 let way = match self.answer.speed {
@@ -547,12 +512,11 @@ impl<'a> Words<'a> {
             }
             None => {
                 let [plus, minus] = [direction.toward_plus_x, direction.toward_minus_x];
-                let even = (plus - minus).abs() < EVEN * (plus + minus);
                 let neither = match direction.undirected > 0.01 {
                     true => format!(", {} neither (k = 0 or f = 0)", share(direction.undirected)),
                     false => String::new(),
                 };
-                let standing = match even && !self.answer.has_fronts {
+                let standing = match is_even(&direction) && !self.answer.has_fronts {
                     true => ": waves stand, or come from both sides",
                     false => "",
                 };
@@ -566,25 +530,21 @@ impl<'a> Words<'a> {
         Some(Fact::new("direction", text))
     }
 
-    fn front_and_tail(&self) -> Option<Fact> {
-        let (front, tail) = (self.answer.front?, self.answer.tail?);
-        let least = if self.answer.is_struck { 0.005 } else { 0.1 };
-        if tail.energy_share < least {
-            return None;
-        }
-        let (moved, way) = match tail.up >= tail.down {
-            true => (tail.up, "higher"),
-            false => (tail.down, "lower"),
-        };
+    fn tail(&self) -> Option<Fact> {
+        let tail = self.answer.tail?;
         let text = format!(
-            "{} and {} of the energy; the tail lies around {}, {} of it {way}",
-            share(front.energy_share),
+            "{} of the energy follows the front, around {}",
             share(tail.energy_share),
-            self.frequency(tail.peak_frequency),
-            share(moved)
+            self.frequency(tail.peak_frequency)
         );
-        Some(Fact::new("front, tail", text))
+        (tail.energy_share > 0.005).then(|| Fact::new("tail", text))
     }
+}
+
+/// Whether as much goes one way as the other.
+fn is_even(direction: &Direction) -> bool {
+    let [plus, minus] = [direction.toward_plus_x, direction.toward_minus_x];
+    (plus - minus).abs() < EVEN * (plus + minus)
 }
 
 /// Of pictures.
@@ -605,16 +565,20 @@ impl Words<'_> {
         format!("t = {}", self.time(place))
     }
 
-    /// The shares that moved, and where: `24 % up past 4.1 Hz`.
+    /// The shares that moved, and where: `24 ± 1 % up past 4.1 Hz`.
     pub fn in_frequency(&self, of: &Movement) -> [(f64, String); 2] {
-        if of.transfer == Some(false) && !self.answer.is_struck {
-            let changed =
-                |share: String, at| format!("share above {}: {share}", self.frequency(at));
-            let up = changed(format!("+{}", share(of.up)), of.up_at);
-            let down = changed(format!("−{}", share(of.down)), of.down_at);
-            return [(of.up_at, up), (of.down_at, down)];
+        if of.transfer == Some(true) {
+            return moves(of, |f| self.frequency(f));
         }
-        moves(of, |f| self.frequency(f))
+        let changed = |sign: &str, by: &Move| {
+            let text = format!(
+                "share above {}: {sign}{}",
+                self.frequency(by.at),
+                with_error(by)
+            );
+            (by.at, text)
+        };
+        [changed("+", &of.up), changed("−", &of.down)]
     }
 
     pub fn in_wavenumber(&self, of: &Movement) -> [(f64, String); 2] {
@@ -624,7 +588,7 @@ impl Words<'_> {
 
 #[cfg(feature = "figures")]
 fn moves(of: &Movement, place: impl Fn(f64) -> String) -> [(f64, String); 2] {
-    let up = format!("{} up past {}", share(of.up), place(of.up_at));
-    let down = format!("{} down below {}", share(of.down), place(of.down_at));
-    [(of.up_at, up), (of.down_at, down)]
+    let up = format!("{} up past {}", with_error(&of.up), place(of.up.at));
+    let down = format!("{} down below {}", with_error(&of.down), place(of.down.at));
+    [(of.up.at, up), (of.down.at, down)]
 }

@@ -3,12 +3,11 @@
 //! Its large arrays and maps, which come in blocks, are not in its sheet.
 
 mod answer;
-mod content;
 mod numbers;
 mod tables;
 mod variables;
 
-use super::{Analysis, Scaling};
+use super::{Analysis, Scaling, Warning};
 use crate::field::Axis;
 use crate::measure::digits;
 use crate::sheet::{Describe, PlotRow, Sheet, error_size, percent};
@@ -16,7 +15,7 @@ use crate::sheet::{Describe, PlotRow, Sheet, error_size, percent};
 #[cfg(feature = "figures")]
 pub(crate) use answer::Words;
 
-const DEFINITIONS: [[&str; 2]; 12] = [
+const DEFINITIONS: [[&str; 2]; 10] = [
     [
         "Moved share",
         "The largest difference of two cumulative spectra: the share of energy that lies above a frequency at one \
@@ -24,12 +23,13 @@ const DEFINITIONS: [[&str; 2]; 12] = [
     ],
     [
         "Front, tail",
-        "The front is the energy within ten widths of the pulse from each arrival on; the tail is what follows.",
+        "The front is the energy in a window of ten widths of the pulse that begins at, or a little before, each \
+         arrival; the tail is what follows.",
     ],
     [
-        "Launch, travel, settled",
-        "The front of a struck chain has settled at the first bodies from which no later ones differ; the launch is \
-         the way there, the travel the way from there on.",
+        "Launch",
+        "Of a struck chain, the way to the second half of the bodies that its front reaches; what moves is told over \
+         that half.",
     ],
     [
         "Frequency and wavenumber",
@@ -49,15 +49,6 @@ const DEFINITIONS: [[&str; 2]; 12] = [
         "exp(− ∫ p ln p df) of the spectrum p of unit integral: the width of a flat spectrum of the same entropy.",
     ],
     [
-        "Bands",
-        "The low band ends at the band edge, stated above; the high band is the rest.",
-    ],
-    [
-        "Front passage",
-        "Shares over a window of the same length at all sites, from each arrival on (the magnitude first exceeds a \
-         hundredth of the site's largest). Shares of the whole record depend on how long it is.",
-    ],
-    [
         "Parseval residual",
         "Energy in the transform domain over energy of the prepared samples, less 1.",
     ],
@@ -68,7 +59,7 @@ const DEFINITIONS: [[&str; 2]; 12] = [
     [
         "Undefined",
         "A site or time with less than a millionth of the largest energy, or less than the noise where that is \
-         known, has no centroid and no shares: a gap in the curves.",
+         known, has no centroid: a gap in the curves.",
     ],
 ];
 
@@ -104,7 +95,11 @@ impl Analysis {
             definitions: self.definitions(),
             ..Sheet::default()
         };
+        let guessed = self.warnings.iter().find(|warning| warning.is_of_layout());
         match answer::describe(self) {
+            _ if guessed.is_some() => {
+                sheet.answer = guessed.map(Warning::message).unwrap_or_default()
+            }
             Some((verdict, facts)) => (sheet.answer, sheet.facts) = (verdict, facts),
             None if self.has_energy() => sheet.answer = "what moves was not requested".into(),
             None => sheet.answer = "what moves cannot be told: nothing moves".into(),
@@ -121,8 +116,10 @@ impl Analysis {
         if !checks.is_empty() {
             sheet.fact("checks", checks);
         }
-        content::describe(self, &mut sheet);
-        self.directions(&mut sheet);
+        // What the answer says is said once.
+        if self.answer.is_none() {
+            self.directions(&mut sheet);
+        }
         let transforms: u64 = self.timings.iter().map(|timing| timing.transforms).sum();
         let seconds = self.seconds;
         sheet.detail(
@@ -156,13 +153,20 @@ impl Analysis {
         definitions
     }
 
-    /// The largest residual of Parseval's identity, and the error of the transforms.
+    /// How exact the transforms are.
     fn checks(&self) -> String {
-        let residuals = self.accuracy.parseval.map(|largest| ("Parseval", largest));
-        let transform = self.accuracy.spot_check.map(|error| ("transform", error));
-        let said = residuals.into_iter().chain(transform);
-        let said = said.map(|(what, error)| format!("{what} {}", error_size(error)));
-        said.collect::<Vec<_>>().join(", ")
+        let energy = self.accuracy.parseval.map(|largest| {
+            format!(
+                "energy in the transforms agrees with that of the samples to {}",
+                error_size(largest)
+            )
+        });
+        let amplitudes = self
+            .accuracy
+            .spot_check
+            .map(|error| format!("amplitudes agree with direct sums to {}", error_size(error)));
+        let said: Vec<String> = energy.into_iter().chain(amplitudes).collect();
+        said.join("; ")
     }
 
     /// The shares of the energy that travel each way.

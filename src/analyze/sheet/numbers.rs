@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::super::{Analysis, BandEdge};
 use super::answer::Words;
 use crate::estimates::NoiseFloor;
-use crate::moved::{Movement, Place, Reason};
+use crate::moved::{Evidence, Move, Movement, Place, Reason};
 
 pub(super) fn of(analysis: &Analysis) -> Value {
     let (axes, conventions) = (&analysis.axes, &analysis.conventions);
@@ -100,8 +100,10 @@ fn moved(words: &Words) -> Value {
     let along_x = |of: &Movement| movement(of, &site, &last_site, &|reason| words.why(reason));
     let mut frequency = along_x(&answer.frequency);
     frequency["launch"] = json!(answer.launch.as_ref().map(along_x));
-    frequency["front"] = json!(answer.front);
     frequency["tail"] = json!(answer.tail);
+    frequency["profile"] = json!(answer.along_x.as_ref().map(profile));
+    let mut wavenumber = movement(&answer.wavenumber, &time, &time, &Reason::parts);
+    wavenumber["profile"] = json!(answer.along_t.as_ref().map(profile));
     let reason = words.undirected();
     let told = |share: f64| reason.is_none().then_some(share);
     let direction = words.direction.map(|direction| {
@@ -114,7 +116,9 @@ fn moved(words: &Words) -> Value {
     });
     json!({
         "frequency": frequency,
-        "wavenumber": movement(&answer.wavenumber, &time, &time, &Reason::parts),
+        "wavenumber": wavenumber,
+        "front": answer.front,
+        "periodic": answer.is_periodic,
         "direction": direction,
     })
 }
@@ -129,24 +133,62 @@ fn movement(
         Some((code, reason, advice)) => (Some(code), Some(reason), Some(advice)),
         None => (None, None, None),
     };
+    let most = of.moves().then(|| {
+        let most = of.most();
+        json!({
+            "share": most.share,
+            "error": most.error,
+            "at": most.at,
+            "rows": of.to.map(|place| place.rows),
+            "position": of.to.map(|place| place.at),
+        })
+    });
+    let at_end = of.at_end.map(|[up, down]| {
+        json!({
+            "up": up.share,
+            "up_error": up.error,
+            "down": down.share,
+            "down_error": down.error,
+        })
+    });
     json!({
         "verdict": of.verdict,
-        "up": of.up,
-        "up_at": of.up_at,
-        "down": of.down,
-        "down_at": of.down_at,
+        "up": of.up.share,
+        "up_error": of.up.error,
+        "up_at": of.up.at,
+        "down": of.down.share,
+        "down_error": of.down.error,
+        "down_at": of.down.at,
+        "most": most,
+        "at_end": at_end,
+        "fate": of.fate,
         "bound": of.bound,
         "transfer": of.transfer,
+        "lags": of.lags,
         "energy_ratio": of.energy_ratio,
         "from": of.from.as_ref().map(first),
         "to": of.to.as_ref().map(last),
         "from_rows": of.from.map(|place| place.rows),
         "to_rows": of.to.map(|place| place.rows),
-        "settled_at": of.settled_at,
-        "returns": of.returns,
-        "lags": of.lags,
         "reason": reason,
         "reason_code": code,
         "advice": advice,
+    })
+}
+
+/// Up and down from the first group to each; errors are halves of 95 % intervals.
+fn profile(evidence: &Evidence) -> Value {
+    let moves = |way: usize, of: fn(&Move) -> f64| -> Vec<f64> {
+        evidence.moves.iter().map(|both| of(&both[way])).collect()
+    };
+    let groups = || evidence.groups.iter();
+    json!({
+        "position": groups().map(|group| group.place.at).collect::<Vec<_>>(),
+        "rows": groups().map(|group| group.place.rows).collect::<Vec<_>>(),
+        "up": moves(0, |of| of.share),
+        "up_error": moves(0, |of| of.error),
+        "down": moves(1, |of| of.share),
+        "down_error": moves(1, |of| of.error),
+        "energy": groups().map(|group| group.energy).collect::<Vec<_>>(),
     })
 }

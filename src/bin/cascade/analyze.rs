@@ -502,6 +502,7 @@ pub fn request(typed: &Analyze, field: &Field, draws: bool) -> Result<Request, E
         pad_space: spectra.pad_space,
         reference_site: bands.reference_site,
         least_move: bands.least_move,
+        periodic: bands.periodic,
         subtract_noise: bands.subtract_noise,
         dispersion: None,
         maps: draws,

@@ -401,6 +401,10 @@ pub struct Bands {
     /// Moved shares of the energy below this count as none [default: 0.05].
     #[arg(long, value_name = "SHARE", value_parser = parse::positive, allow_negative_numbers = true)]
     pub least_move: Option<f64>,
+    /// The sites are those of a periodic box: the last one is beside the first, and all of the motion is inside. What
+    /// moves is then told of wavenumbers alone.
+    #[arg(long, conflicts_with_all = ["sites", "without_sites"])]
+    pub periodic: bool,
     /// Root mean square of the noise in the samples, in their unit, or of a velocity with its own (1mm/s), where it is
     /// known: sites and times whose energy is less than twice the noise's are undefined [default: not known].
     #[arg(long, value_name = "RMS", value_parser = parse::step::<Speed>, allow_negative_numbers = true)]

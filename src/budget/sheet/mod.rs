@@ -150,8 +150,18 @@ impl Budget {
             true => format!(" \u{b1} {:.2}", 100.0 * most.error),
             false => String::new(),
         };
+        // Of a struck chain most of it is the launch.
+        let late = 100.0 * most.late * most.share.signum();
+        let then = match is_measured {
+            true => String::new(),
+            false if late < 0.0 => format!(
+                ", of which {:.1} % come back in the second half of the run",
+                -late
+            ),
+            false => format!(", of which {late:.1} % in the second half of the run"),
+        };
         format!(
-            "{:.1}{error} % of the energy passes {at} to {towards} wavenumbers (net)",
+            "{:.1}{error} % of the energy passes {at} to {towards} wavenumbers (net){then}",
             100.0 * most.share.abs()
         )
     }

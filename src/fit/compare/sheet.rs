@@ -61,7 +61,7 @@ impl Describe for Comparison {
             "bands": self.bands,
             "attenuation": self.attenuation,
             "moved": self.moved.as_ref().map(|both| both.each_ref().map(|moved| json!({
-                "verdict": moved.verdict, "up": moved.up, "down": moved.down, "bound": moved.bound,
+                "verdict": moved.verdict, "up": moved.up.share, "down": moved.down.share, "bound": moved.bound,
             }))),
             "agree": self.agrees(),
             "misfit": self.misfit,
@@ -351,7 +351,11 @@ impl Comparison {
         if let Some(both) = &self.moved {
             let [measured, run] = both.each_ref().map(|moved| match moved.reason {
                 Some(_) => "untold".into(),
-                None => format!("{} up, {} down", percent(moved.up), percent(moved.down)),
+                None => format!(
+                    "{} up, {} down",
+                    percent(moved.up.share),
+                    percent(moved.down.share)
+                ),
             });
             sheet.fact("moved", format!("{measured} measured; {run} in the run"));
         }

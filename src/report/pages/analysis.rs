@@ -6,7 +6,7 @@ mod maps;
 mod words;
 
 use super::sheet::page_of;
-use crate::analyze::{Analysis, BandEdge};
+use crate::analyze::Analysis;
 use crate::plot::Style;
 use crate::report::Provenance;
 use crate::report::page::Picture;
@@ -22,16 +22,13 @@ pub fn analysis_html(
     provenance: &Provenance,
     style: &Style,
 ) -> serde_json::Result<String> {
-    let moved = evidence::of(analysis).into_iter().map(Picture::from);
+    // Moves along the profile beside the spectra that they are read off.
+    let moved = evidence::of(analysis).into_iter();
+    let moved = moved.map(|row| row.into_iter().map(Picture::from).collect());
     let maps = maps::of(analysis).into_iter().map(Picture::from);
     let curves = curves::of(analysis).into_iter().map(Picture::from);
-    let pictures = moved.chain(maps).chain(curves);
-    let rows = pictures.map(|picture| vec![picture]).collect();
+    let rows = moved
+        .chain(maps.chain(curves).map(|picture| vec![picture]))
+        .collect();
     page_of(sheet, rows, &analysis.name, provenance, style)
-}
-
-/// Where a band edge is marked.
-fn value(edge: Option<BandEdge>) -> Option<f64> {
-    edge.map(|edge| edge.value())
-        .filter(|value| value.is_finite())
 }

@@ -1,6 +1,6 @@
 //! Curves along x, along t and along frequency, of an analysis.
 
-use super::{value, words};
+use super::words;
 use crate::analyze::{Analysis, Axes, Moments};
 use crate::plot::labels::{self, Side};
 use crate::report::page::{Chart, CurveGroup, Role, Series};
@@ -12,13 +12,7 @@ pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
     if let Some(moments) = &analysis.along_space {
         let content = labels::frequency(axes);
         let energy = labels::site_energy(analysis);
-        let mut charts = moment_charts(moments, content, energy, value(analysis.frequency_edge));
-        if let (Some(front), Some(shares)) = (&analysis.front, charts.get_mut(1))
-            && front.high_share.iter().any(|share| share.is_finite())
-        {
-            let high = Series::new("high band, front", &front.high_share);
-            shares.series.push(high);
-        }
+        let charts = moment_charts(moments, content, energy);
         let along = (labels::position(axes), Role::Position);
         let along_x = group("along-x", along, &axes.positions(), charts);
         groups.push(limited(along_x, analysis, Side::Space));
@@ -26,7 +20,7 @@ pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
     if let Some(moments) = &analysis.along_time {
         let content = labels::wavenumber(axes);
         let energy = labels::time_energy(analysis);
-        let charts = moment_charts(moments, content, energy, value(analysis.wavenumber_edge));
+        let charts = moment_charts(moments, content, energy);
         let along = (labels::time(axes), Role::Time);
         let along_t = group("along-t", along, &axes.times(), charts);
         groups.push(limited(along_t, analysis, Side::Time));
@@ -56,24 +50,14 @@ fn direction_group(axes: &Axes, plus: &[f64], minus: &[f64]) -> CurveGroup {
     group("direction", along, &axes.frequency, charts)
 }
 
-fn moment_charts(
-    moments: &Moments,
-    content: String,
-    energy: String,
-    edge: Option<f64>,
-) -> Vec<Chart> {
+fn moment_charts(moments: &Moments, content: String, energy: String) -> Vec<Chart> {
     let places = vec![
         Series::new("centroid", &moments.centroid),
         Series::new("90 % below", &moments.quantile_90),
         Series::new("median", &moments.median),
     ];
-    let shares = vec![
-        Series::new("low band", &moments.low_share),
-        Series::new("high band", &moments.high_share),
-    ];
     vec![
-        Chart::new(content, places).marked(edge),
-        Chart::new("share of energy", shares),
+        Chart::new(content, places),
         Chart::new(energy, vec![Series::new("energy", &moments.energy)]).log(),
     ]
 }

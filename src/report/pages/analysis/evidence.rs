@@ -5,7 +5,8 @@ use crate::analyze::Analysis;
 use crate::analyze::sheet::Words;
 use crate::moved::{Evidence, GroupSpectrum, Movement, Place, Verdict};
 use crate::plot::labels;
-use crate::report::page::{Chart, CurveGroup, Look, Role, Series, Weight};
+use crate::report::page::{Chart, CurveGroup, Role, Series, Weight};
+use crate::sheet::{BLUE, VERMILLION};
 
 /// Groups drawn at most, beside those compared.
 const THIN: usize = 6;
@@ -19,55 +20,84 @@ const MOST: f64 = 0.995;
 /// Ends over the frequency below which a tenth of the energy lies, from which on the axis is logarithmic.
 const WIDE: f64 = 40.0;
 
-/// The groups along x, then those in time, where there are some.
-pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
+/// Rows of two pictures, along x and in time: the moves along the profile, and the cumulative spectra.
+pub(super) fn of(analysis: &Analysis) -> Vec<Vec<CurveGroup>> {
     let (Some(answer), Some(words)) = (&analysis.answer, Words::of(analysis)) else {
         return Vec::new();
     };
-    let has_groups = |evidence: &&Evidence| !evidence.groups.is_empty();
-    let along_x = answer.along_x.as_ref().filter(has_groups);
-    let along_x = along_x.map(|evidence| {
+    let axes = &analysis.axes;
+    let along_x = answer.along_x.as_ref().map(|evidence| {
         let of = &answer.frequency;
-        let launch = answer.launch.as_ref();
-        let larger = launch.filter(|launch| launch.most() > of.most());
-        let shown = larger.unwrap_or(of);
-        let mut marks = moved(shown, words.in_frequency(shown));
-        if larger.is_some() {
-            marks
-                .iter_mut()
-                .for_each(|(_, text)| *text = format!("launch: {text}"));
-        }
-        let compared = [of, launch.unwrap_or(of)];
-        Curves {
+        let marks = moved(of, words.in_frequency(of));
+        let position = (labels::position(axes), Role::Position);
+        let profile = profile("profile-along-x", position, evidence, of, &marks);
+        let curves = Curves {
             id: "moved-along-x",
-            label: (labels::frequency(&analysis.axes), Role::Frequency),
+            label: (labels::frequency(axes), Role::Frequency),
             symbol: "f",
             evidence,
-            bold: bold(evidence, &compared),
-            gap: ends(evidence, shown),
+            gap: ends(evidence, of),
             marks,
             name: &|place| words.named_sites(place),
-        }
-        .group()
+        };
+        vec![profile, curves.group()]
     });
-    let along_t = answer.along_t.as_ref().filter(has_groups);
-    let along_t = along_t.map(|evidence| {
+    let along_t = answer.along_t.as_ref().map(|evidence| {
         let of = &answer.wavenumber;
-        Curves {
+        let marks = moved(of, words.in_wavenumber(of));
+        let time = (labels::time(axes), Role::Time);
+        let profile = profile("profile-in-time", time, evidence, of, &marks);
+        let curves = Curves {
             id: "moved-in-time",
-            label: (labels::wavenumber(&analysis.axes), Role::Wavenumber),
+            label: (labels::wavenumber(axes), Role::Wavenumber),
             symbol: "k",
             evidence,
-            bold: bold(evidence, &[of]),
             gap: ends(evidence, of),
-            marks: moved(of, words.in_wavenumber(of)),
+            marks,
             name: &|place| words.named_time(place),
-        }
-        .group()
+        };
+        vec![profile, curves.group()]
     });
-    let mut groups: Vec<CurveGroup> = along_x.into_iter().chain(along_t).collect();
-    groups.retain(CurveGroup::has_values);
-    groups
+    let mut rows: Vec<Vec<CurveGroup>> = along_x.into_iter().chain(along_t).collect();
+    rows.iter_mut()
+        .for_each(|row| row.retain(CurveGroup::has_values));
+    rows.retain(|row| !row.is_empty());
+    rows
+}
+
+/// What moved from the first group to each, with its 95 % interval.
+fn profile(
+    id: &str,
+    (label, role): (String, Role),
+    evidence: &Evidence,
+    of: &Movement,
+    marks: &[(f64, String)],
+) -> CurveGroup {
+    let places: Vec<f64> = evidence.groups.iter().map(|group| group.place.at).collect();
+    let series = |name: &str, way: usize, color: usize| {
+        let moves = || evidence.moves.iter().map(|both| both[way]);
+        let shares: Vec<f64> = moves().map(|of| of.share).collect();
+        let errors = moves().map(|of| of.error);
+        Series::new(name, &shares)
+            .with_errors(errors)
+            .colored(color)
+    };
+    let both = vec![
+        series("moved up", 0, VERMILLION),
+        series("moved down", 1, BLUE),
+    ];
+    let most = of.to.filter(|_| of.moves());
+    let most = most
+        .zip(marks.first())
+        .map(|(place, (_, text))| (place.at, text.clone()));
+    CurveGroup::new(
+        (id, words::title(id)),
+        words::curve_caption(id),
+        (label, Some(role)),
+        &places,
+        vec![Chart::new("share of energy moved", both)],
+    )
+    .marked(most.into_iter().collect())
 }
 
 /// What a verdict states, of the shares that moved up and down.
@@ -92,26 +122,12 @@ fn ends(evidence: &Evidence, of: &Movement) -> Option<[usize; 2]> {
     Some([group(of.from)?, group(of.to)?])
 }
 
-/// The groups compared, in their order.
-fn bold(evidence: &Evidence, compared: &[&Movement]) -> Vec<usize> {
-    let ends = compared.iter().filter_map(|of| ends(evidence, of));
-    let mut bold: Vec<usize> = ends.flatten().collect();
-    if bold.is_empty() {
-        bold = evidence.compared.to_vec();
-    }
-    bold.sort_unstable();
-    bold.dedup();
-    bold
-}
-
 struct Curves<'a> {
     id: &'static str,
     label: (String, Role),
     /// Of frequency or wavenumber.
     symbol: &'static str,
     evidence: &'a Evidence,
-    /// Groups that are compared.
-    bold: Vec<usize>,
     /// Those between which the shares of the marks moved.
     gap: Option<[usize; 2]>,
     marks: Vec<(f64, String)>,
@@ -121,11 +137,10 @@ struct Curves<'a> {
 impl Curves<'_> {
     fn group(self) -> CurveGroup {
         let groups = &self.evidence.groups;
-        let bold = &self.bold;
+        let bold = &self.evidence.compared;
         let thin = self.thin();
-        let tail = &self.evidence.tail;
         let compared: Vec<&GroupSpectrum> = bold.iter().map(|&n| &groups[n]).collect();
-        let others = thin.iter().map(|&n| &groups[n]).chain(tail);
+        let others = thin.iter().map(|&n| &groups[n]);
         let drawn: Vec<&GroupSpectrum> = compared.iter().copied().chain(others).collect();
         let upper = &self.evidence.upper;
         let kept = kept(&drawn);
@@ -152,10 +167,6 @@ impl Curves<'_> {
             let shade = place(rank, 0, bold.len() - 1);
             of_group(n).shaded(shade).weighing(Weight::Bold)
         }));
-        if let Some(tail) = tail {
-            let tail = curve("tail".into(), tail);
-            series.push(tail.looking(Look::Dashed).colored(3));
-        }
         series.extend(self.gaps());
         let label = format!("share of energy up to {}", self.symbol);
         let (is_log, shown, not_shown) = self.axis(&compared);
@@ -195,7 +206,9 @@ impl Curves<'_> {
         let count = self.evidence.groups.len();
         let step = count.div_ceil(THIN + 1).max(1);
         let others = (step / 2..count).step_by(step);
-        others.filter(|n| !self.bold.contains(n)).collect()
+        others
+            .filter(|n| !self.evidence.compared.contains(n))
+            .collect()
     }
 
     /// Between the curves compared, where they differ most.

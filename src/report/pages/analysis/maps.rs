@@ -2,8 +2,9 @@
 
 use ndarray::{ArrayView2, s};
 
-use super::{value, words};
+use super::words;
 use crate::analyze::{Analysis, Map, ShortTimeSpectra, ShortTimeSpectrum};
+use crate::moved::{Answer, Movement};
 use crate::plot;
 use crate::plot::labels::{self, Side};
 use crate::report::page::{AxisData, MapData, Role, number};
@@ -38,7 +39,9 @@ pub(super) fn of(analysis: &Analysis) -> Vec<MapData> {
     add("flux", &analysis.flux_map, over_time);
     maps.extend(short_time(analysis));
     maps.extend(short_space(analysis));
-    let [frequency, wavenumber] = [analysis.frequency_edge, analysis.wavenumber_edge].map(value);
+    // The line of a map is that of the verdict.
+    let past = |of: fn(&Answer) -> &Movement| analysis.answer.as_ref().and_then(|a| of(a).past());
+    let [frequency, wavenumber] = [past(|a| &a.frequency), past(|a| &a.wavenumber)];
     let interval = analysis.interval.and_then(|interval| interval.factors);
     let annotated = maps.into_iter().map(|map| match &map.id[..] {
         "temporal" => map.with_interval(interval),

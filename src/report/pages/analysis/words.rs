@@ -11,6 +11,8 @@ pub(super) fn title(id: &str) -> &'static str {
         "flux" => "Kinetic flux surrogate Π_K(k, t)",
         "short-time" => "Short-time spectrum",
         "short-space" => "Short-space spectrum",
+        "profile-along-x" => "Energy moved in frequency, along x",
+        "profile-in-time" => "Energy moved in wavenumber, in time",
         "moved-along-x" => "Cumulative spectra C(f) along x",
         "moved-in-time" => "Cumulative spectra C(k) in time",
         "along-x" => "Frequency content along x",
@@ -28,11 +30,11 @@ pub(super) fn shows(id: &str) -> &'static str {
         }
         "temporal" => {
             "Which frequencies each site sees. A cascade fills the top of the picture as x grows; \
-             the dashed line is the edge between the low and the high band."
+             the dashed line is the frequency past which energy moves."
         }
         "spatial" => {
             "Which wavenumbers the field holds at each time. A cascade spreads to the right as \
-             time goes on; the dashed line is the edge between the low and the high band."
+             time goes on; the dashed line is the wavenumber past which energy moves."
         }
         "spacetime" => {
             "Energy by wavenumber and frequency: the right half travels towards +x, the left half \
@@ -63,6 +65,13 @@ pub(super) fn short_caption(id: &str, spectra: &ShortTimeSpectra) -> String {
 
 pub(super) fn curve_caption(id: &str) -> &'static str {
     match id {
+        "profile-along-x" => {
+            "The share of the energy that lies above a frequency at a group of sites and below it at the first one \
+             (up), or the reverse (down), with 95 % intervals. A curve that rises and falls is a move that comes back."
+        }
+        "profile-in-time" => {
+            "The same of wavenumbers, from the first times on, while the wave is inside."
+        }
         "moved-along-x" => {
             "The gap between bold curves is what moved. A curve to the right of another has \
              its energy at higher frequency; curves that coincide have moved nothing. Colours run along x, from blue to \
@@ -75,13 +84,11 @@ pub(super) fn curve_caption(id: &str) -> &'static str {
              orange."
         }
         "along-x" => {
-            "Centroid, median and 90 % frequency of each site, the shares of energy in the two \
-             bands, over the whole record and over the passage of the front, and the energy itself. \
-             Content that moves up while energy stays is a cascade."
+            "Centroid, median and 90 % frequency of each site, and its energy, over the whole record."
         }
         "along-t" => {
-            "Centroid, median and 90 % wavenumber at each time, the shares of energy in the two \
-             bands, and the energy itself. A wall or the end of the record shows as a step."
+            "Centroid, median and 90 % wavenumber at each time, and the energy. A wall or the end of the record shows as \
+             a step."
         }
         _ => {
             "Share of the energy that travels each way. What is missing to 1 has no direction: it \

@@ -1,7 +1,6 @@
 //! Gains that step along x, and channels whose gain changes while a steady record runs.
 
-use super::along_x::median;
-use super::onset::{Onset, piece};
+use crate::moved::{Onset, median, piece};
 use crate::numeric::student_two_sided;
 
 /// Pieces on each side of a change, at least.
@@ -26,16 +25,16 @@ const OF_MEDIANS: f64 = 0.7725;
 
 /// A site from which on records are larger or smaller, their motion and their noise alike.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GainStep {
+pub(super) struct GainStep {
     pub site: usize,
     /// Amplitudes from it on over those before, and half of the 95 % interval.
     pub ratio: f64,
     pub error: f64,
 }
 
-/// Steps between `live` sites.
-pub(super) fn steps(onsets: &[Onset], live: &[bool]) -> Vec<GainStep> {
-    let sites: Vec<usize> = (0..onsets.len()).filter(|&j| live[j]).collect();
+/// Steps between live sites.
+pub(super) fn steps(onsets: &[Onset]) -> Vec<GainStep> {
+    let sites: Vec<usize> = (0..onsets.len()).filter(|&j| onsets[j].is_live).collect();
     if sites.len() < 2 * BESIDE {
         return Vec::new();
     }
@@ -105,7 +104,7 @@ pub(super) fn uneven(onsets: &[Onset]) -> f64 {
 
 /// A record that becomes larger or smaller from a sample on, while the others do not.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GainChange {
+pub(super) struct GainChange {
     pub site: usize,
     /// The first sample, to a piece of the record.
     pub sample: usize,
@@ -113,9 +112,9 @@ pub(crate) struct GainChange {
     pub ratio: f64,
 }
 
-/// Changes at `live` sites of a record of `samples`: the step of `ln e_j(i) - median_j ln e_j(i)` over the pieces i, twice that of the amplitudes.
-pub(super) fn changes(onsets: &[Onset], live: &[bool], samples: usize) -> Vec<GainChange> {
-    let sites: Vec<usize> = (0..onsets.len()).filter(|&j| live[j]).collect();
+/// Changes at live sites of a record of `samples`: the step of `ln e_j(i) - median_j ln e_j(i)` over the pieces i, twice that of the amplitudes.
+pub(super) fn changes(onsets: &[Onset], samples: usize) -> Vec<GainChange> {
+    let sites: Vec<usize> = (0..onsets.len()).filter(|&j| onsets[j].is_live).collect();
     let pieces = onsets.first().map_or(0, |onset| onset.levels.len());
     if sites.len() < SITES || pieces < 2 * SIDE || piece(samples) < SAMPLES {
         return Vec::new();

@@ -1,0 +1,534 @@
+//! Cumulative spectra of a profile, the shares of energy that moved along it, and their one error.
+//!
+//! `C_g(f)` is the share of the energy of group g up to f. From the first group on
+//!
+//! ```text
+//! U_g = max_f [C_1(f) - C_g(f)]  moved up,    D_g = max_f [C_g(f) - C_1(f)]  moved down.
+//! ```
+//!
+//! Their error is the jackknife of `C_1(f) - C_g(f)` at that f: a row of either group left out (gains, coupling, the noise of
+//! each), a piece left out of both at once (the same wave passes both), and the rows with other noise added. Variances add.
+
+use std::ops::Range;
+
+use super::along_x::median;
+use super::{Evidence, Fate, GroupSpectrum, Move, Movement, Place, Reason, Verdict};
+use crate::numeric::student_two_sided;
+
+/// Bins up to which the grid keeps each; beyond, bins are merged into intervals of this relative width.
+const FINE: usize = 512;
+/// The probability by which chance exceeds three errors, and by which two, as far as they are known.
+const SURELY: f64 = 0.0027;
+const LIKELY: f64 = 0.0455;
+/// Part of that by which a move is told that it exceeds at a group beside.
+const BESIDE: f64 = 0.5;
+/// Part of a move that energy must have gained at least.
+const GAINED: f64 = 0.5;
+/// Part of the larger move that the smaller one is, of energy that spreads.
+const BOTH: f64 = 0.4;
+/// Part of a move that is gone at the end if it does not last.
+const GONE: f64 = 0.2;
+/// What may move unseen from which on it is not said that nothing does.
+const OPEN: f64 = 0.15;
+/// Part of the larger energy below which gains do not count by the smaller one: nothing but noise is left.
+const LEFT: f64 = 0.01;
+
+/// Intervals of the bins of a spectrum: single bins first, then intervals that grow with the axis.
+#[derive(Debug, Clone)]
+pub(crate) struct Grid {
+    /// Bins before the end of each interval.
+    ends: Vec<usize>,
+    /// The upper end of each interval, in units of the axis.
+    pub upper: Vec<f64>,
+}
+
+impl Grid {
+    /// For `bins` bins from 0, `step` apart; the edge between two bins lies half-way.
+    pub fn new(bins: usize, step: f64) -> Grid {
+        let mut ends = Vec::new();
+        let mut end = 0;
+        while end < bins {
+            end = (end + 1 + end / FINE).min(bins);
+            ends.push(end);
+        }
+        let upper = ends.iter().map(|&end| (end as f64 - 0.5) * step).collect();
+        Grid { ends, upper }
+    }
+
+    /// Sums over the intervals.
+    pub fn sums(&self, bins: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut sums = Vec::with_capacity(self.ends.len());
+        let (mut sum, mut at) = (0.0, 0);
+        for (m, value) in bins.enumerate() {
+            sum += value;
+            if m + 1 == self.ends[at] {
+                sums.push(std::mem::take(&mut sum));
+                at += 1;
+            }
+        }
+        sums
+    }
+}
+
+/// Adds values one by one.
+pub(super) fn add(sum: &mut [f64], values: &[f64]) {
+    sum.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
+}
+
+fn cumulate(mut values: Vec<f64>) -> Vec<f64> {
+    let mut sum = 0.0;
+    for value in &mut values {
+        sum += *value;
+        *value = sum;
+    }
+    values
+}
+
+/// The energy of a site, or of a stretch of times, on the grid, noise subtracted.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    /// Site, or first and last time.
+    pub at: [usize; 2],
+    /// Cumulated over the grid: one of a window that holds the wave, several segments of a steady record.
+    pieces: Vec<Vec<f64>>,
+    /// All pieces with other noise added.
+    again: Vec<Vec<f64>>,
+}
+
+impl Row {
+    pub fn new(at: [usize; 2], pieces: Vec<Vec<f64>>, again: Vec<Vec<f64>>) -> Row {
+        let cumulated = |of: Vec<Vec<f64>>| of.into_iter().map(cumulate).collect();
+        Row {
+            at,
+            pieces: cumulated(pieces),
+            again: cumulated(again),
+        }
+    }
+}
+
+impl Row {
+    /// Energy up to interval m, and all of it; without a piece.
+    fn below(&self, m: usize, without: Option<usize>) -> Below {
+        let pieces = self
+            .pieces
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| Some(*i) != without);
+        pieces.fold([0.0; 2], |[c, d], (_, piece)| {
+            [c + piece[m], d + piece[piece.len() - 1]]
+        })
+    }
+
+    /// The same of a draw of the noise.
+    fn drawn(&self, m: usize, draw: usize) -> Below {
+        let draw = &self.again[draw];
+        [draw[m], draw[draw.len() - 1]]
+    }
+}
+
+/// Energy up to an interval, and all of it.
+type Below = [f64; 2];
+
+/// The mean of what a row, or a draw of the noise, says.
+fn mean(of: impl Iterator<Item = Below>) -> Below {
+    let (sum, n) = of.fold(([0.0; 2], 0.0), |([a, b], n), [c, d]| {
+        ([a + c, b + d], n + 1.0)
+    });
+    sum.map(|sum| sum / n)
+}
+
+/// What an error may be: half the width of the 95 % interval, and what is told to exceed it, as two and three standard errors are.
+#[derive(Debug, Clone, Copy, Default)]
+struct Errors {
+    likely: f64,
+    sure: f64,
+}
+
+impl Errors {
+    /// Adds an independent variance, which so many degrees of freedom know.
+    fn add(&mut self, variance: f64, freedom: usize) {
+        let of = |chance| student_two_sided(chance, freedom.max(1) as f64) * variance.sqrt();
+        self.likely = self.likely.hypot(of(LIKELY));
+        self.sure = self.sure.hypot(of(SURELY));
+    }
+
+    /// By the jackknife, from the values without each of n parts.
+    fn add_without(&mut self, without: &[f64], freedom: usize) {
+        let n = without.len() as f64;
+        if n > 1.0 {
+            self.add(squares(without) * (n - 1.0) / n, freedom);
+        }
+    }
+}
+
+/// The mean of the others, without each row.
+fn without_one(rows: &[Row], m: usize) -> impl Iterator<Item = Below> {
+    (0..rows.len()).map(move |i| {
+        let others = rows
+            .iter()
+            .enumerate()
+            .filter(move |(n, _)| *n != i || rows.len() == 1);
+        mean(others.map(|(_, row)| row.below(m, None)))
+    })
+}
+
+/// Values less a line through them, scaled to the variance that they have left.
+fn trendless(values: &[f64]) -> Vec<f64> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let place = |i: usize| i as f64 - 0.5 * (n - 1.0);
+    let products = values
+        .iter()
+        .enumerate()
+        .map(|(i, v)| place(i) * (v - mean));
+    let slope = products.sum::<f64>() * 12.0 / (n * (n * n - 1.0));
+    let scale = ((n - 1.0) / (n - 2.0).max(1.0)).sqrt();
+    let left = values.iter().enumerate();
+    left.map(|(i, v)| scale * (v - mean - slope * place(i)))
+        .collect()
+}
+
+/// Sum of squares from the mean.
+fn squares(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.iter().map(|v| (v - mean).powi(2)).sum()
+}
+
+/// Rows in groups, in the order in which the wave passes them or in that of time.
+#[derive(Debug, Clone)]
+pub(crate) struct Profile {
+    rows: Vec<Row>,
+    groups: Vec<Range<usize>>,
+    upper: Vec<f64>,
+    /// Mean energy of a row of each group, cumulated.
+    cumulated: Vec<Vec<f64>>,
+    /// Whether rows are those of a run, which differ by what moves alone.
+    is_exact: bool,
+    /// By what the energies of neighbouring rows differ, as gains make them.
+    gains: f64,
+}
+
+/// A judgement, the group of the largest move and the interval at which it was found.
+pub(crate) struct Judged {
+    pub movement: Movement,
+    pub group: usize,
+}
+
+impl Profile {
+    /// Groups of rows that hold more than noise.
+    pub fn new(groups: Vec<Vec<Row>>, upper: &[f64], is_exact: bool) -> Profile {
+        let mut end = 0;
+        let ranges = groups.iter().map(|group| {
+            let start = end;
+            end += group.len();
+            start..end
+        });
+        let ranges: Vec<Range<usize>> = ranges.collect();
+        let rows: Vec<Row> = groups.into_iter().flatten().collect();
+        let cumulated = |rows: &[Row]| -> Vec<f64> {
+            let mut sum = vec![0.0; upper.len()];
+            for piece in rows.iter().flat_map(|row| &row.pieces) {
+                add(&mut sum, piece);
+            }
+            sum.iter_mut().for_each(|sum| *sum /= rows.len() as f64);
+            sum
+        };
+        // Three errors of the energy by the draws of its noise.
+        let last = upper.len() - 1;
+        let is_above = |group: &Range<usize>| {
+            let rows = &rows[group.clone()];
+            let all: f64 = rows.iter().map(|row| row.below(last, None)[1]).sum();
+            let draws = 0..rows[0].again.len();
+            let of_draw = |r: usize| rows.iter().map(|row| row.drawn(last, r)[1]).sum();
+            let drawn: Vec<f64> = draws.map(of_draw).collect();
+            all.is_finite() && all * all > 9.0 * squares(&drawn) / drawn.len().max(1) as f64
+        };
+        let groups: Vec<Range<usize>> = ranges.into_iter().filter(is_above).collect();
+        Profile {
+            cumulated: groups.iter().map(|g| cumulated(&rows[g.clone()])).collect(),
+            groups,
+            upper: upper.to_vec(),
+            gains: if is_exact {
+                0.0
+            } else {
+                Profile::gains_of(&rows)
+            },
+            rows,
+            is_exact,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// The same of some of the groups.
+    pub fn among(&self, groups: &[usize]) -> Profile {
+        Profile {
+            groups: groups
+                .iter()
+                .map(|&group| self.groups[group].clone())
+                .collect(),
+            cumulated: groups
+                .iter()
+                .map(|&group| self.cumulated[group].clone())
+                .collect(),
+            ..self.clone()
+        }
+    }
+
+    pub fn find(&self, rows: [usize; 2]) -> Option<usize> {
+        (0..self.len()).find(|&group| self.rows(group) == rows)
+    }
+
+    /// First and last row of a group, in the order of travel.
+    pub fn rows(&self, group: usize) -> [usize; 2] {
+        let rows = &self.rows[self.groups[group].clone()];
+        [rows[0].at[0], rows[rows.len() - 1].at[1]]
+    }
+
+    pub fn energy(&self, group: usize) -> f64 {
+        self.cumulated[group].last().copied().unwrap_or(0.0)
+    }
+
+    fn share(&self, group: usize, m: usize) -> f64 {
+        self.cumulated[group][m] / self.energy(group)
+    }
+
+    /// Frequency up to which a share of the energy of a group lies.
+    pub fn quantile(&self, group: usize, share: f64) -> f64 {
+        let at = (0..self.upper.len()).find(|&m| self.share(group, m) >= share);
+        self.upper[at.unwrap_or(self.upper.len() - 1)]
+    }
+
+    /// Errors of a function of the energies of a mean row of groups a and b, up to interval m and in all.
+    fn errors(&self, groups: [usize; 2], m: usize, of: &dyn Fn(Below, Below) -> f64) -> Errors {
+        let [a, b] = groups.map(|group| &self.rows[self.groups[group].clone()]);
+        let all = |rows: &[Row], piece| mean(rows.iter().map(|row| row.below(m, piece)));
+        let mut errors = Errors::default();
+        if !self.is_exact {
+            let [first, second] = [all(a, None), all(b, None)];
+            let without = [
+                without_one(a, m)
+                    .map(|rest| of(rest, second))
+                    .collect::<Vec<_>>(),
+                without_one(b, m).map(|rest| of(first, rest)).collect(),
+            ];
+            // What changes evenly from row to row is no error.
+            let mut both = [Errors::default(); 2];
+            for values in &without {
+                both[0].add_without(values, a.len() + b.len() - 2);
+                both[1].add_without(&trendless(values), (a.len() + b.len()).saturating_sub(4));
+            }
+            let is_even = a.len().min(b.len()) > 2 && both[1].sure < both[0].sure;
+            errors = both[usize::from(is_even)];
+        }
+        let pieces = a[0].pieces.len();
+        let without = (0..pieces).map(|i| of(all(a, Some(i)), all(b, Some(i))));
+        errors.add_without(&without.collect::<Vec<_>>(), pieces - 1);
+        let drawn = |rows: &[Row], r: usize| mean(rows.iter().map(|row| row.drawn(m, r)));
+        let draws = a[0].again.len();
+        let values: Vec<f64> = (0..draws).map(|r| of(drawn(a, r), drawn(b, r))).collect();
+        if draws > 1 {
+            errors.add(squares(&values) / (draws - 1) as f64, draws - 1);
+        }
+        errors
+    }
+
+    /// The largest share that moved up (`sign` 1) or down (-1) from the first group to `group`.
+    fn moved(&self, group: usize, sign: f64) -> Move {
+        let differs = |m: &usize| sign * (self.share(0, *m) - self.share(group, *m));
+        let most = (0..self.upper.len()).max_by(|a, b| differs(a).total_cmp(&differs(b)));
+        let interval = most.unwrap_or(0);
+        let share = differs(&interval);
+        let errors = match group {
+            0 => Errors::default(),
+            group => self.errors([0, group], interval, &|a, b| b[0] / b[1] - a[0] / a[1]),
+        };
+        Move {
+            // Noise that is subtracted leaves cumulative shares a little outside of 0 to 1.
+            share: share.clamp(0.0, 1.0),
+            error: errors.likely,
+            sure: errors.sure,
+            at: match share > 0.0 {
+                true => self.upper[interval],
+                false => f64::NAN,
+            },
+            interval,
+        }
+    }
+
+    /// U and D of each group.
+    pub fn moves(&self) -> Vec<[Move; 2]> {
+        (0..self.len())
+            .map(|group| [1.0, -1.0].map(|sign| self.moved(group, sign)))
+            .collect()
+    }
+
+    /// Energy that group b has more than group a on one side of interval m, over all of a's; and what is told to exceed its errors.
+    fn gain(&self, [a, b]: [usize; 2], m: usize, is_above: bool) -> [f64; 2] {
+        let part = move |of: Below| match is_above {
+            true => of[1] - of[0],
+            false => of[0],
+        };
+        let scale = self.energy(a);
+        let gain = move |a: Below, b: Below| (part(b) - part(a)) / scale;
+        let of = |group: usize| [self.cumulated[group][m], self.energy(group)];
+        let by_gains = [a, b].map(|group| {
+            let rows = self.groups[group].len() as f64;
+            3.0 * self.gains * part(of(group)) / scale / rows.sqrt()
+        });
+        let sure = self.errors([a, b], m, &gain).sure;
+        [gain(of(a), of(b)), sure.max(by_gains[0].hypot(by_gains[1]))]
+    }
+
+    /// Relative standard deviation by which the energies of neighbouring rows differ: that of `ln e_{j-1} - 2 ln e_j + ln e_{j+1}`
+    /// is the root of six times as large.
+    fn gains_of(rows: &[Row]) -> f64 {
+        let energy = |row: &Row| row.below(0, None)[1].ln();
+        let energies: Vec<f64> = rows.iter().map(energy).collect();
+        let bends = energies
+            .windows(3)
+            .map(|e| (e[0] - 2.0 * e[1] + e[2]).abs());
+        let mut bends: Vec<f64> = bends.filter(|bend| bend.is_finite()).collect();
+        match bends.len() {
+            0 => 0.0,
+            // The median of the magnitude of a normal variable is 0.6745 of its deviation.
+            _ => median(&mut bends) / 0.6745 / 6f64.sqrt(),
+        }
+    }
+
+    /// The verdict on moves that count from `tolerance` on: the largest that is told.
+    pub fn judge(&self, tolerance: f64, place: &dyn Fn([usize; 2]) -> Place) -> Judged {
+        let moves = self.moves();
+        let last = self.len() - 1;
+        let exceeds = |group: usize, way: usize, part: f64| {
+            let Move { share, sure, .. } = moves[group][way];
+            share > tolerance && share > part * sure
+        };
+        let beside = |group: usize, way: usize| {
+            let near = [group.wrapping_sub(1), group + 1];
+            let mut near = near.into_iter().filter(|near| *near <= last);
+            last < 3 || near.any(|near| exceeds(near, way, BESIDE))
+        };
+        let is_told = |group: usize, way: usize| exceeds(group, way, 1.0) && beside(group, way);
+        let largest = |way: usize| {
+            let told = (1..=last).filter(|&group| is_told(group, way));
+            told.max_by(|&a, &b| moves[a][way].share.total_cmp(&moves[b][way].share))
+        };
+        let told = [0, 1].map(largest);
+        let size = |way: usize| told[way].map_or(0.0, |group| moves[group][way].share);
+        let [up, down] = [size(0), size(1)];
+        // What cannot tell whether anything moves says nothing of those that can.
+        let bound = |group: &usize| {
+            let bounds = moves[*group].map(|of| of.share + of.error);
+            f64::max(bounds[0], bounds[1])
+        };
+        let is_sharp = |group: &usize| moves[*group].iter().all(|of| of.error < OPEN);
+        let sharp: Vec<usize> = (1..=last).filter(is_sharp).collect();
+        let has_sharp = 2 * sharp.len() >= last;
+        let bound = match has_sharp {
+            true => sharp.iter().map(bound).fold(0.0, f64::max),
+            false => (1..=last).map(|group| bound(&group)).fold(0.0, f64::max),
+        };
+        let way = usize::from(down > up);
+        let verdict = match told {
+            [None, None] if bound > OPEN => Verdict::Untold,
+            [None, None] => Verdict::Unchanged,
+            _ if up.min(down) > BOTH * up.max(down) => Verdict::Spreads,
+            _ if way == 0 => Verdict::Up,
+            _ => Verdict::Down,
+        };
+        let group = match told[way] {
+            Some(group) => group,
+            None if has_sharp => sharp[sharp.len() - 1],
+            None => last,
+        };
+        let [mut up, mut down] = moves[group];
+        if verdict == Verdict::Spreads {
+            let of = |way: usize| told[way].map_or(moves[group][way], |group| moves[group][way]);
+            [up, down] = [of(0), of(1)];
+        }
+        let mut movement = Movement {
+            verdict,
+            up,
+            down,
+            at_end: Some(moves[last]),
+            bound,
+            energy_ratio: self.energy(group) / self.energy(0),
+            from: Some(place(self.rows(0))),
+            to: Some(place(self.rows(group))),
+            reason: (verdict == Verdict::Untold).then_some(Reason::Noise { bound }),
+            ..Movement::untold(Reason::NoEnergy)
+        };
+        if movement.moves() {
+            movement.transfer = self.is_gained(group, way, &movement);
+            movement.fate = self.fate(group, way, [&moves[group], &moves[last]]);
+        }
+        Judged { movement, group }
+    }
+
+    /// Whether energy itself grew on the far side of the frequency of a move: `None` where errors hide a gain as large as
+    /// the move.
+    fn is_gained(&self, group: usize, way: usize, of: &Movement) -> Option<bool> {
+        let left = of
+            .energy_ratio
+            .min(1.0)
+            .max(LEFT * of.energy_ratio.max(1.0));
+        let by = [of.up, of.down][way];
+        let [gain, sure] = self.gain([0, group], by.interval, way == 0);
+        match gain {
+            gain if gain > sure.max(GAINED * by.share * left) => Some(true),
+            gain if gain + sure < GAINED * by.share * left => Some(false),
+            _ => None,
+        }
+    }
+
+    /// What becomes of a move by the last group; `None` where errors hide it.
+    fn fate(&self, group: usize, way: usize, [most, end]: [&[Move; 2]; 2]) -> Option<Fate> {
+        let last = self.len() - 1;
+        let gone = most[way].share - end[way].share;
+        let sure = most[way].sure.hypot(end[way].sure);
+        if gone <= GONE * most[way].share {
+            return Some(Fate::Stays);
+        }
+        if gone <= sure {
+            return None;
+        }
+        match self.gain([group, last], most[way].interval, way == 1) {
+            [gain, sure] if gain > sure => Some(Fate::Back),
+            [gain, sure] if gain + sure < GAINED * gone => Some(Fate::Lost),
+            _ => None,
+        }
+    }
+
+    /// The share that moves up (`way` 0) or down (1) to the same rows; `None` where these are no group here.
+    pub fn same(&self, rows: [usize; 2], way: usize) -> Option<f64> {
+        Some(self.moved(self.find(rows)?, [1.0, -1.0][way]).share)
+    }
+
+    pub fn evidence(&self, compared: [usize; 2], place: &dyn Fn([usize; 2]) -> Place) -> Evidence {
+        let seen = |group: usize| {
+            let mut before = [0.0; 2];
+            let density = self.cumulated[group].iter().zip(&self.upper);
+            let density = density.map(|(c, upper)| {
+                let [c0, lower] = std::mem::replace(&mut before, [*c, *upper]);
+                (c - c0) / (upper - lower)
+            });
+            GroupSpectrum {
+                place: place(self.rows(group)),
+                density: density.collect(),
+                cumulative: (0..self.upper.len())
+                    .map(|m| self.share(group, m))
+                    .collect(),
+                energy: self.energy(group),
+            }
+        };
+        Evidence {
+            upper: self.upper.clone(),
+            groups: (0..self.len()).map(seen).collect(),
+            moves: self.moves(),
+            compared,
+        }
+    }
+}
