@@ -377,6 +377,9 @@
         domain: [top - height, top],
         ...(log ? logAxis(bounds) : linearAxis(bounds, exponent)),
       };
+      // Names of places stand above the curves.
+      const { range } = layout[`yaxis${suffix}`];
+      if (this.group.marks?.length && !this.group.cumulative && !log && range) range[1] += 0.08 * (range[1] - range[0]);
       layout[`legend${suffix}`] = {
         ...(this.group.cumulative
           ? this.risesLate(chart)
@@ -459,10 +462,14 @@
           };
         });
       }
-      return (marks ?? []).map(([at, text]) => ({
-        x: this.onAxis([at])[0], y: 1, yref: "paper", yanchor: "top", xanchor: "left", text,
-        showarrow: false, font: { size: 11, color: color("--faint") },
-      }));
+      const [low, high] = this.onAxis(this.range ?? this.whole() ?? [0, 1]);
+      return (marks ?? []).map(([at, text]) => {
+        const x = this.onAxis([at])[0];
+        return {
+          x, y: 1, yref: "paper", yanchor: "top", xanchor: 2 * x > low + high ? "right" : "left", text,
+          showarrow: false, font: { size: 12, color: color("--ink") },
+        };
+      });
     }
 
     follow() {

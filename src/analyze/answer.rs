@@ -89,10 +89,7 @@ pub(super) fn find(
     answer.since = since(&answer, plan.sites.start);
     (answer.wavenumber, answer.along_t) = match request.without_sites.is_empty() {
         true => wavenumbers(plan, prepared, &answer, struck),
-        false => {
-            let sites = axes.n_sites;
-            (Movement::untold(Reason::FewSites { sites }), None)
-        }
+        false => (Movement::untold(Reason::FewSites { sites: 0 }), None),
     };
     Ok(answer)
 }

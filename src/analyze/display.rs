@@ -7,6 +7,7 @@ use super::result::Axes;
 use crate::arrays::Precision;
 use crate::diagnostics::{MapBuilder, Part};
 use crate::error::{Error, Result};
+use crate::moved::ArrivalWindows;
 use crate::numeric::sum;
 
 /// Share of the energy above the upper end of an axis of frequency or wavenumber, at most.
@@ -24,6 +25,9 @@ const QUIET: f64 = 1e-4;
 
 /// An end of an axis stays where less than this share of it would be cut.
 const LEAST_CUT: f64 = 0.1;
+
+/// Widths of the pulse that are shown before the first arrival.
+const LEAD: f64 = 3.0;
 
 /// Which part of an axis figures show, in the units of the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -89,7 +93,8 @@ impl Extent {
 /// least bin M with `sum_{m > M} E_m <= 0.001 sum_{m > 0} E_m`, a twentieth beyond it, and at eight
 /// bins at least: at most 0.1 % of the energy is not shown, and the mean does not count. Both signs
 /// of wavenumbers end alike. Times and positions are whole, but for ends of at least a tenth of the
-/// axis at which the field stays below 1e-4 of its largest magnitude. A field without energy is shown
+/// axis at which the field stays below 1e-4 of its largest magnitude; of a measured wave that arrives, times are those from
+/// a little before its first arrival to the end of the last window of the answer. A field without energy is shown
 /// whole, and so is every axis without [maps](super::Request::maps).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Display {
@@ -145,11 +150,11 @@ impl BinAxis {
         }
     }
 
-    /// What is shown of times or sites, of which those in `loud` are not silent.
-    fn without_silence(&self, show: ShowAxis, loud: Range<usize>) -> Range<usize> {
+    /// What is shown of times or sites, where `part` holds what is to be seen.
+    fn shown_of(&self, show: ShowAxis, part: Range<usize>) -> Range<usize> {
         match show.ends(self.first) {
             Some(ends) => self.between(ends),
-            None if show == ShowAxis::Auto => cut(loud, self.count),
+            None if show == ShowAxis::Auto => part,
             None => 0..self.count,
         }
     }
@@ -274,6 +279,7 @@ impl Display {
         plan: &Plan,
         energies: &AxisEnergies,
         field: Option<&MapBuilder>,
+        windows: Option<&ArrivalWindows>,
     ) -> Display {
         let (axes, show) = (&plan.axes, &plan.request.show);
         if !plan.request.maps {
@@ -308,12 +314,14 @@ impl Display {
         let shape = (axes.n_times, axes.n_sites);
         let loud = field.map(|field| field.louder_than(QUIET, shape));
         let (times, sites) = loud.unwrap_or((0..shape.0, 0..shape.1));
+        let (times, sites) = (cut(times, shape.0), cut(sites, shape.1));
+        let times = windows.and_then(|of| arriving(of, &times)).unwrap_or(times);
         Display {
             frequency: frequency.extent(frequencies, of_frequency),
             wavenumber: wavenumber.extent(one_sign, of_one.as_deref()),
             wavenumber_signed: signed.extent(both_signs, of_both),
-            time: time.extent(time.without_silence(show.time, times), energies.time),
-            space: space.extent(space.without_silence(show.space, sites), energies.space),
+            time: time.extent(time.shown_of(show.time, times), energies.time),
+            space: space.extent(space.shown_of(show.space, sites), energies.space),
         }
     }
 
@@ -359,6 +367,27 @@ fn folded(both: &[f64], count: usize) -> Vec<f64> {
         }
     }
     one
+}
+
+/// The part of these times in which waves arrive, from a little before the first to the end of the last window; each end
+/// as it is where little would be cut.
+fn arriving(windows: &ArrivalWindows, times: &Range<usize>) -> Option<Range<usize>> {
+    let arrivals = || windows.arrivals.iter().flatten();
+    let lead = (LEAD * windows.width) as usize;
+    let start = arrivals().min()?.saturating_sub(lead).max(times.start);
+    let end = (arrivals().max()? + windows.samples).min(times.end);
+    let least = (LEAST_CUT * end.checked_sub(start)? as f64) as usize;
+    let start = if start - times.start > least {
+        start
+    } else {
+        times.start
+    };
+    let end = if times.end - end > least {
+        end
+    } else {
+        times.end
+    };
+    Some(start..end)
 }
 
 /// The part that is heard with a fiftieth of the axis around it; each end whole where little would

@@ -291,7 +291,8 @@ impl Findings<'_> {
         // A chain between walls moves in modes.
         let line = self.common_line().filter(|_| !self.simulated);
         let is_common = common > COMMON_SHARE || (line.is_some() && common > COMMON_LINE);
-        if n_sites >= COMMON_SITES && is_common {
+        // Of a box it is the mean flow.
+        if n_sites >= COMMON_SITES && is_common && !request.periodic {
             warnings.push(Warning::CommonMode {
                 share: common,
                 line,

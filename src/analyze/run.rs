@@ -21,7 +21,7 @@ use crate::arrays::{Collect, Nowhere, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::field::Field;
-use crate::moved::Answer;
+use crate::moved::{Answer, ArrivalWindows};
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
 use crate::prepare::{ChannelScan, Gaps, Prepared};
@@ -176,7 +176,22 @@ fn passes<T: Real>(
     }
 
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
-    let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref());
+    let samples = columns
+        .as_ref()
+        .map(|columns| sum(&columns.energies) / plan.segments.count() as f64);
+    // A guessed axis carries no verdict.
+    let mut answer = match results.answer && !prepared.is_silent() && !field.has_guessed_layout() {
+        true => Some(answer::find(
+            plan,
+            &prepared,
+            samples,
+            spacetime.as_ref(),
+            observer,
+        )?),
+        false => None,
+    };
+    let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
+    let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref(), windows);
     let maps = Maps {
         field,
         plan,
@@ -188,36 +203,12 @@ fn passes<T: Real>(
         Some(found) => (found.temporal_map.take(), found.map.take()),
         None => (columns.as_mut().and_then(|found| found.map.take()), None),
     };
-    let of_rows = [rows.field_map.take(), rows.map.take(), rows.flux_map.take()];
-    // The answer leaves threads idle at times.
-    let (answer, finished) = rayon::join(
-        // A guessed axis carries no verdict.
-        || match results.answer && !prepared.is_silent() && !field.has_guessed_layout() {
-            true => answer::find(
-                plan,
-                &prepared,
-                columns
-                    .as_ref()
-                    .map(|columns| sum(&columns.energies) / plan.segments.count() as f64),
-                spacetime.as_ref(),
-                observer,
-            )
-            .map(Some),
-            false => Ok(None),
-        },
-        || {
-            let [field, spatial, flux] = of_rows;
-            let temporal = temporal_map.filter(|_| results.temporal);
-            [
-                field.map(|map| maps.field(map)),
-                temporal.map(|map| maps.temporal(map)),
-                spatial.map(|map| maps.spatial(map)),
-                spacetime_map.map(|map| maps.spacetime(map)),
-                flux.map(|map| maps.flux(map)),
-            ]
-        },
-    );
-    let mut answer = answer?;
+    let temporal_map = temporal_map.filter(|_| results.temporal);
+    let field_map = rows.field_map.take().map(|map| maps.field(map));
+    let temporal_map = temporal_map.map(|map| maps.temporal(map));
+    let spatial_map = rows.map.take().map(|map| maps.spatial(map));
+    let spacetime_map = spacetime_map.map(|map| maps.spacetime(map));
+    let flux_map = rows.flux_map.take().map(|map| maps.flux(map));
     if let Some(answer) = &mut answer {
         if field.struck.is_none() {
             warnings.extend(answer::gains(answer, plan));
@@ -263,13 +254,6 @@ fn passes<T: Real>(
     let (direction, direction_by_frequency) = by_direction.unzip();
     // A single site has no wavenumber axis.
     let direction_by_frequency = direction_by_frequency.filter(|_| plan.axes.n_sites > 1);
-    let [
-        field_map,
-        temporal_map,
-        spatial_map,
-        spacetime_map,
-        flux_map,
-    ] = finished;
     Ok(Analysis {
         name: field.name.clone(),
         content_hash: field.content_hash.clone(),
@@ -315,6 +299,7 @@ fn display(
     columns: Option<&TemporalPassResult>,
     rows: &SpatialPassResult,
     spacetime: Option<&Frequencies>,
+    windows: Option<&ArrivalWindows>,
 ) -> Display {
     let of_site = columns.map(|columns| &*columns.energies);
     let totals = |found: &Frequencies| found.directions.iter().map(ByDirection::total).collect();
@@ -328,7 +313,7 @@ fn display(
         time: (!rows.energies.is_empty()).then_some(&*rows.energies),
         space: of_site,
     };
-    Display::find(plan, &energies, rows.field_map.as_ref())
+    Display::find(plan, &energies, rows.field_map.as_ref(), windows)
 }
 
 /// What to doubt about the field and its results.

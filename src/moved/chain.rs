@@ -20,7 +20,7 @@ pub(super) fn along_x(found: &Found, windows: &Profile, pulses: &Profile) -> Ans
     let whole: Vec<usize> = (0..pulses.len()).filter(is_whole).collect();
     let front = pulses.among(&whole);
     if front.len() < 4 {
-        return Answer::untold(Reason::FewSites { sites: front.len() });
+        return Answer::untold(Reason::ShortRecord { whole: 0, sites: 0 });
     }
     let (first, last) = (front.len() / 2, front.len() - 1);
     let start = front.rows(first)[0];

@@ -178,9 +178,10 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     // All that gains spread may lie there.
     let folds = may_fold && (source.is_short || top > FOLDED);
     if movement.moves() && (is_long || folds) {
+        let bound = movement.bound;
         movement = movement.but_untold(
             match folds && !source.is_short && top <= FOLDED + source.uneven {
-                true => Reason::FewSites { sites: 0 },
+                true => Reason::Noise { bound },
                 false => Reason::Aperture { folds },
             },
         );

@@ -12,6 +12,8 @@ const LEAST_PIECE: usize = 8;
 const QUIET_PART: f64 = 3.0 / 32.0;
 /// Pieces count as quiet whose root mean square is below this many times the least, but for chance.
 const ALIKE: f64 = 1.3;
+/// Magnitude from the baseline, as a part of it, up to which a record is constant.
+const ROUNDING: f64 = 1e-13;
 /// Amplitudes, as a part of the record's largest, that are quiet whatever the noise.
 const SILENT: f64 = 1e-3;
 /// Times the noise that an arrival exceeds, and that the largest amplitude of a site reached does.
@@ -146,6 +148,12 @@ impl Onset {
                 let v = (v - baseline).abs();
                 if v > most { (n, v) } else { (at, most) }
             });
+        // What the mean of a constant record differs by from it is rounding.
+        let peak = if peak > ROUNDING * baseline.abs() {
+            peak
+        } else {
+            0.0
+        };
         let levels = squares.iter().map(|s| s.ln() as f32).collect();
         let before = (at / length).min(quiet.len());
         let has_lead = quiet[..before].contains(&true);

@@ -208,7 +208,7 @@ pub(crate) struct Profile {
     gains: f64,
 }
 
-/// A judgement, the group of the largest move and the interval at which it was found.
+/// What is said of a profile, and the group of the largest move.
 pub(crate) struct Judged {
     pub movement: Movement,
     pub group: usize,

@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum Reason {
     NoEnergy,
-    /// Too few sites that the wave passes, or that follow each other.
+    /// Too few sites that the wave passes; 0 where some between them are left out.
     FewSites {
         sites: usize,
     },
@@ -50,8 +50,12 @@ impl Reason {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         match *self {
             Reason::NoEnergy => "nothing moves".into(),
+            Reason::FewSites { sites: 0 } => "sites are left out".into(),
             Reason::FewSites { sites: 1 } => "there is one site".into(),
             Reason::FewSites { sites } => format!("{sites} sites in a row are too few"),
+            Reason::ShortRecord { whole: 0, .. } => {
+                "the record begins in the middle of the motion, ends before it has passed, or holds few periods of it".into()
+            }
             Reason::ShortRecord { whole, sites } => {
                 format!("the record is too short: {whole} of {sites} sites hold all of the wave")
             }

@@ -94,7 +94,9 @@ pub fn spacetime_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> 
         map,
         second,
     );
+    // Where the answer withholds them, nothing else states them.
     let shares = analysis.direction_by_frequency.as_ref();
+    let shares = shares.filter(|_| analysis.undirected.is_none());
     sheet.has_side = shares.is_some();
     sheet.name_directions(analysis);
     sheet.above.extend(dispersion::entries(&curves));
@@ -313,7 +315,8 @@ impl MapFigure {
 
     /// Each side's share of the energy above the map, with the colours of the curves beside it.
     fn name_directions(&mut self, analysis: &Analysis) {
-        let Some(direction) = analysis.direction else {
+        let told = analysis.direction.filter(|_| analysis.undirected.is_none());
+        let Some(direction) = told else {
             return;
         };
         let percent = |share: f64| match share.is_finite() {

@@ -221,7 +221,6 @@ fn the_verdict_comes_first_then_its_picture_then_warnings_and_numbers() {
         "id=\"warnings\"",
         "id=\"field\"",
         "id=\"spacetime\"",
-        "id=\"direction\"",
         "id=\"summary\"",
         "Parseval residual, time",
     ];

@@ -54,19 +54,24 @@ fn with_error(of: &Move) -> String {
     value_with_error(of.share, of.error)
 }
 
+/// To the first digit of the error, rounded up from hundredths on; exact values have none.
 fn value_with_error(value: f64, error: f64) -> String {
     let [value, error] = [value, error].map(|x| 100.0 * x);
+    let finest = if value >= 0.995 { 2 } else { 4 };
     let digits = match error {
         error if error >= 0.95 && value >= 9.95 => 0,
-        error if error >= 0.095 || value >= 1.0 => 1,
-        error if error > 0.0 => ((-error.log10()).ceil() as usize).min(4),
-        _ => 1,
+        error if error >= 0.095 || error == 0.0 => 1,
+        error => ((-error.log10()).ceil() as usize).min(finest),
     };
-    let least = 0.5 * 10f64.powi(-(digits as i32));
-    let value = if value.abs() < least { 0.0 } else { value };
-    match error < least {
+    let least = 10f64.powi(-(digits as i32));
+    let value = if value.abs() < 0.5 * least {
+        0.0
+    } else {
+        value
+    };
+    match error == 0.0 {
         true => format!("{value:.digits$} %"),
-        false => format!("{value:.digits$} ± {error:.digits$} %"),
+        false => format!("{value:.digits$} ± {:.digits$} %", error.max(least)),
     }
 }
 
@@ -352,10 +357,14 @@ impl<'a> Words<'a> {
     /// The second line: both shares, and what they compare.
     fn numbers(&self) -> String {
         let of = &self.answer.frequency;
+        let untold = match of.reason.as_ref().map(|reason| self.why(reason)) {
+            Some((_, reason, _)) => format!("; along x nothing is told: {reason}"),
+            None => String::new(),
+        };
         if of.up.share.is_nan() {
             let [times, sites] = [(self.axes.n_times, "time"), (self.axes.n_sites, "site")]
                 .map(|(n, one)| counted(n, one));
-            return format!("{times}, {sites}");
+            return format!("{times}, {sites}{untold}");
         }
         let moved = |of: &Movement| {
             let parts = [(&of.up, "up"), (&of.down, "down")];
@@ -383,10 +392,6 @@ impl<'a> Words<'a> {
             .filter(|launch| launch.most().share > 0.0)
         {
             Some(launch) => format!("launch {}; then ", moved(launch)),
-            None => String::new(),
-        };
-        let untold = match of.reason.as_ref().map(|reason| self.why(reason)) {
-            Some((_, reason, _)) => format!("; along x nothing is told: {reason}"),
             None => String::new(),
         };
         format!("{start}{}{}{untold}", moved(of), places.unwrap_or_default())
@@ -418,7 +423,7 @@ impl<'a> Words<'a> {
             compared => compared,
         };
         let text = format!(
-            "of the energy above {}: {}, {}, {}",
+            "share of the energy above {}: {}, {}, {}",
             self.frequency(edge),
             at(0),
             at(middle),
@@ -434,23 +439,25 @@ impl<'a> Words<'a> {
     fn attenuation(&self) -> Option<Fact> {
         let evidence = self.answer.along_x.as_ref()?;
         let stands = !self.answer.has_fronts && self.direction.is_some_and(|d| is_even(&d));
-        if stands || self.answer.frequency.energy_ratio.is_nan() {
+        // Of a struck chain the first line says it: first bodies hold all that the launch leaves behind.
+        let is_said = self.answer.is_struck;
+        if stands || is_said || self.answer.frequency.energy_ratio.is_nan() {
             return None;
         }
         let energies: Vec<f64> = evidence.groups.iter().map(|group| group.energy).collect();
         let [first, last] = [0, energies.len() - 1];
         let ratio = energies[last] / energies[first];
-        let what = match (self.answer.is_struck, self.answer.has_fronts) {
-            (true, _) => "the front's",
-            (false, true) => "the window's",
-            (false, false) => "the record's",
+        let what = match self.answer.has_fronts {
+            true => "the window's",
+            false => "the record's",
         };
         let [from, to] = [first, last].map(|group| self.sites(&evidence.groups[group].place));
         let text = format!(
             "{what} energy at {} {to} is {} of that at {from} ({:+.1} dB)",
             self.body(),
             share(ratio),
-            10.0 * ratio.log10()
+            // Without a sign of zero.
+            (100.0 * ratio.log10()).round() / 10.0 + 0.0
         );
         (ratio > 0.0).then(|| Fact {
             profile: energies,
@@ -462,6 +469,10 @@ impl<'a> Words<'a> {
         let of = &self.answer.wavenumber;
         let text = match &of.reason {
             Some(reason) => format!("wavenumbers: cannot be told: {}", reason.message()),
+            // Not of the front alone.
+            None if self.answer.is_struck => {
+                format!("of all bodies, {}", self.in_wavenumber_told(of))
+            }
             None => self.in_wavenumber_told(of),
         };
         let evidence = self
@@ -476,7 +487,9 @@ impl<'a> Words<'a> {
     }
 
     fn direction(&self) -> Option<Fact> {
-        let direction = self.direction?;
+        // What does not move has none.
+        let moves = self.answer.frequency.reason != Some(Reason::NoEnergy);
+        let direction = self.direction.filter(|_| moves)?;
         let [space, time] = [&self.axes.space, &self.axes.time];
         let speed = self.answer.speed.map(|speed| {
             let unit = match (&space.unit, &time.unit) {

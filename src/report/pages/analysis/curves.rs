@@ -25,7 +25,8 @@ pub(super) fn of(analysis: &Analysis) -> Vec<CurveGroup> {
         let along_t = group("along-t", along, &axes.times(), charts);
         groups.push(limited(along_t, analysis, Side::Time));
     }
-    if let Some([plus, minus]) = &analysis.direction_by_frequency {
+    let told = analysis.direction_by_frequency.as_ref();
+    if let Some([plus, minus]) = told.filter(|_| analysis.undirected.is_none()) {
         let direction = direction_group(axes, plus, minus);
         groups.push(limited(direction, analysis, Side::Frequency));
     }

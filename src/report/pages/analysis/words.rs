@@ -70,7 +70,8 @@ pub(super) fn curve_caption(id: &str) -> &'static str {
              (up), or the reverse (down), with 95 % intervals. A curve that rises and falls is a move that comes back."
         }
         "profile-in-time" => {
-            "The same of wavenumbers, from the first times on, while the wave is inside."
+            "The share of the energy that lies above a wavenumber at some times and below it at the first ones (up), or the \
+             reverse (down), with 95 % intervals, while the wave is inside."
         }
         "moved-along-x" => {
             "The gap between bold curves is what moved. A curve to the right of another has \
