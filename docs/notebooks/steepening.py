@@ -41,7 +41,14 @@ axes.legend()
 
 # %%
 found = wc.slope(
-    velocity, dt=times[1] - times[0], dx=x[1] - x[0], band=(4, 40), breaks=0, frames=20, window="none"
+    velocity,
+    dt=times[1] - times[0],
+    dx=x[1] - x[0],
+    layout="time-site",
+    band=(4, 40),
+    breaks=0,
+    frames=20,
+    window="none",
 )
 slopes = found.frame_slope
 for at in (0.6, 0.8, 1.0):
