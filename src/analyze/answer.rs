@@ -10,12 +10,12 @@ use super::warning::{Sites, Warning};
 use crate::error::Result;
 use crate::moved::{
     Answer, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source, TOLERANCE, Verdict,
-    along_x, in_time, quick,
+    along_x, in_time,
 };
 use crate::numeric::sum;
 use crate::observer::Observer;
 use crate::prepare::{Prepared, Window};
-use crate::transform::{RecordScratch, RecordTransform, fold};
+use crate::transform::{RecordScratch, RecordTransform, fold, quick};
 
 /// Bands of the wavenumber axis, and ratio of their energies from which on it is flat.
 const BANDS: usize = 10;

@@ -12,9 +12,9 @@ use super::quality::is_noise;
 use super::result::{Front, FrontLength};
 use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
 use crate::moved::Answer;
-use crate::moved::quick;
+
 use crate::numeric::lanes::{LaneBlock, WIDTH};
-use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power};
+use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power, quick};
 
 /// The part of a site's largest magnitude that its arrival exceeds for the first time.
 const ARRIVAL: f64 = 0.01;

@@ -40,10 +40,8 @@ pub(super) fn steps(onsets: &[Onset]) -> Vec<GainStep> {
     }
     let size = |i: usize| onsets[sites[i]].sizes[0];
     // Gains that differ from site to site differ beside a step, too: its standard error is that of two medians of four.
-    let mut jumps: Vec<f64> = (1..sites.len())
-        .map(|i| (size(i) - size(i - 1)).abs())
-        .collect();
-    let error = OF_MEDIANS * OF_MAGNITUDES * median(&mut jumps);
+    let jumps = (1..sites.len()).map(|i| (size(i) - size(i - 1)).abs());
+    let error = OF_MEDIANS * OF_MAGNITUDES * median(jumps);
     let surely = student_two_sided(CHANCE / sites.len() as f64, (sites.len() - 2) as f64);
     let least = LEAST.ln().max(surely * error);
     let step = |i: usize, what: usize| {
@@ -120,11 +118,11 @@ pub(super) fn changes(onsets: &[Onset], samples: usize) -> Vec<GainChange> {
         return Vec::new();
     }
     let level = |j: usize, i: usize| f64::from(onsets[j].levels[i]);
-    let own = |j: usize| median(&mut (0..pieces).map(|i| level(j, i)).collect::<Vec<_>>());
+    let own = |j: usize| median((0..pieces).map(|i| level(j, i)));
     let owns: Vec<f64> = sites.iter().map(|&j| own(j)).collect();
     let common = (0..pieces).map(|i| {
         let levels = sites.iter().zip(&owns).map(|(&j, own)| level(j, i) - own);
-        median(&mut levels.collect::<Vec<_>>())
+        median(levels)
     });
     let common: Vec<f64> = common.collect();
     // At any site and any piece.

@@ -1,47 +1,31 @@
 //! What windows at groups of sites say.
 
 use super::along_x::Options;
-use super::profile::{Judged, Profile, Row, add};
+use super::profile::{Profile, Row, add};
 use super::windows::Spectrum;
 use super::{Answer, Movement};
 
 /// Part of a move that is left in the whole record, below which what is missing in the windows comes late.
 pub(super) const LATE: f64 = 0.5;
+
 /// Part of the energy of a wave that is in the last quarter of a window before the record's end where it has not all come.
-const COMES: f64 = 0.1;
+pub(super) const COMES: f64 = 0.1;
 
 /// What a site says; no spectrum where the window does not fit.
 pub(super) struct Seen {
     /// When something comes behind the first pulse.
     pub second: Option<usize>,
     pub spectrum: Option<Spectrum>,
-    /// Energies in the first half of the window, in a run.
-    pub pulse: Option<Vec<f64>>,
     /// What follows the window, to the record's end; what is in the last quarter of a window before it.
     pub rest: Vec<f64>,
     pub last: Vec<f64>,
-    /// Energy of the first half of the window, that below its resolution too, and its centre, in samples of the record.
+    /// Energy of the window, that below its resolution too; and its centre, in samples of the record.
     pub energy: f64,
     pub centre: f64,
-}
-
-impl Seen {
-    fn in_window(&self) -> &[f64] {
-        self.spectrum
-            .as_ref()
-            .map_or(&[], |spectrum| &spectrum.energy)
-    }
-
-    /// The same of a body whose squares count so much more.
-    pub fn weigh(&mut self, weight: f64) {
-        let spectrum = self
-            .spectrum
-            .iter_mut()
-            .map(|spectrum| &mut spectrum.energy);
-        let rows = spectrum.chain(&mut self.pulse).chain([&mut self.rest]);
-        rows.for_each(|row| row.iter_mut().for_each(|e| *e *= weight));
-        self.energy *= weight;
-    }
+    /// By what its squares count.
+    pub weight: f64,
+    /// Whether the window cuts the wave where the record ends.
+    pub is_cut: bool,
 }
 
 /// Sites in groups, in the order in which the wave passes them.
@@ -53,34 +37,21 @@ pub(super) struct Found<'a> {
 }
 
 impl Found<'_> {
-    fn profile_of(
-        &self,
-        upper: &[f64],
-        row: impl Fn(&Seen) -> Option<(Vec<f64>, Vec<Vec<f64>>)>,
-    ) -> Profile {
-        let row = |&site: &usize| {
-            let (energy, again) = row(self.seen[site].as_ref()?)?;
-            Some(Row::new([site; 2], vec![energy], again))
-        };
-        let groups = self.groups.iter();
-        let groups = groups.filter_map(|group| group.iter().map(row).collect::<Option<Vec<Row>>>());
-        Profile::new(groups.collect(), upper, self.options.is_simulated())
-    }
-
     /// Of whole windows; with what follows them, if `is_long`.
     pub fn profile(&self, is_long: bool) -> Profile {
-        self.profile_of(self.upper, |seen| {
+        let row = |&site: &usize| {
+            let seen = self.seen[site].as_ref()?;
             let spectrum = seen.spectrum.as_ref()?;
             let mut energy = spectrum.energy.clone();
             if is_long {
                 add(&mut energy, &seen.rest);
             }
-            Some((energy, spectrum.again.clone()))
-        })
-    }
-
-    pub fn of_pulses(&self, upper: &[f64]) -> Profile {
-        self.profile_of(upper, |seen| Some((seen.pulse.clone()?, Vec::new())))
+            energy.iter_mut().for_each(|e| *e *= seen.weight);
+            Some(Row::new([site; 2], vec![energy], spectrum.again.clone()))
+        };
+        let groups = self.groups.iter();
+        let groups = groups.filter_map(|group| group.iter().map(row).collect::<Option<Vec<Row>>>());
+        Profile::new(groups.collect(), self.upper, self.options.is_simulated())
     }
 
     /// What the sites of a group say.
@@ -101,10 +72,7 @@ impl Found<'_> {
     /// What moved along x in a field.
     pub fn along_x(&self, profile: &Profile, sense: f64) -> Answer {
         let place = |rows| self.options.place(rows);
-        let Judged {
-            mut movement,
-            group,
-        } = profile.judge(self.options.tolerance, &place);
+        let (mut movement, group) = profile.judge(self.options.tolerance, &place);
         if sense == 0.0 {
             movement.without_energies();
         }
@@ -123,17 +91,17 @@ impl Found<'_> {
     fn is_late(&self, movement: &Movement, rows: [usize; 2]) -> bool {
         let (most, way) = (movement.most(), movement.way());
         let whole = self.profile(true).same(rows, way);
-        if whole.is_some_and(|share| share < LATE * most.share) {
-            return true;
-        }
         let falls = match way {
             0 => 0..most.interval + 1,
             _ => most.interval + 1..self.upper.len(),
         };
         let energy = |of: Vec<f64>| of[falls.clone()].iter().sum::<f64>();
-        let window = self.sum(rows, |seen| seen.in_window());
+        let window = self.sum(rows, |seen| {
+            seen.spectrum.as_ref().map_or(&[], |of| &of.energy)
+        });
         let missing = most.share * window.iter().sum::<f64>();
         let all = energy(window) + energy(self.sum(rows, |seen| &seen.rest));
-        energy(self.sum(rows, |seen| &seen.last)) > COMES * all.max(missing)
+        whole.is_some_and(|share| share < LATE * most.share)
+            || energy(self.sum(rows, |seen| &seen.last)) > COMES * all.max(missing)
     }
 }

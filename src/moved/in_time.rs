@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::along_x::median;
-use super::profile::{Grid, Judged, Profile, Row};
+use super::profile::{Grid, Profile, Row, add};
 use super::{Evidence, Movement, Place, Reason};
 
 /// Times at which the energy inside is looked at, and snapshots of a group that are transformed, at most.
@@ -84,18 +84,14 @@ pub(crate) fn in_time(source: &Source) -> (Movement, Option<Evidence>) {
 
 fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     const LEAVES: Reason = Reason::Aperture { folds: false };
-    let mut period = match source.period.is_finite() {
+    let is_box = source.motion == Motion::Box;
+    let period = match source.period.is_finite() && (!is_box || swings(source)) {
         true => source.period.max(1.0),
         false => 1.0,
     };
-    let is_box = source.motion == Motion::Box;
-    if is_box && !swings(source) {
-        period = 1.0;
-    }
     let range = match source.is_inside || is_box {
         true => source.among.clone(),
-        // Half a group from entering and leaving.
-        false => without_ends(inside(source).ok_or(Reason::NoEnergy)?, period as usize),
+        false => inside(source, period).ok_or(Reason::NoEnergy)?,
     };
     let most = match source.motion {
         Motion::Box => 32,
@@ -103,14 +99,12 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
         Motion::Transient => 8,
         Motion::Steady => 2,
     };
+    let is_transient = source.motion == Motion::Transient;
     let count = ((range.len() as f64 / period) as usize).min(most);
     if count < 2 || range.len() < 4 {
-        return Err(match source.motion {
-            Motion::Transient => LEAVES,
-            _ => Reason::ShortRecord { whole: 0, sites: 0 },
-        });
+        return Err(if is_transient { LEAVES } else { Reason::SHORT });
     }
-    let is_long = source.motion == Motion::Transient && {
+    let is_long = is_transient && {
         let times = evenly(range.clone(), SNAPSHOTS);
         let at_ends: f64 = times.iter().map(|&n| source.profiles.at_ends(n)).sum();
         at_ends > AT_ENDS * times.len() as f64
@@ -121,163 +115,112 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     }
     let bins = source.profiles.powers(range.start).len();
     let grid = Grid::new(bins, source.step);
-    let mut waves = Waves::default();
+    let mut all = vec![0.0; bins];
     let mut inside = Vec::with_capacity(count);
     let groups = (0..count).map(|i| {
         let [start, end] = [i, i + 1].map(|i| range.start + i * range.len() / count);
         let times = evenly(start..end, SNAPSHOTS);
         let powers = times.par_iter().map(|&n| source.profiles.powers(n));
         let powers: Vec<Vec<f64>> = powers.collect();
-        let before = waves.mean + waves.moving;
+        inside.push(powers.iter().flatten().sum::<f64>() / times.len() as f64);
+        powers.iter().for_each(|powers| add(&mut all, powers));
         let rows = powers.chunks(times.len().div_ceil(PARTS)).map(|part| {
             let mut sum = vec![0.0; bins];
-            for powers in part {
-                waves.add(powers, source);
-                let moving = sum.iter_mut().zip(powers).skip(source.first);
-                moving.for_each(|(sum, p)| *sum += p);
-            }
-            Row::new(
-                [start, end - 1],
-                vec![grid.sums(sum.into_iter())],
-                Vec::new(),
-            )
+            part.iter().for_each(|powers| add(&mut sum, powers));
+            sum[..source.first].fill(0.0);
+            let energies = grid.sums(sum.into_iter());
+            Row::new([start, end - 1], vec![energies], Vec::new())
         });
-        let rows: Vec<Row> = rows.collect();
-        inside.push((waves.mean + waves.moving - before) / times.len() as f64);
-        rows
+        rows.collect()
     });
     let groups: Vec<Vec<Row>> = groups.collect();
     let profile = Profile::new(groups, &grid.upper, false);
     if profile.len() < count {
         return Err(Reason::NoEnergy);
     }
-    let ratio = inside[count - 1] / inside[0];
-    if source.motion == Motion::Transient && !(1.0 / ENTERS..ENTERS).contains(&ratio) {
-        return Err(LEAVES);
-    }
-    if !is_box && waves.are_long() {
-        return Err(LEAVES);
-    }
-    let moving = profile.energy(count - 1) / profile.energy(0);
-    if source.motion == Motion::Steady && !(1.0 / COMES..COMES).contains(&moving) {
+    let sum = |bins: Range<usize>| all[bins].iter().sum::<f64>();
+    let moving = sum(source.first..bins);
+    // In the main lobe of the first wavenumber, and below.
+    let near = (source.first + source.padding.ceil() as usize).min(bins);
+    let near = 2.0 * sum(source.first..near) > moving && sum(0..source.first) > moving;
+    let [of_all, of_moving] = [
+        inside[count - 1] / inside[0],
+        profile.energy(count - 1) / profile.energy(0),
+    ];
+    let within = |ratio: f64, most: f64| (1.0 / most..most).contains(&ratio);
+    if (is_transient && !within(of_all, ENTERS))
+        || (source.motion == Motion::Steady && !within(of_moving, COMES))
+        || (near && !is_box)
+    {
         return Err(LEAVES);
     }
     let place = |rows: [usize; 2]| (source.place)(rows[0]..rows[1] + 1);
-    let Judged {
-        mut movement,
-        group,
-    } = profile.judge(source.tolerance, &place);
+    let (mut movement, group) = profile.judge(source.tolerance, &place);
     // What falls below the first wavenumber that is resolved is not lost.
     let kept = inside[group] / inside[0] - movement.energy_ratio > 0.5 * movement.most().share;
     if movement.transfer == Some(false) && kept {
         movement.transfer = None;
     }
     let evidence = profile.evidence([0, group], &place);
-    let top = waves.top / waves.moving;
+    let top = sum(source.first.max(9 * bins / 10)..bins) / moving;
     let may_fold = matches!(source.motion, Motion::Transient | Motion::Steady);
     // All that gains spread may lie there.
     let folds = may_fold && (source.is_short || top > FOLDED);
     if movement.moves() && (is_long || folds) {
+        let by_gains = folds && !source.is_short && top <= FOLDED + source.uneven;
         let bound = movement.bound;
-        movement = movement.but_untold(
-            match folds && !source.is_short && top <= FOLDED + source.uneven {
-                true => Reason::Noise { bound },
-                false => Reason::Aperture { folds },
-            },
-        );
+        movement = movement.but_untold(match by_gains {
+            true => Reason::Noise { bound },
+            false => Reason::Aperture { folds },
+        });
     }
     Ok((movement, evidence))
 }
 
-/// Whether the energy of a box swings, as that of velocities does where waves stand.
-fn swings(source: &Source) -> bool {
+/// Energies inside at times of the record, spread evenly.
+fn energies(source: &Source) -> Vec<f64> {
     let times = evenly(source.among.clone(), LOOKED_AT);
-    let energies: Vec<f64> = times
-        .par_iter()
-        .map(|&n| source.profiles.energy(n))
-        .collect();
-    let bends = energies
-        .windows(3)
-        .filter(|e| (e[1] - e[0]) * (e[2] - e[1]) < 0.0);
-    let [least, most] = energies
-        .iter()
-        .fold([f64::INFINITY, 0.0], |[a, b], e| [e.min(a), e.max(b)]);
-    bends.count() > 2 && most - least > SWINGS * most
+    let energies = times.par_iter().map(|&n| source.profiles.energy(n));
+    energies.collect()
 }
 
-/// A range less `by` at both ends, where more than half of it is left.
-fn without_ends(range: Range<usize>, by: usize) -> Range<usize> {
-    match 4 * by < range.len() {
-        true => range.start + by..range.end - by,
-        false => range,
-    }
+/// Whether the energy of a box swings, as that of velocities does where waves stand.
+fn swings(source: &Source) -> bool {
+    let energies = energies(source);
+    let bends = energies.windows(3);
+    let bends = bends.filter(|e| (e[1] - e[0]) * (e[2] - e[1]) < 0.0);
+    let most = energies.iter().copied().fold(0.0, f64::max);
+    let least = energies.iter().copied().fold(most, f64::min);
+    bends.count() > 2 && most - least > SWINGS * most
 }
 
 /// At most `count` of `range`, spread evenly.
 fn evenly(range: Range<usize>, count: usize) -> Vec<usize> {
     let count = count.min(range.len());
-    (0..count)
-        .map(|i| range.start + (2 * i + 1) * range.len() / (2 * count))
-        .collect()
+    let middle = |i: usize| range.start + (2 * i + 1) * range.len() / (2 * count);
+    (0..count).map(middle).collect()
 }
 
 /// Times while the energy inside is above nine tenths of its usual largest value: from the first on, to the first at which it has
-/// left. A period is averaged over.
-fn inside(source: &Source) -> Option<Range<usize>> {
-    let times = evenly(source.among.clone(), LOOKED_AT);
-    let stride = source.among.len() as f64 / times.len().max(1) as f64;
-    let energies = times.par_iter().map(|&n| source.profiles.energy(n));
-    let energies: Vec<f64> = energies.collect();
-    let w = match source.period.is_finite() {
-        true => ((source.period / stride).round() as usize).clamp(1, (times.len() / 4).max(1)),
-        false => 1,
-    };
-    let smooth: Vec<f64> = energies
+/// left, averaged over a period; half a group from entering and leaving where more than half is left.
+fn inside(source: &Source, period: f64) -> Option<Range<usize>> {
+    let energies = energies(source);
+    let stride = source.among.len() as f64 / energies.len().max(1) as f64;
+    let w = ((period / stride).round() as usize).clamp(1, (energies.len() / 4).max(1));
+    let smooth = energies
         .windows(w)
-        .map(|e| e.iter().sum::<f64>() / w as f64)
-        .collect();
+        .map(|e| e.iter().sum::<f64>() / w as f64);
+    let smooth: Vec<f64> = smooth.collect();
     let largest = smooth.iter().copied().fold(0.0, f64::max);
-    let mut high: Vec<f64> = smooth
-        .iter()
-        .copied()
-        .filter(|e| *e > 0.5 * largest)
-        .collect();
-    let usual = median(&mut high);
-    if usual.is_nan() || usual <= 0.0 {
-        return None;
-    }
-    let enough = |e: &f64| *e >= INSIDE * usual;
+    let usual = median(smooth.iter().copied().filter(|e| *e > 0.5 * largest));
+    let enough = |e: &f64| usual > 0.0 && *e >= INSIDE * usual;
     let start = smooth.iter().position(enough)?;
     let length = smooth[start..].iter().take_while(|e| enough(e)).count();
-    let end = start + length + w - 1;
+    let times = evenly(source.among.clone(), LOOKED_AT);
     let at = |i: usize| times.get(i).copied().unwrap_or(source.among.end);
-    Some(at(start)..at(end))
-}
-
-/// How much of the energy lies at wavelengths near that of the aperture.
-#[derive(Default)]
-struct Waves {
-    mean: f64,
-    near: f64,
-    moving: f64,
-    /// In the top tenth of the axis.
-    top: f64,
-}
-
-impl Waves {
-    fn add(&mut self, powers: &[f64], source: &Source) {
-        let first = source.first;
-        // The main lobe of a bin.
-        let near = (first + source.padding.ceil() as usize).min(powers.len());
-        self.mean += powers[..first].iter().sum::<f64>();
-        self.near += powers[first..near].iter().sum::<f64>();
-        self.moving += powers[first..].iter().sum::<f64>();
-        self.top += powers[first.max(9 * powers.len() / 10)..]
-            .iter()
-            .sum::<f64>();
-    }
-
-    fn are_long(&self) -> bool {
-        self.mean > self.moving && 2.0 * self.near > self.moving
-    }
+    let (start, end, by) = (at(start), at(start + length + w - 1), period as usize);
+    Some(match 4 * by < end - start {
+        true => start + by..end - by,
+        false => start..end,
+    })
 }

@@ -4,9 +4,9 @@
 //! cumulative spectrum of its energy above the noise; the shares that moved from the first group to each, with one error.
 //! The verdict is the largest share that is told; what became of it by the last group is its fate.
 //!
-//! Along x, spectra are those of front windows: ten widths of the pulse (full width at half maximum of the squared envelope,
-//! median over sites), begun a lead before each arrival. A record that is quiet at both ends is one window. Steady records
-//! are cut into segments. In time, spectra are those of spatial snapshots while the wave is inside.
+//! Along x, spectra are those of front windows: ten widths of the pulse (median over sites), begun a lead before each arrival.
+//! A record that is quiet at both ends is one window. Steady records are cut into segments. In time, spectra are those of spatial
+//! snapshots while the wave is inside.
 //!
 //! Of a struck chain the energy of the front counts first: what it loses per 100 bodies, over the second half of the bodies
 //! that it reaches. What moves is asked there; the way to there is the launch.
@@ -245,15 +245,6 @@ pub struct Front {
     pub bodies: [usize; 2],
 }
 
-/// What follows a front, at the group in the middle of those that it reaches.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Tail {
-    /// Of the energy of front and tail.
-    pub energy_share: f64,
-    /// Where the spectrum is largest.
-    pub peak_frequency: f64,
-}
-
 /// The answer to the question of an analysis.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Answer {
@@ -262,7 +253,6 @@ pub struct Answer {
     /// Of a struck chain, from the first bodies to there.
     pub launch: Option<Movement>,
     pub front: Option<Front>,
-    pub tail: Option<Tail>,
     /// In time, from low to high wavenumber or back.
     pub wavenumber: Movement,
     /// Of arrivals.
@@ -307,22 +297,7 @@ impl Answer {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ArrivalWindows {
     pub arrivals: Vec<Option<usize>>,
-    /// Full width at half maximum of the pulse's squared envelope.
+    /// Of the pulse.
     pub width: f64,
     pub samples: usize,
-}
-
-/// The least length of at least `samples` with no prime factor above 5.
-pub(crate) fn quick(samples: usize) -> usize {
-    (samples..)
-        .find(|&n| {
-            let mut rest = n;
-            for factor in [2, 3, 5] {
-                while rest.is_multiple_of(factor) {
-                    rest /= factor;
-                }
-            }
-            rest == 1
-        })
-        .unwrap_or(samples)
 }

@@ -11,15 +11,17 @@
 
 use std::ops::Range;
 
-use super::along_x::median;
+use super::windows::DRAWS;
 use super::{Evidence, Fate, GroupSpectrum, Move, Movement, Place, Reason, Verdict};
-use crate::numeric::student_two_sided;
+use crate::numeric::{LineFit, student_two_sided};
 
 /// Bins up to which the grid keeps each; beyond, bins are merged into intervals of this relative width.
 const FINE: usize = 512;
 /// The probability by which chance exceeds three errors, and by which two, as far as they are known.
 const SURELY: f64 = 0.0027;
 const LIKELY: f64 = 0.0455;
+/// Degrees of freedom of what draws of the noise say.
+const OF_DRAWS: usize = DRAWS - 1;
 /// Part of that by which a move is told that it exceeds at a group beside.
 const BESIDE: f64 = 0.5;
 /// Part of a move that energy must have gained at least.
@@ -75,15 +77,6 @@ pub(super) fn add(sum: &mut [f64], values: &[f64]) {
     sum.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
 }
 
-fn cumulate(mut values: Vec<f64>) -> Vec<f64> {
-    let mut sum = 0.0;
-    for value in &mut values {
-        sum += *value;
-        *value = sum;
-    }
-    values
-}
-
 /// The energy of a site, or of a stretch of times, on the grid, noise subtracted.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
@@ -95,46 +88,51 @@ pub(crate) struct Row {
     again: Vec<Vec<f64>>,
 }
 
+/// Energy up to an interval, and all of it.
+type Below = [f64; 2];
+
 impl Row {
-    pub fn new(at: [usize; 2], pieces: Vec<Vec<f64>>, again: Vec<Vec<f64>>) -> Row {
-        let cumulated = |of: Vec<Vec<f64>>| of.into_iter().map(cumulate).collect();
-        Row {
-            at,
-            pieces: cumulated(pieces),
-            again: cumulated(again),
+    pub fn new(at: [usize; 2], mut pieces: Vec<Vec<f64>>, mut again: Vec<Vec<f64>>) -> Row {
+        for values in pieces.iter_mut().chain(&mut again) {
+            for m in 1..values.len() {
+                values[m] += values[m - 1];
+            }
         }
+        Row { at, pieces, again }
     }
-}
 
-impl Row {
-    /// Energy up to interval m, and all of it; without a piece.
+    /// Without a piece.
     fn below(&self, m: usize, without: Option<usize>) -> Below {
-        let pieces = self
-            .pieces
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| Some(*i) != without);
-        pieces.fold([0.0; 2], |[c, d], (_, piece)| {
-            [c + piece[m], d + piece[piece.len() - 1]]
-        })
+        let pieces = self.pieces.iter().enumerate();
+        let pieces = pieces.filter(|(i, _)| Some(*i) != without);
+        let below = pieces.map(|(_, piece)| [piece[m], piece[piece.len() - 1]]);
+        below.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
     }
 
-    /// The same of a draw of the noise.
+    /// Of a draw of the noise.
     fn drawn(&self, m: usize, draw: usize) -> Below {
         let draw = &self.again[draw];
         [draw[m], draw[draw.len() - 1]]
     }
 }
 
-/// Energy up to an interval, and all of it.
-type Below = [f64; 2];
+fn mean(of: &[Below]) -> Below {
+    let sum = |i: usize| of.iter().map(|below| below[i]).sum::<f64>();
+    [sum(0), sum(1)].map(|sum| sum / of.len() as f64)
+}
 
-/// The mean of what a row, or a draw of the noise, says.
-fn mean(of: impl Iterator<Item = Below>) -> Below {
-    let (sum, n) = of.fold(([0.0; 2], 0.0), |([a, b], n), [c, d]| {
-        ([a + c, b + d], n + 1.0)
-    });
-    sum.map(|sum| sum / n)
+/// The mean of the others, without each.
+fn without_one(of: &[Below]) -> impl Iterator<Item = Below> {
+    let (mean, n) = (mean(of), of.len() as f64);
+    let rest = move |all: f64, one: f64| {
+        if n > 1.0 {
+            (n * all - one) / (n - 1.0)
+        } else {
+            all
+        }
+    };
+    of.iter()
+        .map(move |one| [rest(mean[0], one[0]), rest(mean[1], one[1])])
 }
 
 /// What an error may be: half the width of the 95 % interval, and what is told to exceed it, as two and three standard errors are.
@@ -161,31 +159,19 @@ impl Errors {
     }
 }
 
-/// The mean of the others, without each row.
-fn without_one(rows: &[Row], m: usize) -> impl Iterator<Item = Below> {
-    (0..rows.len()).map(move |i| {
-        let others = rows
-            .iter()
-            .enumerate()
-            .filter(move |(n, _)| *n != i || rows.len() == 1);
-        mean(others.map(|(_, row)| row.below(m, None)))
-    })
-}
-
 /// Values less a line through them, scaled to the variance that they have left.
 fn trendless(values: &[f64]) -> Vec<f64> {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let place = |i: usize| i as f64 - 0.5 * (n - 1.0);
-    let products = values
+    let points = values.iter().enumerate().map(|(i, v)| (i as f64, *v));
+    let points: Vec<(f64, f64)> = points.collect();
+    let Some(fit) = LineFit::through(&points) else {
+        return values.to_vec();
+    };
+    let n = points.len() as f64;
+    let scale = ((n - 1.0) / (n - 2.0)).sqrt();
+    let left = points
         .iter()
-        .enumerate()
-        .map(|(i, v)| place(i) * (v - mean));
-    let slope = products.sum::<f64>() * 12.0 / (n * (n * n - 1.0));
-    let scale = ((n - 1.0) / (n - 2.0).max(1.0)).sqrt();
-    let left = values.iter().enumerate();
-    left.map(|(i, v)| scale * (v - mean - slope * place(i)))
-        .collect()
+        .map(|(x, v)| v - fit.intercept - fit.slope * x);
+    left.map(|left| scale * left).collect()
 }
 
 /// Sum of squares from the mean.
@@ -204,56 +190,38 @@ pub(crate) struct Profile {
     cumulated: Vec<Vec<f64>>,
     /// Whether rows are those of a run, which differ by what moves alone.
     is_exact: bool,
-    /// By what the energies of neighbouring rows differ, as gains make them.
-    gains: f64,
-}
-
-/// What is said of a profile, and the group of the largest move.
-pub(crate) struct Judged {
-    pub movement: Movement,
-    pub group: usize,
 }
 
 impl Profile {
-    /// Groups of rows that hold more than noise.
+    /// Groups of rows that hold more than noise: three errors of the energy by the draws of it.
     pub fn new(groups: Vec<Vec<Row>>, upper: &[f64], is_exact: bool) -> Profile {
-        let mut end = 0;
-        let ranges = groups.iter().map(|group| {
-            let start = end;
-            end += group.len();
-            start..end
-        });
-        let ranges: Vec<Range<usize>> = ranges.collect();
-        let rows: Vec<Row> = groups.into_iter().flatten().collect();
-        let cumulated = |rows: &[Row]| -> Vec<f64> {
+        let last = upper.len() - 1;
+        let is_above = |rows: &Vec<Row>| {
+            let sum = |of: &dyn Fn(&Row) -> Below| rows.iter().map(|row| of(row)[1]).sum::<f64>();
+            let all = sum(&|row| row.below(last, None));
+            let draws = 0..rows.first().map_or(0, |row| row.again.len());
+            let drawn: Vec<f64> = draws.map(|r| sum(&|row| row.drawn(last, r))).collect();
+            all > 3.0 * (squares(&drawn) / drawn.len().max(1) as f64).sqrt()
+        };
+        let groups: Vec<Vec<Row>> = groups.into_iter().filter(is_above).collect();
+        let cumulated = groups.iter().map(|rows| {
             let mut sum = vec![0.0; upper.len()];
             for piece in rows.iter().flat_map(|row| &row.pieces) {
                 add(&mut sum, piece);
             }
             sum.iter_mut().for_each(|sum| *sum /= rows.len() as f64);
             sum
-        };
-        // Three errors of the energy by the draws of its noise.
-        let last = upper.len() - 1;
-        let is_above = |group: &Range<usize>| {
-            let rows = &rows[group.clone()];
-            let all: f64 = rows.iter().map(|row| row.below(last, None)[1]).sum();
-            let draws = 0..rows[0].again.len();
-            let of_draw = |r: usize| rows.iter().map(|row| row.drawn(last, r)[1]).sum();
-            let drawn: Vec<f64> = draws.map(of_draw).collect();
-            all.is_finite() && all * all > 9.0 * squares(&drawn) / drawn.len().max(1) as f64
-        };
-        let groups: Vec<Range<usize>> = ranges.into_iter().filter(is_above).collect();
+        });
+        let mut end = 0;
+        let ranges = groups.iter().map(|rows| {
+            end += rows.len();
+            end - rows.len()..end
+        });
         Profile {
-            cumulated: groups.iter().map(|g| cumulated(&rows[g.clone()])).collect(),
-            groups,
+            cumulated: cumulated.collect(),
+            groups: ranges.collect(),
             upper: upper.to_vec(),
-            gains: if is_exact {
-                0.0
-            } else {
-                Profile::gains_of(&rows)
-            },
-            rows,
+            rows: groups.into_iter().flatten().collect(),
             is_exact,
         }
     }
@@ -264,15 +232,10 @@ impl Profile {
 
     /// The same of some of the groups.
     pub fn among(&self, groups: &[usize]) -> Profile {
+        let [of_groups, sums] = [groups.iter(), groups.iter()];
         Profile {
-            groups: groups
-                .iter()
-                .map(|&group| self.groups[group].clone())
-                .collect(),
-            cumulated: groups
-                .iter()
-                .map(|&group| self.cumulated[group].clone())
-                .collect(),
+            groups: of_groups.map(|&group| self.groups[group].clone()).collect(),
+            cumulated: sums.map(|&group| self.cumulated[group].clone()).collect(),
             ..self.clone()
         }
     }
@@ -304,15 +267,17 @@ impl Profile {
     /// Errors of a function of the energies of a mean row of groups a and b, up to interval m and in all.
     fn errors(&self, groups: [usize; 2], m: usize, of: &dyn Fn(Below, Below) -> f64) -> Errors {
         let [a, b] = groups.map(|group| &self.rows[self.groups[group].clone()]);
-        let all = |rows: &[Row], piece| mean(rows.iter().map(|row| row.below(m, piece)));
+        let each = |rows: &[Row], one: &dyn Fn(&Row) -> Below| -> Vec<Below> {
+            rows.iter().map(one).collect()
+        };
+        let differ = |one: &dyn Fn(&Row) -> Below| of(mean(&each(a, one)), mean(&each(b, one)));
         let mut errors = Errors::default();
         if !self.is_exact {
-            let [first, second] = [all(a, None), all(b, None)];
-            let without = [
-                without_one(a, m)
-                    .map(|rest| of(rest, second))
-                    .collect::<Vec<_>>(),
-                without_one(b, m).map(|rest| of(first, rest)).collect(),
+            let [a, b] = [a, b].map(|rows| each(rows, &|row| row.below(m, None)));
+            let [first, second] = [mean(&a), mean(&b)];
+            let without: [Vec<f64>; 2] = [
+                without_one(&a).map(|rest| of(rest, second)).collect(),
+                without_one(&b).map(|rest| of(first, rest)).collect(),
             ];
             // What changes evenly from row to row is no error.
             let mut both = [Errors::default(); 2];
@@ -324,14 +289,11 @@ impl Profile {
             errors = both[usize::from(is_even)];
         }
         let pieces = a[0].pieces.len();
-        let without = (0..pieces).map(|i| of(all(a, Some(i)), all(b, Some(i))));
+        let without = (0..pieces).map(|i| differ(&|row| row.below(m, Some(i))));
         errors.add_without(&without.collect::<Vec<_>>(), pieces - 1);
-        let drawn = |rows: &[Row], r: usize| mean(rows.iter().map(|row| row.drawn(m, r)));
-        let draws = a[0].again.len();
-        let values: Vec<f64> = (0..draws).map(|r| of(drawn(a, r), drawn(b, r))).collect();
-        if draws > 1 {
-            errors.add(squares(&values) / (draws - 1) as f64, draws - 1);
-        }
+        let draws = 0..a[0].again.len();
+        let drawn: Vec<f64> = draws.map(|r| differ(&|row| row.drawn(m, r))).collect();
+        errors.add(squares(&drawn) / drawn.len().max(1) as f64, OF_DRAWS);
         errors
     }
 
@@ -374,32 +336,11 @@ impl Profile {
         let scale = self.energy(a);
         let gain = move |a: Below, b: Below| (part(b) - part(a)) / scale;
         let of = |group: usize| [self.cumulated[group][m], self.energy(group)];
-        let by_gains = [a, b].map(|group| {
-            let rows = self.groups[group].len() as f64;
-            3.0 * self.gains * part(of(group)) / scale / rows.sqrt()
-        });
-        let sure = self.errors([a, b], m, &gain).sure;
-        [gain(of(a), of(b)), sure.max(by_gains[0].hypot(by_gains[1]))]
+        [gain(of(a), of(b)), self.errors([a, b], m, &gain).sure]
     }
 
-    /// Relative standard deviation by which the energies of neighbouring rows differ: that of `ln e_{j-1} - 2 ln e_j + ln e_{j+1}`
-    /// is the root of six times as large.
-    fn gains_of(rows: &[Row]) -> f64 {
-        let energy = |row: &Row| row.below(0, None)[1].ln();
-        let energies: Vec<f64> = rows.iter().map(energy).collect();
-        let bends = energies
-            .windows(3)
-            .map(|e| (e[0] - 2.0 * e[1] + e[2]).abs());
-        let mut bends: Vec<f64> = bends.filter(|bend| bend.is_finite()).collect();
-        match bends.len() {
-            0 => 0.0,
-            // The median of the magnitude of a normal variable is 0.6745 of its deviation.
-            _ => median(&mut bends) / 0.6745 / 6f64.sqrt(),
-        }
-    }
-
-    /// The verdict on moves that count from `tolerance` on: the largest that is told.
-    pub fn judge(&self, tolerance: f64, place: &dyn Fn([usize; 2]) -> Place) -> Judged {
+    /// The verdict on moves that count from `tolerance` on, the largest that is told, and its group.
+    pub fn judge(&self, tolerance: f64, place: &dyn Fn([usize; 2]) -> Place) -> (Movement, usize) {
         let moves = self.moves();
         let last = self.len() - 1;
         let exceeds = |group: usize, way: usize, part: f64| {
@@ -407,30 +348,26 @@ impl Profile {
             share > tolerance && share > part * sure
         };
         let beside = |group: usize, way: usize| {
-            let near = [group.wrapping_sub(1), group + 1];
-            let mut near = near.into_iter().filter(|near| *near <= last);
-            last < 3 || near.any(|near| exceeds(near, way, BESIDE))
+            let near = [group - 1, (group + 1).min(last)].into_iter();
+            last < 3
+                || near
+                    .filter(|near| *near != group)
+                    .any(|near| exceeds(near, way, BESIDE))
         };
         let is_told = |group: usize, way: usize| exceeds(group, way, 1.0) && beside(group, way);
-        let largest = |way: usize| {
+        let told = [0, 1].map(|way| {
             let told = (1..=last).filter(|&group| is_told(group, way));
             told.max_by(|&a, &b| moves[a][way].share.total_cmp(&moves[b][way].share))
-        };
-        let told = [0, 1].map(largest);
-        let size = |way: usize| told[way].map_or(0.0, |group| moves[group][way].share);
-        let [up, down] = [size(0), size(1)];
+        });
+        let [up, down] = [0, 1].map(|way| told[way].map_or(0.0, |group| moves[group][way].share));
         // What cannot tell whether anything moves says nothing of those that can.
-        let bound = |group: &usize| {
-            let bounds = moves[*group].map(|of| of.share + of.error);
-            f64::max(bounds[0], bounds[1])
-        };
         let is_sharp = |group: &usize| moves[*group].iter().all(|of| of.error < OPEN);
-        let sharp: Vec<usize> = (1..=last).filter(is_sharp).collect();
-        let has_sharp = 2 * sharp.len() >= last;
-        let bound = match has_sharp {
-            true => sharp.iter().map(bound).fold(0.0, f64::max),
-            false => (1..=last).map(|group| bound(&group)).fold(0.0, f64::max),
-        };
+        let mut sharp: Vec<usize> = (1..=last).filter(is_sharp).collect();
+        if 2 * sharp.len() < last {
+            sharp = (1..=last).collect();
+        }
+        let bounds = sharp.iter().flat_map(|&group| &moves[group]);
+        let bound = bounds.map(|of| of.share + of.error).fold(0.0, f64::max);
         let way = usize::from(down > up);
         let verdict = match told {
             [None, None] if bound > OPEN => Verdict::Untold,
@@ -439,20 +376,13 @@ impl Profile {
             _ if way == 0 => Verdict::Up,
             _ => Verdict::Down,
         };
-        let group = match told[way] {
-            Some(group) => group,
-            None if has_sharp => sharp[sharp.len() - 1],
-            None => last,
-        };
-        let [mut up, mut down] = moves[group];
-        if verdict == Verdict::Spreads {
-            let of = |way: usize| told[way].map_or(moves[group][way], |group| moves[group][way]);
-            [up, down] = [of(0), of(1)];
-        }
+        let group = told[way].unwrap_or(sharp[sharp.len() - 1]);
+        let spreads = verdict == Verdict::Spreads;
+        let of = |way: usize| moves[told[way].filter(|_| spreads).unwrap_or(group)][way];
         let mut movement = Movement {
             verdict,
-            up,
-            down,
+            up: of(0),
+            down: of(1),
             at_end: Some(moves[last]),
             bound,
             energy_ratio: self.energy(group) / self.energy(0),
@@ -465,7 +395,7 @@ impl Profile {
             movement.transfer = self.is_gained(group, way, &movement);
             movement.fate = self.fate(group, way, [&moves[group], &moves[last]]);
         }
-        Judged { movement, group }
+        (movement, group)
     }
 
     /// Whether energy itself grew on the far side of the frequency of a move: `None` where errors hide a gain as large as
@@ -509,18 +439,17 @@ impl Profile {
 
     pub fn evidence(&self, compared: [usize; 2], place: &dyn Fn([usize; 2]) -> Place) -> Evidence {
         let seen = |group: usize| {
-            let mut before = [0.0; 2];
-            let density = self.cumulated[group].iter().zip(&self.upper);
-            let density = density.map(|(c, upper)| {
-                let [c0, lower] = std::mem::replace(&mut before, [*c, *upper]);
-                (c - c0) / (upper - lower)
-            });
+            let sums = &self.cumulated[group];
+            let before = |of: &[f64], m: usize| if m > 0 { of[m - 1] } else { 0.0 };
+            let width = |m: usize| self.upper[m] - before(&self.upper, m);
+            let bins = 0..sums.len();
             GroupSpectrum {
                 place: place(self.rows(group)),
-                density: density.collect(),
-                cumulative: (0..self.upper.len())
-                    .map(|m| self.share(group, m))
+                density: bins
+                    .clone()
+                    .map(|m| (sums[m] - before(sums, m)) / width(m))
                     .collect(),
+                cumulative: bins.map(|m| self.share(group, m)).collect(),
                 energy: self.energy(group),
             }
         };

@@ -28,6 +28,9 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// Of all sites.
+    pub(crate) const SHORT: Reason = Reason::ShortRecord { whole: 0, sites: 0 };
+
     /// Stable name, for programs.
     pub fn code(&self) -> &'static str {
         match self {

@@ -31,6 +31,7 @@ pub use axes::{frequencies, wavenumbers, wavenumbers_signed};
 pub use complex::{ComplexScratch, ComplexTransform};
 pub use direct::direct_sums;
 pub use filter::{Passband, SpaceTimeFilter, Travelling};
+pub(crate) use records::quick;
 pub use records::{RecordScratch, RecordTransform};
 pub use scale::{Scale, Scaling, fold};
 pub use segments::Segments;

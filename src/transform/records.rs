@@ -267,6 +267,20 @@ impl<T: Real> std::fmt::Debug for RecordTransform<T> {
     }
 }
 
+/// The least length of at least `samples` with no prime factor above 5.
+pub(crate) fn quick(samples: usize) -> usize {
+    let is_quick = |n: &usize| {
+        let mut rest = *n;
+        for factor in [2, 3, 5] {
+            while rest.is_multiple_of(factor) {
+                rest /= factor;
+            }
+        }
+        rest == 1
+    };
+    (samples..).find(is_quick).unwrap_or(samples)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

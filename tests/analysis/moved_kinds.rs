@@ -546,3 +546,17 @@ fn val_construction_noise_ahead_of_a_burst_is_no_front() {
     let front = of(1e-5).front.unwrap();
     assert!(front.high_share[20].is_finite());
 }
+
+/// What sensors add to all samples is no motion: a burst over an offset a million times as large is told as without it.
+#[test]
+fn val_symmetry_an_offset_changes_nothing() {
+    let [plain, offset] = [0.0, 1e6].map(|offset| {
+        let found = answer_of((800, 40), 1e-3, |n, j| {
+            offset + burst(n - 100.0 - 10.0 * j, 0.06, 60.0)
+        });
+        found.frequency
+    });
+    assert_eq!(plain.verdict, Verdict::Unchanged, "{plain:?}");
+    assert_eq!(offset.verdict, plain.verdict, "{offset:?}");
+    assert!(plain.bound < 1.5e-3 && offset.bound < 1.5e-3, "{offset:?}");
+}

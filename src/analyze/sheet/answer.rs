@@ -1,6 +1,7 @@
 //! The answer of an analysis in words.
 
 use super::super::{Analysis, Axes, Direction, Undirected, Warning};
+use crate::measure::{Frequency, size};
 use crate::moved::{Answer, Fate, Front, Move, Movement, Place, Reason, Verdict};
 use crate::sheet::Fact;
 
@@ -13,7 +14,6 @@ pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
         words.in_time(),
         words.direction(),
         words.attenuation(),
-        words.tail(),
     ];
     Some((words.verdict(), facts.into_iter().flatten().collect()))
 }
@@ -54,6 +54,26 @@ fn with_error(of: &Move) -> String {
     value_with_error(of.share, of.error)
 }
 
+/// `41 ± 2 % past 4 kHz`, `2.0 ± 0.1 % below 3 kHz`.
+fn of_both(of: &Movement, at: impl Fn(f64) -> String) -> [String; 2] {
+    [(of.up, "past"), (of.down, "below")]
+        .map(|(of, word)| format!("{} {word} {}", with_error(&of), at(of.at)))
+}
+
+/// How it goes, in one of three words, and which shares do.
+fn told(
+    of: &Movement,
+    words: [&'static str; 3],
+    at: impl Fn(f64) -> String,
+) -> (&'static str, String) {
+    let [up, down] = of_both(of, at);
+    match of.verdict {
+        Verdict::Up => (words[0], up),
+        Verdict::Down => (words[1], down),
+        _ => (words[2], format!("{up}, {down}")),
+    }
+}
+
 /// To the first digit of the error, rounded up from hundredths on; exact values have none.
 fn value_with_error(value: f64, error: f64) -> String {
     let [value, error] = [value, error].map(|x| 100.0 * x);
@@ -64,6 +84,7 @@ fn value_with_error(value: f64, error: f64) -> String {
         error => ((-error.log10()).ceil() as usize).min(finest),
     };
     let least = 10f64.powi(-(digits as i32));
+    // Without a sign of zero.
     let value = if value.abs() < 0.5 * least {
         0.0
     } else {
@@ -72,6 +93,17 @@ fn value_with_error(value: f64, error: f64) -> String {
     match error == 0.0 {
         true => format!("{value:.digits$} %"),
         false => format!("{value:.digits$} ± {:.digits$} %", error.max(least)),
+    }
+}
+
+/// What became of a move by the end.
+fn fate(of: &Movement) -> String {
+    let end = of.at_end.map(|moves| with_error(&moves[of.way()]));
+    match (of.fate, end) {
+        (Some(Fate::Back), Some(end)) => format!(", back at the end ({end})"),
+        (Some(Fate::Lost), Some(end)) => format!(", then lost ({end} at the end)"),
+        (None, Some(end)) if of.moves() => format!(", {end} at the end"),
+        _ => String::new(),
     }
 }
 
@@ -105,22 +137,16 @@ impl<'a> Words<'a> {
 
     fn frequency(&self, f: f64) -> String {
         let unit = self.axes.frequency_unit();
-        let prefixes = [("GHz", 1e9), ("MHz", 1e6), ("kHz", 1e3), ("Hz", 1.0)];
-        let scale = prefixes.iter().find(|(name, _)| *name == unit);
-        let (f, unit) = match scale {
-            Some((_, scale)) => {
-                let f = f * scale;
-                let (name, scale) = prefixes[1..]
-                    .iter()
-                    .find(|(_, of)| f >= *of)
-                    .unwrap_or(&prefixes[3]);
-                (f / scale, (*name).to_owned())
-            }
+        let sizes = [("MHz", 1e6), ("kHz", 1e3), ("Hz", 1.0)];
+        let hertz = size::<Frequency>(&unit).map(|size| f * size);
+        let of = hertz.map(|f| *sizes.iter().find(|(_, of)| f >= *of).unwrap_or(&sizes[2]));
+        let text = match hertz.zip(of) {
+            Some((f, (name, size))) => format!("{} {name}", short(f / size)),
             // Longer than the number.
-            None if unit.len() > 12 => (f, String::new()),
-            None => (f, unit),
+            None if unit.len() > 12 => short(f),
+            None => format!("{} {unit}", short(f)),
         };
-        format!("{} {unit}", short(f)).trim_end().to_owned()
+        text.trim_end().to_owned()
     }
 
     fn wavenumber(&self, k: f64) -> String {
@@ -176,39 +202,36 @@ impl<'a> Words<'a> {
     }
 
     fn in_frequency_told(&self, of: &Movement) -> String {
-        let to = of.to.map_or(0, |place| place.rows[1]);
-        let ends = of.from.zip(of.to);
-        let is_back = ends.is_some_and(|(from, to)| to.rows[0] < from.rows[0]);
-        let way = if is_back { "towards -x" } else { "along x" };
-        let [up, down] = [&of.up, &of.down].map(with_error);
-        let [above, under] = [of.up.at, of.down.at].map(|f| self.frequency(f));
-        let fate = self.fate(of);
-        let is_transfer = of.transfer == Some(true);
-        match of.verdict {
-            Verdict::Unchanged | Verdict::Untold => {
-                let hidden = match self.hum {
-                    Some(hum) => format!("; {}", hum.message()),
-                    None if self.is_noise => {
-                        " in records like noise, which may hide a weak wave".into()
-                    }
-                    None => String::new(),
-                };
-                format!(
-                    "no energy moves in frequency {way}{} (less than {}, at 95 %){hidden}",
-                    self.span(of),
-                    below(of.bound)
-                )
-            }
-            Verdict::Up if is_transfer => {
-                format!("energy moves up in frequency {way}: {up} past {above} by site {to}{fate}")
-            }
-            Verdict::Down if is_transfer => format!(
-                "energy moves down in frequency {way}: {down} below {under} by site {to}{fate}"
+        let ends = of
+            .from
+            .zip(of.to)
+            .map(|(from, to)| (from.rows[0], to.rows[1]));
+        let (from, to) = ends.unwrap_or_default();
+        let way = if to < from { "towards -x" } else { "along x" };
+        let hidden = match self.hum {
+            Some(hum) => format!("; {}", hum.message()),
+            None if self.is_noise => " in records like noise, which may hide a weak wave".into(),
+            None => String::new(),
+        };
+        // Where the wave is seen at a part of the sites.
+        let is_part = ((from.abs_diff(to) + 1) as f64) < SPAN * self.axes.n_sites as f64;
+        let span = match ends {
+            Some(_) if is_part => format!(" from site {from} to {to}"),
+            _ => String::new(),
+        };
+        let (moves, what) = told(of, ["moves up", "moves down", "spreads"], |f| {
+            self.frequency(f)
+        });
+        match of.transfer {
+            _ if !of.moves() => format!(
+                "no energy moves in frequency {way}{span} (less than {}, at 95 %){hidden}",
+                below(of.bound)
             ),
-            Verdict::Spreads if is_transfer => format!(
-                "energy spreads in frequency {way}: {up} past {above}, {down} below {under} by site {to}{fate}"
+            Some(true) => format!(
+                "energy {moves} in frequency {way}: {what} by site {to}{}",
+                fate(of)
             ),
-            _ => format!("{}{fate}", self.shares(of, &format!("site {to}"))),
+            _ => format!("{}{}", self.shares(of, &format!("site {to}")), fate(of)),
         }
     }
 
@@ -238,39 +261,17 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// What became of a move by the end.
-    fn fate(&self, of: &Movement) -> String {
-        let end = of
-            .at_end
-            .map(|[up, down]| match of.down.share > of.up.share {
-                true => with_error(&down),
-                false => with_error(&up),
-            });
-        match (of.fate, end) {
-            (Some(Fate::Back), Some(end)) => format!(", back at the end ({end})"),
-            (Some(Fate::Lost), Some(end)) => format!(", then lost ({end} at the end)"),
-            (None, Some(end)) if of.moves() => format!(", {end} at the end"),
-            _ => String::new(),
-        }
-    }
-
     fn in_wavenumber_told(&self, of: &Movement) -> String {
-        let by = of
-            .to
-            .map_or(String::new(), |to| format!(" by t = {}", self.time(&to)));
-        let up = format!("{} past {}", with_error(&of.up), self.wavenumber(of.up.at));
-        let down = format!(
-            "{} below {}",
-            with_error(&of.down),
-            self.wavenumber(of.down.at)
-        );
-        let fate = self.fate(of);
-        match of.verdict {
-            Verdict::Up => format!("wavenumbers rise: {up}{by}{fate}"),
-            Verdict::Down => format!("wavenumbers fall: {down}{by}{fate}"),
-            Verdict::Spreads => format!("wavenumbers spread: {up}, {down}{by}{fate}"),
-            _ => format!("wavenumbers stay (less than {} moves)", below(of.bound)),
+        if !of.moves() {
+            return format!("wavenumbers stay (less than {} moves)", below(of.bound));
         }
+        let (move_so, what) = told(of, ["rise", "fall", "spread"], |k| self.wavenumber(k));
+        let by = of.to.map(|to| format!(" by t = {}", self.time(&to)));
+        format!(
+            "wavenumbers {move_so}: {what}{}{}",
+            by.unwrap_or_default(),
+            fate(of)
+        )
     }
 
     /// Why frequencies cannot be told: stable name, message and advice.
@@ -308,19 +309,6 @@ impl<'a> Words<'a> {
         })
     }
 
-    /// Between which sites, where the wave is seen at a part of them.
-    fn span(&self, of: &Movement) -> String {
-        let ends = of.from.zip(of.to);
-        match ends.map(|(from, to)| (from.rows[0], to.rows[1])) {
-            Some((from, to))
-                if ((from.abs_diff(to) + 1) as f64) < SPAN * self.axes.n_sites as f64 =>
-            {
-                format!(" from site {from} to {to}")
-            }
-            _ => String::new(),
-        }
-    }
-
     /// Of a struck chain.
     fn of_front(&self, front: &Front) -> String {
         let of = &self.answer.frequency;
@@ -339,18 +327,14 @@ impl<'a> Words<'a> {
                 "the front loses {loss} of its energy per 100 bodies{damping}, from body {from} to {to}"
             ),
         };
-        let by = of
-            .to
-            .map_or(String::new(), |place| format!("body {}", place.rows[1]));
+        let by = of.to.map_or(0, |place| place.rows[1]);
         match of.verdict {
             Verdict::Untold => loses,
-            Verdict::Unchanged => format!(
-                "{loses}, and its content stays (less than {} moves)",
-                below(of.bound)
-            ),
-            Verdict::Up | Verdict::Down | Verdict::Spreads => {
-                format!("{loses}; {}", self.shares(of, &by))
+            Verdict::Unchanged => {
+                let bound = below(of.bound);
+                format!("{loses}, and its content stays (less than {bound} moves)")
             }
+            _ => format!("{loses}; {}", self.shares(of, &format!("body {by}"))),
         }
     }
 
@@ -362,9 +346,8 @@ impl<'a> Words<'a> {
             None => String::new(),
         };
         if of.up.share.is_nan() {
-            let [times, sites] = [(self.axes.n_times, "time"), (self.axes.n_sites, "site")]
-                .map(|(n, one)| counted(n, one));
-            return format!("{times}, {sites}{untold}");
+            let times = counted(self.axes.n_times, "time");
+            return format!("{times}, {}{untold}", counted(self.axes.n_sites, "site"));
         }
         let moved = |of: &Movement| {
             let parts = [(&of.up, "up"), (&of.down, "down")];
@@ -378,23 +361,25 @@ impl<'a> Words<'a> {
             }
         };
         let places = of.from.zip(of.to).map(|(from, to)| {
-            let body = if self.answer.is_struck {
+            let bodies = if self.answer.is_struck {
                 "bodies"
             } else {
                 "sites"
             };
-            format!(", {body} {} against {}", self.sites(&to), self.sites(&from))
+            format!(
+                ", {bodies} {} against {}",
+                self.sites(&to),
+                self.sites(&from)
+            )
         });
-        let start = match self
+        let launch = self
             .answer
             .launch
             .as_ref()
-            .filter(|launch| launch.most().share > 0.0)
-        {
-            Some(launch) => format!("launch {}; then ", moved(launch)),
-            None => String::new(),
-        };
-        format!("{start}{}{}{untold}", moved(of), places.unwrap_or_default())
+            .filter(|of| of.most().share > 0.0);
+        let launch = launch.map(|launch| format!("launch {}; then ", moved(launch)));
+        let [launch, places] = [launch, places].map(Option::unwrap_or_default);
+        format!("{launch}{}{places}{untold}", moved(of))
     }
 
     fn along_x(&self) -> Option<Fact> {
@@ -402,21 +387,12 @@ impl<'a> Words<'a> {
         let of = &self.answer.frequency;
         let first = &evidence.groups[0].cumulative;
         let half = first.iter().position(|c| *c >= 0.5)?;
-        let edge = if of.moves() {
-            of.most().at
-        } else {
-            evidence.upper[half]
-        };
+        let edge = of.past().unwrap_or(evidence.upper[half]);
         let profile = evidence.above(edge);
         let last = profile.len() - 1;
         let at = |group: usize| {
-            let place = &evidence.groups[group].place;
-            format!(
-                "{} at {} {}",
-                share(profile[group]),
-                self.body(),
-                self.sites(place)
-            )
+            let sites = self.sites(&evidence.groups[group].place);
+            format!("{} at {} {sites}", share(profile[group]), self.body())
         };
         let middle = match evidence.compared[1] {
             compared if compared == last || compared == 0 => last / 2,
@@ -494,25 +470,21 @@ impl<'a> Words<'a> {
         let speed = self.answer.speed.map(|speed| {
             let unit = match (&space.unit, &time.unit) {
                 (Some(length), Some(time)) => format!("{length}/{time}"),
+                (Some(length), None) => format!("{length} per {}", time.time_unit()),
                 _ => {
-                    let length = match &space.unit {
-                        Some(length) => length.clone(),
-                        None => space
-                            .space_unit()
-                            .replace("site", "sites")
-                            .replace("unit", "units"),
-                    };
-                    format!("{length} per {}", time.time_unit())
+                    let length = space.space_unit().replace("unit", "units");
+                    format!(
+                        "{} per {}",
+                        length.replace("site", "sites"),
+                        time.time_unit()
+                    )
                 }
             };
             let decimals = (1.0 - speed.error.log10().floor()).clamp(0.0, 6.0) as usize;
             let (value, error) = (speed.value.abs(), speed.error.max(1e-6));
-            format!("{value:.decimals$} ± {error:.decimals$} {unit}")
+            format!("; arrivals at {value:.decimals$} ± {error:.decimals$} {unit}")
         });
-        let speed = match &speed {
-            Some(speed) => format!("; arrivals at {speed}"),
-            None => String::new(),
-        };
+        let speed = speed.unwrap_or_default();
         let text = match self.undirected() {
             Some(reason) => format!("cannot be told: {reason}{speed}"),
             // In a chain of cells, a one-way wave has components of both signs.
@@ -541,16 +513,6 @@ impl<'a> Words<'a> {
             }
         };
         Some(Fact::new("direction", text))
-    }
-
-    fn tail(&self) -> Option<Fact> {
-        let tail = self.answer.tail?;
-        let text = format!(
-            "{} of the energy follows the front, around {}",
-            share(tail.energy_share),
-            self.frequency(tail.peak_frequency)
-        );
-        (tail.energy_share > 0.005).then(|| Fact::new("tail", text))
     }
 }
 

@@ -100,7 +100,6 @@ fn moved(words: &Words) -> Value {
     let along_x = |of: &Movement| movement(of, &site, &last_site, &|reason| words.why(reason));
     let mut frequency = along_x(&answer.frequency);
     frequency["launch"] = json!(answer.launch.as_ref().map(along_x));
-    frequency["tail"] = json!(answer.tail);
     frequency["profile"] = json!(answer.along_x.as_ref().map(profile));
     let mut wavenumber = movement(&answer.wavenumber, &time, &time, &Reason::parts);
     wavenumber["profile"] = json!(answer.along_t.as_ref().map(profile));
