@@ -11,8 +11,9 @@ use super::{Evidence, Movement, Place, Reason};
 /// Times at which the energy inside is looked at, and snapshots of a group that are transformed, at most.
 const LOOKED_AT: usize = 1024;
 const SNAPSHOTS: usize = 64;
-/// Parts of a group that errors are found from.
+/// Parts of a group that errors are found from, and those of a random wave, whose shorter parts follow each other.
 const PARTS: usize = 8;
+const OF_RANDOM: usize = 4;
 /// Part of the energy that is inside while the wave is.
 const INSIDE: f64 = 0.9;
 /// Energy at the ends of the array, over that of an even spread, from which on the wave is longer than the array.
@@ -116,6 +117,8 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     let bins = source.profiles.powers(range.start).len();
     let grid = Grid::new(bins, source.step);
     let mut all = vec![0.0; bins];
+    let is_random = source.motion == Motion::Steady;
+    let parts = if is_random { OF_RANDOM } else { PARTS };
     let mut inside = Vec::with_capacity(count);
     let groups = (0..count).map(|i| {
         let [start, end] = [i, i + 1].map(|i| range.start + i * range.len() / count);
@@ -124,7 +127,7 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
         let powers: Vec<Vec<f64>> = powers.collect();
         inside.push(powers.iter().flatten().sum::<f64>() / times.len() as f64);
         powers.iter().for_each(|powers| add(&mut all, powers));
-        let rows = powers.chunks(times.len().div_ceil(PARTS)).map(|part| {
+        let rows = powers.chunks(times.len().div_ceil(parts)).map(|part| {
             let mut sum = vec![0.0; bins];
             part.iter().for_each(|powers| add(&mut sum, powers));
             sum[..source.first].fill(0.0);
@@ -149,7 +152,7 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     ];
     let within = |ratio: f64, most: f64| (1.0 / most..most).contains(&ratio);
     if (is_transient && !within(of_all, ENTERS))
-        || (source.motion == Motion::Steady && !within(of_moving, COMES))
+        || (is_random && !within(of_moving, COMES))
         || (near && !is_box)
     {
         return Err(LEAVES);
