@@ -5,7 +5,7 @@ use super::front::Fronts;
 use super::onset::Onset;
 use super::profile::add;
 use super::speed::{self, Passage};
-use super::windows::{DRAWN_SITES, DRAWS, Windows};
+use super::windows::Windows;
 use super::{Answer, ArrivalWindows, Place, Reason, Verdict, chain, steady};
 use crate::error::Result;
 use crate::observer::Observer;
@@ -221,38 +221,30 @@ impl Fronts<'_> {
             order.reverse();
         }
         let fits = room.iter().filter(|room| **room >= samples).count();
-        let numbers = (2 * DRAWS + 6) * window.grid.upper.len();
+        let numbers = 6 * window.grid.upper.len();
         let mut groups = options.grouped(&order, fits, numbers);
         let size = groups.first().map_or(0, Vec::len);
-        let mut ranks: Vec<Option<usize>> = vec![None; self.onsets.len()];
-        for (rank, &site) in groups.iter().flatten().enumerate() {
-            ranks[site] = Some(rank);
-        }
-        let sites: Vec<usize> = (0..ranks.len()).filter(|&j| ranks[j].is_some()).collect();
+        let mut sites: Vec<usize> = groups.iter().flatten().copied().collect();
+        sites.sort_unstable();
+        let is_read = |site: usize| sites.binary_search(&site).is_ok();
         if sites.iter().any(|&j| self.onsets[j].noise > Some(0.0)) {
-            let every = sites.len().div_ceil(DRAWN_SITES);
-            let keeps = |site: usize| ranks[site].is_some_and(|rank| rank.is_multiple_of(every));
-            window.set_noise(prepared.each_record_of(
-                |j| ranks[j].is_some(),
-                observer,
-                |site, record, _| window.quiet(record, &self.onsets[site], keeps(site)),
-            )?);
+            let quiet = |site: usize, record: &[f64]| window.quiet(record, &self.onsets[site]);
+            let quiet = prepared.each_record_of(is_read, observer, |j, of, _| quiet(j, of))?;
+            window.set_noise(quiet);
         }
         let look = |site: usize, record: &[f64]| {
             let onset = &self.onsets[site];
             let mut scratch = RecordScratch::default();
             let (start, end) = (self.start(site), self.end(site, reflected));
-            let mut energy = |from, rank, is_struck| {
-                window.spectrum(record, from, onset, rank, is_struck, &mut scratch)
-            };
-            let rank = ranks[site].filter(|_| !is_simulated);
+            let mut energy =
+                |from, is_struck| window.spectrum(record, from, onset, is_struck, &mut scratch);
             // In a run, before what the front leaves behind comes back.
             let fits = start + if is_simulated { 2 * samples } else { samples } <= end;
-            let spectrum = fits.then(|| energy(start, rank, is_simulated));
+            let spectrum = fits.then(|| energy(start, is_simulated));
             let mut rest = vec![0.0; window.grid.upper.len()];
             let follows = (start + samples..end).step_by(samples);
             for from in follows.filter(|_| !self.is_whole) {
-                add(&mut rest, &energy(from, None, false).energy);
+                add(&mut rest, &energy(from, false).energy);
             }
             let sums = onset.energies(record);
             let last = end.saturating_sub(samples / 4).max(start);
@@ -270,15 +262,11 @@ impl Fronts<'_> {
                 energy: all,
                 centre: moments.sum::<f64>() / all,
                 weight: 1.0,
-                last: energy(last, None, false).energy,
+                last: energy(last, false).energy,
                 is_cut: !is_simulated && fits && start + samples > last && cut > COMES,
             }
         };
-        let read = prepared.each_record_of(
-            |j| ranks[j].is_some(),
-            observer,
-            |j, record, _| look(j, record),
-        )?;
+        let read = prepared.each_record_of(is_read, observer, |j, record, _| look(j, record))?;
         let seconds: Vec<Option<usize>> = read.iter().map(|seen| seen.second).collect();
         let mut seen: Vec<Option<Seen>> = (0..self.onsets.len()).map(|_| None).collect();
         for (&site, one) in sites.iter().zip(read) {

@@ -47,7 +47,7 @@ impl Found<'_> {
                 add(&mut energy, &seen.rest);
             }
             energy.iter_mut().for_each(|e| *e *= seen.weight);
-            Some(Row::new([site; 2], vec![energy], spectrum.again.clone()))
+            Some(Row::new([site; 2], vec![energy], spectrum.noise.clone()))
         };
         let groups = self.groups.iter();
         let groups = groups.filter_map(|group| group.iter().map(row).collect::<Option<Vec<Row>>>());

@@ -7,11 +7,11 @@
 //! ```
 //!
 //! Their error is the jackknife of `C_1(f) - C_g(f)` at that f: a row of either group left out (gains, coupling, the noise of
-//! each), a piece left out of both at once (the same wave passes both), and the rows with other noise added. Variances add.
+//! each), a piece left out of both at once (the same wave passes both), and what the noise below and above f does. Variances add.
 
 use std::ops::Range;
 
-use super::windows::DRAWS;
+use super::windows::QUIET;
 use super::{Evidence, Fate, GroupSpectrum, Move, Movement, Place, Reason, Verdict};
 use crate::numeric::{LineFit, student_two_sided};
 
@@ -20,8 +20,8 @@ const FINE: usize = 512;
 /// The probability by which chance exceeds three errors, and by which two, as far as they are known.
 const SURELY: f64 = 0.0027;
 const LIKELY: f64 = 0.0455;
-/// Degrees of freedom of what draws of the noise say.
-const OF_DRAWS: usize = DRAWS - 1;
+/// Degrees of freedom of noise, as quiet parts have it.
+const OF_NOISE: usize = 2 * QUIET;
 /// Part of that by which a move is told that it exceeds at a group beside.
 const BESIDE: f64 = 0.5;
 /// Part of a move that energy must have gained at least.
@@ -84,21 +84,21 @@ pub(crate) struct Row {
     pub at: [usize; 2],
     /// Cumulated over the grid: one of a window that holds the wave, several segments of a steady record.
     pieces: Vec<Vec<f64>>,
-    /// All pieces with other noise added.
-    again: Vec<Vec<f64>>,
+    /// Variance of all pieces by the noise, cumulated; empty of none.
+    noise: Vec<f64>,
 }
 
 /// Energy up to an interval, and all of it.
 type Below = [f64; 2];
 
 impl Row {
-    pub fn new(at: [usize; 2], mut pieces: Vec<Vec<f64>>, mut again: Vec<Vec<f64>>) -> Row {
-        for values in pieces.iter_mut().chain(&mut again) {
+    pub fn new(at: [usize; 2], mut pieces: Vec<Vec<f64>>, mut noise: Vec<f64>) -> Row {
+        for values in pieces.iter_mut().chain([&mut noise]) {
             for m in 1..values.len() {
                 values[m] += values[m - 1];
             }
         }
-        Row { at, pieces, again }
+        Row { at, pieces, noise }
     }
 
     /// Without a piece.
@@ -107,12 +107,6 @@ impl Row {
         let pieces = pieces.filter(|(i, _)| Some(*i) != without);
         let below = pieces.map(|(_, piece)| [piece[m], piece[piece.len() - 1]]);
         below.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
-    }
-
-    /// Of a draw of the noise.
-    fn drawn(&self, m: usize, draw: usize) -> Below {
-        let draw = &self.again[draw];
-        [draw[m], draw[draw.len() - 1]]
     }
 }
 
@@ -197,11 +191,9 @@ impl Profile {
     pub fn new(groups: Vec<Vec<Row>>, upper: &[f64], is_exact: bool) -> Profile {
         let last = upper.len() - 1;
         let is_above = |rows: &Vec<Row>| {
-            let sum = |of: &dyn Fn(&Row) -> Below| rows.iter().map(|row| of(row)[1]).sum::<f64>();
-            let all = sum(&|row| row.below(last, None));
-            let draws = 0..rows.first().map_or(0, |row| row.again.len());
-            let drawn: Vec<f64> = draws.map(|r| sum(&|row| row.drawn(last, r))).collect();
-            all > 3.0 * (squares(&drawn) / drawn.len().max(1) as f64).sqrt()
+            let all: f64 = rows.iter().map(|row| row.below(last, None)[1]).sum();
+            let noise: f64 = rows.iter().filter_map(|row| row.noise.last()).sum();
+            all > 3.0 * noise.sqrt()
         };
         let groups: Vec<Vec<Row>> = groups.into_iter().filter(is_above).collect();
         let cumulated = groups.iter().map(|rows| {
@@ -291,9 +283,21 @@ impl Profile {
         let pieces = a[0].pieces.len();
         let without = (0..pieces).map(|i| differ(&|row| row.below(m, Some(i))));
         errors.add_without(&without.collect::<Vec<_>>(), pieces - 1);
-        let draws = 0..a[0].again.len();
-        let drawn: Vec<f64> = draws.map(|r| differ(&|row| row.drawn(m, r))).collect();
-        errors.add(squares(&drawn) / drawn.len().max(1) as f64, OF_DRAWS);
+        // Noise below and above are independent.
+        let usual = [a, b].map(|rows| mean(&each(rows, &|row| row.below(m, None))));
+        for (i, rows) in [a, b].into_iter().enumerate() {
+            let noise = each(rows, &|row| match row.noise.last() {
+                Some(all) => [row.noise[m], all - row.noise[m]],
+                None => [0.0; 2],
+            });
+            let [below, above] = mean(&noise).map(|noise| (noise / rows.len() as f64).sqrt());
+            for off in [[below, below], [0.0, above]] {
+                let mut other = usual;
+                other[i] = [other[i][0] + off[0], other[i][1] + off[1]];
+                let off = of(other[0], other[1]) - of(usual[0], usual[1]);
+                errors.add(off * off, OF_NOISE);
+            }
+        }
         errors
     }
 

@@ -32,7 +32,7 @@ pub(super) fn of_windows(passages: &[Passage], scale: f64) -> Option<Speed> {
         let all: f64 = spectrum.energy.iter().sum();
         for (m, sum) in sums.iter_mut().enumerate() {
             // What noise may be has no delay.
-            let (e, error) = (spectrum.energy[m], spectrum.error[m]);
+            let (e, error) = (spectrum.energy[m], spectrum.noise[m].sqrt());
             let is_sure = e - SURE * error > LEAST * all;
             *sum += if is_sure {
                 all / (e - SURE * error)

@@ -239,17 +239,14 @@ pub(super) fn along_x(
                     .zip(&flat)
                     .for_each(|(p, bins)| *p -= floor * bins);
             }
-            // The floor as large and as small as it may be.
-            let by = error(group.len() as f64) * floor * SEGMENTS as f64;
-            let other = |sign: &f64| {
-                let sum = |m: usize| seen.parts.iter().map(|part| part[m]).sum::<f64>();
-                (0..flat.len())
-                    .map(|m| sum(m) + sign * by * flat[m])
-                    .collect()
-            };
-            let signs: &[f64] = if has_floor { &[1.0, -1.0] } else { &[] };
-            let again = signs.iter().map(other).collect();
-            Some(Row::new([*site; 2], seen.parts, again))
+            // The floor is off alike at all frequencies, and at the sites of a group.
+            let error = error(group.len() as f64) * floor * SEGMENTS as f64;
+            let mut off = 0.0;
+            let noise = flat.iter().map(|bins| {
+                off += error * bins;
+                group.len() as f64 * error * bins * (2.0 * off - error * bins)
+            });
+            Some(Row::new([*site; 2], seen.parts, noise.collect()))
         };
         group.iter().filter_map(row).collect()
     });
