@@ -31,19 +31,6 @@ const QUIET: usize = 16;
 /// Share of directed energy that goes one way where records have no arrivals but a direction.
 const ONE_WAY: f64 = 0.8;
 
-/// Why shares by direction are withheld.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Undirected {
-    /// Share of energy in the top tenth of the wavenumber axis.
-    Folded { share: f64 },
-    /// Wavelengths over twice the spacing, by the speed of arrivals, at the frequency below which half of the energy lies.
-    Short { wavelength: f64 },
-    /// The same over twice the length of the array, where wavenumbers of both signs are one.
-    Long { wavelength: f64 },
-    /// Noise is all there is.
-    Noise,
-}
-
 /// Finds the answer from a field that is prepared and, where they were transformed, the sum of squares of its `samples` and its directions.
 pub(super) fn find(
     plan: &Plan,
@@ -89,7 +76,7 @@ pub(super) fn find(
     answer.since = since(&answer, plan.sites.start);
     (answer.wavenumber, answer.along_t) = match request.without_sites.is_empty() {
         true => wavenumbers(plan, prepared, &answer, struck),
-        false => (Movement::untold(Reason::FewSites { sites: 0 }), None),
+        false => (Movement::untold(Reason::FewSites), None),
     };
     Ok(answer)
 }
@@ -119,7 +106,8 @@ pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
     });
     let found: Vec<Warning> = steps.into_iter().chain(changes).collect();
     if !found.is_empty() {
-        answer.frequency.without_energies();
+        let of = &mut answer.frequency;
+        (of.transfer, of.energy_ratio) = (None, f64::NAN);
     }
     found
 }
@@ -165,7 +153,7 @@ fn wavenumbers(
     let axes = &plan.axes;
     let sites = axes.n_sites;
     if sites < 8 {
-        return (Movement::untold(Reason::FewSites { sites }), None);
+        return (Movement::untold(Reason::FewSites), None);
     }
     if along.onsets.is_empty() {
         let reason = along.frequency.reason.unwrap_or(Reason::NoEnergy);
@@ -231,7 +219,6 @@ fn wavenumbers(
         } else {
             (MEAN_MOTION * padding).ceil() as usize
         },
-        padding,
         period: along.period / time.step,
         motion,
         // The kinetic part of a run's energy oscillates all the while.
@@ -330,7 +317,7 @@ pub(super) fn withheld(
     answer: Option<&Answer>,
     spacetime: &Frequencies,
     simulated: bool,
-) -> Option<Undirected> {
+) -> Option<Reason> {
     if simulated {
         return None;
     }
@@ -347,29 +334,21 @@ pub(super) fn withheld(
     let (noise, tenth) = (noise * (all + still), (2 * top) as f64 / nk as f64);
     let high = sum(&energies[..top]) + sum(&energies[nk - top..]) - noise * tenth;
     let rest = all - noise;
-    if rest <= 0.1 * all {
-        return Some(Undirected::Noise);
-    }
     let is_steady = answer.is_none_or(|answer| !answer.has_fronts);
-    if is_steady && is_flat(&energies) {
-        return Some(Undirected::Noise);
+    if rest <= 0.1 * all || (is_steady && is_flat(&energies)) {
+        return Some(Reason::Noise { bound: 1.0 });
     }
-    let share = high / rest;
     // All that gains spread may lie there.
-    if share > FOLDED + answer.map_or(0.0, |answer| gains::uneven(&answer.onsets)) {
-        return Some(Undirected::Folded { share });
+    if high > rest * (FOLDED + answer.map_or(0.0, |answer| gains::uneven(&answer.onsets))) {
+        return Some(Reason::Aperture { folds: true });
     }
     let answer = answer?;
     let wavelength = answer.speed?.value.abs() * answer.period;
     let spacing = plan.axes.space.step.abs();
-    match wavelength {
-        short if short < 2.0 * spacing => Some(Undirected::Short { wavelength }),
-        // Waves of both signs are not two.
-        long if long > 2.0 * spacing * plan.axes.n_sites as f64 => {
-            Some(Undirected::Long { wavelength })
-        }
-        _ => None,
-    }
+    // Of waves as long as the array those of both signs are not two.
+    let folds = wavelength < 2.0 * spacing;
+    let is_withheld = folds || wavelength > 2.0 * spacing * plan.axes.n_sites as f64;
+    is_withheld.then_some(Reason::Aperture { folds })
 }
 
 /// Whether there is about as much energy at all wavenumbers, of both signs: records that do not follow each other.

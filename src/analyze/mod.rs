@@ -33,7 +33,6 @@ mod worker;
 pub use crate::diagnostics::{Map, MapAxis, Reduction};
 pub use crate::transform::Scaling;
 pub use along::Headline;
-pub use answer::Undirected;
 pub use arrays::Spectra;
 pub(crate) use dispersion::formula_values;
 pub use dispersion::{Constants, Dispersion, DispersionCurve, parse_constants};

@@ -3,7 +3,6 @@
 use ndarray::{Array2, Array3};
 
 use super::along::Headline;
-use super::answer::Undirected;
 use super::dispersion::DispersionCurve;
 use super::display::Display;
 use super::warning::Warning;
@@ -11,7 +10,7 @@ use crate::diagnostics::Map;
 use crate::error::{Error, Result};
 use crate::estimates::{NoiseFloor, SpectrumInterval};
 use crate::field::{Axis, Quantity};
-use crate::moved::Answer;
+use crate::moved::{Answer, Reason};
 use crate::prepare::WindowGains;
 
 /// The axes of the results. An axis without a unit counts samples or sites.
@@ -422,7 +421,7 @@ pub struct Analysis {
     /// What moved, if it was asked for.
     pub answer: Option<Answer>,
     /// Why [`Self::direction`] says nothing of the waves.
-    pub undirected: Option<Undirected>,
+    pub undirected: Option<Reason>,
     /// Share of energy towards +x and towards -x at each frequency (NaN without energy).
     pub direction_by_frequency: Option<[Vec<f64>; 2]>,
     /// How well `S(f, x)` is known at the reference site, if the record is stationary.

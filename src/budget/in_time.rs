@@ -63,7 +63,6 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
             (Basis::Standing, _) | (_, true) => 1,
             (Basis::Fourier, false) => 2,
         },
-        padding: 1.0,
         period: answer.period / time.step,
         motion: match answer.is_periodic {
             true => Motion::Box,

@@ -1,6 +1,6 @@
 //! What moved in frequency along x.
 
-use super::found::{COMES, Found, Seen};
+use super::found::{Found, Seen};
 use super::front::Fronts;
 use super::onset::Onset;
 use super::profile::add;
@@ -10,12 +10,10 @@ use super::{Answer, ArrivalWindows, Place, Reason, Verdict, chain, steady};
 use crate::error::Result;
 use crate::observer::Observer;
 use crate::prepare::Prepared;
-use crate::transform::RecordScratch;
+use crate::transform::{RecordScratch, quick};
 
-/// Widths of the pulse that a front window is long, but for its lead; those in a run, whose pulses have one sign and low frequencies;
-/// and those of one that is shortened so that more sites have it.
+/// Widths of the pulse that a front window is long, but for its lead, and those of one that is shortened so that more sites have it.
 const WIDTHS: f64 = 10.0;
-const OF_RUN: f64 = 8.0;
 const ENOUGH: f64 = 5.0;
 /// Periods of the frequency below which half of the energy lies that it is long at least: a pulse of one sign is shorter than one.
 const PERIODS: f64 = 5.0;
@@ -68,12 +66,8 @@ impl Options {
     /// Sites in groups of neighbours: a tenth of few, pairs of the cells of a chain; spread evenly, as many as the memory holds
     /// whose sites take so many numbers. `sites`: those that can be compared.
     pub(super) fn grouped(&self, order: &[usize], sites: usize, numbers: usize) -> Vec<Vec<usize>> {
-        let size = match sites / 10 {
-            0 | 1 if self.is_simulated() => 2,
-            0 | 1 => 1,
-            2 | 3 => 2,
-            _ => NEIGHBOURS,
-        };
+        let least = if self.is_simulated() { 2 } else { 1 };
+        let size = (sites / 10).clamp(least, NEIGHBOURS);
         // Once as they are read, once in sums of groups.
         let room = self.most_bytes as usize / (16 * numbers.max(1));
         let groups: Vec<&[usize]> = order.chunks_exact(size).collect();
@@ -94,7 +88,7 @@ pub(crate) fn along_x(
 ) -> Result<Answer> {
     let (n_times, n_sites) = (prepared.n_times(), prepared.n_sites());
     if n_times < 2 * SHORTEST {
-        return Ok(Answer::untold(Reason::SHORT));
+        return Ok(Answer::untold(Reason::ShortRecord));
     }
     let is_simulated = options.is_simulated();
     let every = n_sites.div_ceil(LOOKED_AT);
@@ -109,13 +103,16 @@ pub(crate) fn along_x(
     let largest = onsets.iter().fold(0.0f64, |m, o| m.max(o.peak));
     for onset in &mut onsets {
         onset.is_live = onset.peak > LIVE * largest;
+        onset.arrival = onset.arrival.filter(|_| onset.is_live);
     }
     match onsets.iter().filter(|o| o.is_live).count() {
         0 => return Ok(Answer::untold(Reason::NoEnergy)),
-        1 => return Ok(Answer::untold(Reason::FewSites { sites: 1 })),
+        1 => return Ok(Answer::untold(Reason::FewSites)),
         _ => {}
     }
-    let is_known = is_simulated || options.noise.is_some() || know_noise(&mut onsets);
+    let live = onsets.iter().filter(|o| o.is_live);
+    let known = live.clone().filter(|o| o.noise.is_some()).count();
+    let is_known = 2 * known >= live.count();
     let mut fronts = Fronts {
         options,
         onsets,
@@ -132,26 +129,13 @@ pub(crate) fn along_x(
         return steady::along_x(prepared, options, fronts.onsets, observer);
     }
     if let Some(sites) = fronts.pass() {
-        fronts.is_whole = true;
+        (fronts.is_whole, fronts.lead) = (true, n_times);
         return fronts.compare(prepared, &sites, observer);
     }
     Ok(match fronts.are_faint() {
         true => fronts.untold(Reason::Noise { bound: 1.0 }),
-        false => fronts.untold(Reason::SHORT),
+        false => fronts.untold(Reason::ShortRecord),
     })
-}
-
-/// Leaves out records whose noise is not known; returns whether it is known at most. Where most have a quiet lead, what is quiet
-/// behind the peak of others is the end of the wave.
-fn know_noise(onsets: &mut [Onset]) -> bool {
-    let live = onsets.iter().filter(|o| o.is_live);
-    let most = live.clone().count().div_ceil(2);
-    let have_leads = live.filter(|o| o.has_lead && o.noise.is_some()).count() >= most;
-    for onset in onsets.iter_mut().filter(|o| have_leads && !o.has_lead) {
-        (onset.noise, onset.arrival) = (None, None);
-    }
-    let known = onsets.iter().filter(|o| o.is_live && o.noise.is_some());
-    known.count() >= most
 }
 
 /// NaN of none; the upper of two in the middle.
@@ -171,10 +155,7 @@ impl Fronts<'_> {
         // As long as two thirds of the sites have.
         let longest = room[room.len() / 3];
         let widths = |widths: f64| (widths * self.width).round() as usize;
-        let wanted = match self.options.is_simulated() {
-            true => widths(OF_RUN),
-            false => widths(WIDTHS) + self.lead,
-        };
+        let wanted = widths(WIDTHS) + self.lead;
         match self.options.window {
             _ if self.is_whole => (self.n_times, false),
             Some(window) => (window, false),
@@ -197,20 +178,19 @@ impl Fronts<'_> {
     ) -> Result<Answer> {
         let options = self.options;
         let is_simulated = options.is_simulated();
-        let by_arrivals = if self.is_whole {
-            0.0
-        } else {
-            self.sense(eligible)
-        };
+        let by_arrivals = self.sense(eligible);
         let has_origins = !self.is_whole && by_arrivals == 0.0 && self.origins(eligible).is_some();
         let reflected = self.reflected(by_arrivals);
         let room = |&j: &usize| self.end(j, reflected).saturating_sub(self.start(j));
         let room: Vec<usize> = eligible.iter().map(room).collect();
         let (samples, goes_on) = self.window(room.clone());
         if samples < SHORTEST {
-            return Ok(self.untold(Reason::SHORT));
+            return Ok(self.untold(Reason::ShortRecord));
         }
-        let mut window = Windows::new(samples, options.dt);
+        let padded = quick(2 * samples);
+        // As long as the unpadded window is.
+        let first = padded.div_ceil(samples);
+        let mut window = Windows::new(&vec![1.0; samples], padded, first, options.dt);
         let mut order = eligible.to_vec();
         // A window that cuts a pulse cuts it alike everywhere.
         if !self.is_whole && (samples as f64) < WIDTHS * self.width {
@@ -223,62 +203,42 @@ impl Fronts<'_> {
         let fits = room.iter().filter(|room| **room >= samples).count();
         let numbers = 6 * window.grid.upper.len();
         let mut groups = options.grouped(&order, fits, numbers);
-        let size = groups.first().map_or(0, Vec::len);
         let mut sites: Vec<usize> = groups.iter().flatten().copied().collect();
         sites.sort_unstable();
         let is_read = |site: usize| sites.binary_search(&site).is_ok();
         if sites.iter().any(|&j| self.onsets[j].noise > Some(0.0)) {
             let quiet = |site: usize, record: &[f64]| window.quiet(record, &self.onsets[site]);
             let quiet = prepared.each_record_of(is_read, observer, |j, of, _| quiet(j, of))?;
-            window.set_noise(quiet);
+            window.set_noise(quiet.into_iter().flatten().flatten().collect());
         }
         let look = |site: usize, record: &[f64]| {
             let onset = &self.onsets[site];
             let mut scratch = RecordScratch::default();
             let (start, end) = (self.start(site), self.end(site, reflected));
-            let mut energy =
-                |from, is_struck| window.spectrum(record, from, onset, is_struck, &mut scratch);
+            let mut energy = |from| window.spectrum(record, from, onset, &mut scratch);
             // In a run, before what the front leaves behind comes back.
             let fits = start + if is_simulated { 2 * samples } else { samples } <= end;
-            let spectrum = fits.then(|| energy(start, is_simulated));
+            let spectrum = fits.then(|| energy(start));
             let mut rest = vec![0.0; window.grid.upper.len()];
             let follows = (start + samples..end).step_by(samples);
-            for from in follows.filter(|_| !self.is_whole) {
-                add(&mut rest, &energy(from, false).energy);
-            }
+            follows.for_each(|from| add(&mut rest, &energy(from).energy));
             let sums = onset.energies(record);
             let last = end.saturating_sub(samples / 4).max(start);
-            let cut = (sums[end] - sums[last]) / (sums[end] - sums[start]);
-            let held = start..(start + samples).min(end);
-            let moments = held.clone().map(|n| n as f64 * (sums[n + 1] - sums[n]));
-            let all = sums[held.end] - sums[held.start];
             Seen {
-                second: match is_simulated || self.is_whole {
-                    true => None,
-                    false => onset.second(record, self.arrival(site), self.width),
-                },
+                second: onset
+                    .second(record, self.arrival(site), self.width)
+                    .filter(|_| !is_simulated && !self.is_whole),
                 spectrum,
                 rest,
-                energy: all,
-                centre: moments.sum::<f64>() / all,
+                energy: sums[(start + samples).min(end)] - sums[start],
                 weight: 1.0,
-                last: energy(last, false).energy,
-                is_cut: !is_simulated && fits && start + samples > last && cut > COMES,
+                last: energy(last).energy,
             }
         };
-        let read = prepared.each_record_of(is_read, observer, |j, record, _| look(j, record))?;
-        let seconds: Vec<Option<usize>> = read.iter().map(|seen| seen.second).collect();
-        let mut seen: Vec<Option<Seen>> = (0..self.onsets.len()).map(|_| None).collect();
-        for (&site, one) in sites.iter().zip(read) {
-            seen[site] = Some(one);
-        }
+        let mut seen =
+            prepared.each_record_of(is_read, observer, |j, record, _| look(j, record))?;
+        let seconds: Vec<Option<usize>> = seen.iter().flatten().map(|one| one.second).collect();
         let back = self.back(&sites, &seconds);
-        // What is cut everywhere is compared as it is.
-        let cut = seen.iter().flatten().filter(|one| one.is_cut).count();
-        for one in seen.iter_mut().flatten().filter(|_| 2 * cut < sites.len()) {
-            let is_cut = one.is_cut;
-            one.spectrum.take_if(|_| is_cut);
-        }
         let mut mixes = 0;
         for &site in sites.iter().filter(|_| back.is_some()) {
             let is_mixed = self.end(site, back) < self.start(site) + samples;
@@ -319,8 +279,8 @@ impl Fronts<'_> {
             groups.iter_mut().for_each(|group| group.reverse());
         }
         if is_simulated {
-            let centre = |site: usize| seen[site].as_ref().map_or(f64::NAN, |seen| seen.centre);
-            let weights = chain::weights(prepared.masses(), &sites, &centre);
+            let arrival = |site: usize| self.arrival(site) as f64;
+            let weights = chain::weights(prepared.masses(), &sites, &arrival);
             let each = sites.iter().zip(weights);
             each.for_each(|(&j, weight)| seen[j].iter_mut().for_each(|one| one.weight = weight));
         }
@@ -336,10 +296,7 @@ impl Fronts<'_> {
             return Ok(self.untold(match 2 * mixes > sites.len() {
                 true => Reason::Mixed,
                 false if is_noise => Reason::Noise { bound: 1.0 },
-                false => Reason::ShortRecord {
-                    whole: profile.len() * size,
-                    sites: eligible.len(),
-                },
+                false => Reason::ShortRecord,
             }));
         }
         let period = 1.0 / profile.quantile(0, 0.5);
@@ -363,17 +320,14 @@ impl Fronts<'_> {
         }
         let bodies = profile.rows(profile.len() - 1)[1].abs_diff(profile.rows(0)[0]);
         if is_simulated && bodies < LAUNCH {
-            let reason = Reason::FewSites { sites: bodies };
-            along.frequency = along.frequency.but_untold(reason);
+            along.frequency = along.frequency.but_untold(Reason::FewSites);
         }
-        let arrivals = self.onsets.iter().map(|o| o.arrival.filter(|_| o.is_live));
         along.windows = (!is_simulated).then(|| ArrivalWindows {
-            arrivals: arrivals.collect(),
+            arrivals: self.onsets.iter().map(|onset| onset.arrival).collect(),
             width: self.width,
             samples,
         });
         along.speed = speed;
-        along.has_fronts = true;
         along.is_one_way = sense != 0.0 && back.is_none() && !is_simulated;
         along.is_struck = is_struck;
         along.period = period;
@@ -382,7 +336,6 @@ impl Fronts<'_> {
 
     fn untold(&mut self, reason: Reason) -> Answer {
         self.with_levels(Answer {
-            has_fronts: true,
             // A pulse lasts half a period and longer.
             period: 2.0 * self.width * self.options.dt,
             ..Answer::untold(reason)
@@ -390,11 +343,9 @@ impl Fronts<'_> {
     }
 
     fn with_levels(&mut self, along: Answer) -> Answer {
-        let mut onsets = std::mem::take(&mut self.onsets);
-        for onset in onsets.iter_mut().filter(|o| !o.is_live) {
-            onset.arrival = None;
-        }
+        let onsets = std::mem::take(&mut self.onsets);
         Answer {
+            has_fronts: true,
             noise: onsets.iter().map(|o| o.noise.unwrap_or(0.0).powi(2)).sum(),
             onsets,
             ..along

@@ -19,7 +19,7 @@ pub(super) fn along_x(found: &Found, front: &Profile) -> Answer {
     let options = found.options;
     let place = |rows| options.place(rows);
     if front.len() < LEAST {
-        return Answer::untold(Reason::SHORT);
+        return Answer::untold(Reason::ShortRecord);
     }
     let (first, last) = (front.len() / 2, front.len() - 1);
     let start = front.rows(first)[0];
@@ -27,13 +27,8 @@ pub(super) fn along_x(found: &Found, front: &Profile) -> Answer {
     let near: Vec<usize> = (first..=last).filter(is_near).collect();
     let travel = front.among(&near);
     let (mut movement, group) = travel.judge(options.tolerance, &place);
-    if movement.moves() {
-        let whole = found.profile(true).among(&near);
-        let left = whole.same(travel.rows(group), movement.way());
-        if left.is_some_and(|left| left < LATE * movement.most().share) {
-            (movement.transfer, movement.lags) = (None, true);
-        }
-    }
+    let whole = found.profile(true).among(&near);
+    found.judge_late(&mut movement, &whole, travel.rows(group));
     let loss = found.loss(front, first);
     if movement.moves() {
         match loss.filter(|loss| loss.error < UNEVEN) {

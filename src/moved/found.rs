@@ -19,13 +19,10 @@ pub(super) struct Seen {
     /// What follows the window, to the record's end; what is in the last quarter of a window before it.
     pub rest: Vec<f64>,
     pub last: Vec<f64>,
-    /// Energy of the window, that below its resolution too; and its centre, in samples of the record.
+    /// Energy of the window, that below its resolution too.
     pub energy: f64,
-    pub centre: f64,
     /// By what its squares count.
     pub weight: f64,
-    /// Whether the window cuts the wave where the record ends.
-    pub is_cut: bool,
 }
 
 /// Sites in groups, in the order in which the wave passes them.
@@ -74,11 +71,9 @@ impl Found<'_> {
         let place = |rows| self.options.place(rows);
         let (mut movement, group) = profile.judge(self.options.tolerance, &place);
         if sense == 0.0 {
-            movement.without_energies();
+            (movement.transfer, movement.energy_ratio) = (None, f64::NAN);
         }
-        if movement.moves() && self.is_late(&movement, profile.rows(group)) {
-            (movement.transfer, movement.lags) = (None, true);
-        }
+        self.judge_late(&mut movement, &self.profile(true), profile.rows(group));
         Answer {
             frequency: movement,
             along_x: Some(profile.evidence([0, group], &place)),
@@ -86,11 +81,11 @@ impl Found<'_> {
         }
     }
 
-    /// Whether what is missing in the windows comes late: less than half of the move is left in the whole record, or what is
-    /// missing still comes when the record ends.
-    fn is_late(&self, movement: &Movement, rows: [usize; 2]) -> bool {
+    /// States that what is missing in the windows comes late: less than half of the move is left in the `whole` records, or what is
+    /// missing still comes when they end.
+    pub fn judge_late(&self, movement: &mut Movement, whole: &Profile, rows: [usize; 2]) {
         let (most, way) = (movement.most(), movement.way());
-        let whole = self.profile(true).same(rows, way);
+        let left = whole.same(rows, way);
         let falls = match way {
             0 => 0..most.interval + 1,
             _ => most.interval + 1..self.upper.len(),
@@ -101,7 +96,9 @@ impl Found<'_> {
         });
         let missing = most.share * window.iter().sum::<f64>();
         let all = energy(window) + energy(self.sum(rows, |seen| &seen.rest));
-        whole.is_some_and(|share| share < LATE * most.share)
-            || energy(self.sum(rows, |seen| &seen.last)) > COMES * all.max(missing)
+        let comes = energy(self.sum(rows, |seen| &seen.last)) > COMES * all.max(missing);
+        if movement.moves() && (comes || left.is_some_and(|left| left < LATE * most.share)) {
+            (movement.transfer, movement.lags) = (None, true);
+        }
     }
 }

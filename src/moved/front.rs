@@ -17,9 +17,6 @@ const LEAD: f64 = 2.0;
 const OFF: f64 = 3.0;
 /// One of so many sites may have moved before its window could begin.
 const EARLY: usize = 10;
-/// Root mean square of records, over their quiet parts, below which these are none where the motion lasts.
-const LASTS: f64 = 0.25;
-const ABOVE: f64 = 5.0;
 /// Part of the sites, and sites at least, on each side of the place where waves from two ends meet.
 const SIDE: usize = 5;
 const SIDE_SITES: usize = 4;
@@ -55,10 +52,7 @@ impl Fronts<'_> {
 
     /// Where windows begin.
     pub fn start(&self, site: usize) -> usize {
-        match self.is_whole {
-            true => 0,
-            false => self.arrival(site).saturating_sub(self.lead),
-        }
+        self.arrival(site).saturating_sub(self.lead)
     }
 
     /// Sites at which a wave arrives while the record runs, behind the struck body; finds the width of the pulse, and where windows
@@ -68,22 +62,10 @@ impl Fronts<'_> {
         let behind = self.options.struck.map_or(0, |site| site + 1);
         let arrives =
             |&site: &usize| self.onsets[site].is_live && self.onsets[site].arrival > Some(2);
-        let all: Vec<usize> = (behind..self.onsets.len()).filter(arrives).collect();
-        let width = median(all.iter().filter_map(|&j| self.onsets[j].width));
+        let sites: Vec<usize> = (behind..self.onsets.len()).filter(arrives).collect();
+        let width = median(sites.iter().filter_map(|&j| self.onsets[j].width));
         let others = median(self.onsets.iter().filter_map(|o| o.width));
         self.width = if width.is_nan() { others } else { width }.max(1.0);
-        // A glitch ahead of the wave is no arrival: those far from their neighbours' are left out.
-        let is_regular = |&i: &usize| {
-            let around = i.saturating_sub(2)..(i + 3).min(all.len());
-            let usual = median(around.map(|n| self.arrival(all[n]) as f64));
-            (self.arrival(all[i]) as f64 - usual).abs() <= OFF * self.width
-        };
-        let regular = (0..all.len()).filter(is_regular).map(|i| all[i]);
-        let mut sites: Vec<usize> = regular.collect();
-        // Waves from both ends cross in a jump; an array of jumps is as it is.
-        if 4 * sites.len() <= 3 * all.len() {
-            sites = all;
-        }
         let mut before: Vec<usize> = sites.iter().map(|&j| self.arrival(j)).collect();
         before.sort_unstable();
         if !self.options.is_simulated() && !before.is_empty() {
@@ -100,11 +82,8 @@ impl Fronts<'_> {
             return are_many;
         }
         let steady = self.median_of(sites, |onset| onset.steadiness);
-        // What is louder by a few times from some time on has not arrived then.
-        let above = self.median_of(sites, |o| o.sizes[0].exp() / o.noise.unwrap_or(0.0));
         let lead = self.median_of(sites, |onset| onset.arrival.unwrap_or(0) as f64);
         steady < STEADY
-            && !(steady > LASTS && above < ABOVE)
             && !self.is_irregular(sites)
             && lead >= self.width.min(0.1 * self.n_times as f64)
     }
@@ -149,7 +128,7 @@ impl Fronts<'_> {
     /// +1 where arrivals rise with x, -1 where they fall, 0 for both.
     pub fn sense(&self, sites: &[usize]) -> f64 {
         match self.correlation(sites) {
-            correlation if correlation.abs() >= ONE_WAY => correlation.signum(),
+            correlation if correlation.abs() >= ONE_WAY && !self.is_whole => correlation.signum(),
             _ => 0.0,
         }
     }

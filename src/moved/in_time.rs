@@ -11,6 +11,8 @@ use super::{Evidence, Movement, Place, Reason};
 /// Times at which the energy inside is looked at, and snapshots of a group that are transformed, at most.
 const LOOKED_AT: usize = 1024;
 const SNAPSHOTS: usize = 64;
+/// Groups at most; steady records are halves.
+const GROUPS: usize = 32;
 /// Parts of a group that errors are found from, and those of a random wave, whose shorter parts follow each other.
 const PARTS: usize = 8;
 const OF_RANDOM: usize = 4;
@@ -59,8 +61,6 @@ pub(crate) struct Source<'a> {
     pub step: f64,
     /// The first bin that the aperture resolves; those below are mean motion.
     pub first: usize,
-    /// Bins of the unpadded aperture count so many.
-    pub padding: f64,
     /// Samples of a period of the motion; of a pulse, of half its energy.
     pub period: f64,
     pub motion: Motion,
@@ -94,16 +94,16 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
         true => source.among.clone(),
         false => inside(source, period).ok_or(Reason::NoEnergy)?,
     };
-    let most = match source.motion {
-        Motion::Box => 32,
-        Motion::Run => 12,
-        Motion::Transient => 8,
-        Motion::Steady => 2,
-    };
+    let is_random = source.motion == Motion::Steady;
+    let most = if is_random { 2 } else { GROUPS };
     let is_transient = source.motion == Motion::Transient;
     let count = ((range.len() as f64 / period) as usize).min(most);
     if count < 2 || range.len() < 4 {
-        return Err(if is_transient { LEAVES } else { Reason::SHORT });
+        return Err(if is_transient {
+            LEAVES
+        } else {
+            Reason::ShortRecord
+        });
     }
     let is_long = is_transient && {
         let times = evenly(range.clone(), SNAPSHOTS);
@@ -117,7 +117,6 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
     let bins = source.profiles.powers(range.start).len();
     let grid = Grid::new(bins, source.step);
     let mut all = vec![0.0; bins];
-    let is_random = source.motion == Motion::Steady;
     let parts = if is_random { OF_RANDOM } else { PARTS };
     let mut inside = Vec::with_capacity(count);
     let groups = (0..count).map(|i| {
@@ -142,19 +141,12 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
         return Err(Reason::NoEnergy);
     }
     let sum = |bins: Range<usize>| all[bins].iter().sum::<f64>();
-    let moving = sum(source.first..bins);
-    // In the main lobe of the first wavenumber, and below.
-    let near = (source.first + source.padding.ceil() as usize).min(bins);
-    let near = 2.0 * sum(source.first..near) > moving && sum(0..source.first) > moving;
     let [of_all, of_moving] = [
         inside[count - 1] / inside[0],
         profile.energy(count - 1) / profile.energy(0),
     ];
     let within = |ratio: f64, most: f64| (1.0 / most..most).contains(&ratio);
-    if (is_transient && !within(of_all, ENTERS))
-        || (is_random && !within(of_moving, COMES))
-        || (near && !is_box)
-    {
+    if (is_transient && !within(of_all, ENTERS)) || (is_random && !within(of_moving, COMES)) {
         return Err(LEAVES);
     }
     let place = |rows: [usize; 2]| (source.place)(rows[0]..rows[1] + 1);
@@ -165,7 +157,7 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
         movement.transfer = None;
     }
     let evidence = profile.evidence([0, group], &place);
-    let top = sum(source.first.max(9 * bins / 10)..bins) / moving;
+    let top = sum(source.first.max(9 * bins / 10)..bins) / sum(source.first..bins);
     let may_fold = matches!(source.motion, Motion::Transient | Motion::Steady);
     // All that gains spread may lie there.
     let folds = may_fold && (source.is_short || top > FOLDED);
@@ -221,9 +213,7 @@ fn inside(source: &Source, period: f64) -> Option<Range<usize>> {
     let length = smooth[start..].iter().take_while(|e| enough(e)).count();
     let times = evenly(source.among.clone(), LOOKED_AT);
     let at = |i: usize| times.get(i).copied().unwrap_or(source.among.end);
-    let (start, end, by) = (at(start), at(start + length + w - 1), period as usize);
-    Some(match 4 * by < end - start {
-        true => start + by..end - by,
-        false => start..end,
-    })
+    let (start, end) = (at(start), at(start + length + w - 1));
+    let by = (period as usize).min((end - start) / 4);
+    Some(start + by..end - by)
 }

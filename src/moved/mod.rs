@@ -25,8 +25,7 @@ mod windows;
 
 use serde::Serialize;
 
-pub(crate) use along_x::median;
-pub(crate) use along_x::{Options, along_x};
+pub(crate) use along_x::{Options, along_x, median};
 pub(crate) use in_time::{FOLDED, Motion, Profiles, Source, in_time};
 pub(crate) use onset::{Onset, piece};
 pub use reason::Reason;
@@ -45,18 +44,6 @@ pub enum Verdict {
     Unchanged,
     /// It cannot be told; see [`Movement::reason`].
     Untold,
-}
-
-impl Verdict {
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Up => "up",
-            Verdict::Down => "down",
-            Verdict::Spreads => "spreads",
-            Verdict::Unchanged => "unchanged",
-            Verdict::Untold => "untold",
-        }
-    }
 }
 
 /// What became of the largest move by the last place.
@@ -153,11 +140,6 @@ impl Movement {
         }
     }
 
-    /// The same shares, where gains that change along x, or an unknown direction, hide the energies.
-    pub(crate) fn without_energies(&mut self) {
-        (self.transfer, self.energy_ratio) = (None, f64::NAN);
-    }
-
     /// The same numbers, but nothing is said of them.
     pub(crate) fn but_untold(self, reason: Reason) -> Movement {
         Movement {
@@ -195,8 +177,6 @@ impl Movement {
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupSpectrum {
     pub place: Place,
-    /// Mean energy of a site in each interval, over its width.
-    pub density: Vec<f64>,
     pub cumulative: Vec<f64>,
     pub energy: f64,
 }

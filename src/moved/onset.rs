@@ -36,8 +36,6 @@ pub(crate) struct Onset {
     pub baseline: f64,
     /// Standard deviation of the quiet parts from the baseline; `None` where there are none.
     pub noise: Option<f64>,
-    /// Whether some of the quiet parts lie before the peak. Else what is quiet may be the end of the wave.
-    pub has_lead: bool,
     /// Quiet samples: those before the peak, if there are some.
     pub quiet: Vec<Range<usize>>,
     /// Logarithms of the mean squares of the pieces, each from its mean.
@@ -119,7 +117,6 @@ impl Onset {
             mean: whole,
             baseline,
             noise: how.noise.or(noise),
-            has_lead: before > 0,
             quiet: parts
                 .chunk_by(|a, b| a + 1 == *b)
                 .map(|run| run[0] * length..(run[run.len() - 1] + 1) * length)

@@ -32,8 +32,6 @@ const BOTH: f64 = 0.4;
 const GONE: f64 = 0.2;
 /// What may move unseen from which on it is not said that nothing does.
 const OPEN: f64 = 0.15;
-/// Part of the larger energy below which gains do not count by the smaller one: nothing but noise is left.
-const LEFT: f64 = 0.01;
 
 /// Intervals of the bins of a spectrum: single bins first, then intervals that grow with the axis.
 #[derive(Debug, Clone)]
@@ -232,10 +230,6 @@ impl Profile {
         }
     }
 
-    pub fn find(&self, rows: [usize; 2]) -> Option<usize> {
-        (0..self.len()).find(|&group| self.rows(group) == rows)
-    }
-
     /// First and last row of a group, in the order of travel.
     pub fn rows(&self, group: usize) -> [usize; 2] {
         let rows = &self.rows[self.groups[group].clone()];
@@ -405,15 +399,11 @@ impl Profile {
     /// Whether energy itself grew on the far side of the frequency of a move: `None` where errors hide a gain as large as
     /// the move.
     fn is_gained(&self, group: usize, way: usize, of: &Movement) -> Option<bool> {
-        let left = of
-            .energy_ratio
-            .min(1.0)
-            .max(LEFT * of.energy_ratio.max(1.0));
         let by = [of.up, of.down][way];
-        let [gain, sure] = self.gain([0, group], by.interval, way == 0);
-        match gain {
-            gain if gain > sure.max(GAINED * by.share * left) => Some(true),
-            gain if gain + sure < GAINED * by.share * left => Some(false),
+        let least = GAINED * by.share * of.energy_ratio.min(1.0);
+        match self.gain([0, group], by.interval, way == 0) {
+            [gain, sure] if gain > sure.max(least) => Some(true),
+            [gain, sure] if gain + sure < least => Some(false),
             _ => None,
         }
     }
@@ -438,24 +428,17 @@ impl Profile {
 
     /// The share that moves up (`way` 0) or down (1) to the same rows; `None` where these are no group here.
     pub fn same(&self, rows: [usize; 2], way: usize) -> Option<f64> {
-        Some(self.moved(self.find(rows)?, [1.0, -1.0][way]).share)
+        let group = (0..self.len()).find(|&group| self.rows(group) == rows)?;
+        Some(self.moved(group, [1.0, -1.0][way]).share)
     }
 
     pub fn evidence(&self, compared: [usize; 2], place: &dyn Fn([usize; 2]) -> Place) -> Evidence {
-        let seen = |group: usize| {
-            let sums = &self.cumulated[group];
-            let before = |of: &[f64], m: usize| if m > 0 { of[m - 1] } else { 0.0 };
-            let width = |m: usize| self.upper[m] - before(&self.upper, m);
-            let bins = 0..sums.len();
-            GroupSpectrum {
-                place: place(self.rows(group)),
-                density: bins
-                    .clone()
-                    .map(|m| (sums[m] - before(sums, m)) / width(m))
-                    .collect(),
-                cumulative: bins.map(|m| self.share(group, m)).collect(),
-                energy: self.energy(group),
-            }
+        let seen = |group: usize| GroupSpectrum {
+            place: place(self.rows(group)),
+            cumulative: (0..self.upper.len())
+                .map(|m| self.share(group, m))
+                .collect(),
+            energy: self.energy(group),
         };
         Evidence {
             upper: self.upper.clone(),

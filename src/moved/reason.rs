@@ -5,16 +5,10 @@
 #[non_exhaustive]
 pub enum Reason {
     NoEnergy,
-    /// Too few sites that the wave passes; 0 where some between them are left out.
-    FewSites {
-        sites: usize,
-    },
-    /// The record begins in the middle of the motion, ends before the wave has passed, or holds few periods of it: sites that
-    /// hold all of it, of those there are.
-    ShortRecord {
-        whole: usize,
-        sites: usize,
-    },
+    /// Too few sites in a row that the wave passes.
+    FewSites,
+    /// The record begins in the middle of the motion, ends before the wave has passed, or holds few periods of it.
+    ShortRecord,
     /// Moves up to this share are not told from errors.
     Noise {
         bound: f64,
@@ -28,15 +22,12 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// Of all sites.
-    pub(crate) const SHORT: Reason = Reason::ShortRecord { whole: 0, sites: 0 };
-
     /// Stable name, for programs.
     pub fn code(&self) -> &'static str {
         match self {
             Reason::NoEnergy => "no-energy",
-            Reason::FewSites { .. } => "few-sites",
-            Reason::ShortRecord { .. } => "short-record",
+            Reason::FewSites => "few-sites",
+            Reason::ShortRecord => "short-record",
             Reason::Noise { .. } => "noise",
             Reason::Mixed => "mixed",
             Reason::Aperture { .. } => "aperture",
@@ -50,20 +41,14 @@ impl Reason {
 
     /// The reason, without a full stop.
     pub fn message(&self) -> String {
-        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         match *self {
             Reason::NoEnergy => "nothing moves".into(),
-            Reason::FewSites { sites: 0 } => "sites are left out".into(),
-            Reason::FewSites { sites: 1 } => "there is one site".into(),
-            Reason::FewSites { sites } => format!("{sites} sites in a row are too few"),
-            Reason::ShortRecord { whole: 0, .. } => {
+            Reason::FewSites => "there are too few sites in a row".into(),
+            Reason::ShortRecord => {
                 "the record begins in the middle of the motion, ends before it has passed, or holds few periods of it".into()
             }
-            Reason::ShortRecord { whole, sites } => {
-                format!("the record is too short: {whole} of {sites} sites hold all of the wave")
-            }
             Reason::Noise { bound } if bound < 1.0 => {
-                format!("errors hide moves of up to {}", percent(bound))
+                format!("errors hide moves of up to {:.0} %", 100.0 * bound)
             }
             Reason::Noise { .. } => "the wave does not rise far enough above the noise".into(),
             Reason::Mixed => {
@@ -80,8 +65,8 @@ impl Reason {
     pub fn advice(&self) -> &'static str {
         match self {
             Reason::NoEnergy => "check the file with `cascade inspect`",
-            Reason::FewSites { .. } => "record more sites",
-            Reason::ShortRecord { .. } => "begin before the wave enters, and record longer",
+            Reason::FewSites => "record more sites",
+            Reason::ShortRecord => "begin before the wave enters, and record longer",
             Reason::Noise { .. } => "average several records, or record longer",
             Reason::Mixed => {
                 "record one source at a time, and end with `--times` before it is back"

@@ -42,18 +42,18 @@ pub(super) fn of_windows(passages: &[Passage], scale: f64) -> Option<Speed> {
         }
     }
     let weights: Vec<f64> = sums.iter().map(|sum| 1.0 / sum).collect();
-    // The time of passage in the intervals of a band.
-    let points = |band: std::ops::Range<usize>| -> Vec<(f64, f64)> {
-        let share: f64 = weights[band.clone()].iter().sum();
+    // The time of passage in some of the intervals.
+    let points = |of: &dyn Fn(usize) -> bool| -> Vec<(f64, f64)> {
+        let band = (0..weights.len()).filter(|&m| weights[m] > 0.0 && of(m));
+        let share: f64 = band.clone().map(|m| weights[m]).sum();
         let time = |of: &Passage| {
             let Spectrum { energy, delay, .. } = of.spectrum;
-            let parts = band.clone().filter(|&m| weights[m] > 0.0);
-            let sum: f64 = parts.map(|m| weights[m] * delay[m] / energy[m]).sum();
-            (of.site as f64, of.start as f64 + sum / share)
+            let parts = band.clone().map(|m| weights[m] * delay[m] / energy[m]);
+            (of.site as f64, of.start as f64 + parts.sum::<f64>() / share)
         };
         passages.iter().map(time).collect()
     };
-    let speed = speed(&points(0..weights.len()), scale)?;
+    let speed = speed(&points(&|_| true), scale)?;
     let all: f64 = weights.iter().sum();
     let mut sum = 0.0;
     let bands = weights.iter().map(|weight| {
@@ -61,10 +61,8 @@ pub(super) fn of_windows(passages: &[Passage], scale: f64) -> Option<Speed> {
         (sum - 1e-9) as usize
     });
     let bands: Vec<usize> = bands.collect();
-    let mut end = 0;
-    let off = bands.chunk_by(|a, b| a == b).filter_map(|band| {
-        end += band.len();
-        let [slowness, bound] = slope(&points(end - band.len()..end))?;
+    let off = (0..BANDS).filter_map(|band| {
+        let [slowness, bound] = slope(&points(&|m| bands[m] == band))?;
         // What noise does to a band does not count.
         let off = (slowness - scale / speed.value).powi(2) - (0.5 * bound).powi(2);
         off.is_finite().then_some(off.max(0.0))

@@ -5,10 +5,8 @@ use num_complex::Complex;
 use super::onset::Onset;
 use super::profile::{Grid, add};
 
-use crate::transform::{RecordScratch, RecordTransform, fold, quick};
+use crate::transform::{RecordScratch, RecordTransform, fold};
 
-/// Part of the largest magnitude from which on a body that keeps moving is taken for a step.
-const STEP: f64 = 0.02;
 /// Quiet windows of a record that its noise is taken from.
 pub(super) const QUIET: usize = 8;
 /// Samples of a quiet window, at least.
@@ -29,7 +27,7 @@ pub(super) struct Spectrum {
 pub(super) struct Windows {
     pub samples: usize,
     pub grid: Grid,
-    transform: RecordTransform<f64>,
+    pub transform: RecordTransform<f64>,
     /// Energy of a power, but for bins that count twice.
     scale: f64,
     /// The first bin that is resolved.
@@ -39,19 +37,28 @@ pub(super) struct Windows {
 }
 
 impl Windows {
-    pub fn new(samples: usize, dt: f64) -> Windows {
-        let padded = quick(2 * samples);
+    /// `first`: the first bin that is resolved.
+    pub fn new(taper: &[f64], padded: usize, first: usize, dt: f64) -> Windows {
         Windows {
-            samples,
+            samples: taper.len(),
             grid: Grid::new(padded / 2 + 1, 1.0 / (padded as f64 * dt)),
-            transform: RecordTransform::new(&vec![1.0; samples], padded),
+            transform: RecordTransform::new(taper, padded),
             scale: dt / padded as f64,
-            first: padded.div_ceil(samples),
+            first,
             noise: Vec::new(),
         }
     }
 
-    fn bins(&self, samples: &[f64], scratch: &mut RecordScratch<f64>) -> Vec<Complex<f64>> {
+    /// Energies on the grid, from powers of bins that are resolved.
+    pub fn energies(&self, power: impl Fn(usize) -> f64) -> Vec<f64> {
+        let energy = |m: usize| match m < self.first {
+            true => 0.0,
+            false => power(m) * fold(m, self.transform.padded()) * self.scale,
+        };
+        self.grid.sums((0..self.transform.bins()).map(energy))
+    }
+
+    pub fn bins(&self, samples: &[f64], scratch: &mut RecordScratch<f64>) -> Vec<Complex<f64>> {
         let (bins, _) = self.transform.transform(std::iter::once(samples), scratch);
         bins.to_vec()
     }
@@ -83,9 +90,8 @@ impl Windows {
     }
 
     /// Takes the noise of these records; white where none is quiet.
-    pub fn set_noise(&mut self, quiet: Vec<Option<Vec<f64>>>) {
+    pub fn set_noise(&mut self, powers: Vec<Vec<f64>>) {
         self.noise = vec![0.0; self.transform.bins()];
-        let powers: Vec<&Vec<f64>> = quiet.iter().flatten().collect();
         powers.iter().for_each(|power| add(&mut self.noise, power));
         match powers.len() {
             0 => self.noise.fill(self.samples as f64),
@@ -99,31 +105,20 @@ impl Windows {
         record: &[f64],
         start: usize,
         onset: &Onset,
-        is_simulated: bool,
         scratch: &mut RecordScratch<f64>,
     ) -> Spectrum {
         let end = (start + self.samples).min(record.len());
         let samples = record[start..end].iter().map(|v| v - onset.baseline);
         let mut samples: Vec<f64> = samples.collect();
-        if is_simulated {
-            remove_step(&mut samples);
-        }
         let filled = samples.len() as f64 / self.samples as f64;
         samples.resize(self.samples, 0.0);
         let bins = self.bins(&samples, scratch);
         let level = onset.noise.unwrap_or(0.0);
         let noise = |m: usize| level * level * filled * self.noise.get(m).unwrap_or(&0.0);
-        let sums = |power: &dyn Fn(usize) -> f64| {
-            let energy = |m: usize| match m < self.first {
-                true => 0.0,
-                false => power(m) * fold(m, self.transform.padded()) * self.scale,
-            };
-            self.grid.sums((0..bins.len()).map(energy))
-        };
-        let energy = sums(&|m| bins[m].norm_sqr() - noise(m));
+        let energy = self.energies(|m| bins[m].norm_sqr() - noise(m));
         // Bins of a padded window follow each other.
         let padding = self.transform.padded() as f64 / self.samples as f64;
-        let variances = sums(&noise).into_iter().zip(&energy);
+        let variances = self.energies(noise).into_iter().zip(&energy);
         let variances = variances.map(|(n, e)| padding * n * (2.0 * e.max(0.0) + n));
         // `Re(Y X*)` with the transform Y of `n v_n`; the delay of noise is half the window.
         let weighted = samples.iter().enumerate().map(|(n, v)| n as f64 * v);
@@ -131,32 +126,8 @@ impl Windows {
         let middle = 0.5 * (self.samples - 1) as f64;
         Spectrum {
             noise: variances.collect(),
-            delay: sums(&|m| (moments[m] * bins[m].conj()).re - noise(m) * middle),
+            delay: self.energies(|m| (moments[m] * bins[m].conj()).re - noise(m) * middle),
             energy,
         }
-    }
-}
-
-/// Removes the velocity with which a body goes on behind the pulse, as it rises with the pulse: `v - v_end c`, c the
-/// cumulative |dv| over all of it. A jump to `v_end` would leak over all frequencies.
-fn remove_step(samples: &mut [f64]) {
-    let n = samples.len();
-    let last = &samples[n - (n / 10).max(1)..];
-    let end = last.iter().sum::<f64>() / last.len() as f64;
-    let largest = samples.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    if end.abs() <= STEP * largest {
-        return;
-    }
-    let mut before = 0.0;
-    let mut sum = 0.0;
-    let rises = samples.iter().map(|v| {
-        sum += (v - before).abs();
-        before = *v;
-        sum
-    });
-    let rises: Vec<f64> = rises.collect();
-    let all = rises[n - 1];
-    for (v, rise) in samples.iter_mut().zip(rises) {
-        *v -= end * rise / all;
     }
 }

@@ -484,16 +484,17 @@ impl<'a> Prepared<'a> {
         observer: &dyn Observer,
         look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
     ) -> Result<Vec<R>> {
-        self.each_record_of(|_| true, observer, look)
+        let seen = self.each_record_of(|_| true, observer, look)?;
+        Ok(seen.into_iter().flatten().collect())
     }
 
-    /// The same at the `wanted` records.
+    /// The same at the `wanted` records; `None` at others.
     pub(crate) fn each_record_of<R: Send>(
         &self,
         wanted: impl Fn(usize) -> bool + Sync,
         observer: &dyn Observer,
         look: impl Fn(usize, &[f64], &mut Vec<f64>) -> R + Sync,
-    ) -> Result<Vec<R>> {
+    ) -> Result<Vec<Option<R>>> {
         let (n_times, n_sites) = (self.n_times(), self.n_sites());
         let mut all = Vec::with_capacity(n_sites);
         let block = self.tiles.ahead.unwrap_or(n_sites);
@@ -502,11 +503,12 @@ impl<'a> Prepared<'a> {
             let sites = from..(from + block).min(n_sites);
             if !sites.clone().any(&wanted) {
                 observer.advance(sites.len() as u64);
+                all.extend(sites.map(|_| None));
                 continue;
             }
             let ahead = self.read_ahead(sites.clone(), &mut room);
             let starts: Vec<usize> = sites.clone().step_by(self.tiles.sites).collect();
-            let seen: Result<Vec<Vec<R>>> = starts
+            let seen: Result<Vec<Vec<Option<R>>>> = starts
                 .into_par_iter()
                 .map_init(
                     || (Vec::new(), Vec::new()),
@@ -517,14 +519,13 @@ impl<'a> Prepared<'a> {
                         let end = (start + self.tiles.sites).min(sites.end);
                         observer.advance((end - start) as u64);
                         if !(start..end).any(&wanted) {
-                            return Ok(Vec::new());
+                            return Ok((start..end).map(|_| None).collect());
                         }
                         tile.resize((end - start) * n_times, 0.0);
                         self.records(ahead, start..end, tile);
                         Ok((start..end)
                             .zip(tile.chunks_exact(n_times))
-                            .filter(|(j, _)| wanted(*j))
-                            .map(|(j, record)| look(j, record, scratch))
+                            .map(|(j, record)| wanted(j).then(|| look(j, record, scratch)))
                             .collect())
                     },
                 )

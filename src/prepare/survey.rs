@@ -61,12 +61,9 @@ impl Prepared<'_> {
             }
             (scan, filled)
         })?;
-        let (looked_at, filled): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-        let mut looked_at = looked_at.into_iter();
-        let scans = passed
-            .into_iter()
-            .map(|scan| scan.or_else(|| looked_at.next()));
-        let scans: Vec<ChannelScan> = scans.flatten().collect();
+        let looked_at = found.iter().map(|of| of.as_ref().map(|(scan, _)| *scan));
+        let scans = passed.into_iter().zip(looked_at);
+        let scans: Vec<ChannelScan> = scans.filter_map(|(scan, of)| scan.or(of)).collect();
         let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
         if count > 0 && gaps == Gaps::Refuse {
             let first = scans
@@ -90,7 +87,8 @@ impl Prepared<'_> {
                 allowed: self.tiles.memory,
             });
         }
-        self.gaps = filled.concat();
+        let filled = found.into_iter().flatten();
+        self.gaps = filled.flat_map(|(_, filled)| filled).collect();
         self.gaps_by_time = self.gaps.clone();
         self.gaps_by_time.sort_by_key(|g| (g.time, g.site));
         Ok(scans)

@@ -297,7 +297,10 @@ pub fn verdicts_in_words(rows: &[FieldRow]) -> (String, String) {
         (None, "without a result"),
     ];
     let counted = kinds.iter().filter_map(|(kind, said)| {
-        let count = rows.iter().filter(|row| word(row) == *kind).count();
+        let count = rows
+            .iter()
+            .filter(|row| word(row).as_deref() == *kind)
+            .count();
         (count > 0).then(|| format!("{count} {said}"))
     });
     (all, counted.collect::<Vec<_>>().join(", "))

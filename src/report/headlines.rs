@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analyze::Analysis;
 use crate::moved::{Movement, Verdict};
+use crate::sheet::name_of;
 
 /// Headline numbers of an analysis; those that are not known are `None`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,10 +67,10 @@ impl Headlines {
 
 impl MovedShares {
     /// The verdict in a word or two.
-    pub fn word(&self) -> &'static str {
+    pub fn word(&self) -> String {
         match (self.verdict, self.transfer) {
-            (Verdict::Up | Verdict::Down, Some(false)) => "selective loss",
-            (verdict, _) => verdict.name(),
+            (Verdict::Up | Verdict::Down, Some(false)) => "selective loss".into(),
+            (verdict, _) => name_of(&verdict),
         }
     }
 

@@ -22,7 +22,7 @@ pub(crate) use map::edges;
 pub use map::{Colors, Curve, HeatChart, Role};
 pub(crate) use map::{edges_from_zero, range};
 pub(crate) use units::Units;
-pub use words::{confidence, error_size, listed, number, percent, with_half, with_range};
+pub use words::{confidence, error_size, listed, name_of, number, percent, with_half, with_range};
 pub(crate) use words::{six_digits, with_unit};
 
 /// A result that says what it is.

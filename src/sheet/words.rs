@@ -86,6 +86,14 @@ pub fn with_range(least: f64, middle: f64, most: f64) -> String {
     }
 }
 
+/// The name that a choice has in JSON, as it is typed.
+pub fn name_of(choice: &impl serde::Serialize) -> String {
+    match serde_json::to_value(choice) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
 /// `a, b and c`.
 pub fn listed(words: &[String]) -> String {
     match words {

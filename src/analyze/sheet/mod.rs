@@ -10,7 +10,7 @@ mod variables;
 use super::{Analysis, Scaling, Warning};
 use crate::field::Axis;
 use crate::measure::digits;
-use crate::sheet::{Describe, PlotRow, Sheet, error_size, percent};
+use crate::sheet::{Describe, PlotRow, Sheet, error_size, name_of, percent};
 
 #[cfg(feature = "figures")]
 pub(crate) use answer::Words;
@@ -87,7 +87,7 @@ impl Analysis {
             title: "Analysis".into(),
             about: format!(
                 "{}{}, {} times by {} sites",
-                tables::name_of(&self.quantity),
+                name_of(&self.quantity).replace('-', " "),
                 unit.unwrap_or_default(),
                 axes.n_times,
                 axes.n_sites

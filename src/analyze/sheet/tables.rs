@@ -3,7 +3,7 @@
 use super::super::{Analysis, Timing};
 use crate::field::Axis;
 use crate::prepare::WindowGains;
-use crate::sheet::{Table, number};
+use crate::sheet::{Table, name_of, number};
 
 pub(super) fn of(analysis: &Analysis) -> Vec<Table> {
     vec![
@@ -14,14 +14,6 @@ pub(super) fn of(analysis: &Analysis) -> Vec<Table> {
     ]
 }
 
-/// The name that an enum has in JSON, in words.
-pub(super) fn name_of(value: &impl serde::Serialize) -> String {
-    match serde_json::to_value(value) {
-        Ok(serde_json::Value::String(name)) => name.replace('-', " "),
-        _ => String::new(),
-    }
-}
-
 fn field(analysis: &Analysis) -> Table {
     let axes = &analysis.axes;
     let span = |axis: &Axis, count: usize| {
@@ -29,7 +21,7 @@ fn field(analysis: &Analysis) -> Table {
         let unit = axis.unit.as_deref().unwrap_or("(counted)");
         format!("{} to {} {unit}", number(axis.origin), number(last))
     };
-    let quantity = name_of(&analysis.quantity);
+    let quantity = name_of(&analysis.quantity).replace('-', " ");
     let rows = [
         ("times", span(&axes.time, axes.n_times)),
         ("positions", span(&axes.space, axes.n_sites)),

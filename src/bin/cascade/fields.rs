@@ -221,7 +221,7 @@ fn known<T>(value: Option<T>, word: impl Fn(T) -> String) -> String {
 /// The verdict, up and down, as cells.
 fn moved(of: Option<&MovedShares>) -> [String; 3] {
     [
-        known(of, |of| of.word().into()),
+        known(of, MovedShares::word),
         known(of.and_then(|of| of.up), share),
         known(of.and_then(|of| of.down), share),
     ]

@@ -5,6 +5,7 @@ use std::io::Write;
 use wavecascade::chain::scene::{
     Description, PRESETS, Preset, SceneSource, Units, preset, schema, template,
 };
+use wavecascade::sheet::name_of;
 
 use crate::chain_args::SceneCommand;
 use crate::failure::Failure;
@@ -170,14 +171,6 @@ fn run_lines(lines: &mut Lines, d: &Description) {
     let at_most = if d.end_time.is_none() { "at most " } else { "" };
     let steps = format!("{at_most}about {:.1e} steps, {limit}", d.work.steps);
     lines.line("work", &steps);
-}
-
-/// A choice under the name that is typed.
-pub fn name_of(choice: &impl serde::Serialize) -> String {
-    match serde_json::to_value(choice) {
-        Ok(serde_json::Value::String(name)) => name,
-        _ => String::new(),
-    }
 }
 
 /// A number with enough digits to distinguish chains.

@@ -9,12 +9,13 @@ use wavecascade::chain::scene::{Description, SceneSource, Setup, Units};
 use wavecascade::chain::{CHECK_FACTOR, Run};
 use wavecascade::measure::digits;
 use wavecascade::report::{RUN_SCHEMA, RunFile};
+use wavecascade::sheet::name_of;
 
 use crate::advice;
 use crate::chain_args::Simulate;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::scene::{chain_lines, describe, name_of};
+use crate::scene::{chain_lines, describe};
 use crate::terminal::{self, Lines, error_size, number};
 
 /// Runs the command.

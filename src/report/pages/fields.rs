@@ -116,7 +116,7 @@ fn moved(of: Option<&MovedShares>) -> [Markup; 3] {
     };
     let verdict = match &of.reason {
         None => of.word(),
-        Some(_) => "cannot be told",
+        Some(_) => "cannot be told".into(),
     };
     [
         verdict.render(),

@@ -38,7 +38,7 @@ pub(super) fn of(analysis: &Analysis) -> Vec<Vec<CurveGroup>> {
             evidence,
             gap: ends(evidence, of),
             marks,
-            name: &|place| words.named_sites(place),
+            name: &|place| words.sites(place),
         };
         vec![profile, curves.group()]
     });
@@ -54,7 +54,7 @@ pub(super) fn of(analysis: &Analysis) -> Vec<Vec<CurveGroup>> {
             evidence,
             gap: ends(evidence, of),
             marks,
-            name: &|place| words.named_time(place),
+            name: &|place| words.time(place),
         };
         vec![profile, curves.group()]
     });
