@@ -9,8 +9,8 @@ use super::spacetime::{ByDirection, Frequencies};
 use super::warning::{Sites, Warning};
 use crate::error::Result;
 use crate::moved::{
-    Answer, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source, TOLERANCE, Verdict,
-    along_x, in_time,
+    Answer, Evidence, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source,
+    TOLERANCE, Verdict, along_x, in_time,
 };
 use crate::numeric::sum;
 use crate::observer::Observer;
@@ -74,10 +74,8 @@ pub(super) fn find(
         answer.frequency = std::mem::take(&mut answer.frequency).but_untold(Reason::Mixed);
     }
     answer.since = since(&answer, plan.sites.start);
-    (answer.wavenumber, answer.along_t) = match request.without_sites.is_empty() {
-        true => wavenumbers(plan, prepared, &answer, struck),
-        false => (Movement::untold(Reason::FewSites), None),
-    };
+    let in_time = wavenumbers(plan, prepared, &answer, struck);
+    answer.tell(in_time);
     Ok(answer)
 }
 
@@ -149,15 +147,14 @@ fn wavenumbers(
     prepared: &Prepared,
     along: &Answer,
     struck: Option<usize>,
-) -> (Movement, Option<crate::moved::Evidence>) {
+) -> std::result::Result<(Movement, Evidence), Reason> {
     let axes = &plan.axes;
     let sites = axes.n_sites;
-    if sites < 8 {
-        return (Movement::untold(Reason::FewSites), None);
+    if sites < 8 || !plan.request.without_sites.is_empty() {
+        return Err(Reason::FewSites);
     }
     if along.onsets.is_empty() {
-        let reason = along.frequency.reason.unwrap_or(Reason::NoEnergy);
-        return (Movement::untold(reason), None);
+        return Err(along.frequency.reason.unwrap_or(Reason::NoEnergy));
     }
     let is_box = plan.request.periodic;
     // The ends of a steady wave do not meet.

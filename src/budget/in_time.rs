@@ -78,7 +78,7 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
             at: 0.5 * (time.at(rows.start) + time.at(rows.end - 1)),
         },
     };
-    (answer.wavenumber, answer.along_t) = in_time(&source);
+    answer.tell(in_time(&source));
     // A chain whose wavenumbers keep their energies transfers none: what the front is short of follows behind.
     let movement = &mut answer.frequency;
     let keeps = answer.wavenumber.verdict == Verdict::Unchanged && !answer.is_lossy;

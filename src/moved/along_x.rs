@@ -12,8 +12,10 @@ use crate::observer::Observer;
 use crate::prepare::Prepared;
 use crate::transform::{RecordScratch, quick};
 
-/// Widths of the pulse that a front window is long, but for its lead, and those of one that is shortened so that more sites have it.
+/// Widths of the pulse that a front window is long, but for its lead; those in a run, whose pulses have one sign and low frequencies;
+/// and those of one that is shortened so that more sites have it.
 const WIDTHS: f64 = 10.0;
+const OF_RUN: f64 = 8.0;
 const ENOUGH: f64 = 5.0;
 /// Periods of the frequency below which half of the energy lies that it is long at least: a pulse of one sign is shorter than one.
 const PERIODS: f64 = 5.0;
@@ -105,14 +107,13 @@ pub(crate) fn along_x(
         onset.is_live = onset.peak > LIVE * largest;
         onset.arrival = onset.arrival.filter(|_| onset.is_live);
     }
-    match onsets.iter().filter(|o| o.is_live).count() {
+    let live: Vec<&Onset> = onsets.iter().filter(|o| o.is_live).collect();
+    match live.len() {
         0 => return Ok(Answer::untold(Reason::NoEnergy)),
         1 => return Ok(Answer::untold(Reason::FewSites)),
         _ => {}
     }
-    let live = onsets.iter().filter(|o| o.is_live);
-    let known = live.clone().filter(|o| o.noise.is_some()).count();
-    let is_known = 2 * known >= live.count();
+    let is_known = 2 * live.iter().filter(|o| o.noise.is_some()).count() >= live.len();
     let mut fronts = Fronts {
         options,
         onsets,
@@ -155,7 +156,10 @@ impl Fronts<'_> {
         // As long as two thirds of the sites have.
         let longest = room[room.len() / 3];
         let widths = |widths: f64| (widths * self.width).round() as usize;
-        let wanted = widths(WIDTHS) + self.lead;
+        let wanted = match self.options.is_simulated() {
+            true => widths(OF_RUN),
+            false => widths(WIDTHS) + self.lead,
+        };
         match self.options.window {
             _ if self.is_whole => (self.n_times, false),
             Some(window) => (window, false),
@@ -215,24 +219,28 @@ impl Fronts<'_> {
             let onset = &self.onsets[site];
             let mut scratch = RecordScratch::default();
             let (start, end) = (self.start(site), self.end(site, reflected));
-            let mut energy = |from| window.spectrum(record, from, onset, &mut scratch);
+            let mut spectrum = |from| window.spectrum(record, from, onset, &mut scratch);
             // In a run, before what the front leaves behind comes back.
             let fits = start + if is_simulated { 2 * samples } else { samples } <= end;
-            let spectrum = fits.then(|| energy(start));
+            let whole = fits.then(|| spectrum(start));
             let mut rest = vec![0.0; window.grid.upper.len()];
             let follows = (start + samples..end).step_by(samples);
-            follows.for_each(|from| add(&mut rest, &energy(from).energy));
+            follows.for_each(|from| add(&mut rest, &spectrum(from).energy));
             let sums = onset.energies(record);
             let last = end.saturating_sub(samples / 4).max(start);
+            let held = start..(start + samples).min(end);
+            let moments = held.clone().map(|n| n as f64 * (sums[n + 1] - sums[n]));
+            let energy = sums[held.end] - sums[held.start];
             Seen {
                 second: onset
                     .second(record, self.arrival(site), self.width)
                     .filter(|_| !is_simulated && !self.is_whole),
-                spectrum,
+                spectrum: whole,
                 rest,
-                energy: sums[(start + samples).min(end)] - sums[start],
+                energy,
+                centre: moments.sum::<f64>() / energy,
                 weight: 1.0,
-                last: energy(last).energy,
+                last: spectrum(last).energy,
             }
         };
         let mut seen =
@@ -279,8 +287,8 @@ impl Fronts<'_> {
             groups.iter_mut().for_each(|group| group.reverse());
         }
         if is_simulated {
-            let arrival = |site: usize| self.arrival(site) as f64;
-            let weights = chain::weights(prepared.masses(), &sites, &arrival);
+            let centre = |site: usize| seen[site].as_ref().map_or(f64::NAN, |seen| seen.centre);
+            let weights = chain::weights(prepared.masses(), &sites, &centre);
             let each = sites.iter().zip(weights);
             each.for_each(|(&j, weight)| seen[j].iter_mut().for_each(|one| one.weight = weight));
         }

@@ -28,7 +28,10 @@ pub(super) fn along_x(found: &Found, front: &Profile) -> Answer {
     let travel = front.among(&near);
     let (mut movement, group) = travel.judge(options.tolerance, &place);
     let whole = found.profile(true).among(&near);
-    found.judge_late(&mut movement, &whole, travel.rows(group));
+    let left = whole.same(travel.rows(group), movement.way());
+    if movement.moves() && left.is_some_and(|left| left < LATE * movement.most().share) {
+        (movement.transfer, movement.lags) = (None, true);
+    }
     let loss = found.loss(front, first);
     if movement.moves() {
         match loss.filter(|loss| loss.error < UNEVEN) {
@@ -56,17 +59,14 @@ pub(super) fn along_x(found: &Found, front: &Profile) -> Answer {
 impl Found<'_> {
     /// `-100 d ln E / dj` from the group `first` on.
     fn loss(&self, profile: &Profile, first: usize) -> Option<Front> {
+        // Groups have as many bodies.
         let energy = |group: usize| {
             let [from, to] = profile.rows(group);
-            let energies: Vec<f64> = self
-                .of_group([from, to])
-                .map(|seen| seen.energy * seen.weight)
-                .collect();
-            let mean = energies.iter().sum::<f64>() / energies.len() as f64;
-            (0.5 * (from + to) as f64, mean)
+            let bodies = self.of_group([from, to]);
+            let sum: f64 = bodies.map(|seen| seen.energy * seen.weight).sum();
+            (0.5 * (from + to) as f64, sum.ln())
         };
-        let points = (first..profile.len()).map(energy).map(|(j, e)| (j, e.ln()));
-        let points: Vec<(f64, f64)> = points.collect();
+        let points: Vec<(f64, f64)> = (first..profile.len()).map(energy).collect();
         let [slope, bound] = slope(&points).filter(|_| points.len() >= LEAST)?;
         let last = profile.len() - 1;
         Some(Front {

@@ -21,6 +21,8 @@ pub(super) struct Seen {
     pub last: Vec<f64>,
     /// Energy of the window, that below its resolution too.
     pub energy: f64,
+    /// Where its middle lies, in samples of the record.
+    pub centre: f64,
     /// By what its squares count.
     pub weight: f64,
 }
@@ -73,7 +75,9 @@ impl Found<'_> {
         if sense == 0.0 {
             (movement.transfer, movement.energy_ratio) = (None, f64::NAN);
         }
-        self.judge_late(&mut movement, &self.profile(true), profile.rows(group));
+        if movement.moves() && self.is_late(&movement, profile.rows(group)) {
+            (movement.transfer, movement.lags) = (None, true);
+        }
         Answer {
             frequency: movement,
             along_x: Some(profile.evidence([0, group], &place)),
@@ -81,11 +85,11 @@ impl Found<'_> {
         }
     }
 
-    /// States that what is missing in the windows comes late: less than half of the move is left in the `whole` records, or what is
-    /// missing still comes when they end.
-    pub fn judge_late(&self, movement: &mut Movement, whole: &Profile, rows: [usize; 2]) {
+    /// Whether what is missing in the windows comes late: less than half of the move is left in the whole record, or what is
+    /// missing still comes when the record ends.
+    fn is_late(&self, movement: &Movement, rows: [usize; 2]) -> bool {
         let (most, way) = (movement.most(), movement.way());
-        let left = whole.same(rows, way);
+        let left = self.profile(true).same(rows, way);
         let falls = match way {
             0 => 0..most.interval + 1,
             _ => most.interval + 1..self.upper.len(),
@@ -97,8 +101,6 @@ impl Found<'_> {
         let missing = most.share * window.iter().sum::<f64>();
         let all = energy(window) + energy(self.sum(rows, |seen| &seen.rest));
         let comes = energy(self.sum(rows, |seen| &seen.last)) > COMES * all.max(missing);
-        if movement.moves() && (comes || left.is_some_and(|left| left < LATE * most.share)) {
-            (movement.transfer, movement.lags) = (None, true);
-        }
+        comes || left.is_some_and(|left| left < LATE * most.share)
     }
 }

@@ -1,7 +1,6 @@
 //! Sites at which a wave arrives, which way it goes, and what comes back.
 
-use super::along_x::Options;
-use super::along_x::median;
+use super::along_x::{Options, median};
 use super::onset::{Onset, REACHED};
 use crate::numeric::LineFit;
 

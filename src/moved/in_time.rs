@@ -76,14 +76,9 @@ pub(crate) struct Source<'a> {
     pub place: &'a dyn Fn(Range<usize>) -> Place,
 }
 
-pub(crate) fn in_time(source: &Source) -> (Movement, Option<Evidence>) {
-    match compare(source) {
-        Ok((movement, evidence)) => (movement, Some(evidence)),
-        Err(reason) => (Movement::untold(reason), None),
-    }
-}
-
-fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
+/// # Errors
+/// Why it cannot be told.
+pub(crate) fn in_time(source: &Source) -> Result<(Movement, Evidence), Reason> {
     const LEAVES: Reason = Reason::Aperture { folds: false };
     let is_box = source.motion == Motion::Box;
     let period = match source.period.is_finite() && (!is_box || swings(source)) {
@@ -141,12 +136,14 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
         return Err(Reason::NoEnergy);
     }
     let sum = |bins: Range<usize>| all[bins].iter().sum::<f64>();
-    let [of_all, of_moving] = [
-        inside[count - 1] / inside[0],
-        profile.energy(count - 1) / profile.energy(0),
-    ];
+    let of_all = inside[count - 1] / inside[0];
+    let of_moving = profile.energy(count - 1) / profile.energy(0);
     let within = |ratio: f64, most: f64| (1.0 / most..most).contains(&ratio);
-    if (is_transient && !within(of_all, ENTERS)) || (is_random && !within(of_moving, COMES)) {
+    let moving = sum(source.first..bins);
+    let enters = is_transient && !within(of_all, ENTERS);
+    // Most waves are longer than the array.
+    let are_long = !is_box && sum(0..source.first) > moving;
+    if enters || are_long || (is_random && !within(of_moving, COMES)) {
         return Err(LEAVES);
     }
     let place = |rows: [usize; 2]| (source.place)(rows[0]..rows[1] + 1);
@@ -157,7 +154,7 @@ fn compare(source: &Source) -> Result<(Movement, Evidence), Reason> {
         movement.transfer = None;
     }
     let evidence = profile.evidence([0, group], &place);
-    let top = sum(source.first.max(9 * bins / 10)..bins) / sum(source.first..bins);
+    let top = sum(source.first.max(9 * bins / 10)..bins) / moving;
     let may_fold = matches!(source.motion, Motion::Transient | Motion::Steady);
     // All that gains spread may lie there.
     let folds = may_fold && (source.is_short || top > FOLDED);

@@ -263,6 +263,14 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// Takes what is told of wavenumbers.
+    pub(crate) fn tell(&mut self, in_time: Result<(Movement, Evidence), Reason>) {
+        (self.wavenumber, self.along_t) = match in_time {
+            Ok((movement, evidence)) => (movement, Some(evidence)),
+            Err(reason) => (Movement::untold(reason), None),
+        };
+    }
+
     /// Of frequencies along x, whose reason is that of wavenumbers until they are looked at.
     pub(crate) fn untold(reason: Reason) -> Answer {
         Answer {

@@ -115,16 +115,7 @@ fn mean(of: &[Below]) -> Below {
 
 /// The mean of the others, without each.
 fn without_one(of: &[Below]) -> impl Iterator<Item = Below> {
-    let (mean, n) = (mean(of), of.len() as f64);
-    let rest = move |all: f64, one: f64| {
-        if n > 1.0 {
-            (n * all - one) / (n - 1.0)
-        } else {
-            all
-        }
-    };
-    of.iter()
-        .map(move |one| [rest(mean[0], one[0]), rest(mean[1], one[1])])
+    (0..of.len()).map(|i| mean(&[&of[..i], &of[i + 1..]].concat()))
 }
 
 /// What an error may be: half the width of the 95 % interval, and what is told to exceed it, as two and three standard errors are.
@@ -240,6 +231,10 @@ impl Profile {
         self.cumulated[group].last().copied().unwrap_or(0.0)
     }
 
+    fn below(&self, group: usize, m: usize) -> Below {
+        [self.cumulated[group][m], self.energy(group)]
+    }
+
     fn share(&self, group: usize, m: usize) -> f64 {
         self.cumulated[group][m] / self.energy(group)
     }
@@ -252,44 +247,43 @@ impl Profile {
 
     /// Errors of a function of the energies of a mean row of groups a and b, up to interval m and in all.
     fn errors(&self, groups: [usize; 2], m: usize, of: &dyn Fn(Below, Below) -> f64) -> Errors {
-        let [a, b] = groups.map(|group| &self.rows[self.groups[group].clone()]);
-        let each = |rows: &[Row], one: &dyn Fn(&Row) -> Below| -> Vec<Below> {
-            rows.iter().map(one).collect()
+        let rows = groups.map(|group| &self.rows[self.groups[group].clone()]);
+        let usual = groups.map(|group| self.below(group, m));
+        let with = |i: usize, other: Below| match i {
+            0 => of(other, usual[1]),
+            _ => of(usual[0], other),
         };
-        let differ = |one: &dyn Fn(&Row) -> Below| of(mean(&each(a, one)), mean(&each(b, one)));
+        let each = |i: usize, without: Option<usize>| -> Vec<Below> {
+            rows[i].iter().map(|row| row.below(m, without)).collect()
+        };
         let mut errors = Errors::default();
         if !self.is_exact {
-            let [a, b] = [a, b].map(|rows| each(rows, &|row| row.below(m, None)));
-            let [first, second] = [mean(&a), mean(&b)];
-            let without: [Vec<f64>; 2] = [
-                without_one(&a).map(|rest| of(rest, second)).collect(),
-                without_one(&b).map(|rest| of(first, rest)).collect(),
-            ];
+            let count = rows[0].len() + rows[1].len();
             // What changes evenly from row to row is no error.
             let mut both = [Errors::default(); 2];
-            for values in &without {
-                both[0].add_without(values, a.len() + b.len() - 2);
-                both[1].add_without(&trendless(values), (a.len() + b.len()).saturating_sub(4));
+            for i in [0, 1] {
+                let rest = each(i, None);
+                let without: Vec<f64> = without_one(&rest).map(|rest| with(i, rest)).collect();
+                both[0].add_without(&without, count - 2);
+                both[1].add_without(&trendless(&without), count.saturating_sub(4));
             }
-            let is_even = a.len().min(b.len()) > 2 && both[1].sure < both[0].sure;
+            let is_even = rows[0].len().min(rows[1].len()) > 2 && both[1].sure < both[0].sure;
             errors = both[usize::from(is_even)];
         }
-        let pieces = a[0].pieces.len();
-        let without = (0..pieces).map(|i| differ(&|row| row.below(m, Some(i))));
+        let pieces = rows[0][0].pieces.len();
+        let without = (0..pieces).map(|piece| {
+            let [a, b] = [0, 1].map(|i| mean(&each(i, Some(piece))));
+            of(a, b)
+        });
         errors.add_without(&without.collect::<Vec<_>>(), pieces - 1);
         // Noise below and above are independent.
-        let usual = [a, b].map(|rows| mean(&each(rows, &|row| row.below(m, None))));
-        for (i, rows) in [a, b].into_iter().enumerate() {
-            let noise = each(rows, &|row| match row.noise.last() {
-                Some(all) => [row.noise[m], all - row.noise[m]],
-                None => [0.0; 2],
-            });
-            let [below, above] = mean(&noise).map(|noise| (noise / rows.len() as f64).sqrt());
+        for (i, rows) in rows.into_iter().enumerate() {
+            let noise = |m: usize| rows.iter().filter_map(|row| row.noise.get(m)).sum::<f64>();
+            let (below, all) = (noise(m), noise(self.upper.len() - 1));
+            let [below, above] = [below, all - below].map(|of| of.sqrt() / rows.len() as f64);
             for off in [[below, below], [0.0, above]] {
-                let mut other = usual;
-                other[i] = [other[i][0] + off[0], other[i][1] + off[1]];
-                let off = of(other[0], other[1]) - of(usual[0], usual[1]);
-                errors.add(off * off, OF_NOISE);
+                let other = [usual[i][0] + off[0], usual[i][1] + off[1]];
+                errors.add((with(i, other) - of(usual[0], usual[1])).powi(2), OF_NOISE);
             }
         }
         errors
@@ -333,8 +327,8 @@ impl Profile {
         };
         let scale = self.energy(a);
         let gain = move |a: Below, b: Below| (part(b) - part(a)) / scale;
-        let of = |group: usize| [self.cumulated[group][m], self.energy(group)];
-        [gain(of(a), of(b)), self.errors([a, b], m, &gain).sure]
+        let gained = gain(self.below(a, m), self.below(b, m));
+        [gained, self.errors([a, b], m, &gain).sure]
     }
 
     /// The verdict on moves that count from `tolerance` on, the largest that is told, and its group.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use ndarray::Array2;
 use test_support::fields::{Congruential, noise};
-use wavecascade::analyze::{Undirected, Warning};
+use wavecascade::analyze::Warning;
 use wavecascade::moved::{Reason, Verdict};
 
 use crate::moved_kinds::{analysis_of, answer_of, burst, ricker};
@@ -122,7 +122,7 @@ fn val_theory_gains_do_not_fold() {
         }
         let folds = analysis_of(steady(seed, (2048, sites), 0.05, 9.5));
         assert!(
-            matches!(folds.undirected, Some(Undirected::Folded { .. })),
+            matches!(folds.undirected, Some(Reason::Aperture { folds: true })),
             "{seed}: {:?}",
             folds.undirected
         );
@@ -140,7 +140,7 @@ fn val_theory_long_waves_have_no_shares_by_direction() {
         let analysis = analysis_of(values);
         let speed = analysis.answer.as_ref().unwrap().speed.unwrap();
         assert!((speed.value * slow - 1.0).abs() < 0.02, "{speed:?}");
-        let is_withheld = matches!(analysis.undirected, Some(Undirected::Long { .. }));
+        let is_withheld = matches!(analysis.undirected, Some(Reason::Aperture { folds: false }));
         assert_eq!(is_withheld, is_long, "{:?}", analysis.undirected);
     }
 }

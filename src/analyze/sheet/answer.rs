@@ -181,7 +181,7 @@ impl<'a> Words<'a> {
         }
         let is_noise = matches!(self.undirected, Some(Reason::Noise { .. }));
         let hidden = match self.hum {
-            Some(hum) => format!("; {}", hum.message()),
+            Some(hum) => format!("; {}; {}", hum.message(), hum.advice()),
             None if is_noise && !self.answer.has_fronts => {
                 " in records like noise, which may hide a weak wave".into()
             }
