@@ -133,10 +133,10 @@ pub(crate) fn along_x(
         (fronts.is_whole, fronts.lead) = (true, n_times);
         return fronts.compare(prepared, &sites, observer);
     }
-    Ok(match fronts.are_faint() {
-        true => fronts.untold(Reason::Noise { bound: 1.0 }),
-        false => fronts.untold(Reason::ShortRecord),
-    })
+    Ok(fronts.untold(match is_known {
+        true => Reason::Noise { bound: 1.0 },
+        false => Reason::ShortRecord,
+    }))
 }
 
 /// NaN of none; the upper of two in the middle.
@@ -219,13 +219,13 @@ impl Fronts<'_> {
             let onset = &self.onsets[site];
             let mut scratch = RecordScratch::default();
             let (start, end) = (self.start(site), self.end(site, reflected));
-            let mut spectrum = |from| window.spectrum(record, from, onset, &mut scratch);
+            let mut spectrum = |from, run| window.spectrum(record, from, onset, run, &mut scratch);
             // In a run, before what the front leaves behind comes back.
             let fits = start + if is_simulated { 2 * samples } else { samples } <= end;
-            let whole = fits.then(|| spectrum(start));
+            let whole = fits.then(|| spectrum(start, is_simulated));
             let mut rest = vec![0.0; window.grid.upper.len()];
             let follows = (start + samples..end).step_by(samples);
-            follows.for_each(|from| add(&mut rest, &spectrum(from).energy));
+            follows.for_each(|from| add(&mut rest, &spectrum(from, false).energy));
             let sums = onset.energies(record);
             let last = end.saturating_sub(samples / 4).max(start);
             let held = start..(start + samples).min(end);
@@ -240,7 +240,7 @@ impl Fronts<'_> {
                 energy,
                 centre: moments.sum::<f64>() / energy,
                 weight: 1.0,
-                last: spectrum(last).energy,
+                last: spectrum(last, false).energy,
             }
         };
         let mut seen =

@@ -1,7 +1,7 @@
 //! Sites at which a wave arrives, which way it goes, and what comes back.
 
 use super::along_x::{Options, median};
-use super::onset::{Onset, REACHED};
+use super::onset::Onset;
 use crate::numeric::LineFit;
 
 /// Correlation of arrivals with x from which on they are those of one wave.
@@ -102,12 +102,6 @@ impl Fronts<'_> {
         };
         let sites: Vec<usize> = (0..self.onsets.len()).filter(passes).collect();
         (PASSED * sites.len() > self.live().count()).then_some(sites)
-    }
-
-    /// Whether noise that is known hides when the motion comes.
-    pub fn are_faint(&self) -> bool {
-        let above = self.live().filter_map(|of| Some(of.peak / of.noise?));
-        median(above) <= REACHED
     }
 
     /// Pearson's, of arrivals with x.

@@ -157,14 +157,9 @@ pub(crate) fn in_time(source: &Source) -> Result<(Movement, Evidence), Reason> {
     let top = sum(source.first.max(9 * bins / 10)..bins) / moving;
     let may_fold = matches!(source.motion, Motion::Transient | Motion::Steady);
     // All that gains spread may lie there.
-    let folds = may_fold && (source.is_short || top > FOLDED);
+    let folds = may_fold && (source.is_short || top > FOLDED + source.uneven);
     if movement.moves() && (is_long || folds) {
-        let by_gains = folds && !source.is_short && top <= FOLDED + source.uneven;
-        let bound = movement.bound;
-        movement = movement.but_untold(match by_gains {
-            true => Reason::Noise { bound },
-            false => Reason::Aperture { folds },
-        });
+        movement = movement.but_untold(Reason::Aperture { folds });
     }
     Ok((movement, evidence))
 }

@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-13;
 const SILENT: f64 = 1e-3;
 /// Times the noise that an arrival exceeds, and that the largest amplitude of a site reached does.
 const ARRIVES: f64 = 5.0;
-pub(super) const REACHED: f64 = 8.0;
+const REACHED: f64 = 8.0;
 /// Part of the largest amplitude that an arrival exceeds for the first time.
 const ONSET: f64 = 0.03;
 /// Part of the energy of a long stretch that a short one holds where the pulse is as long as this: that of a Gaussian within the half
@@ -94,6 +94,7 @@ impl Onset {
         let size = |n: &usize| (record[*n] - baseline).abs();
         let at = (0..record.len()).max_by(|a, b| size(a).total_cmp(&size(b)));
         let at = at.unwrap_or(0);
+        let is_motion = |peak: &f64| *peak > ROUNDING * baseline.abs();
         let before = quiet.partition_point(|&i| i < at / length);
         let parts = match (is_known, before) {
             (false, _) => &[],
@@ -109,11 +110,7 @@ impl Onset {
             levels: pieces.iter().map(|of| of[1].ln() as f32).collect(),
             sizes: [motion, fast].map(|square| 0.5 * square.ln()),
             // What the mean of a constant record differs by from it is rounding.
-            peak: if size(&at) > ROUNDING * baseline.abs() {
-                size(&at)
-            } else {
-                0.0
-            },
+            peak: Some(size(&at)).filter(is_motion).unwrap_or(0.0),
             mean: whole,
             baseline,
             noise: how.noise.or(noise),

@@ -8,8 +8,7 @@ use crate::numeric::LineFit;
 /// Sites that a speed is found from, at least, and the error of a passage, in samples, that is not told.
 const SITES: usize = 4;
 const UNSEEN: f64 = 0.3;
-/// Share of the energy below which an interval of frequencies has no group delay, and standard errors by which it exceeds the noise.
-const LEAST: f64 = 1e-6;
+/// Standard errors by which energy exceeds the noise where it has a group delay.
 const SURE: f64 = 2.0;
 /// Bands of equal weight whose speeds are compared.
 const BANDS: usize = 4;
@@ -33,12 +32,7 @@ pub(super) fn of_windows(passages: &[Passage], scale: f64) -> Option<Speed> {
         for (m, sum) in sums.iter_mut().enumerate() {
             // What noise may be has no delay.
             let (e, error) = (spectrum.energy[m], spectrum.noise[m].sqrt());
-            let is_sure = e - SURE * error > LEAST * all;
-            *sum += if is_sure {
-                all / (e - SURE * error)
-            } else {
-                f64::INFINITY
-            };
+            *sum += all / (e - SURE * error).max(0.0);
         }
     }
     let weights: Vec<f64> = sums.iter().map(|sum| 1.0 / sum).collect();

@@ -105,11 +105,15 @@ impl Windows {
         record: &[f64],
         start: usize,
         onset: &Onset,
+        is_struck: bool,
         scratch: &mut RecordScratch<f64>,
     ) -> Spectrum {
         let end = (start + self.samples).min(record.len());
         let samples = record[start..end].iter().map(|v| v - onset.baseline);
         let mut samples: Vec<f64> = samples.collect();
+        if is_struck {
+            remove_step(&mut samples);
+        }
         let filled = samples.len() as f64 / self.samples as f64;
         samples.resize(self.samples, 0.0);
         let bins = self.bins(&samples, scratch);
@@ -129,5 +133,22 @@ impl Windows {
             delay: self.energies(|m| (moments[m] * bins[m].conj()).re - noise(m) * middle),
             energy,
         }
+    }
+}
+
+/// Removes the velocity with which a body goes on behind the pulse, as it rises with the pulse: `v - v_end c`, c the
+/// cumulative |dv| over all of it. A jump to `v_end` would leak over all frequencies.
+fn remove_step(samples: &mut [f64]) {
+    let last = &samples[samples.len() - samples.len().div_ceil(10)..];
+    let end = last.iter().sum::<f64>() / last.len() as f64;
+    let mut before = 0.0;
+    let rises = samples
+        .iter()
+        .map(|v| (v - std::mem::replace(&mut before, *v)).abs());
+    let rises: Vec<f64> = rises.collect();
+    let (all, mut rise) = (rises.iter().sum::<f64>().max(f64::MIN_POSITIVE), 0.0);
+    for (v, by) in samples.iter_mut().zip(rises) {
+        rise += by / all;
+        *v -= end * rise;
     }
 }
