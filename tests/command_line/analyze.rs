@@ -280,15 +280,11 @@ fn val_theory_speeds_have_the_units_of_the_axes() {
     });
     place.save("pulse.npy", &field);
     for (options, speed, unit) in [
-        ("", 0.125, "sites per sample"),
-        ("--dx 10mm", 0.00125, "m per sample"),
-        ("--dt 10us", 12500.0, "sites per s"),
+        ("", 0.125, "site/sample"),
+        ("--dx 10mm", 0.00125, "m/sample"),
+        ("--dt 10us", 12500.0, "site/s"),
         ("--dx 10mm --dt 10us", 125.0, "m/s"),
-        (
-            "--dx 0.5 --rate 2",
-            0.125,
-            "units of length per unit of time",
-        ),
+        ("--dx 0.5 --rate 2", 0.125, "unit of length/unit of time"),
     ] {
         let said = place.says(&format!(
             "analyze pulse.npy --figures none --force {options}"
