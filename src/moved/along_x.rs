@@ -2,7 +2,7 @@
 
 use super::found::{Found, Seen};
 use super::front::Fronts;
-use super::onset::Onset;
+use super::onset::{Onset, REACHED};
 use super::profile::add;
 use super::speed::{self, Passage};
 use super::windows::Windows;
@@ -93,12 +93,11 @@ pub(crate) fn along_x(
         return Ok(Answer::untold(Reason::ShortRecord));
     }
     let is_simulated = options.is_simulated();
-    let every = n_sites.div_ceil(LOOKED_AT);
     // Of a run, other pulses follow the front.
     let times = if is_simulated { 2 } else { 4 };
     let mut onsets = prepared.each_record(observer, |site, record, _| {
         let mut onset = Onset::of(record, options);
-        let is_looked_at = site.is_multiple_of(every) && onset.peak > 0.0;
+        let is_looked_at = site.is_multiple_of(n_sites.div_ceil(LOOKED_AT)) && onset.peak > 0.0;
         onset.width = is_looked_at.then(|| onset.width_of(record, times));
         onset
     })?;
@@ -133,7 +132,9 @@ pub(crate) fn along_x(
         (fronts.is_whole, fronts.lead) = (true, n_times);
         return fronts.compare(prepared, &sites, observer);
     }
-    Ok(fronts.untold(match is_known {
+    // What noise hides has no beginning.
+    let above = median(fronts.live().filter_map(|of| Some(of.peak / of.noise?)));
+    Ok(fronts.untold(match above <= REACHED {
         true => Reason::Noise { bound: 1.0 },
         false => Reason::ShortRecord,
     }))

@@ -41,7 +41,7 @@ impl Fronts<'_> {
         self.onsets[site].arrival.unwrap_or(0)
     }
 
-    fn live(&self) -> impl Iterator<Item = &Onset> {
+    pub fn live(&self) -> impl Iterator<Item = &Onset> {
         self.onsets.iter().filter(|onset| onset.is_live)
     }
 

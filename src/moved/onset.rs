@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-13;
 const SILENT: f64 = 1e-3;
 /// Times the noise that an arrival exceeds, and that the largest amplitude of a site reached does.
 const ARRIVES: f64 = 5.0;
-const REACHED: f64 = 8.0;
+pub(super) const REACHED: f64 = 8.0;
 /// Part of the largest amplitude that an arrival exceeds for the first time.
 const ONSET: f64 = 0.03;
 /// Part of the energy of a long stretch that a short one holds where the pulse is as long as this: that of a Gaussian within the half
