@@ -9,7 +9,7 @@ use super::{Answer, Movement};
 pub(super) const LATE: f64 = 0.5;
 
 /// Part of the energy of a wave that is in the last quarter of a window before the record's end where it has not all come.
-pub(super) const COMES: f64 = 0.1;
+const COMES: f64 = 0.1;
 
 /// What a site says; no spectrum where the window does not fit.
 pub(super) struct Seen {

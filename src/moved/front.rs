@@ -9,8 +9,8 @@ const ONE_WAY: f64 = 0.9;
 /// Steadiness of records above which they have no front, and below which they are no steady motion either.
 const STEADY: f64 = 0.5;
 const TRANSIENT: f64 = 0.35;
-/// Widths of the pulse within which arrivals are at once, those before an arrival at which a window begins, and those by which an
-/// arrival is off its neighbours'.
+/// Widths of the pulse within which arrivals are at once, those before an arrival at which a window begins, and those by which what
+/// comes back differs from site to site.
 const AT_ONCE: f64 = 2.0;
 const LEAD: f64 = 2.0;
 const OFF: f64 = 3.0;

@@ -79,7 +79,9 @@ pub(crate) struct Source<'a> {
 /// # Errors
 /// Why it cannot be told.
 pub(crate) fn in_time(source: &Source) -> Result<(Movement, Evidence), Reason> {
-    const LEAVES: Reason = Reason::Aperture { folds: false };
+    let may_fold = matches!(source.motion, Motion::Transient | Motion::Steady);
+    let folds = may_fold && source.is_short;
+    let leaves = Reason::Aperture { folds };
     let is_box = source.motion == Motion::Box;
     let period = match source.period.is_finite() && (!is_box || swings(source)) {
         true => source.period.max(1.0),
@@ -95,7 +97,7 @@ pub(crate) fn in_time(source: &Source) -> Result<(Movement, Evidence), Reason> {
     let count = ((range.len() as f64 / period) as usize).min(most);
     if count < 2 || range.len() < 4 {
         return Err(if is_transient {
-            LEAVES
+            leaves
         } else {
             Reason::ShortRecord
         });
@@ -107,7 +109,7 @@ pub(crate) fn in_time(source: &Source) -> Result<(Movement, Evidence), Reason> {
     };
     // What differs along x differs in time while it enters.
     if is_long && !source.stays_along_x {
-        return Err(LEAVES);
+        return Err(leaves);
     }
     let bins = source.profiles.powers(range.start).len();
     let grid = Grid::new(bins, source.step);
@@ -144,7 +146,7 @@ pub(crate) fn in_time(source: &Source) -> Result<(Movement, Evidence), Reason> {
     // Most waves are longer than the array.
     let are_long = !is_box && sum(0..source.first) > moving;
     if enters || are_long || (is_random && !within(of_moving, COMES)) {
-        return Err(LEAVES);
+        return Err(leaves);
     }
     let place = |rows: [usize; 2]| (source.place)(rows[0]..rows[1] + 1);
     let (mut movement, group) = profile.judge(source.tolerance, &place);
@@ -155,9 +157,8 @@ pub(crate) fn in_time(source: &Source) -> Result<(Movement, Evidence), Reason> {
     }
     let evidence = profile.evidence([0, group], &place);
     let top = sum(source.first.max(9 * bins / 10)..bins) / moving;
-    let may_fold = matches!(source.motion, Motion::Transient | Motion::Steady);
     // All that gains spread may lie there.
-    let folds = may_fold && (source.is_short || top > FOLDED + source.uneven);
+    let folds = folds || (may_fold && top > FOLDED + source.uneven);
     if movement.moves() && (is_long || folds) {
         movement = movement.but_untold(Reason::Aperture { folds });
     }

@@ -29,10 +29,10 @@ const APART: f64 = 2.0 / 3.0;
 const ONE_WAVE: f64 = 0.5;
 const LONGEST: f64 = 0.4;
 
-/// Segments of records of so many samples.
-struct Segments {
-    samples: usize,
-    windows: Windows,
+/// Of the segments of records of so many samples.
+fn windows(samples: usize, dt: f64) -> Windows {
+    let length = 2 * samples / (SEGMENTS + 1);
+    Windows::new(&Window::Hann.samples(length), length, FIRST, dt)
 }
 
 /// What a record holds.
@@ -49,28 +49,16 @@ impl Seen {
     fn energy(&self) -> f64 {
         self.parts.iter().flatten().sum()
     }
-}
 
-impl Segments {
-    fn new(samples: usize, dt: f64) -> Segments {
-        let length = 2 * samples / (SEGMENTS + 1);
-        let taper = Window::Hann.samples(length);
-        Segments {
-            samples,
-            windows: Windows::new(&taper, length, FIRST, dt),
-        }
-    }
-
-    fn of(&self, record: &[f64]) -> Seen {
+    fn of(record: &[f64], windows: &Windows) -> Seen {
         let mut scratch = RecordScratch::default();
         let spectra = (0..SEGMENTS).map(|i| {
-            let start = i * (record.len() - self.windows.samples) / (SEGMENTS - 1);
-            let segment = &record[start..start + self.windows.samples];
-            self.windows.bins(segment, &mut scratch)
+            let start = i * (record.len() - windows.samples) / (SEGMENTS - 1);
+            windows.bins(&record[start..start + windows.samples], &mut scratch)
         });
         let spectra: Vec<Vec<Complex<f64>>> = spectra.collect();
         let parts = spectra.iter();
-        let parts = parts.map(|of| self.windows.energies(|m| of[m].norm_sqr()));
+        let parts = parts.map(|of| windows.energies(|m| of[m].norm_sqr()));
         let sum = |m: usize| spectra.iter().map(|of| of[m].norm_sqr()).sum();
         // The last bin may be real, as the first is.
         let mut sums: Vec<f64> = (FIRST..spectra[0].len() - 1).map(sum).collect();
@@ -86,8 +74,8 @@ impl Segments {
 
     /// Samples by which a wave passes a site later than the one before it in a group: by the phase between them over frequency;
     /// 0 where no wave passes both.
-    fn delay(&self, groups: &[Vec<usize>], seen: &[Option<Seen>]) -> f64 {
-        let mut both = vec![Complex::<f64>::default(); self.windows.transform.bins()];
+    fn delay(windows: &Windows, groups: &[Vec<usize>], seen: &[Option<Seen>]) -> f64 {
+        let mut both = vec![Complex::<f64>::default(); windows.transform.bins()];
         let mut each = vec![0.0; both.len()];
         for pair in groups.iter().flat_map(|group| group.windows(2)) {
             let [Some(a), Some(b)] = [&seen[pair[0]], &seen[pair[1]]] else {
@@ -101,7 +89,7 @@ impl Segments {
             }
         }
         let (both, each) = (&both[FIRST..], &each[FIRST..]);
-        let scale = std::f64::consts::TAU / self.windows.samples as f64;
+        let scale = std::f64::consts::TAU / windows.samples as f64;
         let turn = |bins: usize, delay: f64| {
             let turns = both[bins.min(both.len())..].iter().zip(both);
             let turn: Complex<f64> = turns.map(|(x, y)| x * y.conj()).sum();
@@ -111,25 +99,18 @@ impl Segments {
         if turn(1, 0.0).norm() <= ONE_WAVE * ONE_WAVE * all {
             return 0.0;
         }
-        // By bins ever further apart.
+        // By bins ever further apart, then by the phases themselves.
         let finer =
             |delay: f64, bins: usize| delay + turn(bins, delay).arg() / (scale * bins as f64);
-        [1, 2, 4, 8].into_iter().fold(0.0, finer)
-    }
-
-    /// What these sites hold, from the sample at which the part of each record begins.
-    fn read(
-        &self,
-        prepared: &Prepared,
-        groups: &[Vec<usize>],
-        start: &(dyn Fn(usize) -> usize + Sync),
-        observer: &dyn Observer,
-    ) -> Result<Vec<Option<Seen>>> {
-        prepared.each_record_of(
-            |j| groups.iter().any(|group| group.contains(&j)),
-            observer,
-            |site, record, _| self.of(&record[start(site)..start(site) + self.samples]),
-        )
+        let delay = [1, 2, 4].into_iter().fold(0.0, finer);
+        let mut sums = [0.0; 2];
+        for (m, x) in both.iter().enumerate() {
+            let frequency = scale * (m + FIRST) as f64;
+            let left = (x * Complex::from_polar(1.0, -frequency * delay)).arg();
+            sums[0] += x.norm() * frequency * left;
+            sums[1] += x.norm() * frequency * frequency;
+        }
+        delay + sums[0] / sums[1]
     }
 }
 
@@ -142,8 +123,8 @@ pub(super) fn along_x(
     observer: &dyn Observer,
 ) -> Result<Answer> {
     let n_times = prepared.n_times();
-    let mut segments = Segments::new(n_times, options.dt);
-    if segments.windows.samples < SHORTEST {
+    let mut windows = windows(n_times, options.dt);
+    if windows.samples < SHORTEST {
         return Ok(Answer::untold(Reason::ShortRecord));
     }
     let mut order: Vec<usize> = (0..onsets.len()).filter(|&j| onsets[j].is_live).collect();
@@ -152,22 +133,27 @@ pub(super) fn along_x(
         order.reverse();
     }
     // Twice those of the segments, and what is left of them.
-    let numbers = (SEGMENTS + 3) * segments.windows.grid.upper.len();
+    let numbers = (SEGMENTS + 3) * windows.grid.upper.len();
     let groups = options.grouped(&order, sites, numbers);
-    let mut seen = segments.read(prepared, &groups, &|_| 0, observer)?;
+    let is_read = |site: usize| groups.iter().any(|group| group.contains(&site));
+    let mut seen =
+        prepared.each_record_of(is_read, observer, |_, record, _| Seen::of(record, &windows))?;
     // The same part of the wave passes all sites in segments that follow it.
-    let delay = segments.delay(&groups, &seen);
+    let delay = Seen::delay(&windows, &groups, &seen);
     let far = order[0].abs_diff(order[sites - 1]);
     let way = (delay.abs() * far as f64).round();
-    if way > (segments.windows.samples / SEGMENTS) as f64 && way < LONGEST * n_times as f64 {
+    if way > (windows.samples / SEGMENTS) as f64 && way < LONGEST * n_times as f64 {
         let first = if delay > 0.0 {
             order[0]
         } else {
             order[sites - 1]
         };
-        let start = move |site: usize| (delay.abs() * site.abs_diff(first) as f64) as usize;
-        segments = Segments::new(n_times - way as usize - 1, options.dt);
-        seen = segments.read(prepared, &groups, &start, observer)?;
+        let samples = n_times - way as usize - 1;
+        windows = self::windows(samples, options.dt);
+        seen = prepared.each_record_of(is_read, observer, |site, record, _| {
+            let start = (delay.abs() * site.abs_diff(first) as f64) as usize;
+            Seen::of(&record[start..start + samples], &windows)
+        })?;
     }
     for onset in &mut onsets {
         (onset.arrival, onset.noise, onset.baseline) = (None, None, onset.mean);
@@ -176,7 +162,6 @@ pub(super) fn along_x(
         onsets,
         ..Answer::untold(Reason::NoEnergy)
     };
-    let windows = &segments.windows;
     let (bins, flat) = (windows.transform.bins(), windows.energies(|_| 1.0));
     let read = seen.iter().flatten().count() as f64;
     let sums = |of: fn(&Seen) -> f64| seen.iter().flatten().map(of).sum::<f64>();
@@ -199,7 +184,7 @@ pub(super) fn along_x(
                     .zip(&flat)
                     .for_each(|(p, bins)| *p -= floor * bins);
             }
-            // The floor is off alike at all frequencies, and at the sites of a group.
+            // The floor is off alike at all frequencies, and at the sites of a group: variances of cumulated errors, less those before.
             let error = error(group.len() as f64) * floor * SEGMENTS as f64;
             let mut off = 0.0;
             let noise = flat.iter().map(|bins| {

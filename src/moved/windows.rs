@@ -99,7 +99,8 @@ impl Windows {
         }
     }
 
-    /// The spectrum of as many samples from `start` on, zeros behind the record's end.
+    /// The spectrum of as many samples from `start` on, zeros behind the record's end; `is_struck`: without the step of a body that
+    /// goes on.
     pub fn spectrum(
         &self,
         record: &[f64],

@@ -214,14 +214,14 @@ fn val_construction_steady_fields_move_nothing() {
 fn val_construction_faults_of_channels_move_nothing() {
     let (dt, dx, nt, nx) = (1e-3, 0.01, 2048, 60);
     let source = noise(80, 2);
-    // Eighty waves of 2.5 m/s around 22 Hz.
+    // Eighty waves of 2.5 m/s, of a Gaussian band of 6 Hz around 22 Hz.
     let wave = |t: f64, x: f64| -> f64 {
         let lines = source.outer_iter().enumerate().map(|(i, line)| {
-            let f = 22.0 + 16.0 * (i as f64 / 79.0 - 0.5);
-            let s = TAU * f * (t - x / 2.5);
-            line[0] * s.cos() + line[1] * s.sin()
+            let off = 36.0 * (i as f64 / 79.0 - 0.5);
+            let s = TAU * (22.0 + off) * (t - x / 2.5);
+            (-off * off / 72.0).exp() * (line[0] * s.cos() + line[1] * s.sin())
         });
-        lines.sum::<f64>() / 80f64.sqrt()
+        lines.sum::<f64>() / 23.3f64.sqrt()
     };
     let noise = noise(nt, nx);
     let clean = Array2::from_shape_fn((nt, nx), |(n, j)| {
@@ -250,13 +250,17 @@ fn val_construction_faults_of_channels_move_nothing() {
             }),
         ),
     ];
+    // What is left of a wave that fades into noise has its content.
+    let fades = with(&|n, j, v| (-(j as f64) / 20.0).exp() * v + 0.1 * noise[[n, j]]);
+    let moved = fades.answer.unwrap().frequency;
+    assert_eq!(moved.verdict, Verdict::Unchanged, "{moved:?}");
     for (name, analysis) in fields {
         let said: Vec<String> = analysis.warnings.iter().map(Warning::message).collect();
         let wanted = match name {
-            "hum" => "60 cycles/unit of time common to all sites (k = 0) holds 88 %",
+            "hum" => "60 cycles/unit of time common to all sites (k = 0) holds 87 %",
             "dead" => "2 of the records are constant: sites 7, 41",
             "offsets" => "lies at f = 0",
-            _ => "the gain changes along x: x 6.00",
+            _ => "the gain changes along x: x 5.99",
         };
         assert!(
             said.iter().any(|said| said.contains(wanted)),
@@ -294,8 +298,14 @@ fn val_construction_faults_of_channels_move_nothing() {
             "{name}: {:?}",
             found.frequency
         );
+        // Segments follow the wave: those of neighbours say the same.
+        let bound = match name {
+            "gain" => 0.13,
+            "hum" => 0.08,
+            _ => 0.03,
+        };
         assert!(
-            found.frequency.most().share < 0.05,
+            found.frequency.bound < bound,
             "{name}: {:?}",
             found.frequency
         );

@@ -81,16 +81,9 @@ fn val_construction_hum_is_named() {
     };
     let analysis = analysis_of(Array2::from_shape_fn((4096, 56), scan));
     let sheet = analysis.words();
-    assert!(
-        sheet.answer.contains("common to all sites"),
-        "{}",
-        sheet.answer
-    );
-    assert!(
-        sheet.answer.contains("--detrend-space mean"),
-        "{}",
-        sheet.answer
-    );
+    for said in ["common to all sites", "--detrend-space mean"] {
+        assert!(sheet.answer.contains(said), "{}", sheet.answer);
+    }
     let verdict = &sheet.numbers["moved"]["frequency"]["verdict"];
     assert!(verdict == "unchanged" || verdict == "untold", "{verdict}");
 }

@@ -344,6 +344,10 @@ impl<'a> Words<'a> {
         let direction = self.direction.filter(|_| moves)?;
         let [plus, minus] = [direction.toward_plus_x, direction.toward_minus_x].map(share);
         let speed = self.answer.speed;
+        let neither = match direction.undirected > 0.01 {
+            true => format!(", {} neither (k = 0 or f = 0)", share(direction.undirected)),
+            false => String::new(),
+        };
         let stands = match is_even(&direction) && !self.answer.has_fronts {
             true => ": waves stand, or come from both sides",
             false => "",
@@ -355,7 +359,7 @@ impl<'a> Words<'a> {
                 true => "the front travels towards -x".into(),
                 false => "the front travels towards +x".into(),
             },
-            None => format!("{plus} towards +x, {minus} towards -x{stands}"),
+            None => format!("{plus} towards +x, {minus} towards -x{neither}{stands}"),
         };
         let unit = format!("{}/{}", self.axes.space_unit(), self.axes.time_unit());
         let speed = speed.map(|of| with_half(of.value.abs(), of.error, &unit));
