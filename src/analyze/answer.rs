@@ -2,11 +2,13 @@
 
 use std::ops::Range;
 
+use serde_json::json;
+
 use super::gains;
 use super::plan::Plan;
 use super::result::Direction;
 use super::spacetime::{ByDirection, Frequencies};
-use super::warning::{Sites, Warning};
+use super::warning::{Sites, Warning, some};
 use crate::error::Result;
 use crate::moved::{
     Answer, Evidence, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source,
@@ -15,8 +17,11 @@ use crate::moved::{
 use crate::numeric::sum;
 use crate::observer::Observer;
 use crate::prepare::{Prepared, Window};
+use crate::sheet::{three_digits, with_half};
 use crate::transform::{RecordScratch, RecordTransform, fold, quick};
 
+/// Sites from which on waves have a direction.
+const DIRECTED: usize = 5;
 /// Bands of the wavenumber axis, and ratio of their energies from which on it is flat.
 const BANDS: usize = 10;
 const FLAT: f64 = 0.6;
@@ -88,19 +93,38 @@ pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
         true => Vec::new(),
         false => gains::changes(onsets, axes.n_times),
     };
-    let steps = (!steps.is_empty()).then(|| Warning::GainSteps {
-        sites: named(steps.iter().map(|step| step.site).collect()),
-        ratios: steps.iter().map(|step| step.ratio).collect(),
-        errors: steps.iter().map(|step| step.error).collect(),
+    let advice = "scale the records before energies of sites are compared";
+    let steps = (!steps.is_empty()).then(|| {
+        let ratios: Vec<f64> = steps.iter().map(|step| step.ratio).collect();
+        let errors: Vec<f64> = steps.iter().map(|step| step.error).collect();
+        let said = ratios.iter().zip(&errors);
+        let said = said.map(|(ratio, error)| format!("x {}", with_half(*ratio, *error, "")));
+        let what = format!("from there on the gain changes along x, {}", some(said));
+        let numbers = json!({"ratios": ratios, "ratio_errors": errors});
+        named(steps.iter().map(|step| step.site).collect()).warning(
+            "gain-steps",
+            &what,
+            advice,
+            numbers,
+        )
     });
-    let changes = (!changes.is_empty()).then(|| Warning::GainChanges {
-        sites: named(changes.iter().map(|change| change.site).collect()),
-        times: changes
-            .iter()
-            .map(|change| axes.time.at(change.sample))
-            .collect(),
-        time_unit: axes.time_unit().to_owned(),
-        ratios: changes.iter().map(|change| change.ratio).collect(),
+    let changes = (!changes.is_empty()).then(|| {
+        let ratios: Vec<f64> = changes.iter().map(|change| change.ratio).collect();
+        let times = changes.iter().map(|change| axes.time.at(change.sample));
+        let times: Vec<f64> = times.collect();
+        let what = format!(
+            "the gain changes in time, x {} at {} {}",
+            some(ratios.iter().map(|ratio| three_digits(*ratio))),
+            some(times.iter().map(|time| three_digits(*time))),
+            axes.time_unit()
+        );
+        let numbers = json!({"times": times, "ratios": ratios});
+        named(changes.iter().map(|change| change.site).collect()).warning(
+            "gain-changes",
+            &what,
+            advice,
+            numbers,
+        )
     });
     let found: Vec<Warning> = steps.into_iter().chain(changes).collect();
     if !found.is_empty() {
@@ -317,6 +341,9 @@ pub(super) fn withheld(
 ) -> Option<Reason> {
     if simulated {
         return None;
+    }
+    if plan.axes.n_sites < DIRECTED {
+        return Some(Reason::FewSites);
     }
     let energies = spacetime.wavenumber_energies.as_deref()?;
     // Offsets of sensors do not travel.

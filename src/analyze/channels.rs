@@ -1,10 +1,15 @@
 //! Channels that differ from those beside them as motion does not: dead, quiet, saturated, loud, noisy.
 
 use super::quality::Findings;
-use super::warning::{LOUD, Sites};
+use serde_json::{Value, json};
+
+use super::warning::Sites;
 use super::{Axes, Warning};
 use crate::numeric::sum_of_squares;
+use crate::sheet::number;
 
+/// How much louder or quieter than those beside it a site is that is too loud or quiet.
+const LOUD: f64 = 100.0;
 /// Neighbours that are too loud, quiet or noisy together, at most.
 const TOGETHER: usize = 2;
 /// Equal samples on an extreme that make a record look clipped.
@@ -19,6 +24,9 @@ const BESIDE: usize = 2;
 /// Neighbours of a node of standing waves cancel up to this part.
 const NODE: f64 = 0.2;
 
+const LEAVE_OUT: &str =
+    "check the sensors; leave the sites out of spectra along time with `--without-sites`";
+
 impl Findings<'_> {
     /// Dead and saturated channels, and those unlike their neighbours. Bodies at rest and in free flight are no
     /// faults of a sensor: none of a simulated run.
@@ -27,42 +35,68 @@ impl Findings<'_> {
             return Vec::new();
         }
         let levels = self.levels();
-        let sites = |rows: &[usize]| Sites::of(rows, self.first_site, axes);
         let mut warnings = Vec::new();
+        let mut say = |rows: &[usize], code, what: &str, advice, numbers: Value| {
+            if !rows.is_empty() {
+                let sites = Sites::of(rows, self.first_site, axes);
+                warnings.push(sites.warning(code, what, advice, numbers));
+            }
+        };
         let dead = self.dead(&levels);
-        if !dead.is_empty() {
-            warnings.push(Warning::DeadChannels {
-                sites: sites(&dead),
-            });
-        }
+        say(&dead, "dead-channels", "constant", LEAVE_OUT, json!({}));
         let clipped = |j: &usize| self.scans[*j].clipped_run >= CLIPPED_RUN;
         let clipped: Vec<usize> = (0..self.scans.len()).filter(clipped).collect();
-        if let Some(longest) = clipped.iter().map(|&j| self.scans[j].clipped_run).max() {
-            warnings.push(Warning::SaturatedChannels {
-                sites: sites(&clipped),
-                longest,
-            });
-        }
-        if let Some((rows, ratio)) = self.quiet(&levels) {
-            warnings.push(Warning::QuietChannels {
-                sites: sites(&rows),
-                ratio,
-            });
-        }
-        let loud = loud(&levels);
-        if let Some((rows, ratio)) = &loud {
-            warnings.push(Warning::LoudChannels {
-                sites: sites(rows),
-                ratio: *ratio,
-            });
-        }
-        let loud = loud.map(|(rows, _)| rows).unwrap_or_default();
-        if let Some((rows, ratio)) = self.noisy(&loud) {
-            warnings.push(Warning::NoisyChannels {
-                sites: sites(&rows),
-                ratio,
-            });
-        }
+        let longest = clipped.iter().map(|&j| self.scans[j].clipped_run).max();
+        let what = format!(
+            "on the extreme value for up to {} samples",
+            longest.unwrap_or(0)
+        );
+        let advice = "lower the gain or the amplitude; clipping makes harmonics that are not there";
+        say(
+            &clipped,
+            "saturated-channels",
+            &what,
+            advice,
+            json!({"longest": longest}),
+        );
+        let (quiet, ratio) = self.quiet(&levels).unwrap_or_default();
+        let what = format!(
+            "less than 1/{LOUD} as loud as both beside, down to {} of the median",
+            number(ratio)
+        );
+        say(
+            &quiet,
+            "quiet-channels",
+            &what,
+            LEAVE_OUT,
+            json!({"ratio": ratio}),
+        );
+        let (loud, ratio) = loud(&levels).unwrap_or_default();
+        let what = format!(
+            "more than {LOUD} times as loud as those beside, up to {} times the median",
+            number(ratio)
+        );
+        let advice = "check gains and units: this energy decides spectra and directions; leave out with \
+                      `--without-sites`, or scale first";
+        say(
+            &loud,
+            "loud-channels",
+            &what,
+            advice,
+            json!({"ratio": ratio}),
+        );
+        let (noisy, ratio) = self.noisy(&loud).unwrap_or_default();
+        let what = format!(
+            "up to {} times the energy of those beside in the top tenth below Nyquist",
+            number(ratio)
+        );
+        say(
+            &noisy,
+            "noisy-channels",
+            &what,
+            LEAVE_OUT,
+            json!({"ratio": ratio}),
+        );
         warnings
     }
 

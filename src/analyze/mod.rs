@@ -42,7 +42,7 @@ pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Request, Results, ShortTime, TimeRange, Welch};
 pub use result::*;
 pub use run::{analyze, channel_findings, run};
-pub use warning::{Sites, Warning};
+pub use warning::Warning;
 
 /// Index of the sample nearest to `at`, within `count`.
 fn nearest(axis: &crate::field::Axis, at: f64, count: usize) -> usize {

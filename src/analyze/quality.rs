@@ -1,12 +1,14 @@
 //! Defects of the data and of its sampling.
 
 use num_complex::Complex;
+use serde_json::json;
 
 use super::aliasing::aliased;
 use super::{Axes, Request, Warning};
 use crate::diagnostics::{Bins, SpectrumMoments};
 use crate::numeric::{sum, sum_of_squares};
 use crate::prepare::{ChannelScan, Window};
+use crate::sheet::{number, percent, six_digits, three_digits};
 use crate::transform::Scaling;
 
 /// What the pass over profiles notes of each.
@@ -38,6 +40,7 @@ pub(crate) struct Findings<'a> {
     pub first_time: usize,
     /// The field is a simulated run: no sensor, and sites are all the bodies there are.
     pub simulated: bool,
+    pub has_fronts: bool,
     pub ends: &'a [Ends],
     pub first_profile: &'a [f64],
     pub last_profile: &'a [f64],
@@ -59,11 +62,13 @@ pub(crate) struct Findings<'a> {
 
 /// The effective bandwidth of a periodogram of white noise is 0.66 of the axis, and less for few bins.
 pub(super) const FLAT_PART: f64 = 0.5;
-pub(super) const COMMON_SHARE: f64 = 0.5;
+const COMMON_SHARE: f64 = 0.5;
 /// Sites from which on what is common to all is told from a long wave.
 const COMMON_SITES: usize = 5;
 /// The same of a single line; bins on each side that it fills, and its part of what is common.
 const COMMON_LINE: f64 = 0.2;
+/// Error of a frequency, as a part of it, up to which it is not said.
+const KNOWN: f64 = 0.01;
 const LINE_BINS: usize = 2;
 const LINE_PART: f64 = 0.8;
 /// Sites at each end of the array whose phase is compared, at most, and the cosine of their difference from which on it is one.
@@ -95,7 +100,9 @@ pub(crate) fn findings(found: &Findings, request: &Request, axes: &Axes) -> Vec<
     warnings.extend(found.channels(axes));
     let energy = found.of_ends(|e| e.energy);
     if energy <= 0.0 {
-        warnings.push(Warning::NoEnergy);
+        let advice = "check the range, the layout and the detrending";
+        let warning = Warning::new("the prepared field is zero everywhere", advice);
+        warnings.push(warning.coded("no-energy", json!({})));
         return warnings;
     }
     if !found.simulated {
@@ -119,11 +126,15 @@ impl Findings<'_> {
     fn gaps(&self) -> Option<Warning> {
         let (n_times, n_sites) = (self.ends.len(), self.scans.len());
         let gaps: u64 = self.scans.iter().map(|s| s.gaps as u64).sum();
-        (gaps > 0).then(|| Warning::Gaps {
-            samples: gaps,
-            sites: self.scans.iter().filter(|s| s.gaps > 0).count(),
-            share: gaps as f64 / (n_times * n_sites) as f64,
-        })
+        let sites = self.scans.iter().filter(|s| s.gaps > 0).count();
+        let share = gaps as f64 / (n_times * n_sites) as f64;
+        let message = format!(
+            "{gaps} samples at {sites} of {n_sites} sites were not finite ({} of the field)",
+            percent(share)
+        );
+        let numbers = json!({"samples": gaps, "sites": sites, "share": share});
+        let warning = Warning::new(message, "read spectra of these sites with care");
+        (gaps > 0).then(|| warning.coded("gaps", numbers))
     }
 
     /// Defects that affect spectra along time.
@@ -136,11 +147,18 @@ impl Findings<'_> {
         let total = total(rows, |r| r.total);
         let share = self.padding_time * self::total(rows, |r| r.zero) / total;
         if share > STATIC_SHARE {
-            warnings.push(Warning::Static { share });
+            let message = format!(
+                "{} of the energy lies at f = 0: means of the records, not their motion, decide centroids",
+                percent(share)
+            );
+            let advice =
+                "if they are offsets of the instrument, remove them with `--detrend-time mean`";
+            let numbers = json!({"share": share});
+            warnings.push(Warning::new(message, advice).coded("static", numbers));
         }
-        if let Some((share, above)) = aliased(rows, &self.frequency, || self.sweeps(rows)) {
-            warnings.push(Warning::AliasingTime { share, above });
-        }
+        let found = aliased(rows, &self.frequency, || self.sweeps(rows));
+        let advice = "sample faster, or low-pass before sampling; energy above Nyquist folds down";
+        warnings.extend(found.map(|found| of_top("aliasing-time", "frequency", found, advice)));
         // A run ends when it was asked to, and its bodies fly on.
         if self.simulated || request.window_time != Window::None {
             return warnings;
@@ -156,7 +174,10 @@ impl Findings<'_> {
             let mean_square: Vec<f64> = rows.iter().map(|r| r.total * per_total).collect();
             if open_share(rows, &self.frequency, &steps, &mean_square, n_times) > 0.5 {
                 let step = (sum(&steps) / sum(&mean_square)).sqrt();
-                warnings.push(Warning::LeakageTime { step });
+                let advice = "for a stationary record use `--window-time hann` or remove the trend; for a transient \
+                              record until it has died down";
+                let what = "records jump from their last to their first sample";
+                warnings.push(of_jump("leakage-time", what, step, advice));
             }
         }
         let start_up = self.start_up();
@@ -192,11 +213,15 @@ impl Findings<'_> {
             from = end + 1;
         }
         let (&first, &last) = (zeros.first()?, zeros.last()?);
-        (self.scans.len() > 1).then_some(Warning::ZeroTimes {
-            times: zeros.len(),
-            first: self.first_time + first,
-            last: self.first_time + last,
-        })
+        let [first, last] = [first, last].map(|row| self.first_time + row);
+        let times = zeros.len();
+        let message = format!(
+            "all sites are zero at {times} times between others, from row {first} to row {last}"
+        );
+        let advice = "where the recording dropped out, state `nan` there and `--gaps interpolate`";
+        let numbers = json!({"times": times, "first": first, "last": last});
+        let warning = Warning::new(message, advice).coded("zero-times", numbers);
+        (self.scans.len() > 1).then_some(warning)
     }
 
     /// A transient of all sites at the start of a record that is steady from its twentieth part on.
@@ -217,11 +242,15 @@ impl Findings<'_> {
         let ratio = self.ends[0].energy / late;
         let share = mean(&self.ends[..times.max(1)]) * times as f64 / self.of_ends(|e| e.energy);
         let found = ratio > START_LEVEL && times <= twentieth && is_steady && share > START_SHARE;
-        found.then_some(Warning::StartUp {
-            times,
-            share,
-            ratio,
-        })
+        let message = format!(
+            "{} of the energy lies in the first {times} samples, where it is {} times that of the second half of the \
+             record",
+            percent(share),
+            number(ratio)
+        );
+        let advice = "if it is the instrument that settles, begin later with `--times FROM:`";
+        let numbers = json!({"times": times, "share": share, "ratio": ratio});
+        found.then(|| Warning::new(message, advice).coded("start-up", numbers))
     }
 
     /// A record that begins in the middle of the motion, or ends while it grows.
@@ -242,7 +271,16 @@ impl Findings<'_> {
             false => CUT_SHARE,
         };
         let starts_late = first > least && !starts_up && self.starts_in_motion();
-        (starts_late || last > least).then_some(Warning::TransientCut { first, last })
+        let message = format!(
+            "{} of the energy lies in the first and {} in the last twentieth of the record",
+            percent(first),
+            percent(last)
+        );
+        let advice = "record from before the arrival until the motion has died down; a cut transient has no energy \
+                      spectrum of its own";
+        let numbers = json!({"first": first, "last": last});
+        let warning = Warning::new(message, advice).coded("transient-cut", numbers);
+        (starts_late || last > least).then_some(warning)
     }
 
     /// The frequency of the line in which the energy common to all sites lies, if it is one.
@@ -283,39 +321,88 @@ impl Findings<'_> {
         both.re > IN_PHASE * both.norm()
     }
 
+    /// Motion that all sites have in common, and the line that it is. Of pulses, which hum at no frequency, it is none; of a box it is
+    /// the mean flow, and of a chain between walls a mode.
+    fn common(&self, request: &Request, axes: &Axes, energy: f64) -> Option<Warning> {
+        let share = self.of_ends(|e| e.common) / energy;
+        let line = match self.simulated || self.has_fronts {
+            true => None,
+            false => self.common_line(),
+        };
+        let is_common = share > COMMON_SHARE || (line.is_some() && share > COMMON_LINE);
+        if self.scans.len() < COMMON_SITES || !is_common || request.periodic {
+            return None;
+        }
+        let what = match line {
+            Some([line, half]) => {
+                let error = match half > KNOWN * line {
+                    true => format!(
+                        " ± {}",
+                        six_digits(format!("{half:.0e}").parse().unwrap_or(half))
+                    ),
+                    false => String::new(),
+                };
+                format!("{}{error} {}", three_digits(line), axes.frequency_unit())
+            }
+            None => "motion".into(),
+        };
+        let message = format!(
+            "{what} common to all sites (k = 0) holds {:.0} % of the energy",
+            100.0 * share
+        );
+        let [line, error] = [0, 1].map(|i| line.map(|line| line[i]));
+        let numbers = json!({"share": share, "line": line, "line_error": error});
+        let advice = "if it is noise of the instrument, remove it with `--detrend-space mean`";
+        Some(Warning::new(message, advice).coded("common-mode", numbers))
+    }
+
     /// Defects that affect spectra along space.
     fn along_space(&self, request: &Request, axes: &Axes, energy: f64) -> Vec<Warning> {
-        let mut warnings = Vec::new();
         let n_sites = self.scans.len();
-        let common = self.of_ends(|e| e.common) / energy;
-        // A chain between walls moves in modes.
-        let line = self.common_line().filter(|_| !self.simulated);
-        let is_common = common > COMMON_SHARE || (line.is_some() && common > COMMON_LINE);
-        // Of a box it is the mean flow.
-        if n_sites >= COMMON_SITES && is_common && !request.periodic {
-            warnings.push(Warning::CommonMode {
-                share: common,
-                line,
-                frequency_unit: axes.frequency_unit(),
-            });
-        }
+        let mut warnings: Vec<Warning> = self.common(request, axes, energy).into_iter().collect();
         let Some(rows) = self.by_time.filter(|_| !self.simulated && n_sites > 2) else {
             return warnings;
         };
-        if let Some((share, above)) = aliased(rows, &self.wavenumber, || false) {
-            warnings.push(Warning::AliasingSpace { share, above });
-        }
+        let found = aliased(rows, &self.wavenumber, || false);
+        let advice = "measure at sites closer together; wavenumbers beyond Nyquist fold and may seem to travel \
+                      backwards";
+        warnings.extend(found.map(|found| of_top("aliasing-space", "wavenumber", found, advice)));
         if request.window_space == Window::None {
             let steps: Vec<f64> = self.ends.iter().map(|e| e.step).collect();
             let mean_square = self.ends.iter().map(|e| e.energy / n_sites as f64);
             let mean_square: Vec<f64> = mean_square.collect();
             if open_share(rows, &self.wavenumber, &steps, &mean_square, n_sites) > 0.5 {
                 let step = (sum(&steps) / sum(&mean_square)).sqrt();
-                warnings.push(Warning::LeakageSpace { step });
+                let advice =
+                    "use `--window-space hann`, or remove the trend with `--detrend-space linear`";
+                let what = "profiles jump from the last to the first site";
+                warnings.push(of_jump("leakage-space", what, step, advice));
             }
         }
         warnings
     }
+}
+
+/// Whether most of the energy lies in a line that all sites have in common.
+pub(super) fn is_hum(warning: &Warning) -> bool {
+    let share = warning.numbers["share"].as_f64().unwrap_or(0.0);
+    warning.code == "common-mode" && warning.numbers["line"].is_number() && share > COMMON_SHARE
+}
+
+fn of_top(code: &'static str, axis: &str, (share, above): (f64, f64), advice: &str) -> Warning {
+    let message = format!(
+        "{} of the energy lies above {axis} {}, in the top tenth below Nyquist",
+        percent(share),
+        number(above)
+    );
+    Warning::new(message, advice).coded(code, json!({"share": share, "above": above}))
+}
+
+fn of_jump(code: &'static str, what: &str, step: f64, advice: &str) -> Warning {
+    let message = format!(
+        "untapered {what} by {step:.3} of their root mean square; the jump leaks over all of the axis"
+    );
+    Warning::new(message, advice).coded(code, json!({"step": step}))
 }
 
 pub(super) fn total(rows: &[SpectrumMoments], part: fn(&SpectrumMoments) -> f64) -> f64 {

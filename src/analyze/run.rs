@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use serde_json::json;
+
 use super::along::{self, Headline};
 use super::columns::TemporalPassResult;
 use super::display::{AxisEnergies, Display};
@@ -15,16 +17,18 @@ use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, FromProfiles, Stages};
-use super::warning::{Sites, Warning};
+use super::warning::{Sites, Warning, of_note};
 use super::{Spectra, answer, front};
 use crate::arrays::{Collect, Nowhere, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
+use crate::estimates::{NoiseFloor, SubtractedNoise};
 use crate::field::Field;
 use crate::moved::{Answer, ArrivalWindows};
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
 use crate::prepare::{ChannelScan, Gaps, Prepared};
+use crate::sheet::number;
 use crate::transform::Real;
 
 /// Analyses a field that fits in memory: plan, run, collect.
@@ -37,7 +41,7 @@ pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> 
     Ok((analysis, Spectra::from(collect.into_arrays())))
 }
 
-/// What there is to say about single channels: [gaps](Warning::Gaps), dead, quiet, saturated, loud and noisy ones.
+/// What there is to say about single channels: gaps, dead, quiet, saturated, loud and noisy ones.
 ///
 /// # Errors
 /// As [`plan`]; [`crate::Error::Cancelled`].
@@ -54,7 +58,7 @@ pub fn channel_findings(field: &Field, observer: &dyn Observer) -> Result<Vec<Wa
     };
     let found = run(field, &plan(field, &request)?, &Nowhere, observer)?;
     let mut warnings = found.warnings;
-    warnings.retain(Warning::is_of_channels);
+    warnings.retain(|warning| warning.code == "gaps" || warning.code.ends_with("-channels"));
     Ok(warnings)
 }
 
@@ -150,31 +154,9 @@ fn passes<T: Real>(
         prepared.record(site, &mut record);
         record
     };
-    let mut warnings = warnings(
-        (field, &record),
-        plan,
-        &scans,
-        columns.as_ref(),
-        &rows,
-        spacetime.as_ref(),
-        (unit, stored),
-    );
-
     let noise_left = noise.as_ref().zip(columns.as_ref());
     let noise_left = noise_left
         .map(|(noise, columns)| noise.left(&columns.subtracted, plan.time_scale.measure * stored));
-    if let Some((floor, left)) = noise_left
-        .as_ref()
-        .and_then(|f| Some((f, f.subtracted.as_ref()?)))
-    {
-        warnings.push(Warning::NoiseSubtracted {
-            known: floor.known(),
-            sites: floor.sites.len(),
-            clipped: left.clipped_bins.iter().sum(),
-            bins: floor.known() * plan.axes.frequency.len(),
-        });
-    }
-
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     let samples = columns
         .as_ref()
@@ -209,13 +191,24 @@ fn passes<T: Real>(
     let spatial_map = rows.map.take().map(|map| maps.spatial(map));
     let spacetime_map = spacetime_map.map(|map| maps.spacetime(map));
     let flux_map = rows.flux_map.take().map(|map| maps.flux(map));
-    if let Some(answer) = &mut answer {
-        if field.struck.is_none() {
-            warnings.extend(answer::gains(answer, plan));
-        }
-        if answer.has_fronts {
-            warnings.retain_mut(Warning::is_of_pulses);
-        }
+    let mut warnings = warnings(
+        (field, &record),
+        plan,
+        &scans,
+        columns.as_ref(),
+        &rows,
+        spacetime.as_ref(),
+        (unit, stored),
+        answer.as_ref().is_some_and(|answer| answer.has_fronts),
+    );
+    if let Some((floor, left)) = noise_left
+        .as_ref()
+        .and_then(|f| Some((f, f.subtracted.as_ref()?)))
+    {
+        warnings.push(below_noise(floor, left, plan.axes.frequency.len()));
+    }
+    if let Some(answer) = answer.as_mut().filter(|_| field.struck.is_none()) {
+        warnings.extend(answer::gains(answer, plan));
     }
     let undirected = spacetime.as_ref().and_then(|found| {
         let withheld = answer::withheld(plan, answer.as_ref(), found, field.struck.is_some());
@@ -325,12 +318,14 @@ fn warnings(
     rows: &SpatialPassResult,
     spacetime: Option<&Frequencies>,
     (unit, stored): (f64, f64),
+    has_fronts: bool,
 ) -> Vec<Warning> {
     let found = Findings {
         scans,
         first_site: plan.sites.start,
         first_time: plan.times.start,
         simulated: field.struck.is_some(),
+        has_fronts,
         ends: &rows.ends,
         first_profile: &rows.first_profile,
         last_profile: &rows.last_profile,
@@ -344,26 +339,53 @@ fn warnings(
         record,
     };
     let doubts = field.notes.iter().filter(|note| note.is_doubtful());
-    let mut warnings: Vec<Warning> = doubts
-        .map(|note| Warning::Reading { note: note.clone() })
-        .collect();
+    let mut warnings: Vec<Warning> = doubts.map(of_note).collect();
     let mut left_out = plan.request.without_sites.clone();
     left_out.sort_unstable();
     left_out.dedup();
     if !left_out.is_empty() {
         let rows: Vec<usize> = left_out.iter().map(|j| j - plan.sites.start).collect();
         let sites = Sites::of(&rows, plan.sites.start, &plan.axes);
-        warnings.push(Warning::SitesLeftOut { sites });
+        let what =
+            "left out; spectra along space, which need sites at even distances, are not computed";
+        let advice = "for the wavenumbers of the sites that are left save them with their positions, and bring them to \
+                      even ones with `--resample cubic`";
+        warnings.push(sites.warning("sites-left-out", what, advice, json!({})));
     }
     warnings.extend(findings(&found, &plan.request, &plan.axes));
     if stored == 1.0 && unit != 1.0 {
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
-        warnings.push(Warning::Unrepresentable { largest, unit });
+        let message = format!(
+            "squares of amplitudes up to {} leave the number range; spectra are in units of (2^{})^2, 2^{1} being {}",
+            number(largest),
+            unit.log2().round(),
+            number(unit)
+        );
+        let advice = "change the unit of the field so that amplitudes come near 1";
+        let numbers = json!({"largest": largest, "unit": unit});
+        warnings.push(Warning::new(message, advice).coded("unrepresentable", numbers));
     }
     if plan.flux_refused {
-        warnings.push(Warning::NoKineticEnergy);
+        let message = "the quantity is not a velocity, so no kinetic flux surrogate is given";
+        let advice =
+            "differentiate or integrate to the velocity first, or leave the flux out with `--only`";
+        warnings.push(Warning::new(message, advice).coded("no-kinetic-energy", json!({})));
     }
     warnings
+}
+
+/// Noise was subtracted from spectra along time: at how many sites, and bins that would have been negative.
+fn below_noise(floor: &NoiseFloor, left: &SubtractedNoise, bins: usize) -> Warning {
+    let (known, sites) = (floor.known(), floor.sites.len());
+    let (clipped, bins) = (left.clipped_bins.iter().sum::<usize>(), known * bins);
+    let message = format!(
+        "noise is subtracted at {known} of {sites} sites, where it is known; {clipped} of {bins} bins were below it and \
+         are 0, which leaves a part of it: front windows, short-time spectra and spectra along space keep all of it"
+    );
+    let advice =
+        "`summary.json` has the noise of each site with its interval, and what clipping added";
+    let numbers = json!({"known": known, "sites": sites, "clipped": clipped, "bins": bins});
+    Warning::new(message, advice).coded("noise-subtracted", numbers)
 }
 
 fn accuracy(

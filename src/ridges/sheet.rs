@@ -87,10 +87,7 @@ impl Describe for Ridges {
         if self.is_single() {
             sheet.warnings.push(self.independence.transient("field"));
         }
-        let findings = self.analysis.warnings.iter();
-        sheet
-            .warnings
-            .extend(findings.map(|warning| warning.described()));
+        sheet.warnings.extend_from_slice(&self.analysis.warnings);
         let level = match self.is_single() {
             true => format!("{level}: {}", self.independence.why()),
             false => format!("{level} at {}", percent(self.alpha)),

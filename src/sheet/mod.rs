@@ -23,7 +23,7 @@ pub use map::{Colors, Curve, HeatChart, Role};
 pub(crate) use map::{edges_from_zero, range};
 pub(crate) use units::Units;
 pub use words::{confidence, error_size, listed, name_of, number, percent, with_half, with_range};
-pub(crate) use words::{six_digits, with_unit};
+pub(crate) use words::{six_digits, three_digits, with_unit};
 
 /// A result that says what it is.
 pub trait Describe {
@@ -81,6 +81,14 @@ impl Fact {
             profile: Vec::new(),
         }
     }
+
+    /// With a small profile, if there is one.
+    pub(crate) fn along(self, profile: Option<Vec<f64>>) -> Fact {
+        Fact {
+            profile: profile.unwrap_or_default(),
+            ..self
+        }
+    }
 }
 
 /// What the user should know, and what to do about it.
@@ -92,9 +100,9 @@ pub struct Warning {
     pub message: String,
     /// Empty if nothing can be done.
     pub advice: String,
-    /// Those behind the message, where they are stated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub numbers: Option<Map<String, Value>>,
+    /// An object of those behind the message; `null` where none are stated.
+    #[serde(skip_serializing_if = "Value::is_null")]
+    pub numbers: Value,
 }
 
 impl Warning {
@@ -103,7 +111,16 @@ impl Warning {
             code: "",
             message: message.into(),
             advice: advice.into(),
-            numbers: None,
+            numbers: Value::Null,
+        }
+    }
+
+    /// With a stable name and the numbers behind the message.
+    pub(crate) fn coded(self, code: &'static str, numbers: Value) -> Warning {
+        Warning {
+            code,
+            numbers,
+            ..self
         }
     }
 }

@@ -27,6 +27,11 @@ pub(crate) fn six_digits(value: f64) -> String {
     format!("{rounded}")
 }
 
+/// Up to three significant digits.
+pub(crate) fn three_digits(value: f64) -> String {
+    crate::measure::digits(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
 /// Two digits in powers of ten: sizes of errors.
 pub fn error_size(x: f64) -> String {
     match x {

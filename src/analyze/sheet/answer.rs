@@ -1,28 +1,23 @@
 //! The answer of an analysis in words.
 
+use super::super::quality::is_hum;
 use super::super::{Analysis, Axes, Direction, Warning};
 use crate::measure::{Frequency, size};
 use crate::moved::{Answer, Fate, Front, Movement, Place, Reason, Verdict};
-use crate::sheet::{Fact, with_half};
+use crate::sheet::{Fact, three_digits, with_half};
 
 /// The verdict, and a fact for each further question; `None` where no answer was requested.
 pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
     let words = Words::of(analysis)?;
-    let facts = [
-        Some(words.moved()),
-        Some(words.in_time()),
-        words.direction(),
-        words.attenuation(),
-    ];
-    Some((words.verdict(), facts.into_iter().flatten().collect()))
+    let mut facts = vec![words.moved(), words.in_time()];
+    facts.extend(words.direction().into_iter().chain(words.attenuation()));
+    Some((words.verdict(), facts))
 }
 
 /// Difference of the shares by direction, as a part of both, up to which they are alike.
 const EVEN: f64 = 0.1;
 /// Part of the sites from which on a verdict is one of all.
 const SPAN: f64 = 0.75;
-/// Sites from which on waves have a direction.
-const DIRECTED: usize = 5;
 /// Loss per 100 bodies below which a front keeps its energy.
 const KEEPS: f64 = 1e-3;
 
@@ -48,20 +43,13 @@ fn with_error(share: f64, error: f64) -> String {
     with_half(100.0 * share, 100.0 * error, "%")
 }
 
-fn fact(name: &'static str, text: String, profile: Option<Vec<f64>>) -> Fact {
-    Fact {
-        profile: profile.unwrap_or_default(),
-        ..Fact::new(name, text)
-    }
-}
-
 /// What a share is below, rounded up: `2 %`.
 fn below(x: f64) -> String {
     format!("{} %", (100.0 * x).ceil().max(1.0))
 }
 
 /// `40.7 ± 1.9 % past 4 kHz`, `2.00 ± 0.10 % below 3 kHz`.
-fn both(of: &Movement, at: impl Fn(f64) -> String) -> [String; 2] {
+pub(crate) fn both(of: &Movement, at: impl Fn(f64) -> String) -> [String; 2] {
     [(of.up, "past"), (of.down, "below")]
         .map(|(of, word)| format!("{} {word} {}", with_error(of.share, of.error), at(of.at)))
 }
@@ -73,6 +61,11 @@ fn told<'w>(of: &Movement, words: [&'w str; 3], [up, down]: [String; 2]) -> (&'w
         Verdict::Down => (words[1], down),
         _ => (words[2], format!("{up}, {down}")),
     }
+}
+
+/// Three digits with their unit, if there is one.
+fn of_unit(value: f64, unit: &str) -> String {
+    format!("{} {unit}", three_digits(value)).trim_end().into()
 }
 
 /// What became of a move by the end.
@@ -89,10 +82,6 @@ fn fate(of: &Movement) -> String {
     }
 }
 
-fn short(x: f64) -> String {
-    crate::measure::digits(format!("{x:.2e}").parse().unwrap_or(x))
-}
-
 impl<'a> Words<'a> {
     /// `None` where no answer was requested.
     pub fn of(analysis: &'a Analysis) -> Option<Words<'a>> {
@@ -101,43 +90,40 @@ impl<'a> Words<'a> {
             answer: analysis.answer.as_ref()?,
             direction: analysis.direction_of_waves().or(analysis.direction),
             undirected: analysis.undirected,
-            hum: analysis.warnings.iter().find(|warning| warning.is_hum()),
+            hum: analysis.warnings.iter().find(|warning| is_hum(warning)),
         })
     }
 
-    fn frequency(&self, f: f64) -> String {
+    pub fn frequency(&self, f: f64) -> String {
         let unit = self.axes.frequency_unit();
-        let sizes = [("MHz", 1e6), ("kHz", 1e3), ("Hz", 1.0)];
-        if let Some(hertz) = size::<Frequency>(&unit).map(|size| f * size) {
-            let of = sizes.iter().find(|(_, size)| hertz >= *size);
-            let (name, size) = of.unwrap_or(&sizes[2]);
-            return format!("{} {name}", short(hertz / size));
-        }
-        // Longer than the number.
-        let unit = if unit.len() > 12 { "" } else { &unit };
-        format!("{} {unit}", short(f)).trim_end().to_owned()
+        let (value, unit) = match size::<Frequency>(&unit).map(|size| f * size) {
+            Some(hertz) if hertz >= 1e6 => (1e-6 * hertz, "MHz"),
+            Some(hertz) if hertz >= 1e3 => (1e-3 * hertz, "kHz"),
+            Some(hertz) => (hertz, "Hz"),
+            // Longer than the number.
+            None if unit.len() > 12 => (f, ""),
+            None => (f, &*unit),
+        };
+        of_unit(value, unit)
     }
 
-    fn wavenumber(&self, k: f64) -> String {
-        format!("{} {}", short(k), self.axes.wavenumber_unit())
+    pub fn wavenumber(&self, k: f64) -> String {
+        of_unit(k, &self.axes.wavenumber_unit())
     }
 
     /// `body 3`, `sites 4-7`.
     pub fn sites(&self, place: &Place) -> String {
-        match (self.answer.is_struck, place.rows) {
-            (true, [a, b]) if a == b => format!("body {a}"),
-            (false, [a, b]) if a == b => format!("site {a}"),
-            (true, [a, b]) => format!("bodies {a}-{b}"),
-            (false, [a, b]) => format!("sites {a}-{b}"),
+        let is_struck = self.answer.is_struck;
+        match place.rows {
+            [a, b] if a == b => format!("{} {a}", if is_struck { "body" } else { "site" }),
+            [a, b] => format!("{} {a}-{b}", if is_struck { "bodies" } else { "sites" }),
         }
     }
 
     /// `t = 0.02 s`.
     pub fn time(&self, place: &Place) -> String {
         let unit = self.axes.time.unit.as_deref().unwrap_or_default();
-        format!("t = {} {unit}", short(place.at))
-            .trim_end()
-            .to_owned()
+        format!("t = {}", of_unit(place.at, unit))
     }
 
     /// The first line: what is told of frequency and of wavenumber, the larger move first. Of a periodic box frequencies along x say
@@ -177,38 +163,30 @@ impl<'a> Words<'a> {
             return format!("energy {moves} in frequency {way}: {what} by site {to}{fate}");
         }
         if of.moves() {
-            return format!("{}{}", self.shares(of, &format!("site {to}")), fate(of));
+            return self.shares(of, &format!("site {to}")) + &fate(of);
         }
-        let is_noise = matches!(self.undirected, Some(Reason::Noise { .. }));
-        let hidden = match self.hum {
-            Some(hum) => format!("; {}; {}", hum.message(), hum.advice()),
-            None if is_noise && !self.answer.has_fronts => {
-                " in records like noise, which may hide a weak wave".into()
-            }
-            None => String::new(),
-        };
+        let hum = self
+            .hum
+            .map(|hum| format!("; {}; {}", hum.message, hum.advice));
         // Where the wave is seen at a part of the sites.
         let is_part = ((from.abs_diff(to) + 1) as f64) < SPAN * self.axes.n_sites as f64;
-        let span = match ends {
-            Some(_) if is_part => format!(" from site {from} to {to}"),
-            _ => String::new(),
-        };
+        let span = ends
+            .filter(|_| is_part)
+            .map(|_| format!(" from site {from} to {to}"));
+        let (span, hum) = (span.unwrap_or_default(), hum.unwrap_or_default());
         let bound = below(of.bound);
-        format!("no energy moves in frequency {way}{span} (less than {bound}, at 95 %){hidden}")
+        let is_noise = matches!(self.undirected, Some(Reason::Noise { .. }));
+        let of = ["", " in records like noise"][usize::from(is_noise)];
+        format!("no energy moves in frequency {way}{span}{of} (less than {bound}, at 95 %){hum}")
     }
 
     /// Which shares have changed, where no energy is told to move.
     fn shares(&self, of: &Movement, by: &str) -> String {
         let [up, down] = [of.up, of.down].map(|of| with_error(of.share, of.error));
         let [f, g] = [of.up.at, of.down.at].map(|f| self.frequency(f));
-        let (late, changed) = match of.verdict {
-            Verdict::Up => ("lower", format!("share above {f} grows by {up}")),
-            Verdict::Down => ("higher", format!("share above {g} falls by {down}")),
-            _ => (
-                "some",
-                format!("shares above {f} and below {g} grow by {up} and {down}"),
-            ),
-        };
+        let [grows, falls] = [f + " grows by " + &up, g + " falls by " + &down];
+        let both = [grows, falls].map(|how| format!("share above {how}"));
+        let (late, changed) = told(of, ["lower", "higher", "some"], both);
         let changed = format!("{changed} by {by}");
         match of.transfer {
             _ if of.lags => format!("{late} frequencies lag behind the front: its {changed}"),
@@ -225,25 +203,21 @@ impl<'a> Words<'a> {
         let both = both(of, |k| self.wavenumber(k));
         let (so, what) = told(of, ["rise", "fall", "spread"], both);
         let by = of.to.map(|to| format!(" by {}", self.time(&to)));
-        format!(
-            "wavenumbers {so}: {what}{}{}",
-            by.unwrap_or_default(),
-            fate(of)
-        )
+        let (by, fate) = (by.unwrap_or_default(), fate(of));
+        format!("wavenumbers {so}: {what}{by}{fate}")
     }
 
     /// Why frequencies cannot be told: stable name, message and advice.
-    pub(super) fn why(&self, reason: &Reason) -> (&'static str, String, &'static str) {
+    pub(super) fn why(&self, reason: &Reason) -> (&str, String, &str) {
         match self.hum {
-            Some(hum) => (hum.code(), hum.message(), hum.advice()),
+            Some(hum) => (hum.code, hum.message.clone(), &hum.advice),
             None => reason.parts(),
         }
     }
 
     /// Why shares by direction are withheld, if they are.
     pub(super) fn undirected(&self) -> Option<String> {
-        let few = (self.axes.n_sites < DIRECTED).then_some(Reason::FewSites);
-        few.or(self.undirected).map(|reason| reason.message())
+        self.undirected.map(|reason| reason.message())
     }
 
     /// Of a struck chain.
@@ -252,27 +226,22 @@ impl<'a> Words<'a> {
         // Of what it has at their first.
         let left = (-front.loss_per_100_bodies).exp();
         let loss = with_error(1.0 - left, left * front.error);
-        let damping = if self.answer.is_lossy {
-            ", to damping too"
-        } else {
-            ""
-        };
+        let damping = ["", ", to damping too"][usize::from(self.answer.is_lossy)];
         let [from, to] = front.bodies;
         let loses = match front.loss_per_100_bodies < KEEPS.max(front.error) {
-            true => format!("the front keeps its energy: it loses {loss} per 100 bodies"),
+            true => format!("keeps its energy: it loses {loss} per 100 bodies"),
             false => format!(
-                "the front loses {loss} of its energy per 100 bodies{damping}, from body {from} to {to}"
+                "loses {loss} of its energy per 100 bodies{damping}, from body {from} to {to}"
             ),
         };
         let by = of.to.map_or(0, |place| place.rows[1]);
         let bound = below(of.bound);
-        match of.verdict {
-            Verdict::Untold => loses,
-            Verdict::Unchanged => {
-                format!("{loses}, and its content stays (less than {bound} moves)")
-            }
-            _ => format!("{loses}; {}", self.shares(of, &format!("body {by}"))),
-        }
+        let content = match of.verdict {
+            Verdict::Untold => String::new(),
+            Verdict::Unchanged => format!(", and its content stays (less than {bound} moves)"),
+            _ => format!("; {}", self.shares(of, &format!("body {by}"))),
+        };
+        format!("the front {loses}{content}")
     }
 
     /// The second line: both shares, and what they compare; the share above the frequency of the verdict along x.
@@ -294,15 +263,16 @@ impl<'a> Words<'a> {
             let [from, to] = [from, to].map(|place| self.sites(&place));
             format!("{}, {to} against {from}", moved(of))
         });
-        let reason = of.reason.map(|reason| self.why(&reason).1);
-        let untold = reason.map(|reason| format!("nothing is told: {reason}"));
-        let said: Vec<String> = [launch, travel, untold].into_iter().flatten().collect();
+        let reason = of
+            .reason
+            .map(|reason| "nothing is told: ".to_owned() + &self.why(&reason).1);
+        let said: Vec<String> = [launch, travel, reason].into_iter().flatten().collect();
         let profile = self.answer.along_x.as_ref().map(|evidence| {
             let first = &evidence.groups[0].cumulative;
             let half = first.partition_point(|c| *c < 0.5).min(first.len() - 1);
             evidence.above(of.past().unwrap_or(evidence.upper[half]))
         });
-        fact("moved", said.join("; "), profile)
+        Fact::new("moved", said.join("; ")).along(profile)
     }
 
     /// The energy at the last place over that at the first, where one wave passes both. Of a struck chain the first line says it: first
@@ -321,7 +291,7 @@ impl<'a> Words<'a> {
         let share = share(ratio);
         let text = format!("the energy at {to} is {share} of that at {from} ({decibels:+.1} dB)");
         let energies = groups.iter().map(|group| group.energy).collect();
-        (ratio > 0.0).then(|| fact("attenuation", text, Some(energies)))
+        (ratio > 0.0).then(|| Fact::new("attenuation", text).along(Some(energies)))
     }
 
     fn in_time(&self) -> Fact {
@@ -332,10 +302,9 @@ impl<'a> Words<'a> {
             None if self.answer.is_struck => format!("of all bodies, {}", self.wavenumbers(of)),
             None => self.wavenumbers(of),
         };
-        let evidence = self.answer.along_t.as_ref();
-        let evidence = evidence.filter(|_| of.most().at.is_finite());
-        let above = evidence.map(|evidence| evidence.above(of.most().at));
-        fact("in time", text, above)
+        let at = of.most().at;
+        let evidence = self.answer.along_t.as_ref().filter(|_| at.is_finite());
+        Fact::new("in time", text).along(evidence.map(|evidence| evidence.above(at)))
     }
 
     fn direction(&self) -> Option<Fact> {
@@ -344,27 +313,25 @@ impl<'a> Words<'a> {
         let direction = self.direction.filter(|_| moves)?;
         let [plus, minus] = [direction.toward_plus_x, direction.toward_minus_x].map(share);
         let speed = self.answer.speed;
-        let neither = match direction.undirected > 0.01 {
-            true => format!(", {} neither (k = 0 or f = 0)", share(direction.undirected)),
-            false => String::new(),
-        };
-        let stands = match is_even(&direction) && !self.answer.has_fronts {
-            true => ": waves stand, or come from both sides",
-            false => "",
-        };
-        let text = match self.undirected() {
+        let sign = ['+', '-'][usize::from(speed.is_some_and(|of| of.value < 0.0))];
+        let mut text = match self.undirected() {
             Some(reason) => format!("cannot be told: {reason}"),
             // In a chain of cells, a one-way wave has components of both signs.
-            None if self.answer.is_struck => match speed.is_some_and(|of| of.value < 0.0) {
-                true => "the front travels towards -x".into(),
-                false => "the front travels towards +x".into(),
-            },
-            None => format!("{plus} towards +x, {minus} towards -x{neither}{stands}"),
+            None if self.answer.is_struck => format!("the front travels towards {sign}x"),
+            None => format!("{plus} towards +x, {minus} towards -x"),
         };
-        let unit = format!("{}/{}", self.axes.space_unit(), self.axes.time_unit());
-        let speed = speed.map(|of| with_half(of.value.abs(), of.error, &unit));
-        let speed = speed.map(|speed| format!("; arrivals at {speed}"));
-        Some(Fact::new("direction", text + &speed.unwrap_or_default()))
+        let is_shared = self.undirected().is_none() && !self.answer.is_struck;
+        if is_shared && direction.undirected > 0.01 {
+            text += &format!(", {} neither (k = 0 or f = 0)", share(direction.undirected));
+        }
+        if is_shared && is_even(&direction) && !self.answer.has_fronts {
+            text += ": waves stand, or come from both sides";
+        }
+        if let Some(of) = speed {
+            let unit = format!("{}/{}", self.axes.space_unit(), self.axes.time_unit());
+            text = text + "; arrivals at " + &with_half(of.value.abs(), of.error, &unit);
+        }
+        Some(Fact::new("direction", text))
     }
 }
 
@@ -372,18 +339,4 @@ impl<'a> Words<'a> {
 fn is_even(direction: &Direction) -> bool {
     let [plus, minus] = [direction.toward_plus_x, direction.toward_minus_x];
     (plus - minus).abs() < EVEN * (plus + minus)
-}
-
-/// Of pictures: where shares moved, and how much.
-#[cfg(feature = "figures")]
-impl Words<'_> {
-    pub fn in_frequency(&self, of: &Movement) -> [(f64, String); 2] {
-        let [up, down] = both(of, |f| self.frequency(f));
-        [(of.up.at, up), (of.down.at, down)]
-    }
-
-    pub fn in_wavenumber(&self, of: &Movement) -> [(f64, String); 2] {
-        let [up, down] = both(of, |k| self.wavenumber(k));
-        [(of.up.at, up), (of.down.at, down)]
-    }
 }

@@ -7,13 +7,13 @@ mod numbers;
 mod tables;
 mod variables;
 
-use super::{Analysis, Scaling, Warning};
+use super::{Analysis, Scaling};
 use crate::field::Axis;
 use crate::measure::digits;
 use crate::sheet::{Describe, PlotRow, Sheet, error_size, name_of, percent};
 
 #[cfg(feature = "figures")]
-pub(crate) use answer::Words;
+pub(crate) use answer::{Words, both};
 
 const DEFINITIONS: [[&str; 2]; 10] = [
     [
@@ -95,10 +95,11 @@ impl Analysis {
             definitions: self.definitions(),
             ..Sheet::default()
         };
-        let guessed = self.warnings.iter().find(|warning| warning.is_of_layout());
+        // It is not known which axis is time.
+        let guessed = self.warnings.iter().find(|of| of.code == "wide-array");
         match answer::describe(self) {
             _ if guessed.is_some() => {
-                sheet.answer = guessed.map(Warning::message).unwrap_or_default()
+                sheet.answer = guessed.map(|of| of.message.clone()).unwrap_or_default()
             }
             Some((verdict, facts)) => (sheet.answer, sheet.facts) = (verdict, facts),
             None if self.has_energy() => sheet.answer = "what moves was not requested".into(),
@@ -126,11 +127,7 @@ impl Analysis {
             "computation",
             format!("{transforms} transforms in {seconds:.3} s"),
         );
-        sheet.warnings = self
-            .warnings
-            .iter()
-            .map(|warning| warning.described())
-            .collect();
+        sheet.warnings.clone_from(&self.warnings);
         sheet.numbers(numbers::of(self));
         sheet.tables = tables::of(self);
         sheet

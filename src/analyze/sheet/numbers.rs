@@ -122,11 +122,11 @@ fn moved(words: &Words) -> Value {
     })
 }
 
-fn movement(
+fn movement<'w>(
     of: &Movement,
     first: &dyn Fn(&Place) -> Value,
     last: &dyn Fn(&Place) -> Value,
-    why: &dyn Fn(&Reason) -> (&'static str, String, &'static str),
+    why: &dyn Fn(&Reason) -> (&'w str, String, &'w str),
 ) -> Value {
     let (code, reason, advice) = match of.reason.as_ref().map(why) {
         Some((code, reason, advice)) => (Some(code), Some(reason), Some(advice)),

@@ -134,17 +134,17 @@ fn print_channels(
         write!(out, "{}", paragraphs(&[text.into()], width))?;
     }
     for doubt in doubts {
-        write!(out, "{}", paragraphs(&[doubt.message()], width))?;
+        write!(out, "{}", paragraphs(&[doubt.message.clone()], width))?;
     }
     Ok(())
 }
 
 fn channels_json(doubts: &[Warning]) -> Value {
     let one = |doubt: &Warning| {
-        let mut found = doubt.numbers();
-        found.insert("code".into(), json!(doubt.code()));
-        found.insert("message".into(), json!(doubt.message()));
-        Value::Object(found)
+        let mut found = doubt.numbers.clone();
+        found["code"] = json!(doubt.code);
+        found["message"] = json!(doubt.message);
+        found
     };
     doubts.iter().map(one).collect()
 }

@@ -129,17 +129,14 @@ pub fn full() -> Analysis {
         sample_error: None,
         display: Display::whole(&axes),
         warnings: vec![
-            Warning::AliasingTime {
-                share: 0.034,
-                above: 0.45,
-            },
-            Warning::DeadChannels {
-                sites: Sites {
-                    indices: vec![17, 18],
-                    positions: vec![0.34, 0.36],
-                    unit: Some("m".into()),
-                },
-            },
+            Warning::new(
+                "3.40 % of the energy lies above frequency 0.4500",
+                "sample faster",
+            ),
+            Warning::new(
+                "sites 17, 18 at 0.34, 0.36 m: constant",
+                "check the sensors",
+            ),
         ],
         ..base
     }
@@ -298,7 +295,10 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
         short_time: Some(short.clone()),
         short_space: Some(short),
         sample_error: None,
-        warnings: vec![Warning::NoEnergy],
+        warnings: vec![Warning::new(
+            "the prepared field is zero everywhere",
+            "check the range",
+        )],
         ..full
     }
 }

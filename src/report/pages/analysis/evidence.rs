@@ -2,7 +2,7 @@
 
 use super::words;
 use crate::analyze::Analysis;
-use crate::analyze::sheet::Words;
+use crate::analyze::sheet::{Words, both};
 use crate::moved::{Evidence, GroupSpectrum, Movement, Place, Verdict};
 use crate::plot::labels;
 use crate::report::page::{Chart, CurveGroup, Role, Series, Weight};
@@ -28,7 +28,7 @@ pub(super) fn of(analysis: &Analysis) -> Vec<Vec<CurveGroup>> {
     let axes = &analysis.axes;
     let along_x = answer.along_x.as_ref().map(|evidence| {
         let of = &answer.frequency;
-        let marks = moved(of, words.in_frequency(of));
+        let marks = moved(of, both(of, |f| words.frequency(f)));
         let position = (labels::position(axes), Role::Position);
         let profile = profile("profile-along-x", position, evidence, of, &marks);
         let curves = Curves {
@@ -44,7 +44,7 @@ pub(super) fn of(analysis: &Analysis) -> Vec<Vec<CurveGroup>> {
     });
     let along_t = answer.along_t.as_ref().map(|evidence| {
         let of = &answer.wavenumber;
-        let marks = moved(of, words.in_wavenumber(of));
+        let marks = moved(of, both(of, |k| words.wavenumber(k)));
         let time = (labels::time(axes), Role::Time);
         let profile = profile("profile-in-time", time, evidence, of, &marks);
         let curves = Curves {
@@ -101,7 +101,8 @@ fn profile(
 }
 
 /// What a verdict states, of the shares that moved up and down.
-fn moved(of: &Movement, [up, down]: [(f64, String); 2]) -> Vec<(f64, String)> {
+fn moved(of: &Movement, [up, down]: [String; 2]) -> Vec<(f64, String)> {
+    let [up, down] = [(of.up.at, up), (of.down.at, down)];
     let mut stated = match of.verdict {
         Verdict::Up => vec![up],
         Verdict::Down => vec![down],
