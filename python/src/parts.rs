@@ -33,16 +33,9 @@ pub struct Partial(Sums);
 #[pymethods]
 impl Partial {
     #[new]
-    fn new(
-        about: String,
-        nodes: Bound<'_, PyArray1<f64>>,
-        sums: Bound<'_, PyArray1<f64>>,
-    ) -> PyResult<Partial> {
-        let arrays = PartialArrays {
-            about,
-            nodes: numbers(nodes)?,
-            sums: numbers(sums)?,
-        };
+    fn new(about: String, sums: Bound<'_, PyArray1<f64>>) -> PyResult<Partial> {
+        let sums = numbers(sums)?;
+        let arrays = PartialArrays { about, sums };
         let read = arrays.partial();
         let read = read.map_err(|error| PyValueError::new_err(format!("partial: {error}")))?;
         Ok(Partial(read))
@@ -52,14 +45,10 @@ impl Partial {
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(
-        Bound<'py, PyType>,
-        (String, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>),
-    )> {
+    ) -> PyResult<(Bound<'py, PyType>, (String, Bound<'py, PyArray1<f64>>))> {
         let arrays = PartialArrays::new(&self.0);
         let arrays = arrays.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let PartialArrays { about, nodes, sums } = arrays;
-        let numbers = (about, nodes.into_pyarray(py), sums.into_pyarray(py));
+        let numbers = (arrays.about, arrays.sums.into_pyarray(py));
         Ok((py.get_type::<Partial>(), numbers))
     }
 

@@ -30,7 +30,6 @@ pub use increments::{
     IntervalBasis, ScaleMoments, ScalingExponents, increments,
 };
 pub use modes::{ModeShapes, ModeWave, Modes, ModesRequest, modes};
-pub(crate) use parts::NodePlace;
 pub use parts::{
     BlockPlace, Combination, Combined, DividedRequest, Outline, Partial, PartialAbout, combine,
     join, outline, partial, partial_of_block,

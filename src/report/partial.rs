@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::{Archive, NamedArrays};
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
-use crate::estimates::{NodePlace, Partial, PartialAbout};
+use crate::estimates::{Partial, PartialAbout};
 use crate::field::{Members, read_members};
 
 /// The schema of partial results.
-pub const PARTIAL_SCHEMA: &str = "cascade.part/1";
+pub const PARTIAL_SCHEMA: &str = "cascade.part/2";
 
 /// What the file says of itself.
 #[derive(Serialize, Deserialize)]
@@ -22,22 +22,18 @@ struct Stored {
     about: PartialAbout,
 }
 
-/// A row of the array `nodes`.
-const COLUMNS: usize = 3;
-
-fn checksum(nodes: &[f64], sums: &[f64]) -> String {
+fn checksum(sums: &[f64]) -> String {
     let mut hasher = blake3::Hasher::new();
-    for number in nodes.iter().chain(sums) {
+    for number in sums {
         hasher.update(&number.to_le_bytes());
     }
     hasher.finalize().to_hex().to_string()
 }
 
-/// A partial result as arrays: the text of what it is part of, in JSON, and the arrays of [`write_partial`].
+/// A partial result as the text of what it is part of, in JSON, and the array of [`write_partial`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartialArrays {
     pub about: String,
-    pub nodes: Vec<f64>,
     pub sums: Vec<f64>,
 }
 
@@ -47,7 +43,6 @@ impl PartialArrays {
     pub fn new(partial: &Partial) -> serde_json::Result<PartialArrays> {
         Ok(PartialArrays {
             about: serde_json::to_string(&partial.about)?,
-            nodes: rows_of(partial),
             sums: partial.sums.clone(),
         })
     }
@@ -57,54 +52,26 @@ impl PartialArrays {
     pub fn partial(self) -> serde_json::Result<Partial> {
         Ok(Partial {
             about: serde_json::from_str(&self.about)?,
-            nodes: places_of(&self.nodes),
             sums: self.sums,
         })
     }
 }
 
-fn rows_of(partial: &Partial) -> Vec<f64> {
-    let number = |record: Option<usize>| record.map_or(-1.0, |record| record as f64);
-    let row = |node: &NodePlace| {
-        [
-            number(node.record),
-            f64::from(node.level),
-            node.index as f64,
-        ]
-    };
-    partial.nodes.iter().flat_map(row).collect()
-}
-
-fn places_of(nodes: &[f64]) -> Vec<NodePlace> {
-    let (rows, _) = nodes.as_chunks::<COLUMNS>();
-    let place = |row: &[f64; COLUMNS]| NodePlace {
-        record: (row[0] >= 0.0).then_some(row[0] as usize),
-        level: row[1] as u32,
-        index: row[2] as usize,
-    };
-    rows.iter().map(place).collect()
-}
-
 /// Writes a partial result to the new file `path` (`.npz`): the text `part`, JSON with the request, the axes,
-/// the range of segments and a checksum; `nodes` (n, 3), the record of each node (-1: its leaves are records),
-/// its level and its index; `sums` (n, m).
+/// the range of segments and a checksum; `sums`, the state of each tile of sites after another.
 ///
 /// # Errors
 /// [`Error::Write`].
 pub fn write_partial(path: &Path, partial: &Partial) -> Result<()> {
-    let nodes = rows_of(partial);
-    let count = partial.nodes.len();
     let stored = Stored {
         schema: PARTIAL_SCHEMA.into(),
-        checksum: checksum(&nodes, &partial.sums),
+        checksum: checksum(&partial.sums),
         about: partial.about.clone(),
     };
     let text = serde_json::to_string(&stored).map_err(std::io::Error::from);
     let archive = Archive::create(path, Precision::F64)?;
     archive.append_text("part", &text.map_err(Error::write("describe", path))?)?;
-    NamedArrays::append(&archive, "nodes", &[count, COLUMNS], &nodes)?;
-    let width = partial.sums.len() / count.max(1);
-    NamedArrays::append(&archive, "sums", &[count, width], &partial.sums)?;
+    NamedArrays::append(&archive, "sums", &[partial.sums.len()], &partial.sums)?;
     archive.finish()
 }
 
@@ -123,9 +90,8 @@ pub fn read_partial_about(path: &Path) -> Result<PartialAbout> {
 pub fn read_partial(path: &Path) -> Result<Partial> {
     read_members(path, |members| {
         let stored = stored(path, members)?;
-        let nodes = array(path, members, "nodes")?;
         let sums = array(path, members, "sums")?;
-        if checksum(&nodes, &sums) != stored.checksum {
+        if checksum(&sums) != stored.checksum {
             return Err(unfit(
                 path,
                 "the sums that were written",
@@ -134,7 +100,6 @@ pub fn read_partial(path: &Path) -> Result<Partial> {
         }
         Ok(Partial {
             about: stored.about,
-            nodes: places_of(&nodes),
             sums,
         })
     })

@@ -26,7 +26,11 @@ fn regress_merged_parts_are_the_whole() {
         // Noise is read off the beginning of whole records, and is not among them.
         for array in &names {
             let [a, b] = [&merged, &whole].map(|of| place.array::<f64>(of, array));
-            assert_eq!(a.mapv(f64::to_bits), b.mapv(f64::to_bits), "{array}");
+            let far = a
+                .iter()
+                .zip(&b)
+                .find(|(a, b)| (*a - *b).abs() > 1e-12 * b.abs());
+            assert_eq!(far, None, "{array}");
         }
         let said = place.refuses(2, &format!("{merge} c a"));
         assert!(said.contains("--merge") && said.contains("2/3"), "{said}");
@@ -38,7 +42,7 @@ fn regress_merged_parts_are_the_whole() {
         );
     }
     let summary = place.json("a/summary.json");
-    assert_eq!(summary["schema"], "cascade.part/1");
+    assert_eq!(summary["schema"], "cascade.part/2");
     assert_eq!(summary["range"][0], 0);
 }
 

@@ -43,9 +43,8 @@ def partial(
 ) -> _native.Partial:
     """Sums over some of the segments of a record, for :func:`combine`.
 
-    The segments of a record are the leaves of a binary tree, and so are the records: node (l, i) is
-    the sum over leaves i 2^l to (i + 1) 2^l - 1, made of its two halves. A partial holds the complete
-    nodes of its segments, so that the bits of the whole do not depend on how it was divided.
+    A partial is the state of the averages: sums over its segments, in their order. What the whole is
+    does not depend on how it was divided but for rounding.
 
     Parameters
     ----------
@@ -99,7 +98,7 @@ def partial(
 def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = None) -> xr.Dataset:
     """The result of all segments, of partials in any order.
 
-    It has the bits of one call over everything: of :func:`spectrum` with ``no_jackknife=True`` or
+    It is that of one call over everything but for rounding: of :func:`spectrum` with ``no_jackknife=True`` or
     of :func:`coherence`, and of ``cascade spectrum --merge`` and so on.
 
     Parameters

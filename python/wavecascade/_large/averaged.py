@@ -16,7 +16,7 @@ from wavecascade._keywords.options import DividedOptions
 from wavecascade._large.columns import Reference
 from wavecascade._large.lazy import lazy_array, lazy_dataset
 from wavecascade._large.tasks import (
-    NODES,
+    STATES,
     Work,
     finished,
     independence_of,
@@ -53,10 +53,10 @@ def averaged(
     reference: int | Any = None,
     **options: Unpack[DividedOptions],
 ) -> Any:
-    """Averages over the segments of a Dask array, lazy: one task a chunk, then a tree of sums.
+    """Averages over the segments of a Dask array, lazy: one task a chunk, then their sums.
 
-    As :func:`wavecascade.spectrum` with ``no_jackknife=True`` or :func:`wavecascade.coherence`, to the
-    bit, for any chunks and workers. A chunk of times passes its neighbour the samples that their
+    As :func:`wavecascade.spectrum` with ``no_jackknife=True`` or :func:`wavecascade.coherence`, but for
+    rounding, for any chunks and workers. A chunk of times passes its neighbour the samples that their
     segments share; a chunk of sites stands by itself.
 
     Parameters
@@ -116,8 +116,8 @@ def averaged(
     # Other sites have arrays of the same kinds.
     known, cut = work.outline(2)
     tapers = json.loads(known["summary"])["independence"]["tapers"]
-    node = _bytes_of_a_node(estimate, cut, tapers)
-    groups = _groups_of_sites(found.samples, _OF_A_CELL * (cut[0] // 2 + 1) + NODES * node)
+    state = _bytes_of_a_state(estimate, cut, tapers)
+    groups = _groups_of_sites(found.samples, _OF_A_CELL * (cut[0] // 2 + 1) + STATES * state)
     wholes = [summed(work, cut, found.samples, sites, compared) for sites in groups]
     return _dataset(work, known, found.axes, groups, wholes, compared is not None)
 
@@ -159,14 +159,14 @@ def _dataset(
     return lazy_dataset(arrays, attrs | independence_of(known), results[0], scalars)
 
 
-def _bytes_of_a_node(estimate: Divided, cut: tuple[int, int, int], tapers: int) -> int:
-    """Bytes of a site in a node of the tree: sums of each frequency, and of the pieces of its record."""
+def _bytes_of_a_state(estimate: Divided, cut: tuple[int, int, int], tapers: int) -> int:
+    """Bytes of a site in a state of the sums: each frequency, and the pieces of two records."""
     length, hop, count = cut
     # Power and product with the reference; or power under each taper and, of several, the test for lines.
     of_a_bin = 3 if estimate == "coherence" else tapers + (5 if tapers > 1 else 0)
     reached = (count - 1) * hop + length
     pieces = reached // max(1, reached // 16) + 1
-    return 8 * (of_a_bin * (length // 2 + 1) + 3 * pieces + 2)
+    return 8 * (of_a_bin * (length // 2 + 1) + 6 * pieces + 2)
 
 
 def _groups_of_sites(samples: Any, of_a_site: int) -> list[range]:

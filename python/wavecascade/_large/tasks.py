@@ -1,4 +1,4 @@
-"""Tasks of averages over segments of Dask arrays: partial sums of blocks, joined in a tree."""
+"""Tasks of averages over segments of Dask arrays: partial sums of blocks, joined two by two."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ Array = npt.NDArray[Any]
 
 #: Partials that are joined by one task.
 _FAN_IN = 2
-#: Nodes of the tree that a task has at hand, and bytes that it may have in any case.
-NODES, _LEAST_AT_HAND = 12, 64 << 20
+#: States of sums that a task has at hand, two and what becomes of them, and bytes that it may have in any case.
+STATES, _LEAST_AT_HAND = 4, 64 << 20
 #: How a warning begins that is of each site by itself.
 _COUNTED = re.compile(r"^\d+ of \d+ sites ")
 

@@ -1,6 +1,5 @@
 //! The pass over the records of [`super::coherence()`].
 
-use std::borrow::Borrow;
 use std::ops::Range;
 
 use ndarray::Array2;
@@ -10,13 +9,11 @@ use super::delay::DelaySearch;
 use super::products::Products;
 use super::{Coherence, CoherenceRequest};
 use crate::error::{Error, Result};
-use crate::estimates::parts::{Divided, Finishing};
+use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Grid, Independence, KeptSegments, Portion, Realisations, RecordTree, Records, SegmentPairs,
-    SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, SumsShape, TOGETHER, TreeNode,
-    held_at_once, no_segment_left, nodes_of, steadiness_without,
+    Grid, Independence, KeptSegments, Portion, Realisations, Records, SegmentPairs, SegmentScratch,
+    SegmentsLeft, Shot, Shots, Sums, SumsShape, TOGETHER, no_segment_left, steadiness_without,
 };
-use crate::numeric::lanes::LaneBlock;
 use crate::prepare::{Detrend, Gaps};
 use crate::transform::{RecordTransform, fold, frequencies};
 
@@ -80,13 +77,12 @@ pub(super) struct Pass<'a> {
 struct Scratch {
     segments: SegmentScratch,
     deviations: Vec<f64>,
-    tree: SegmentTree,
 }
 
 /// Sums of a few sites.
 #[derive(Default)]
 struct TileSums {
-    tree: RecordTree,
+    sums: Option<Sums>,
     /// Where segments with missing samples are left out: what is left of each site.
     left: Vec<SegmentPairs>,
 }
@@ -129,8 +125,7 @@ impl Pass<'_> {
 
     /// The sums of every tile over these portions, and the unit of the samples.
     fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, AllSums)> {
-        let is_all = portions.iter().all(|portion| portion.is_whole);
-        let held = self.held(shots.longest(), portions, is_all);
+        let held = self.held(shots.longest(), portions);
         let block = shots.block("the cross-spectra of this field", held)?;
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
@@ -149,29 +144,21 @@ impl Pass<'_> {
     }
 
     /// Bytes that are needed beside the samples, of which so many of a record are read.
-    fn held(&self, samples: usize, portions: &[Portion], is_all: bool) -> u64 {
+    fn held(&self, samples: usize, portions: &[Portion]) -> u64 {
         let samples = samples as u64;
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
-        let of_results = self.of_results();
         let bins = self.realisations.bins() as u64;
         let length = self.realisations.segments.length;
-        let threads = self.threads();
         let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         // Of a site.
         let sums = self.shape().bytes() / TOGETHER as u64;
-        let of_segments = held_at_once(self.realisations.segments.count());
-        let kept = match is_all {
-            true => held_at_once(self.records),
-            false => 2 * nodes_of(portions),
-        };
         let longest = portions.iter().map(|portion| portion.segments.len());
         let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
         let pass = 16 * bins * realisations as u64
-            + threads * (TOGETHER as u64 * (8 * samples + of_segments * sums) + scratch);
+            + self.threads() * (8 * TOGETHER as u64 * samples + scratch);
         // Delays are searched once the sums are gone.
-        of_results.result
-            + (sites * kept * sums + pass).max(of_results.later)
-            + self.realisations.bytes()
+        let [result, search] = self.of_results();
+        result + (sites * sums + pass).max(search) + self.realisations.bytes()
     }
 
     /// Threads that have a tile.
@@ -181,32 +168,20 @@ impl Pass<'_> {
     }
 
     /// Bytes of the arrays, and of the search of delays.
-    fn of_results(&self) -> Finishing {
+    fn of_results(&self) -> [u64; 2] {
         let (bins, sites) = (self.realisations.bins() as u64, self.grid.sites as u64);
         let length = self.realisations.segments.length;
-        Finishing {
-            result: (4 * 8 * bins + OF_SITE)
-                .saturating_mul(sites)
-                .saturating_add(OF_BIN * bins),
-            averages: 0,
-            later: DelaySearch::working_bytes(length, self.threads()),
-        }
-    }
-
-    /// Blocks of the sums of a tile.
-    fn plain(&self) -> usize {
-        (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins()
+        let result = (4 * 8 * bins + OF_SITE)
+            .saturating_mul(sites)
+            .saturating_add(OF_BIN * bins);
+        [result, DelaySearch::working_bytes(length, self.threads())]
     }
 
     fn shape(&self) -> SumsShape {
         SumsShape {
-            plain: self.plain(),
+            plain: (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins(),
             pieces: self.realisations.pieces(),
         }
-    }
-
-    fn zeros(&self) -> Sums {
-        self.shape().zeros()
     }
 
     /// The transforms of the reference.
@@ -252,57 +227,40 @@ impl Pass<'_> {
             tile.left.resize_with(kept.len(), SegmentPairs::default);
             let left = tile.left.iter_mut().zip(&kept);
             left.for_each(|(left, kept)| left.add(kept, distances));
+            let zeros = || Sums::zeros(self.shape());
             self.add_tile(
                 scratch,
                 (shot.scale, shot.mark(sites.clone()), portion),
                 (sites, records),
                 (&reference, &kept),
-            );
-            tile.tree.take(
-                &mut scratch.tree,
-                portion.record,
-                portion.is_whole,
-                self.request.about_mean(),
+                tile.sums.get_or_insert_with(zeros),
             );
         };
         shot.each_tile("cross-spectra", &mut sums.tiles, add)
     }
 
-    /// Adds the segments of a tile to the tree of `scratch`.
+    /// Adds the segments of a tile to its sums.
     fn add_tile(
         &self,
         scratch: &mut Scratch,
         (scale, mark, portion): (f64, [f64; TOGETHER], &Portion),
         (sites, records): (Range<usize>, Records<'_>),
         (reference, kept): (&Reference, &[KeptSegments]),
+        sums: &mut Sums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
         let Scratch {
             segments,
             deviations,
-            tree,
         } = scratch;
         // How steady the reference is, and which sites are marked.
         let is_looked_at =
             sites.contains(&self.request.reference) || mark.iter().any(|mark| mark.is_nan());
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (segment, taper) = (r / tapers, r % tapers);
-            let mut is_new = false;
-            if taper == 0 {
-                let opened = tree.open_unwritten(segment, tapers == 1, || self.zeros());
-                is_new = opened.1;
-                if is_looked_at && kept.is_empty() {
-                    let pieces = (portion, segment, records, scale);
-                    self.realisations
-                        .add_pieces(pieces, mark, deviations, opened.0);
-                }
-            }
-            let Some(sums) = tree.current() else {
-                return;
-            };
-            if is_new && (records.width() < TOGETHER || self.leaves_out()) {
-                sums.plain_mut().fill(LaneBlock::default());
-                is_new = false;
+            if taper == 0 && is_looked_at && kept.is_empty() {
+                let pieces = (portion, segment, records, scale);
+                self.realisations.add_pieces(pieces, mark, deviations, sums);
             }
             let other = &reference.spectra[(r - reference.first) * bins..][..bins];
             // 0 for a segment that a site has not.
@@ -321,7 +279,7 @@ impl Pass<'_> {
                 has: &has,
                 sums: [own, re, im],
             };
-            products.add(is_new);
+            products.add();
             for (y, beside) in other.iter().zip(beside) {
                 // The transform of the reference has the square already.
                 let power = y.norm_sqr() / reference.squared;
@@ -331,11 +289,9 @@ impl Pass<'_> {
                     .zip(&has)
                     .for_each(|(sum, has)| *sum += has * power);
             }
-            if taper + 1 == tapers {
-                tree.close();
-            }
         };
         self.realisations.each_of(portion, records, segments, visit);
+        sums.close(self.realisations.reached(), self.request.about_mean());
     }
 
     fn segments_left(&self, sums: &AllSums) -> Option<SegmentsLeft> {
@@ -352,25 +308,19 @@ impl Pass<'_> {
 
     fn finish(&self, sums: AllSums, unit: f64) -> Coherence {
         let left = self.segments_left(&sums);
-        let total = |mut tile: TileSums| tile.tree.total().unwrap_or_else(|| self.zeros());
-        let tiles: Vec<Sums> = sums.tiles.into_iter().map(total).collect();
+        let zeros = || Sums::zeros(self.shape());
+        let tiles = sums.tiles.into_iter();
+        let tiles: Vec<Sums> = tiles.map(|tile| tile.sums.unwrap_or_else(zeros)).collect();
         let mut found = self.estimate(&tiles, left, (sums.steadiness, unit));
         drop(tiles);
         found.judge(self.realisations);
         found
     }
 
-    /// The estimate of records of zeros, counted as steady: all tiles are one, and nothing is coherent.
-    fn silent(&self) -> Coherence {
-        let zeros = self.zeros().of_silence(1);
-        let tiles = vec![&zeros; self.grid.sites.div_ceil(TOGETHER)];
-        self.estimate(&tiles, None, (1.0, 1.0))
-    }
-
     /// What sums over all realisations say, without intervals, delays and speeds.
-    fn estimate<S: Borrow<Sums>>(
+    fn estimate(
         &self,
-        tiles: &[S],
+        tiles: &[Sums],
         left: Option<SegmentsLeft>,
         (steadiness, unit): (f64, f64),
     ) -> Coherence {
@@ -379,7 +329,7 @@ impl Pass<'_> {
         let (bins, reference) = (realisations.bins(), self.request.reference);
         let steadiness = match self.leaves_out() {
             true => steadiness,
-            false => tiles[reference / TOGETHER].borrow().steadiness()[reference % TOGETHER],
+            false => tiles[reference / TOGETHER].steadiness()[reference % TOGETHER],
         };
         let (segments, effective) = match &left {
             None => (realisations.segments.count(), realisations.effective()),
@@ -396,7 +346,7 @@ impl Pass<'_> {
         let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
-            None if tiles[j / TOGETHER].borrow().steadiness()[j % TOGETHER].is_nan() => f64::NAN,
+            None if tiles[j / TOGETHER].steadiness()[j % TOGETHER].is_nan() => f64::NAN,
             None => 1.0,
             // 0 / 0 where none are left.
             Some(left) => left.of as f64 / left.left[j] as f64,
@@ -409,8 +359,8 @@ impl Pass<'_> {
             let scale = density * fold(m, length);
             // Power, product and, where segments are left out, power of the reference in those that are not.
             let block = |tile: &Sums, what: usize| tile.plain()[what * bins + m].0;
-            let whole = block(tiles[reference / TOGETHER].borrow(), 0)[reference % TOGETHER];
-            for (t, tile) in tiles.iter().map(Borrow::borrow).enumerate() {
+            let whole = block(&tiles[reference / TOGETHER], 0)[reference % TOGETHER];
+            for (t, tile) in tiles.iter().enumerate() {
                 let [own, re, im] = [0, 1, 2].map(|what| block(tile, what));
                 let beside = match self.leaves_out() {
                     true => block(tile, BLOCKS),
@@ -468,53 +418,50 @@ impl Divided for CoherenceRequest {
         Realisations::new(&self.averaging, grid.times)
     }
 
-    fn tiles(&self, grid: &Grid, realisations: &Realisations) -> Vec<(SumsShape, usize)> {
-        let pass = self.pass(grid, realisations, 1);
-        vec![(pass.shape(), grid.sites.div_ceil(TOGETHER))]
+    fn shape(&self, realisations: &Realisations) -> SumsShape {
+        SumsShape {
+            plain: BLOCKS * realisations.bins(),
+            pieces: realisations.pieces(),
+        }
     }
 
-    fn finishing(&self, (grid, realisations): (&Grid, &Realisations)) -> Finishing {
-        self.pass(grid, realisations, 1).of_results()
+    fn result_bytes(&self, (grid, realisations): (&Grid, &Realisations)) -> u64 {
+        let [result, search] = self.pass(grid, realisations, 1).of_results();
+        result.saturating_add(search)
     }
 
     fn about_mean(&self) -> bool {
         self.averaging.detrend != Detrend::None
     }
 
-    fn partial(
+    fn sums(
         &self,
         shots: &Shots<'_>,
         (grid, realisations): (&Grid, &Realisations),
         portions: &[Portion],
-    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
-        let (unit, sums) = self
-            .pass(grid, realisations, shots.count())
-            .sum(shots, portions)?;
-        let nodes = sums.tiles.into_iter().map(|tile| tile.tree.into_nodes());
-        Ok((unit, nodes.collect()))
+    ) -> Result<(f64, Vec<Sums>)> {
+        let pass = self.pass(grid, realisations, shots.count());
+        let (unit, sums) = pass.sum(shots, portions)?;
+        let tiles = sums.tiles.into_iter();
+        Ok((unit, tiles.filter_map(|tile| tile.sums).collect()))
     }
 
     fn combine(
         &self,
         (grid, realisations): (&Grid, &Realisations),
         records: usize,
-        trees: Vec<RecordTree>,
+        sums: Vec<Sums>,
         unit: f64,
     ) -> Result<Coherence> {
         check_count(records * realisations.count())?;
-        let tile = |tree| TileSums {
-            tree,
+        let tile = |sums| TileSums {
+            sums: Some(sums),
             left: Vec::new(),
         };
         let sums = AllSums {
-            tiles: trees.into_iter().map(tile).collect(),
+            tiles: sums.into_iter().map(tile).collect(),
             steadiness: 0.0,
         };
         Ok(self.pass(grid, realisations, records).finish(sums, unit))
-    }
-
-    fn silent(&self, (grid, realisations): (&Grid, &Realisations)) -> Result<Coherence> {
-        check_count(realisations.count())?;
-        Ok(self.pass(grid, realisations, 1).silent())
     }
 }

@@ -21,13 +21,10 @@ pub(super) struct Products<'a> {
 }
 
 impl Products<'_> {
-    /// Adds them; in place of what the sums of eight sites hold, if these are new.
-    pub fn add(self, is_new: bool) {
+    /// Adds them.
+    pub fn add(self) {
         if self.width == TOGETHER {
-            return match is_new {
-                true => widest(OfEight::<true>(self)),
-                false => widest(OfEight::<false>(self)),
-            };
+            return widest(OfEight(self));
         }
         let [own, re, im] = self.sums;
         let rows = self.spectra.chunks_exact(self.width).zip(self.reference);
@@ -44,20 +41,9 @@ impl Products<'_> {
 }
 
 /// The same of eight sites, with the same bits.
-struct OfEight<'a, const IS_NEW: bool>(Products<'a>);
+struct OfEight<'a>(Products<'a>);
 
-impl<const IS_NEW: bool> OfEight<'_, IS_NEW> {
-    #[inline(always)]
-    fn add<L: Lanes>(sum: &mut LaneBlock, value: L) {
-        let before = match IS_NEW {
-            true => L::splat(0.0),
-            false => L::load(sum),
-        };
-        (before + value).store(sum);
-    }
-}
-
-impl<const IS_NEW: bool> SimdKernel for OfEight<'_, IS_NEW> {
+impl SimdKernel for OfEight<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -76,9 +62,10 @@ impl<const IS_NEW: bool> SimdKernel for OfEight<'_, IS_NEW> {
         for (((row, y), own), (re, im)) in rows.zip(own).zip(re.iter_mut().zip(im)) {
             let [x_re, x_im] = L::parts(row);
             let (y_re, y_im) = (L::splat(y.re), L::splat(y.im));
-            Self::add(own, has * ((x_re * x_re + x_im * x_im) * squared));
-            Self::add(re, has * (y_re * x_re - y_im * x_im));
-            Self::add(im, has * (y_re * x_im + y_im * x_re));
+            let add = |sum: &mut LaneBlock, value: L| (L::load(sum) + value).store(sum);
+            add(own, has * ((x_re * x_re + x_im * x_im) * squared));
+            add(re, has * (y_re * x_re - y_im * x_im));
+            add(im, has * (y_re * x_im + y_im * x_re));
         }
     }
 }

@@ -9,9 +9,7 @@ use super::pass::{Pass, Scratch, Steadiness};
 use super::products::TripleSums;
 use super::spectra::Spectra;
 use super::triples::Triples;
-use crate::estimates::realisations::{
-    Independence, Portion, RecordTree, Records, Shot, Sums, TOGETHER,
-};
+use crate::estimates::realisations::{Independence, Portion, Records, Shot, Sums, TOGETHER};
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
 /// no power or no pair.
@@ -52,7 +50,7 @@ impl BicoherenceAlong {
 pub(super) struct TileSums {
     pub steadiness: Steadiness,
     /// Of each chosen site.
-    pub products: Vec<RecordTree>,
+    pub products: Vec<Option<Sums>>,
     /// Of each chosen site, once all its records are summed.
     found: Vec<Vec<Found>>,
 }
@@ -72,8 +70,7 @@ impl TileSums {
     /// What is found at each chosen site, in place of its sums, which are returned.
     pub fn gather(&mut self, pass: &Pass<'_>) -> Vec<Sums> {
         let mut free = Vec::new();
-        for tree in self.products.drain(..) {
-            let total = pass.total(tree, &pass.own);
+        for total in self.products.drain(..).flatten() {
             self.found.push(gathered(&pass.own, &total));
             free.push(total);
         }
@@ -118,12 +115,12 @@ impl Pass<'_> {
         );
         let segments = &mut scratch.segments;
         let spectra = Spectra::of(self.realisations, portion, records, shot.scale, segments);
-        tile.products.resize_with(chosen.len(), RecordTree::default);
-        for (tree, spectra) in tile.products.iter_mut().zip(&spectra) {
-            let into = (tree, &mut scratch.free);
+        tile.products.resize_with(chosen.len(), || None);
+        for (total, spectra) in tile.products.iter_mut().zip(&spectra) {
+            let into = (total, &mut scratch.free);
             // Tiles are in parallel where there are several.
             let is_parallel = self.chosen_by_tile().nth(1).is_none();
-            self.add_products(&self.own, portion, [spectra, spectra], into, is_parallel);
+            self.add_products(&self.own, [spectra, spectra], into, is_parallel);
         }
     }
 

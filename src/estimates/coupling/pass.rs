@@ -7,8 +7,8 @@ use super::spectra::{Spectra, last_bin};
 use super::triples::Triples;
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Grid, Independence, Portion, Realisations, RecordTree, Records, SegmentScratch, SegmentTree,
-    Shot, Shots, Sums, TOGETHER, held_at_once, steadiness_without,
+    Grid, Independence, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums,
+    SumsShape, TOGETHER, steadiness_without,
 };
 use crate::prepare::Gaps;
 use crate::transform::{RecordTransform, Segments, frequencies};
@@ -30,7 +30,6 @@ pub(super) struct Pass<'a> {
 pub(super) struct Scratch {
     pub segments: SegmentScratch,
     deviations: Vec<f64>,
-    tree: SegmentTree,
     /// Sums of a site that are no longer used.
     pub free: Vec<Sums>,
 }
@@ -38,7 +37,7 @@ pub(super) struct Scratch {
 /// How steady the records of up to eight sites are.
 #[derive(Default)]
 pub(super) struct Steadiness {
-    tree: RecordTree,
+    sums: Option<Sums>,
     /// Where segments with missing samples are left out: the sum over records, and that of the least steady one.
     without: [f64; TOGETHER],
     least_without: f64,
@@ -46,16 +45,16 @@ pub(super) struct Steadiness {
 
 impl Steadiness {
     /// The sum over records of the least steady site.
-    pub fn of_least(mut self) -> f64 {
-        match self.tree.total() {
+    pub fn of_least(self) -> f64 {
+        match self.sums {
             Some(total) => total.least_steadiness(),
             None => self.least_without,
         }
     }
 
     /// The sum over records, of each site.
-    pub fn of_sites(mut self) -> [f64; TOGETHER] {
-        match self.tree.total() {
+    pub fn of_sites(self) -> [f64; TOGETHER] {
+        match self.sums {
             Some(total) => total.steadiness(),
             None => self.without,
         }
@@ -89,7 +88,7 @@ impl<'a> Pass<'a> {
         let portions: Vec<Portion> = whole.collect();
         let held = self.held(shots.longest());
         let block = shots.block("the bispectra of this field", held)?;
-        let (mut steadiness, mut map) = (Steadiness::default(), RecordTree::default());
+        let (mut steadiness, mut map) = (Steadiness::default(), None);
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
         let mut left = portions.len();
@@ -116,7 +115,8 @@ impl<'a> Pass<'a> {
         let count = self.realisations.segments.count();
         let spectra = Spectra::bytes(length, count);
         let (threads, together) = (rayon::current_num_threads() as u64, TOGETHER as u64);
-        let nodes = held_at_once(self.records) + 1;
+        // Sums of a record are apart until they are added.
+        let nodes = 1 + u64::from(self.records > 1);
         let chosen = self.request.along.len() as u64;
         // Those that have a tile; the map has one.
         let tiles = threads.min(self.chosen_by_tile().count().max(1) as u64);
@@ -142,7 +142,7 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         (shot, portion): (&Shot<'_>, &Portion),
-        (steadiness, map): (&mut Steadiness, &mut RecordTree),
+        (steadiness, map): (&mut Steadiness, &mut Option<Sums>),
     ) {
         let sites = [self.request.site, self.request.output()];
         let sites = match sites[0] == sites[1] {
@@ -158,28 +158,26 @@ impl<'a> Pass<'a> {
         let (Some(x), Some(z)) = (spectra.first(), spectra.last()) else {
             return;
         };
-        self.add_products(&self.triples, portion, [x, z], (map, &mut Vec::new()), true);
+        self.add_products(&self.triples, [x, z], (map, &mut Vec::new()), true);
     }
 
     /// Adds the products of a portion to those of a tree, in place of free sums where there are any.
     pub fn add_products(
         &self,
         triples: &Triples,
-        portion: &Portion,
         [x, z]: [&Spectra; 2],
-        (tree, free): (&mut RecordTree, &mut Vec<Sums>),
+        (total, free): (&mut Option<Sums>, &mut Vec<Sums>),
         is_parallel: bool,
     ) {
-        let mut segments = SegmentTree::default();
         let mut sums = free.pop().unwrap_or_else(|| TripleSums::zeros(triples));
         sum_products(triples, x, z, &(0..x.count()), (&mut sums, is_parallel));
-        segments.push(0, 0, sums);
-        tree.take(
-            &mut segments,
-            portion.record,
-            portion.is_whole,
-            self.request.about_mean(),
-        );
+        match total {
+            Some(total) => {
+                total.add(&sums);
+                free.push(sums);
+            }
+            None => *total = Some(sums),
+        }
     }
 
     /// Adds how steady the records of a portion are.
@@ -204,27 +202,17 @@ impl<'a> Pass<'a> {
             into.least_without += least;
             return;
         }
-        let Scratch {
-            deviations, tree, ..
-        } = scratch;
         let pieces = self.realisations.pieces();
+        let sums = into
+            .sums
+            .get_or_insert_with(|| Sums::zeros(SumsShape { plain: 0, pieces }));
         let mark = shot.mark(sites.iter().copied());
         for segment in portion.segments.clone() {
-            let sums = tree.open(segment, true, || Sums::zeros(0, pieces));
             let of = (portion, segment, records, shot.scale);
-            self.realisations.add_pieces(of, mark, deviations, sums);
-            tree.close();
+            self.realisations
+                .add_pieces(of, mark, &mut scratch.deviations, sums);
         }
-        into.tree.take(
-            tree,
-            portion.record,
-            portion.is_whole,
-            self.request.about_mean(),
-        );
-    }
-
-    pub fn total(&self, mut tree: RecordTree, triples: &Triples) -> Sums {
-        tree.total().unwrap_or_else(|| TripleSums::zeros(triples))
+        sums.close(self.realisations.reached(), self.request.about_mean());
     }
 
     /// The number of independent realisations of records whose steadiness has this sum.
@@ -237,8 +225,13 @@ impl<'a> Pass<'a> {
         )
     }
 
-    fn finish(&self, steadiness: Steadiness, map: RecordTree, tiles: Vec<TileSums>) -> Bicoherence {
-        let total = self.total(map, &self.triples);
+    fn finish(
+        &self,
+        steadiness: Steadiness,
+        map: Option<Sums>,
+        tiles: Vec<TileSums>,
+    ) -> Bicoherence {
+        let total = map.unwrap_or_else(|| TripleSums::zeros(&self.triples));
         let products = TripleSums::of(&self.triples, &total);
         let scale = products.scale();
         let segments = self.realisations.segments;

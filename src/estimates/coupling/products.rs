@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::spectra::{Spectra, Spectrum};
 use super::triples::{TripleRow, Triples};
-use crate::estimates::realisations::Sums;
+use crate::estimates::realisations::{Sums, SumsShape};
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Sums over realisations, a cell a triple.
@@ -50,7 +50,10 @@ fn plain(triples: &Triples) -> usize {
 
 impl<'s> TripleSums<'s> {
     pub fn zeros(triples: &Triples) -> Sums {
-        Sums::zeros(plain(triples), 0)
+        Sums::zeros(SumsShape {
+            plain: plain(triples),
+            pieces: 0,
+        })
     }
 
     pub fn bytes(triples: &Triples) -> u64 {

@@ -1,18 +1,20 @@
 //! Parts to the result of all, or to one part.
 
 use std::borrow::Borrow;
+use std::collections::BTreeSet;
 use std::fmt;
-use std::ops::Range;
 
 use serde_json::Value;
 
-use super::memory::{Counted, Held, places};
-use super::{Combined, Divided, DividedRequest, Partial, PartialAbout, flattened, of_each};
+use super::{Combined, Divided, DividedRequest, Partial, PartialAbout, begun, of_each, tiles};
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{Part, Realisations, RecordTree, SumsShape, TreeNode};
+use crate::estimates::realisations::{Grid, Realisations, Sums, SumsShape};
+use crate::field::Field;
+use crate::system::memory::half_of_free_memory;
 use crate::system::threads::in_pool;
+use crate::transform::Segments;
 
-/// The result of all parts, in any order: that of the whole run, bit for bit. `memory`: bytes that the parts and
+/// The result of all parts, in any order: that of the whole run but for rounding. `memory`: bytes that the parts and
 /// the work may take; `None`: half of the free memory beside the parts. `threads`: worker threads; `None`: one a core.
 ///
 /// # Errors
@@ -22,53 +24,44 @@ pub fn combine<P: Borrow<Partial> + Sync>(
     memory: Option<u64>,
     threads: Option<usize>,
 ) -> Result<Combined> {
-    in_pool(threads, || combined(partials, memory))
+    in_pool(threads, || merged(partials, true, memory)?.finish())
 }
 
-fn combined<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<Combined> {
-    let (mut combination, order) =
-        Combination::over(named(partials), true, held(partials), memory)?;
-    for at in order {
-        combination.add(partials[at].borrow())?;
-    }
-    combination.finish()
-}
-
-/// One partial result of several whose segments follow one another, in any order: siblings in the trees become
-/// their sums, so that it is smaller than all of them. `memory` as for [`combine`].
+/// One partial result of several whose segments follow one another, in any order, as large as one of them. `memory`
+/// as for [`combine`].
 ///
 /// # Errors
 /// Those of [`Combination`], but for segments that are missing before and behind.
 pub fn join<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<Partial> {
-    let (mut combination, order) =
-        Combination::over(named(partials), false, held(partials), memory)?;
-    let from = combination.next;
-    for at in order {
-        combination.add(partials[at].borrow())?;
-    }
-    let segments = combination.realisations.segments.count();
-    let trees = combination.trees.into_iter();
-    let tiles: Vec<_> = trees.map(RecordTree::into_nodes).collect();
+    let all = merged(partials, false, memory)?;
     let about = PartialAbout {
         part: None,
-        range: [from, combination.next],
-        unit: combination.unit.unwrap_or(1.0),
-        ..combination.about
+        range: [all.first, all.next],
+        unit: all.unit.unwrap_or(1.0),
+        ..all.about
     };
-    Ok(flattened(about, &tiles, segments))
+    Ok(Partial::new(
+        about,
+        all.sums,
+        all.realisations.segments.count(),
+    ))
 }
 
-fn named<P: Borrow<Partial>>(partials: &[P]) -> Vec<(String, PartialAbout)> {
+fn merged<P: Borrow<Partial>>(
+    partials: &[P],
+    is_all: bool,
+    memory: Option<u64>,
+) -> Result<Combination> {
     let about = partials.iter().map(|partial| &partial.borrow().about);
-    about.map(|about| (about.name(), about.clone())).collect()
-}
-
-/// The bytes of all parts, which the caller has at hand.
-fn held<P: Borrow<Partial>>(partials: &[P]) -> Held {
+    let named = about.map(|about| (about.name(), about.clone())).collect();
     let bytes = partials
         .iter()
         .map(|partial| partial.borrow().bytes() as u64);
-    Held::All(bytes.sum())
+    let (mut combination, order) = Combination::over(named, is_all, bytes.sum(), memory)?;
+    for at in order {
+        combination.add(partials[at].borrow())?;
+    }
+    Ok(combination)
 }
 
 /// Parts that are combined one after the other, so that one at a time is in memory.
@@ -77,12 +70,13 @@ pub struct Combination {
     names: Vec<(usize, String)>,
     about: PartialAbout,
     realisations: Realisations,
-    /// Of so many tiles each.
-    tiles: Vec<(SumsShape, usize)>,
-    trees: Vec<RecordTree>,
+    shape: SumsShape,
+    /// Of each tile.
+    sums: Vec<Sums>,
     /// The unit of what is summed; `None` before a part that is not silent.
     unit: Option<f64>,
-    /// The next segment of all records.
+    /// The first segment of all records that is summed, and the next one to be.
+    first: usize,
     next: usize,
 }
 
@@ -103,6 +97,19 @@ fn refuse<T>(expected: String, found: String) -> Result<T> {
     })
 }
 
+/// # Errors
+/// [`Error::Memory`], of `what`.
+fn allow(what: &'static str, needed: u64, allowed: u64) -> Result<()> {
+    match needed > allowed {
+        true => Err(Error::Memory {
+            what,
+            needed,
+            allowed,
+        }),
+        false => Ok(()),
+    }
+}
+
 impl Combination {
     /// Of parts with their names, and the order in which to [`add`](Self::add) them. `memory`: bytes that the
     /// work may take, one part at a time included; `None`: half of the free memory.
@@ -114,14 +121,14 @@ impl Combination {
         parts: Vec<(String, PartialAbout)>,
         memory: Option<u64>,
     ) -> Result<(Combination, Vec<usize>)> {
-        Self::over(parts, true, Held::OneByOne, memory)
+        Self::over(parts, true, 0, memory)
     }
 
-    /// Of all segments, or of some that follow one another.
+    /// Of all segments, or of some that follow one another; of parts of which so many bytes are in memory.
     fn over(
         parts: Vec<(String, PartialAbout)>,
         is_all: bool,
-        held: Held,
+        held: u64,
         memory: Option<u64>,
     ) -> Result<(Combination, Vec<usize>)> {
         let mut order: Vec<usize> = (0..parts.len()).collect();
@@ -137,73 +144,59 @@ impl Combination {
             }
         }
         let realisations = of_each!(&about.request, it => it.plan(&about.grid))?;
+        let shape = of_each!(&about.request, it => it.shape(&realisations));
         let segments = realisations.segments.count();
-        let Some(all) = about.fields.len().checked_mul(segments) else {
-            return refuse(
-                "fewer segments".into(),
-                format!("{segments} of each record"),
-            );
-        };
+        let all = about.fields.len().saturating_mul(segments);
         let start = if is_all { 0 } else { about.range[0] };
         let mut next = start;
         let mut before = "";
         for &at in &order {
             let (name, [from, end]) = (&parts[at].0, parts[at].1.range);
-            if from >= end || end > all {
-                let expected = format!("segments among the {all} of all records");
-                return refuse(expected, format!("{from} to {end} in {name}"));
-            }
             let unit = parts[at].1.unit;
-            if !(unit > 0.0 && unit.is_finite()) {
-                return refuse("a unit above 0".into(), format!("{unit} in {name}"));
+            if from >= end || end > all || !(unit > 0.0 && unit.is_finite()) {
+                let expected =
+                    format!("segments among the {all} of all records, and a unit above 0");
+                return refuse(expected, format!("{from} to {end}, and {unit}, in {name}"));
             }
             if from < next {
-                let found = format!(
-                    "segments {from} to {} in {before} and {name}",
-                    next.min(end) - 1
-                );
+                let last = next.min(end) - 1;
+                let found = format!("segments {from} to {last} in {before} and {name}");
                 return refuse("each part once".into(), found);
             }
             if from > next {
-                return missing(&parts, next..from, all);
+                return missing(&parts, [next, from], all);
             }
             (next, before) = (end, name);
         }
         if is_all && next < all {
-            return missing(&parts, next..all, all);
+            return missing(&parts, [next, all], all);
         }
         let known = (&about.grid, &realisations);
-        let tiles = of_each!(&about.request, it => it.tiles(known.0, known.1));
-        if tiles
-            .iter()
-            .all(|(shape, count)| shape.numbers() == 0 || *count == 0)
-        {
+        let state = shape.bytes().saturating_mul(tiles(&about.grid) as u64);
+        if state == 0 {
             return refuse("a field with sites".into(), "none".into());
         }
-        let counted = Counted::new(
-            order.iter().map(|&at| parts[at].1.range),
-            (&realisations, &tiles),
-            held,
-        );
-        match is_all {
-            true => {
-                let finishing = of_each!(&about.request, it => it.finishing(known));
-                counted.check("the result of these parts", finishing, memory)?;
-            }
-            false => counted.check_joined("one part of these", memory)?,
-        }
-        let mut trees = Vec::new();
-        trees.resize_with(tiles.iter().map(|tiles| tiles.1).sum(), RecordTree::default);
+        let result = match is_all {
+            true => of_each!(&about.request, it => it.result_bytes(known)),
+            // The part that is made of the sums.
+            false => state,
+        };
+        let of_parts = if held > 0 { held } else { state };
+        let needed = [state, of_parts, result, realisations.bytes()];
+        let needed = needed.into_iter().fold(0, u64::saturating_add);
+        // What the caller holds is no longer free.
+        let allowed = memory.unwrap_or_else(|| half_of_free_memory().saturating_add(held));
+        allow("the result of these parts", needed, allowed)?;
+        let names = parts.into_iter();
+        let names = names.map(|(name, about)| (about.range[0], name)).collect();
         let combination = Combination {
-            names: parts
-                .into_iter()
-                .map(|(name, about)| (about.range[0], name))
-                .collect(),
-            about,
+            names,
             realisations,
-            tiles,
-            trees,
+            shape,
+            sums: vec![Sums::zeros(shape); tiles(&about.grid)],
+            about,
             unit: None,
+            first: start,
             next: start,
         };
         Ok((combination, order))
@@ -214,96 +207,46 @@ impl Combination {
     /// # Errors
     /// [`Error::Request`] for a part that does not follow, and sums that are not those of its request.
     pub fn add(&mut self, partial: &Partial) -> Result<()> {
-        let width: usize = self.shapes().map(SumsShape::numbers).sum();
-        let segments = self.realisations.segments.count();
         let [from, end] = partial.about.range;
-        let (mut covered, mut nodes) = (from, 0);
-        for node in &partial.nodes {
-            match node.range(segments) {
-                Some(range) if range.start == covered => covered = range.end,
-                _ => break,
-            }
-            nodes += 1;
-        }
-        // In as few nodes as there can be: more of them would take more memory than was counted.
-        let is_whole = covered == end
-            && nodes == partial.nodes.len()
-            && nodes == places(from..end, segments).len()
-            && partial.sums.len() == width * partial.nodes.len();
-        if from != self.next || !is_whole {
+        let begun = begun(&(from..end), self.realisations.segments.count());
+        let width = self.shape.numbers(begun.len());
+        if from != self.next || partial.sums.len() != width * self.sums.len() {
             let expected = format!(
-                "the sums over segments {} and on, {width} a node",
+                "{} sums from segment {} on",
+                width * self.sums.len(),
                 self.next
             );
             let name = self.names.iter().find(|(first, _)| *first == from);
-            let found = format!(
-                "{} nodes of segments {from} to {covered}, {} sums in {}",
-                partial.nodes.len(),
-                partial.sums.len(),
-                name.map_or("a part", |(_, name)| name)
-            );
+            let name = name.map_or("a part", |(_, name)| name);
+            let found = format!("{} from {from} on in {name}", partial.sums.len());
             return refuse(expected, found);
         }
+        let tiles = partial.sums.chunks_exact(width);
+        let mut tiles: Vec<Sums> = tiles
+            .map(|numbers| Sums::read(self.shape, &begun, numbers))
+            .collect();
+        // Sums are in the largest of all units, so that nothing leaves the range of numbers but what is too small to
+        // count; the unit of silence says nothing.
+        if !tiles.iter().all(Sums::is_silent) {
+            let unit = partial.about.unit;
+            let largest = self.unit.map_or(unit, |before| before.max(unit));
+            let before = self.unit.unwrap_or(largest);
+            let rescale = |tiles: &mut [Sums], unit: f64| {
+                tiles
+                    .iter_mut()
+                    .for_each(|tile| tile.rescale(unit / largest));
+            };
+            rescale(&mut self.sums, before);
+            rescale(&mut tiles, unit);
+            self.unit = Some(largest);
+        }
         let about_mean = of_each!(&self.about.request, it => it.about_mean());
-        let factor = self.factor(partial);
-        let shapes: Vec<SumsShape> = self.shapes().collect();
-        for (place, numbers) in partial.nodes.iter().zip(partial.sums.chunks_exact(width)) {
-            let mut numbers = numbers;
-            for (tree, shape) in self.trees.iter_mut().zip(&shapes) {
-                let (own, others) = numbers.split_at(shape.numbers());
-                numbers = others;
-                let mut sums = shape.zeros();
-                sums.set(own);
-                if factor != 1.0 {
-                    sums.rescale(factor);
-                }
-                let node = TreeNode {
-                    record: place.record,
-                    level: place.level,
-                    index: place.index,
-                    sums,
-                };
-                tree.push(node, segments, about_mean);
-            }
+        let samples = self.realisations.reached();
+        for (sums, tile) in self.sums.iter_mut().zip(tiles) {
+            sums.merge(tile, samples, about_mean);
         }
         self.next = end;
         Ok(())
-    }
-
-    /// Of each tile.
-    fn shapes(&self) -> impl Iterator<Item = SumsShape> {
-        let tiles = self.tiles.iter();
-        tiles.flat_map(|(shape, count)| std::iter::repeat_n(*shape, *count))
-    }
-
-    /// Whether these are sums over zeros, whose unit says nothing.
-    fn is_silent(&self, partial: &Partial) -> bool {
-        let mut numbers = &partial.sums[..];
-        partial.nodes.iter().all(|_| {
-            self.shapes().all(|shape| {
-                let (own, others) = numbers.split_at(shape.numbers());
-                numbers = others;
-                shape.are_silent(own)
-            })
-        })
-    }
-
-    /// What the samples of a part are multiplied by to be in the unit of what is summed: the largest of all units, so
-    /// that nothing leaves the range of numbers but what is too small to count.
-    fn factor(&mut self, partial: &Partial) -> f64 {
-        let unit = partial.about.unit;
-        match self.unit {
-            Some(largest) if unit <= largest => unit / largest,
-            _ if self.is_silent(partial) => 1.0,
-            before => {
-                self.unit = Some(unit);
-                if let Some(before) = before {
-                    let sums = self.trees.iter_mut().flat_map(RecordTree::sums_mut);
-                    sums.for_each(|sums| sums.rescale(before / unit));
-                }
-                1.0
-            }
-        }
     }
 
     /// The result.
@@ -318,77 +261,105 @@ impl Combination {
             return refuse("all parts".into(), found);
         }
         let known = (&self.about.grid, &self.realisations);
-        let (trees, unit) = (self.trees, self.unit.unwrap_or(1.0));
-        Ok(match &self.about.request {
-            DividedRequest::Spectrum(it) => {
-                Combined::Spectrum(Box::new(it.combine(known, records, trees, unit)?))
-            }
-            DividedRequest::Coherence(it) => {
-                Combined::Coherence(Box::new(it.combine(known, records, trees, unit)?))
-            }
-        })
+        combined(&self.about.request, known, records, (self.sums, self.unit))
     }
 }
 
-/// The parts without which a range of segments is unknown.
-fn missing<T>(parts: &[(String, PartialAbout)], range: Range<usize>, all: usize) -> Result<T> {
-    let of_first = parts[0].1.part.map(|part| part.of);
-    let mut others = parts.iter();
-    let is_regular = others.all(|(_, about)| about.part.map(|part| part.of) == of_first);
-    let of = of_first.filter(|of| is_regular && *of <= all);
-    let of = of.unwrap_or(0);
-    let lacks = |number: &usize| {
-        let own = Part {
-            number: *number,
-            of,
+fn combined(
+    request: &DividedRequest,
+    known: (&Grid, &Realisations),
+    records: usize,
+    (sums, unit): (Vec<Sums>, Option<f64>),
+) -> Result<Combined> {
+    let unit = unit.unwrap_or(1.0);
+    Ok(match request {
+        DividedRequest::Spectrum(it) => {
+            Combined::Spectrum(Box::new(it.combine(known, records, sums, unit)?))
         }
-        .range(all);
-        own.is_ok_and(|own| own.start < range.end && own.end > range.start)
+        DividedRequest::Coherence(it) => {
+            Combined::Coherence(Box::new(it.combine(known, records, sums, unit)?))
+        }
+    })
+}
+
+/// The segments of a record, and a result whose axes, units and kinds of arrays are those of any other one.
+#[derive(Debug, Clone)]
+pub struct Outline {
+    pub segments: Segments,
+    /// Of a record of zeros, counted as steady.
+    pub result: Combined,
+}
+
+/// The outline of an estimate of one record of `times` samples, at the sites and of the steps of `field`, whose
+/// samples are not read.
+///
+/// # Errors
+/// Those of [`super::partial`] for what does not fit the record; [`Error::Memory`] for a result that exceeds
+/// the memory of the request.
+pub fn outline(field: &Field, times: usize, request: &DividedRequest) -> Result<Outline> {
+    let grid = Grid {
+        times,
+        ..Grid::of(field)
     };
-    let numbers: Vec<String> = (1..=of)
-        .filter(lacks)
-        .take(8)
-        .map(|number| format!("{number}/{of}"))
+    let realisations = of_each!(request, it => it.plan(&grid))?;
+    let known = (&grid, &realisations);
+    let shape = of_each!(request, it => it.shape(&realisations));
+    let (_, memory) = of_each!(request, it => it.gaps_and_memory());
+    let result = of_each!(request, it => it.result_bytes(known));
+    let state = shape.bytes().saturating_mul(tiles(&grid) as u64);
+    let allowed = memory.unwrap_or_else(half_of_free_memory);
+    let needed = state
+        .saturating_add(result)
+        .saturating_add(realisations.bytes());
+    allow("the outline of this result", needed, allowed)?;
+    let sums = vec![Sums::of_silence(shape); tiles(&grid)];
+    let result = combined(request, known, 1, (sums, None))?;
+    Ok(Outline {
+        segments: realisations.segments,
+        result,
+    })
+}
+
+/// The parts without which a range of segments is unknown.
+fn missing<T>(parts: &[(String, PartialAbout)], [from, end]: [usize; 2], all: usize) -> Result<T> {
+    let numbered = parts.iter().map(|(_, about)| about.part);
+    let of = parts[0].1.part.map_or(0, |part| part.of);
+    let numbers: Option<BTreeSet<usize>> = numbered
+        .map(|part| part.filter(|part| part.of == of && of <= all))
+        .map(|part| part.map(|part| part.number))
         .collect();
-    let found = match numbers.is_empty() {
-        true => format!("no segments {} to {}", range.start, range.end - 1),
-        false => format!("no part {}", numbers.join(", ")),
+    let found = match numbers {
+        Some(numbers) => {
+            let lacking = (1..=of).filter(|number| !numbers.contains(number)).take(8);
+            let lacking: Vec<String> = lacking.map(|number| format!("{number}/{of}")).collect();
+            format!("no part {}", lacking.join(", "))
+        }
+        None => format!("no segments {from} to {}", end - 1),
     };
     refuse("all parts of one result".into(), found)
 }
 
 /// What differs between the results that two parts belong to.
 fn difference(a: &PartialAbout, b: &PartialAbout) -> Option<String> {
-    if (&a.request, &a.grid, &a.fields) == (&b.request, &b.grid, &b.fields) {
-        return None;
-    }
-    let json = |value: serde_json::Result<Value>| value.unwrap_or(Value::Null);
+    let mut other = PartialAbout {
+        part: a.part,
+        range: a.range,
+        unit: a.unit,
+        ..b.clone()
+    };
     // Blocks have coordinates of their own, which round.
     let is_near = |x: f64, y: f64, scale: f64| (x - y).abs() <= 1e-6 * scale.abs();
-    let steps = [(&a.grid.time, &b.grid.time), (&a.grid.space, &b.grid.space)];
-    let is_like = steps.iter().all(|(a, b)| is_near(a.step, b.step, a.step))
-        && is_near(a.grid.space.origin, b.grid.space.origin, a.grid.space.step);
-    let grid = |about: &PartialAbout| {
-        let mut grid = about.grid.clone();
-        grid.time.origin = a.grid.time.origin;
-        if is_like {
-            grid.time.step = a.grid.time.step;
-            (grid.space.origin, grid.space.step) = (a.grid.space.origin, a.grid.space.step);
-        }
-        grid
-    };
-    let of = |about: &PartialAbout| {
-        [
-            json(serde_json::to_value(&about.request)),
-            json(serde_json::to_value(grid(about))),
-            json(serde_json::to_value(&about.fields)),
-        ]
-    };
-    let names = ["", "", "fields"];
-    let pairs = of(a).into_iter().zip(of(b)).zip(names);
-    pairs
-        .filter_map(|((a, b), name)| differing(name, &a, &b))
-        .next()
+    let (own, grid) = (&a.grid, &mut other.grid);
+    grid.time.origin = own.time.origin;
+    if is_near(own.time.step, grid.time.step, own.time.step)
+        && is_near(own.space.step, grid.space.step, own.space.step)
+        && is_near(own.space.origin, grid.space.origin, own.space.step)
+    {
+        grid.time.step = own.time.step;
+        (grid.space.origin, grid.space.step) = (own.space.origin, own.space.step);
+    }
+    let json = |about: &PartialAbout| serde_json::to_value(about).unwrap_or(Value::Null);
+    differing("", &json(a), &json(&other))
 }
 
 /// The first key whose values differ, with the second of them.
@@ -397,15 +368,11 @@ fn differing(key: &str, a: &Value, b: &Value) -> Option<String> {
         return None;
     }
     if let (Value::Object(a), Value::Object(b)) = (a, b) {
-        let keys = a.keys().chain(b.keys());
-        return keys
-            .filter_map(|key| {
-                let of = |map: &serde_json::Map<String, Value>| {
-                    map.get(key).cloned().unwrap_or(Value::Null)
-                };
-                differing(key, &of(a), &of(b))
-            })
-            .next();
+        let of = |map: &serde_json::Map<String, Value>, key: &str| {
+            map.get(key).cloned().unwrap_or(Value::Null)
+        };
+        let mut keys = a.keys().chain(b.keys());
+        return keys.find_map(|key| differing(key, &of(a, key), &of(b, key)));
     }
     Some(format!("{key} {b} in place of {a}"))
 }

@@ -120,7 +120,7 @@ pub(crate) fn steadiness_of_sites(mut sites: Vec<(f64, f64)>) -> f64 {
     1.0
 }
 
-fn evenness(energies: &[f64]) -> f64 {
+pub(super) fn evenness(energies: &[f64]) -> f64 {
     let all: f64 = energies.iter().sum();
     let squares: f64 = energies.iter().map(|e| e * e).sum();
     match squares > 0.0 || squares.is_nan() {

@@ -11,7 +11,7 @@ mod part;
 mod records;
 mod sheet;
 mod shots;
-mod tree;
+mod sums;
 
 /// Probability by which a level of significance is exceeded by chance, or an interval does not hold, unless another is
 /// stated.
@@ -28,10 +28,8 @@ pub use interval::{SpectrumInterval, interval_factors};
 pub use kept::SegmentsLeft;
 pub(crate) use kept::{KeptSegments, SegmentPairs};
 pub use part::Part;
-pub(crate) use part::{Portion, nodes_of};
+pub(crate) use part::Portion;
 pub(crate) use records::Records;
 pub(crate) use sheet::{REALISATIONS, TRANSIENT, degrees_as_numbers, interval_in_words};
 pub(crate) use shots::{FILLED, Shot, Shots, TOGETHER, check_squares, first_of, refuse_left_out};
-pub(crate) use tree::{
-    RecordTree, SegmentTree, Sums, SumsShape, TreeNode, held_at_once, nodes_within,
-};
+pub(crate) use sums::{Sums, SumsShape};

@@ -7,7 +7,7 @@ use super::averaging::Realisations;
 use super::ensemble::PARTS;
 use super::records::Records;
 use super::shots::TOGETHER;
-use super::tree::{Sums, held_at_once, nodes_within};
+use super::sums::Sums;
 use crate::error::{Error, Result};
 use crate::transform::Segments;
 
@@ -66,17 +66,6 @@ pub(crate) struct Portion {
     /// Of the record; the last portion has those behind the last segment, too.
     pub samples: Range<usize>,
     pub is_whole: bool,
-}
-
-/// The most nodes of the trees of a part while it is summed: those of segments of records of which it has some, and
-/// of whole records.
-pub(crate) fn nodes_of(portions: &[Portion]) -> u64 {
-    let loose = portions.iter().filter(|portion| !portion.is_whole);
-    let loose: usize = loose
-        .map(|portion| nodes_within(portion.segments.clone()).count())
-        .sum();
-    let whole = portions.iter().filter(|portion| portion.is_whole).count();
-    loose as u64 + if whole > 0 { held_at_once(whole) } else { 0 }
 }
 
 impl Realisations {
@@ -189,7 +178,7 @@ impl Realisations {
             let [means, squares] = records.mean_and_squares(samples, scratch);
             let means = means.map(|mean| mean * scale);
             let squares = std::array::from_fn(|lane| squares[lane] * (scale * scale) + mark[lane]);
-            sums.add_piece(piece, count, means, squares);
+            sums.add_piece((portion.record, piece), count, means, squares);
             from = to;
         }
     }

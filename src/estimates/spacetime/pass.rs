@@ -8,8 +8,8 @@ use super::SpaceTimeRequest;
 use super::totals::Totals;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    Averaging, Grid, Portion, Realisations, RecordTree, Records, SegmentScratch, SegmentTree, Shot,
-    Shots, Sums, TOGETHER, held_at_once,
+    Averaging, Grid, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape,
+    TOGETHER,
 };
 use crate::numeric::lanes::WIDTH;
 use crate::prepare::Detrend;
@@ -32,13 +32,6 @@ pub(super) struct Pass<'a> {
     pub pairs: usize,
     /// Means over the tapers of their squares, along time and along space.
     pub squares: [Vec<f64>; 2],
-}
-
-/// What is summed of one tile.
-#[derive(Default)]
-struct Unit {
-    segments: SegmentTree,
-    records: RecordTree,
 }
 
 /// A tile of sites in a segment: its samples less their trend, and their transforms under one taper.
@@ -88,17 +81,23 @@ impl<'a> Pass<'a> {
     /// The sums over so many records, and the unit of the samples.
     pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<(f64, Totals)> {
         let bins = self.realisations.bins();
-        let band = self.rows_at_once(shots.memory(), records)?;
+        let band = self.rows_at_once(shots.memory())?;
         let portions: Vec<Portion> = (0..records).map(|r| self.realisations.whole(r)).collect();
         // Where the field is larger than memory, pages are released behind the reader.
         let bytes = 8 * (self.realisations.segments.record * self.grid.sites) as u64;
         let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
         let mut sums = Vec::new();
-        let mut sites = units(self.grid.sites.div_ceil(TOGETHER));
+        let of_sites = SumsShape {
+            plain: OF_SITES,
+            pieces: self.realisations.pieces(),
+        };
+        let mut sites = vec![Sums::zeros(of_sites); self.grid.sites.div_ceil(TOGETHER)];
         let mut unit = 1.0;
         for first in (0..bins).step_by(band) {
             let rows = first..bins.min(first + band);
-            let mut groups = units(rows.len().div_ceil(ROWS));
+            let groups = rows.clone().step_by(ROWS);
+            let groups = groups.map(|row| self.zeros(rows.end.min(row + ROWS) - row));
+            let mut groups: Vec<Sums> = groups.collect();
             let mut tiles = Vec::new();
             tiles.resize_with(sites.len(), Tile::default);
             unit = shots.each_portion(block, &portions, |shot, portion| {
@@ -113,28 +112,30 @@ impl<'a> Pass<'a> {
                     self.read(shot, portion, &one, &mut tiles, known);
                     for taper in 0..self.realisations.tapers() {
                         self.along_time(taper, &mut tiles);
-                        let add = (shot.scale * shot.scale, segment, taper);
+                        let add = (shot.scale * shot.scale, taper);
                         self.along_space(add, &rows, &tiles, &mut groups);
                     }
                     let done = one.samples.start - portion.samples.start;
                     shot.release(done..done + self.realisations.segments.hop);
                     shot.observer.advance(1);
                 }
-                let of_sites = sites.iter_mut().filter(|_| first == 0);
-                for unit in groups.iter_mut().chain(of_sites) {
-                    let Unit { segments, records } = unit;
-                    records.take(
-                        segments,
-                        portion.record,
-                        portion.is_whole,
-                        self.about_mean(),
-                    );
-                }
+                let reached = self.realisations.reached();
+                sites
+                    .iter_mut()
+                    .for_each(|sums| sums.close(reached, self.about_mean()));
                 Ok(())
             })?;
-            sums.extend(totals(groups));
+            sums.extend(groups);
         }
-        Ok((unit, self.totals(records, sums, totals(sites).collect())))
+        Ok((unit, self.totals(records, sums, sites)))
+    }
+
+    /// Of so many rows of the result.
+    fn zeros(&self, rows: usize) -> Sums {
+        Sums::zeros(SumsShape {
+            plain: rows * self.grid.sites.div_ceil(WIDTH) * self.pairs,
+            pieces: 0,
+        })
     }
 
     fn about_mean(&self) -> bool {
@@ -153,23 +154,21 @@ impl<'a> Pass<'a> {
     }
 
     /// Rows of the result that are summed in one pass over the samples.
-    fn rows_at_once(&self, memory: u64, records: usize) -> Result<usize> {
+    fn rows_at_once(&self, memory: u64) -> Result<usize> {
         let (bins, length) = (self.realisations.bins(), self.realisations.segments.length);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let threads = rayon::current_num_threads() as u64;
-        let segments = held_at_once(self.realisations.segments.count());
-        let records = held_at_once(records);
-        // A complex row, its sums in the trees, and those that stay; then what does not depend on the rows.
+        // A complex row and its sums; then what does not depend on the rows.
         let pairs = self.pairs as u64;
-        let row = sites * (16 + 8 * pairs * (segments + records + 1));
+        let row = sites * (16 + 8 * pairs);
         let scratch = ComplexTransform::<f64>::working_bytes(self.grid.sites, self.grid.sites)
             + 16 * ROWS as u64 * sites
             + crate::transform::RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
             + 24 * (TOGETHER * length) as u64;
-        let pieces = 8 * Sums::blocks(OF_SITES, self.realisations.pieces()) as u64;
+        let pieces = 8 * (OF_SITES + 2 + 3 * self.realisations.pieces()) as u64;
         let fixed = 8 * length as u64 * sites
             + (8 * pairs + 6 * 8) * sites * bins as u64
-            + sites * pieces * (segments + records + 1)
+            + sites * pieces
             + threads * scratch;
         let needed = fixed + ROWS as u64 * row;
         if needed > memory {
@@ -190,25 +189,22 @@ impl<'a> Pass<'a> {
         portion: &Portion,
         one: &Portion,
         tiles: &mut [Tile],
-        sites: Option<&mut [Unit]>,
+        sites: Option<&mut [Sums]>,
     ) {
         let (start, segment) = (portion.samples.start, one.segments.start);
         let times = one.samples.start - start..one.samples.end - start;
         let read =
-            |scratch: &mut TimeScratch, i: usize, tile: &mut Tile, sums: Option<&mut Unit>| {
+            |scratch: &mut TimeScratch, i: usize, tile: &mut Tile, sums: Option<&mut Sums>| {
                 let from = i * TOGETHER;
                 let columns = from..self.grid.sites.min(from + TOGETHER);
                 tile.samples.resize(columns.len() * times.len(), 0.0);
                 let mark = shot.mark(columns.clone());
                 shot.piece(times.clone(), columns, &mut tile.samples);
-                let Some(unit) = sums else {
+                let Some(sums) = sums else {
                     self.realisations
                         .remove_trends(&mut tile.samples, &mut scratch.segments);
                     return;
                 };
-                let sums = unit.segments.open(segment, true, || {
-                    Sums::zeros(OF_SITES, self.realisations.pieces())
-                });
                 let records = Records::one_after_another(&tile.samples, times.len());
                 let pieces = (one, segment, records, shot.scale);
                 self.realisations
@@ -227,13 +223,12 @@ impl<'a> Pass<'a> {
                     tapered.0[lane] += squared * crate::numeric::sum(&scratch.numbers);
                     all.0[lane] += squared * crate::numeric::sum_of_squares(record);
                 }
-                unit.segments.close();
             };
         match sites {
             Some(sites) => tiles.par_iter_mut().zip(sites).enumerate().for_each_init(
                 TimeScratch::default,
-                |scratch, (i, (tile, unit))| {
-                    read(scratch, i, tile, Some(unit));
+                |scratch, (i, (tile, sums))| {
+                    read(scratch, i, tile, Some(sums));
                 },
             ),
             None => tiles.par_iter_mut().enumerate().for_each_init(
@@ -262,15 +257,14 @@ impl<'a> Pass<'a> {
     /// Transforms these rows under all tapers along space, and adds their powers.
     fn along_space(
         &self,
-        (squared, segment, taper): (f64, usize, usize),
+        (squared, taper): (f64, usize),
         rows: &std::ops::Range<usize>,
         tiles: &[Tile],
-        groups: &mut [Unit],
+        groups: &mut [Sums],
     ) {
         let sites = self.grid.sites;
         let blocks = sites.div_ceil(WIDTH);
-        let is_one = self.realisations.tapers() * self.transforms.len() == self.pairs;
-        let add = |scratch: &mut Scratch, (group, unit): (usize, &mut Unit)| {
+        let add = |scratch: &mut Scratch, (group, sums): (usize, &mut Sums)| {
             let first = rows.start + group * ROWS;
             let rows = first..rows.end.min(first + ROWS);
             scratch.profiles.clear();
@@ -281,13 +275,9 @@ impl<'a> Pass<'a> {
                     scratch.profiles.extend_from_slice(cells);
                 }
             }
-            if taper == 0 {
-                let zeros = || Sums::zeros(rows.len() * blocks * self.pairs, 0);
-                unit.segments.open(segment, is_one, zeros);
-            }
             let shape = (rows.len(), sites);
             let profiles = ArrayView2::from_shape(shape, &scratch.profiles);
-            let (Some(sums), Ok(profiles)) = (unit.segments.current(), profiles) else {
+            let Ok(profiles) = profiles else {
                 return;
             };
             for (i, transform) in self.transforms.iter().enumerate() {
@@ -307,28 +297,12 @@ impl<'a> Pass<'a> {
                     }
                 }
             }
-            if taper + 1 == self.realisations.tapers() {
-                unit.segments.close();
-            }
         };
         groups
             .par_iter_mut()
             .enumerate()
             .for_each_init(Scratch::default, add);
     }
-}
-
-fn units(count: usize) -> Vec<Unit> {
-    let mut units = Vec::new();
-    units.resize_with(count, Unit::default);
-    units
-}
-
-/// The sums of all records, of each.
-fn totals(units: Vec<Unit>) -> impl Iterator<Item = Sums> {
-    units
-        .into_iter()
-        .filter_map(|mut unit| unit.records.total())
 }
 
 /// An error of the tapers along space, with its option.

@@ -1,7 +1,5 @@
 //! From the sums of the pass to the estimate: intervals, jackknife, lines.
 
-use std::borrow::Borrow;
-
 use ndarray::Array2;
 
 use super::lines::{Line, OFFSETS, line_and_rest};
@@ -16,9 +14,9 @@ use crate::prepare::Detrend;
 use crate::transform::{fold, frequencies};
 
 impl Pass<'_> {
-    pub fn finish<T: Borrow<TileSums>>(
+    pub fn finish(
         &self,
-        tiles: &[T],
+        tiles: &[TileSums],
         left_out: LeftOutEach,
         (unit, has_noise): (f64, bool),
     ) -> Result<SpectrumEstimate> {
@@ -26,7 +24,7 @@ impl Pass<'_> {
         let grid = &self.grid;
         let shape = (self.realisations.bins(), grid.sites);
         let value = |blocks: fn(&TileSums) -> &Vec<LaneBlock>, m: usize, j: usize| {
-            let blocks = blocks(tiles[j / TOGETHER].borrow());
+            let blocks = blocks(&tiles[j / TOGETHER]);
             blocks
                 .get(m)
                 .map_or(f64::NAN, |block| block.0[j % TOGETHER])
@@ -35,7 +33,7 @@ impl Pass<'_> {
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
         check_squares(unit)?;
         let density = grid.time.step * unit * unit;
-        let has_none = |j: usize| match tiles[j / TOGETHER].borrow().left.get(j % TOGETHER) {
+        let has_none = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
             Some(left) => left.records == 0,
             None => false,
         };
@@ -56,7 +54,7 @@ impl Pass<'_> {
         let of_site = |j: usize| match &left {
             None => (self.records, self.count(), segments),
             Some(left) => {
-                let pairs = &tiles[j / TOGETHER].borrow().left[j % TOGETHER];
+                let pairs = &tiles[j / TOGETHER].left[j % TOGETHER];
                 let effective = left.effective[j] / self.weights.tapers() as f64;
                 (pairs.records, pairs.segments(), effective)
             }
@@ -122,7 +120,7 @@ impl Pass<'_> {
         let frequency = frequencies(length, grid.time.step);
         let has_noise = has_noise && self.request.along == SpectrumAxis::Time;
         let noise = has_noise.then(|| {
-            let lead_ins = tiles.iter().flat_map(|tile| tile.borrow().lead_ins);
+            let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
             let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
             let spectra = Spectra {
                 spectrum: &spectrum,
@@ -206,9 +204,9 @@ impl Pass<'_> {
         }
     }
 
-    fn line_test<T: Borrow<TileSums>>(
+    fn line_test(
         &self,
-        tiles: &[T],
+        tiles: &[TileSums],
         sites: &[Independence],
         frequency: &[f64],
         unit: f64,
@@ -220,7 +218,7 @@ impl Pass<'_> {
         let effective = self.realisations.effective_beside_lines();
         let degrees = effective.map(|one| 2.0 * (one * self.records as f64));
         let sums = |m: usize, j: usize, offset: usize| {
-            let lines = tiles[j / TOGETHER].borrow().lines.as_chunks().0;
+            let lines = tiles[j / TOGETHER].lines.as_chunks().0;
             line_and_rest(&lines[m], offset, j % TOGETHER)
         };
         let f_at = |m: usize, j: usize, offset: usize| match inside.contains(&m) {
@@ -236,7 +234,7 @@ impl Pass<'_> {
         let level_of_all = fisher_level(alpha / cells, degrees);
         // Of a site from which segments are left out: its own degrees of freedom and level of all cells.
         let shared = self.realisations.shared_beside_lines();
-        let of_site = |j: usize| match tiles[j / TOGETHER].borrow().left.get(j % TOGETHER) {
+        let of_site = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
             None => (degrees, level_of_all),
             Some(left) if left.records == 0 => (degrees, f64::INFINITY),
             Some(left) => {
@@ -247,7 +245,7 @@ impl Pass<'_> {
             }
         };
         let line = |m: usize, j: usize, offset: usize, degrees: [f64; 2]| {
-            let count = self.counts(tiles[j / TOGETHER].borrow())[j % TOGETHER];
+            let count = self.counts(&tiles[j / TOGETHER])[j % TOGETHER];
             let ((line, rest), gain) = (sums(m, j, offset), self.gains[offset]);
             let f = f_at(m, j, offset);
             let variance = rest / (2.0 * count * more * gain);

@@ -2,7 +2,6 @@
 
 use super::lines::{LINE_BLOCKS, Line};
 use crate::estimates::Tapers;
-use crate::estimates::parts::Finishing;
 use crate::estimates::realisations::{Grid, Realisations, SumsShape, TOGETHER};
 
 /// Bytes of a site, and of a bin, beside the spectra.
@@ -26,8 +25,8 @@ pub(super) fn shape(realisations: &Realisations) -> SumsShape {
     }
 }
 
-/// Bytes of the result but for lines, with one tile of sums, and of the averages that it is made of, with lines.
-pub(super) fn finishing(grid: &Grid, realisations: &Realisations, tapers: &Tapers) -> Finishing {
+/// Bytes of the result and of the averages that it is made of, with lines.
+pub(super) fn result_bytes(grid: &Grid, realisations: &Realisations, tapers: &Tapers) -> u64 {
     let bins = realisations.bins() as u64;
     let sites = (grid.sites as u64).saturating_add(TOGETHER as u64 - 1);
     // Spectrum, shape, lines; spectrum, degrees, ends of two intervals, statistic.
@@ -35,21 +34,8 @@ pub(super) fn finishing(grid: &Grid, realisations: &Realisations, tapers: &Taper
         true => (2 + LINE_BLOCKS as u64, 6),
         false => (2, 5),
     };
-    // Those that have a tile.
-    let tiles = grid.sites.div_ceil(TOGETHER);
-    let threads = tiles.min(rayon::current_num_threads()) as u64;
-    let tile = shape(realisations).bytes() + 8 * bins * blocks * TOGETHER as u64;
-    let of_site = bins * 8 * arrays + OF_SITE;
-    let averages = bins * (8 * blocks + bytes_of_lines(tapers));
-    Finishing {
-        result: of_site
-            .saturating_mul(sites)
-            .saturating_add(tile + OF_BIN * bins),
-        averages: averages
-            .saturating_mul(sites)
-            .saturating_add(threads * tile),
-        later: 0,
-    }
+    let of_site = bins * (8 * (arrays + blocks) + bytes_of_lines(tapers)) + OF_SITE;
+    of_site.saturating_mul(sites).saturating_add(OF_BIN * bins)
 }
 
 /// Bytes of the lines of a cell, if there is one in every band of the tapers: a list that grows to twice of what it

@@ -20,10 +20,10 @@ use ndarray::Array2;
 
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
-use crate::estimates::parts::{Divided, Finishing};
+use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Portion, Realisations, RecordTree, SegmentsLeft, Shots,
-    SumsShape, TOGETHER, TreeNode, first_of,
+    Averaging, Grid, Independence, Portion, Realisations, SegmentsLeft, Shots, Sums, SumsShape,
+    first_of,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -352,38 +352,34 @@ impl Divided for SpectrumRequest {
         self.realisations(grid.times)
     }
 
-    fn tiles(&self, grid: &Grid, realisations: &Realisations) -> Vec<(SumsShape, usize)> {
-        vec![(memory::shape(realisations), grid.sites.div_ceil(TOGETHER))]
+    fn shape(&self, realisations: &Realisations) -> SumsShape {
+        memory::shape(realisations)
     }
 
-    fn finishing(&self, (grid, realisations): (&Grid, &Realisations)) -> Finishing {
-        memory::finishing(grid, realisations, &self.averaging.tapers)
+    fn result_bytes(&self, (grid, realisations): (&Grid, &Realisations)) -> u64 {
+        memory::result_bytes(grid, realisations, &self.averaging.tapers)
     }
 
     fn about_mean(&self) -> bool {
         self.averaging.detrend != Detrend::None
     }
 
-    fn partial(
+    fn sums(
         &self,
         shots: &Shots<'_>,
         (grid, realisations): (&Grid, &Realisations),
         portions: &[Portion],
-    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
-        Pass::new(self, realisations, grid.clone(), shots.count()).partial(shots, portions)
+    ) -> Result<(f64, Vec<Sums>)> {
+        Pass::new(self, realisations, grid.clone(), shots.count()).sums(shots, portions)
     }
 
     fn combine(
         &self,
         (grid, realisations): (&Grid, &Realisations),
         records: usize,
-        trees: Vec<RecordTree>,
+        sums: Vec<Sums>,
         unit: f64,
     ) -> Result<SpectrumEstimate> {
-        Pass::new(self, realisations, grid.clone(), records).combine(trees, unit)
-    }
-
-    fn silent(&self, (grid, realisations): (&Grid, &Realisations)) -> Result<SpectrumEstimate> {
-        Pass::new(self, realisations, grid.clone(), 1).silent()
+        Pass::new(self, realisations, grid.clone(), records).combine(sums, unit)
     }
 }

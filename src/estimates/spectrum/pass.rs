@@ -1,6 +1,5 @@
 //! The pass over the records of [`super::spectrum()`].
 
-use std::borrow::Borrow;
 use std::ops::Range;
 
 use num_complex::Complex;
@@ -12,9 +11,9 @@ use super::noise::LeadIn;
 use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Average, Grid, Independence, KeptSegments, LeftOut, Portion, Realisations, RecordTree, Records,
-    SegmentPairs, SegmentScratch, SegmentTree, SegmentsLeft, Shot, Shots, Sums, TOGETHER, TreeNode,
-    Weights, WithoutOne, held_at_once, no_segment_left, nodes_of, steadiness_without,
+    Average, Grid, Independence, KeptSegments, LeftOut, Portion, Realisations, Records,
+    SegmentPairs, SegmentScratch, SegmentsLeft, Shot, Shots, Sums, TOGETHER, Weights, WithoutOne,
+    no_segment_left, steadiness_without,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::prepare::{Detrend, Gaps};
@@ -46,7 +45,7 @@ pub(super) struct Pass<'a> {
 /// Sums of a few sites; a block a bin, and a site a lane.
 #[derive(Default)]
 pub(super) struct TileSums {
-    tree: RecordTree,
+    sums: Option<Sums>,
     /// Over segments and records, `[bin * tapers + taper]`; dropped once the average is known.
     energies: Vec<LaneBlock>,
     /// Of each bin, see [`LINE_BLOCKS`](super::lines::LINE_BLOCKS).
@@ -111,7 +110,6 @@ struct Scratch {
     tapers: Vec<TaperSums>,
     left: Vec<LaneBlock>,
     deviations: Vec<f64>,
-    tree: SegmentTree,
 }
 
 impl<'a> Pass<'a> {
@@ -137,7 +135,7 @@ impl<'a> Pass<'a> {
     }
 
     pub fn run(&self, shots: &Shots<'_>) -> Result<SpectrumEstimate> {
-        let held = self.held(shots.longest(), None);
+        let held = self.held(shots.longest(), false);
         let block = shots.block("the spectra of this field", held)?;
         let whole: Vec<Portion> = (0..self.records)
             .map(|record| self.realisations.whole(record))
@@ -185,33 +183,29 @@ impl<'a> Pass<'a> {
         self.finish(&tiles, left_out, (unit, true))
     }
 
-    /// The nodes of every tile over these portions, and the unit of the samples.
-    pub fn partial(
-        &self,
-        shots: &Shots<'_>,
-        portions: &[Portion],
-    ) -> Result<(f64, Vec<Vec<TreeNode>>)> {
-        let held = self.held(shots.longest(), Some(portions));
+    /// The sums of every tile over these portions, and the unit of the samples.
+    pub fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
+        let held = self.held(shots.longest(), true);
         let block = shots.block("the spectra of this part", held)?;
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
         let unit = self.sum(shots, block, portions, &mut tiles)?;
-        let nodes = tiles.into_iter().map(|tile| tile.tree.into_nodes());
-        Ok((unit, nodes.collect()))
+        let sums = tiles.into_iter().filter_map(|tile| tile.sums);
+        Ok((unit, sums.collect()))
     }
 
     /// The spectra of the sums of all parts.
-    pub fn combine(&self, trees: Vec<RecordTree>, unit: f64) -> Result<SpectrumEstimate> {
-        let of_tree = |tree| {
+    pub fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<SpectrumEstimate> {
+        let of_sums = |sums| {
             let mut tile = TileSums {
-                tree,
+                sums: Some(sums),
                 ..TileSums::default()
             };
             self.average(&mut tile);
             tile.energies = Vec::new();
             tile
         };
-        let tiles: Vec<TileSums> = trees.into_par_iter().map(of_tree).collect();
+        let tiles: Vec<TileSums> = sums.into_par_iter().map(of_sums).collect();
         let left_out = match self.records {
             1 => LeftOutEach::Realisation,
             _ => self.what_is_left_out(&tiles),
@@ -219,20 +213,8 @@ impl<'a> Pass<'a> {
         self.finish(&tiles, left_out, (unit, false))
     }
 
-    /// The spectra of records of zeros, counted as steady: all tiles are one.
-    pub fn silent(&self) -> Result<SpectrumEstimate> {
-        let mut tile = TileSums {
-            tree: RecordTree::of_total(self.zeros().of_silence(1)),
-            ..TileSums::default()
-        };
-        self.average(&mut tile);
-        tile.energies = Vec::new();
-        let tiles = vec![&tile; self.grid.sites.div_ceil(TOGETHER)];
-        self.finish(&tiles, LeftOutEach::Realisation, (1.0, false))
-    }
-
-    /// Bytes that are needed beside the samples, of which so many of a record are read; of these portions, or all.
-    fn held(&self, samples: usize, portions: Option<&[Portion]>) -> u64 {
+    /// Bytes that are needed beside the samples, of of which so many of a record are read; of a part, or of all.
+    fn held(&self, samples: usize, is_part: bool) -> u64 {
         let (samples, bins) = (samples as u64, self.realisations.bins() as u64);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let length = self.realisations.segments.length;
@@ -244,13 +226,11 @@ impl<'a> Pass<'a> {
         let energies = 8 * bins * self.weights.tapers() as u64;
         // Of a site.
         let sums = shape(self.realisations).bytes() / together;
-        let of_segments = held_at_once(self.realisations.segments.count());
-        let of_records = held_at_once(self.records);
-        let scratch = together * (16 * samples + 2 * energies + 48 * bins + of_segments * sums);
-        let kept = match (portions, self.records) {
-            (None, 1) => bins * self.bytes_of_cell(),
-            (None, _) => bins * self.bytes_of_cell() + of_records * sums,
-            (Some(portions), _) => 2 * nodes_of(portions) * sums,
+        let scratch = together * (16 * samples + 2 * energies + 48 * bins + sums);
+        let kept = match (is_part, self.records) {
+            (false, 1) => bins * self.bytes_of_cell(),
+            (false, _) => bins * self.bytes_of_cell() + sums,
+            (true, _) => 2 * sums,
         };
         sites * kept + threads * (scratch + transform)
     }
@@ -264,11 +244,6 @@ impl<'a> Pass<'a> {
         };
         let lines = if self.tests_lines() { OF_LINES } else { 0 };
         8 * (NUMBERS + jackknife + lines)
-    }
-
-    /// Zeros of a tile.
-    fn zeros(&self) -> Sums {
-        shape(self.realisations).zeros()
     }
 
     /// Whether an offset is not what moves.
@@ -295,8 +270,8 @@ impl<'a> Pass<'a> {
     }
 
     /// The segments that the averages of each site have left; `None` where none are left out.
-    pub fn segments_left<T: Borrow<TileSums>>(&self, tiles: &[T]) -> Option<SegmentsLeft> {
-        let sites = tiles.iter().flat_map(|tile| &tile.borrow().left);
+    pub fn segments_left(&self, tiles: &[TileSums]) -> Option<SegmentsLeft> {
+        let sites = tiles.iter().flat_map(|tile| &tile.left);
         let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
         let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &self.shared);
         (!left.is_empty()).then(|| SegmentsLeft {
@@ -358,24 +333,19 @@ impl<'a> Pass<'a> {
             segments,
             deviations,
             tapers: within,
-            tree,
             ..
         } = scratch;
+        let sums = tile
+            .sums
+            .get_or_insert_with(|| Sums::zeros(shape(self.realisations)));
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (segment, taper) = (r / tapers, r % tapers);
             let squared = of.squared(segment);
-            if taper == 0 {
-                // Each taper has sums of its own.
-                let sums = tree.open(segment, true, || self.zeros());
-                if !leaves_out {
-                    let pieces = (portion, segment, records, of.scale);
-                    self.realisations
-                        .add_pieces(pieces, of.mark, deviations, sums);
-                }
+            if taper == 0 && !leaves_out {
+                let pieces = (portion, segment, records, of.scale);
+                self.realisations
+                    .add_pieces(pieces, of.mark, deviations, sums);
             }
-            let Some(sums) = tree.current() else {
-                return;
-            };
             let (energies, lines) = sums.plain_mut().split_at_mut(bins * tapers);
             let rows = spectra.chunks_exact(width);
             for (row, sums) in rows.clone().zip(energies.chunks_exact_mut(tapers)) {
@@ -391,13 +361,10 @@ impl<'a> Pass<'a> {
                 for (within, sums) in within.iter_mut().zip(lines.as_chunks_mut().0) {
                     within.take_into(sums, &self.gains, &squared);
                 }
-                tree.close();
             }
         };
         self.realisations.each_of(portion, records, segments, visit);
-        let about_mean = self.about_mean();
-        tile.tree
-            .take(tree, portion.record, portion.is_whole, about_mean);
+        sums.close(self.realisations.reached(), self.about_mean());
     }
 
     /// Adds the steadiness of records with missing samples.
@@ -419,7 +386,8 @@ impl<'a> Pass<'a> {
     /// The average of all realisations.
     fn average(&self, tile: &mut TileSums) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let total = tile.tree.total().unwrap_or_else(|| self.zeros());
+        let zeros = || Sums::zeros(shape(self.realisations));
+        let total = tile.sums.take().unwrap_or_else(zeros);
         if self.request.gaps != Gaps::LeaveOut {
             tile.steadiness = total.steadiness();
         }
@@ -532,8 +500,8 @@ impl<'a> Pass<'a> {
         }
     }
 
-    pub fn steadiness<T: Borrow<TileSums>>(&self, tiles: &[T], site: usize) -> f64 {
-        let sum = tiles[site / TOGETHER].borrow().steadiness[site % TOGETHER];
+    pub fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
+        let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
         sum / self.records as f64
     }
 

@@ -1,0 +1,289 @@
+//! Sums over realisations, added in the order of their index: the same bits for any threads and any blocks of sites.
+
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
+
+/// Samples, mean, and sum of the squares of the deviations of a piece of eight records.
+type Piece = [LaneBlock; 3];
+
+/// How many blocks of sums a tile has: plain ones, and three for each piece of a record; no steadiness without pieces.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SumsShape {
+    pub plain: usize,
+    pub pieces: usize,
+}
+
+impl SumsShape {
+    /// Numbers of the state over a range of realisations, which begins or ends within so many records.
+    pub fn numbers(self, begun: usize) -> usize {
+        WIDTH * (self.plain + 2 + begun * 3 * self.pieces)
+    }
+
+    /// Bytes of a state, at most.
+    pub fn bytes(self) -> u64 {
+        8 * self.numbers(2) as u64
+    }
+}
+
+/// Sums of a tile of sites, and how the energy of its sites is spread over their records.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sums {
+    plain: Vec<LaneBlock>,
+    /// Sums over whole records: of the steadiness of each lane, and of the least steady lane, in the first.
+    steadiness: [LaneBlock; 2],
+    /// Pieces of the records that are not whole, by their number.
+    begun: Vec<(usize, Vec<Piece>)>,
+    /// Pieces of a record.
+    pieces: usize,
+}
+
+impl Sums {
+    pub fn zeros(shape: SumsShape) -> Sums {
+        Sums {
+            plain: vec![LaneBlock::default(); shape.plain],
+            steadiness: Default::default(),
+            begun: Vec::new(),
+            pieces: shape.pieces,
+        }
+    }
+
+    /// Of a record of zeros, counted as steady.
+    pub fn of_silence(shape: SumsShape) -> Sums {
+        Sums {
+            steadiness: [LaneBlock([1.0; WIDTH]); 2],
+            ..Sums::zeros(shape)
+        }
+    }
+
+    pub fn plain(&self) -> &[LaneBlock] {
+        &self.plain
+    }
+
+    pub fn plain_mut(&mut self) -> &mut [LaneBlock] {
+        &mut self.plain
+    }
+
+    pub fn into_plain(self) -> Vec<LaneBlock> {
+        self.plain
+    }
+
+    /// Sums of the steadiness of whole records, of each lane; 1 for records of zeros.
+    pub fn steadiness(&self) -> [f64; WIDTH] {
+        self.steadiness[0].0
+    }
+
+    /// Sum over whole records of the steadiness of the least steady lane.
+    pub fn least_steadiness(&self) -> f64 {
+        self.steadiness[1].0[0]
+    }
+
+    fn pieces_of(&mut self, record: usize) -> &mut Vec<Piece> {
+        let at = self.begun.iter().position(|(of, _)| *of == record);
+        let at = at.unwrap_or_else(|| {
+            let zeros = vec![Piece::default(); self.pieces];
+            self.begun.push((record, zeros));
+            self.begun.len() - 1
+        });
+        &mut self.begun[at].1
+    }
+
+    /// Adds a piece of the records: its mean and the squares of the deviations from it, in each lane.
+    pub fn add_piece(
+        &mut self,
+        (record, piece): (usize, usize),
+        count: f64,
+        mean: [f64; WIDTH],
+        squares: [f64; WIDTH],
+    ) {
+        let later = [[count; WIDTH], mean, squares].map(LaneBlock);
+        join(&mut self.pieces_of(record)[piece], &later);
+    }
+
+    /// Records of so many samples are whole: their pieces become their steadiness, about the mean of the record or about 0.
+    pub fn close(&mut self, samples: usize, about_mean: bool) {
+        let count = |(_, pieces): &(usize, Vec<Piece>)| -> f64 {
+            pieces.iter().map(|piece| piece[0].0[0]).sum()
+        };
+        let is_whole = |begun: &mut (usize, Vec<Piece>)| count(begun) >= samples as f64;
+        for (_, pieces) in self.begun.extract_if(.., is_whole) {
+            let of_lanes: [f64; WIDTH] =
+                std::array::from_fn(|lane| steadiness(&pieces, lane, about_mean));
+            // A mark stays.
+            let least = |least: f64, one: &f64| match one.is_nan() || least.is_nan() {
+                true => f64::NAN,
+                false => least.min(*one),
+            };
+            let [own, least_of] = &mut self.steadiness;
+            own.0.iter_mut().zip(of_lanes).for_each(|(a, b)| *a += b);
+            least_of.0[0] += of_lanes.iter().fold(1.0, least);
+        }
+    }
+
+    /// Adds sums over whole records.
+    pub fn add(&mut self, later: &Sums) {
+        let add = |sums: &mut [LaneBlock], values: &[LaneBlock]| widest(AddBlocks { sums, values });
+        add(&mut self.plain, &later.plain);
+        add(&mut self.steadiness, &later.steadiness);
+    }
+
+    /// Adds the sums over realisations that follow, of records of so many samples.
+    pub fn merge(&mut self, later: Sums, samples: usize, about_mean: bool) {
+        self.add(&later);
+        for (record, pieces) in later.begun {
+            let own = self.pieces_of(record);
+            own.iter_mut().zip(&pieces).for_each(|(a, b)| join(a, b));
+        }
+        self.close(samples, about_mean);
+    }
+
+    /// Multiplies the samples by a power of two; plain sums are those of their squares.
+    pub fn rescale(&mut self, factor: f64) {
+        let squared = factor * factor;
+        let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
+        self.plain
+            .iter_mut()
+            .for_each(|block| scale(block, squared));
+        for [_, mean, squares] in self.begun.iter_mut().flat_map(|(_, pieces)| pieces) {
+            scale(mean, factor);
+            scale(squares, squared);
+        }
+    }
+
+    /// Whether these are sums over zeros.
+    pub fn is_silent(&self) -> bool {
+        let pieces = self.begun.iter().flat_map(|(_, pieces)| pieces);
+        // The first block of a piece counts samples.
+        let mut all = self
+            .plain
+            .iter()
+            .chain(pieces.flat_map(|piece| &piece[1..]));
+        all.all(|block| block.0.iter().all(|sum| *sum == 0.0))
+    }
+
+    /// The state, as numbers, of which these records are begun.
+    pub fn write(&mut self, begun: &[usize], out: &mut Vec<f64>) {
+        out.extend_from_slice(bytemuck::cast_slice(&self.plain));
+        out.extend_from_slice(bytemuck::cast_slice(&self.steadiness));
+        for record in begun {
+            let pieces = self.pieces_of(*record).iter();
+            out.extend(pieces.flatten().flat_map(|block| block.0));
+        }
+    }
+
+    /// From the numbers of [`Self::write`].
+    pub fn read(shape: SumsShape, begun: &[usize], numbers: &[f64]) -> Sums {
+        let mut sums = Sums::zeros(shape);
+        let mut blocks = numbers
+            .as_chunks::<WIDTH>()
+            .0
+            .iter()
+            .map(|row| LaneBlock(*row));
+        let whole = sums.plain.iter_mut().chain(&mut sums.steadiness);
+        whole.zip(&mut blocks).for_each(|(to, block)| *to = block);
+        for record in begun {
+            let pieces = sums.pieces_of(*record).iter_mut();
+            let to = pieces.flatten();
+            to.zip(&mut blocks).for_each(|(to, block)| *to = block);
+        }
+        sums
+    }
+}
+
+/// Adds numbers to others.
+struct AddBlocks<'a> {
+    sums: &'a mut [LaneBlock],
+    values: &'a [LaneBlock],
+}
+
+impl SimdKernel for AddBlocks<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (sum, value) in self.sums.iter_mut().zip(self.values) {
+            (L::load(sum) + L::load(value)).store(sum);
+        }
+    }
+}
+
+/// Mean and squares of joined pieces, by the parallel-axis theorem.
+fn join(piece: &mut Piece, later: &Piece) {
+    let (here, there) = (piece[0].0[0], later[0].0[0]);
+    if here == 0.0 || there == 0.0 {
+        if here == 0.0 {
+            *piece = *later;
+        }
+        return;
+    }
+    let all = here + there;
+    for lane in 0..WIDTH {
+        let apart = later[1].0[lane] - piece[1].0[lane];
+        piece[0].0[lane] = all;
+        piece[1].0[lane] += apart * (there / all);
+        piece[2].0[lane] += later[2].0[lane] + apart * apart * (here * (there / all));
+    }
+}
+
+/// See [`Independence::steadiness`](super::Independence::steadiness).
+fn steadiness(pieces: &[Piece], lane: usize, about_mean: bool) -> f64 {
+    let of = |piece: &Piece, what: usize| piece[what].0[lane];
+    let all: f64 = pieces.iter().map(|piece| of(piece, 0)).sum();
+    let weighted = pieces.iter().map(|piece| of(piece, 0) * of(piece, 1));
+    let mean = match about_mean && all > 0.0 {
+        true => weighted.sum::<f64>() / all,
+        false => 0.0,
+    };
+    // The last piece is what the others, which are equally long, leave over.
+    let equal = &pieces[..pieces.len().saturating_sub(1)];
+    let energies = equal
+        .iter()
+        .map(|piece| of(piece, 2) + of(piece, 0) * (of(piece, 1) - mean).powi(2));
+    super::ensemble::evenness(&energies.collect::<Vec<f64>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPE: SumsShape = SumsShape {
+        plain: 2,
+        pieces: 3,
+    };
+
+    fn leaf(record: usize, piece: usize) -> Sums {
+        let mut sums = Sums::zeros(SHAPE);
+        let value = 0.1 + ((10 * record + piece) as f64 * 0.7).sin();
+        sums.plain_mut()[0] = LaneBlock([value; WIDTH]);
+        sums.add_piece((record, piece), 3.0, [value; WIDTH], [value * value; WIDTH]);
+        sums
+    }
+
+    /// Two records of three pieces, cut anywhere, through numbers and back.
+    #[test]
+    fn regress_cuts_move_only_the_last_digits() {
+        let leaves: Vec<Sums> = (0..6).map(|i| leaf(i / 3, i % 3)).collect();
+        let merged = |leaves: &[Sums]| {
+            let mut all = Sums::zeros(SHAPE);
+            leaves
+                .iter()
+                .for_each(|one| all.merge(one.clone(), 9, true));
+            all
+        };
+        let whole = merged(&leaves);
+        assert!(whole.begun.is_empty() && whole.steadiness()[0] > 0.5);
+        for cut in 1..6 {
+            let mut joined = Sums::zeros(SHAPE);
+            for part in [&leaves[..cut], &leaves[cut..]] {
+                let mut part = merged(part);
+                let begun: Vec<usize> = part.begun.iter().map(|(record, _)| *record).collect();
+                let mut numbers = Vec::new();
+                part.write(&begun, &mut numbers);
+                assert_eq!(numbers.len(), SHAPE.numbers(begun.len()));
+                joined.merge(Sums::read(SHAPE, &begun, &numbers), 9, true);
+            }
+            assert!(joined.begun.is_empty());
+            let apart = |a: f64, b: f64| (a / b - 1.0).abs();
+            assert!(apart(joined.plain()[0].0[3], whole.plain()[0].0[3]) < 1e-15);
+            assert!(apart(joined.steadiness()[3], whole.steadiness()[3]) < 1e-14);
+        }
+    }
+}
