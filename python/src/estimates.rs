@@ -9,6 +9,7 @@ use wavecascade::Field;
 use wavecascade::arrays::Precision;
 use wavecascade::observer::Observer;
 use wavecascade::plot::Style;
+use wavecascade::prepare::{Examined, channel_findings};
 use wavecascade::report::{Provenance, sheet_html};
 use wavecascade::sheet::{Describe, Warning};
 
@@ -172,6 +173,11 @@ where
     let doubts = doubts.collect();
     let opened: Vec<&Field> = fields.iter().collect();
     let found = compute(&opened, observer).map_err(|error| error.of_file(&name))?;
+    let first = opened
+        .first()
+        .map(|field| channel_findings(field, observer));
+    let channels = first.transpose()?.unwrap_or_default();
+    let found = Examined { found, channels };
     fields.iter().try_for_each(Field::check_unchanged)?;
     let input = path.map(|path| path.display().to_string());
     let named = name.file_stem().unwrap_or_default().to_string_lossy();

@@ -8,16 +8,16 @@ use super::gains;
 use super::plan::Plan;
 use super::result::Direction;
 use super::spacetime::{ByDirection, Frequencies};
-use super::warning::{Sites, Warning, some};
 use crate::error::Result;
+use crate::field::Axis;
 use crate::moved::{
     Answer, Evidence, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source,
     TOLERANCE, Verdict, along_x, in_time,
 };
 use crate::numeric::sum;
 use crate::observer::Observer;
-use crate::prepare::{Prepared, Window};
-use crate::sheet::{three_digits, with_half};
+use crate::prepare::{Prepared, Sites, Window, some};
+use crate::sheet::{Warning, three_digits};
 use crate::transform::{RecordScratch, RecordTransform, fold, quick};
 
 /// Sites from which on waves have a direction.
@@ -84,54 +84,39 @@ pub(super) fn find(
     Ok(answer)
 }
 
-/// Takes back energies along x that gains which change hide; returns what to say of them.
-pub(super) fn gains(answer: &mut Answer, plan: &Plan) -> Vec<Warning> {
-    let (axes, onsets) = (&plan.axes, &answer.onsets);
-    let named = |sites: Vec<usize>| Sites::of(&sites, plan.sites.start, axes);
-    let steps = gains::steps(onsets);
+/// Takes back energies along x that gains which change hide, in time or, if there are, in steps along x; returns what to say of the former.
+pub(super) fn gains(
+    answer: &mut Answer,
+    plan: &Plan,
+    space: &Axis,
+    has_steps: bool,
+) -> Option<Warning> {
+    let time = &plan.axes.time;
     let changes = match answer.has_fronts {
         true => Vec::new(),
-        false => gains::changes(onsets, axes.n_times),
+        false => gains::changes(&answer.onsets, plan.axes.n_times),
     };
-    let advice = "scale the records before energies of sites are compared";
-    let steps = (!steps.is_empty()).then(|| {
-        let ratios: Vec<f64> = steps.iter().map(|step| step.ratio).collect();
-        let errors: Vec<f64> = steps.iter().map(|step| step.error).collect();
-        let said = ratios.iter().zip(&errors);
-        let said = said.map(|(ratio, error)| format!("x {}", with_half(*ratio, *error, "")));
-        let what = format!("from there on the gain changes along x, {}", some(said));
-        let numbers = json!({"ratios": ratios, "ratio_errors": errors});
-        named(steps.iter().map(|step| step.site).collect()).warning(
-            "gain-steps",
-            &what,
-            advice,
-            numbers,
-        )
-    });
-    let changes = (!changes.is_empty()).then(|| {
-        let ratios: Vec<f64> = changes.iter().map(|change| change.ratio).collect();
-        let times = changes.iter().map(|change| axes.time.at(change.sample));
-        let times: Vec<f64> = times.collect();
-        let what = format!(
-            "the gain changes in time, x {} at {} {}",
-            some(ratios.iter().map(|ratio| three_digits(*ratio))),
-            some(times.iter().map(|time| three_digits(*time))),
-            axes.time_unit()
-        );
-        let numbers = json!({"times": times, "ratios": ratios});
-        named(changes.iter().map(|change| change.site).collect()).warning(
-            "gain-changes",
-            &what,
-            advice,
-            numbers,
-        )
-    });
-    let found: Vec<Warning> = steps.into_iter().chain(changes).collect();
-    if !found.is_empty() {
+    if has_steps || !changes.is_empty() {
         let of = &mut answer.frequency;
         (of.transfer, of.energy_ratio) = (None, f64::NAN);
     }
-    found
+    let ratios: Vec<f64> = changes.iter().map(|change| change.ratio).collect();
+    let times = changes.iter().map(|change| time.at(change.sample));
+    let times: Vec<f64> = times.collect();
+    let what = format!(
+        "the gain changes in time, x {} at {} {}",
+        some(ratios.iter().map(|ratio| three_digits(*ratio))),
+        some(times.iter().map(|time| three_digits(*time))),
+        plan.axes.time_unit()
+    );
+    let advice = "scale the records before energies of sites are compared";
+    let numbers = json!({"times": times, "ratios": ratios});
+    let indices = changes.iter().map(|change| plan.sites.start + change.site);
+    let sites = Sites {
+        indices: indices.collect(),
+        space,
+    };
+    (!changes.is_empty()).then(|| sites.warning("gain-changes", &what, advice, numbers))
 }
 
 /// Withdraws what moves along x where arrivals run one way and nothing is seen to come back, though a good part of the energy does.

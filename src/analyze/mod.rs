@@ -4,7 +4,6 @@ mod aliasing;
 mod along;
 mod answer;
 mod arrays;
-mod channels;
 mod columns;
 mod dispersion;
 mod display;
@@ -27,10 +26,11 @@ pub(crate) mod sheet;
 mod short_time;
 mod spacetime;
 mod stages;
-mod warning;
 mod worker;
 
 pub use crate::diagnostics::{Map, MapAxis, Reduction};
+pub use crate::prepare::channel_findings;
+pub use crate::sheet::Warning;
 pub use crate::transform::Scaling;
 pub use along::Headline;
 pub use arrays::Spectra;
@@ -41,8 +41,7 @@ pub use filtered::{Filtered, filtered};
 pub use plan::{Blocks, Plan, PlanSummary, PlannedStage, plan};
 pub use request::{Request, Results, ShortTime, TimeRange, Welch};
 pub use result::*;
-pub use run::{analyze, channel_findings, run};
-pub use warning::Warning;
+pub use run::{analyze, run};
 
 /// Index of the sample nearest to `at`, within `count`.
 fn nearest(axis: &crate::field::Axis, at: f64, count: usize) -> usize {

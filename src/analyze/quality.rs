@@ -36,7 +36,6 @@ impl Ends {
 /// What the passes over the field found, as far as they were made.
 pub(crate) struct Findings<'a> {
     pub scans: &'a [ChannelScan],
-    pub first_site: usize,
     pub first_time: usize,
     /// The field is a simulated run: no sensor, and sites are all the bodies there are.
     pub simulated: bool,
@@ -54,8 +53,6 @@ pub(crate) struct Findings<'a> {
     pub wavenumber: Bins<'a>,
     /// By how much records are longer with zeros; bin 0 is narrower by that.
     pub padding_time: f64,
-    /// Sites of the file that are left out.
-    pub left_out: &'a [usize],
     /// The prepared record of a site of the range.
     pub record: &'a dyn Fn(usize) -> Vec<f64>,
 }
@@ -95,9 +92,15 @@ const NOISE_DEVIATIONS: f64 = 6.0;
 const CUT_SHARE: f64 = 0.15;
 
 /// The warnings these findings give rise to.
-pub(crate) fn findings(found: &Findings, request: &Request, axes: &Axes) -> Vec<Warning> {
+pub(crate) fn findings(
+    found: &Findings,
+    request: &Request,
+    axes: &Axes,
+    channels: Vec<Warning>,
+) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = found.gaps().into_iter().collect();
-    warnings.extend(found.channels(axes));
+    // Gaps are counted in all of the record.
+    warnings.extend(channels.into_iter().filter(|of| of.code != "gaps"));
     let energy = found.of_ends(|e| e.energy);
     if energy <= 0.0 {
         let advice = "check the range, the layout and the detrending";

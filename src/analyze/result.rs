@@ -5,13 +5,13 @@ use ndarray::{Array2, Array3};
 use super::along::Headline;
 use super::dispersion::DispersionCurve;
 use super::display::Display;
-use super::warning::Warning;
 use crate::diagnostics::Map;
 use crate::error::{Error, Result};
 use crate::estimates::{NoiseFloor, SpectrumInterval};
 use crate::field::{Axis, Quantity};
 use crate::moved::{Answer, Reason};
 use crate::prepare::WindowGains;
+use crate::sheet::Warning;
 
 /// The axes of the results. An axis without a unit counts samples or sites.
 #[derive(Debug, Clone)]

@@ -12,22 +12,21 @@ use super::noise::KnownNoise;
 use super::plan::{Plan, plan};
 use super::quality::{Findings, findings};
 use super::reference::References;
-use super::request::{Request, Results};
+use super::request::Request;
 use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, FromProfiles, Stages};
-use super::warning::{Sites, Warning, of_note};
-use super::{Spectra, answer, front};
-use crate::arrays::{Collect, Nowhere, Precision, Sink};
+use super::{Spectra, Warning, answer, front};
+use crate::arrays::{Collect, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::estimates::{NoiseFloor, SubtractedNoise};
-use crate::field::Field;
+use crate::field::{Field, Note};
 use crate::moved::{Answer, ArrivalWindows};
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
-use crate::prepare::{ChannelScan, Gaps, Prepared};
+use crate::prepare::{ChannelScan, Channels, Prepared, Sites, channels};
 use crate::sheet::number;
 use crate::transform::Real;
 
@@ -39,27 +38,6 @@ pub fn analyze(field: &Field, request: &Request) -> Result<(Analysis, Spectra)> 
     let collect = Collect::default();
     let analysis = run(field, &plan(field, request)?, &collect, &Silent)?;
     Ok((analysis, Spectra::from(collect.into_arrays())))
-}
-
-/// What there is to say about single channels: gaps, dead, quiet, saturated, loud and noisy ones.
-///
-/// # Errors
-/// As [`plan`]; [`crate::Error::Cancelled`].
-pub fn channel_findings(field: &Field, observer: &dyn Observer) -> Result<Vec<Warning>> {
-    let request = Request {
-        results: Results {
-            temporal: true,
-            ..Results::NONE
-        },
-        // Lines across gaps leak less than zeros into what is held against the neighbours.
-        gaps: Gaps::Interpolate,
-        maps: false,
-        ..Request::default()
-    };
-    let found = run(field, &plan(field, &request)?, &Nowhere, observer)?;
-    let mut warnings = found.warnings;
-    warnings.retain(|warning| warning.code == "gaps" || warning.code.ends_with("-channels"));
-    Ok(warnings)
 }
 
 /// Carries out `plan` on the field for which it was made; large arrays go to `sink` block by block.
@@ -191,6 +169,9 @@ fn passes<T: Real>(
     let spatial_map = rows.map.take().map(|map| maps.spatial(map));
     let spacetime_map = spacetime_map.map(|map| maps.spacetime(map));
     let flux_map = rows.flux_map.take().map(|map| maps.flux(map));
+    let range = (plan.times.clone(), plan.sites.clone());
+    let channels = channels(field, range, &plan.request.without_sites, observer)?;
+    let has_steps = channels.has_steps;
     let mut warnings = warnings(
         (field, &record),
         plan,
@@ -199,7 +180,10 @@ fn passes<T: Real>(
         &rows,
         spacetime.as_ref(),
         (unit, stored),
-        answer.as_ref().is_some_and(|answer| answer.has_fronts),
+        (
+            answer.as_ref().is_some_and(|answer| answer.has_fronts),
+            channels,
+        ),
     );
     if let Some((floor, left)) = noise_left
         .as_ref()
@@ -208,7 +192,7 @@ fn passes<T: Real>(
         warnings.push(below_noise(floor, left, plan.axes.frequency.len()));
     }
     if let Some(answer) = answer.as_mut().filter(|_| field.struck.is_none()) {
-        warnings.extend(answer::gains(answer, plan));
+        warnings.extend(answer::gains(answer, plan, &field.space, has_steps));
     }
     let undirected = spacetime.as_ref().and_then(|found| {
         let withheld = answer::withheld(plan, answer.as_ref(), found, field.struck.is_some());
@@ -318,11 +302,10 @@ fn warnings(
     rows: &SpatialPassResult,
     spacetime: Option<&Frequencies>,
     (unit, stored): (f64, f64),
-    has_fronts: bool,
+    (has_fronts, channels): (bool, Channels),
 ) -> Vec<Warning> {
     let found = Findings {
         scans,
-        first_site: plan.sites.start,
         first_time: plan.times.start,
         simulated: field.struck.is_some(),
         has_fronts,
@@ -335,24 +318,30 @@ fn warnings(
         frequency: plan.frequency_bins(),
         wavenumber: plan.wavenumber_bins(),
         padding_time: plan.padding_time(),
-        left_out: &plan.request.without_sites,
         record,
     };
     let doubts = field.notes.iter().filter(|note| note.is_doubtful());
-    let mut warnings: Vec<Warning> = doubts.map(of_note).collect();
+    let mut warnings: Vec<Warning> = doubts.map(Note::warning).collect();
     let mut left_out = plan.request.without_sites.clone();
     left_out.sort_unstable();
     left_out.dedup();
     if !left_out.is_empty() {
-        let rows: Vec<usize> = left_out.iter().map(|j| j - plan.sites.start).collect();
-        let sites = Sites::of(&rows, plan.sites.start, &plan.axes);
+        let sites = Sites {
+            indices: left_out,
+            space: &field.space,
+        };
         let what =
             "left out; spectra along space, which need sites at even distances, are not computed";
         let advice = "for the wavenumbers of the sites that are left save them with their positions, and bring them to \
                       even ones with `--resample cubic`";
         warnings.push(sites.warning("sites-left-out", what, advice, json!({})));
     }
-    warnings.extend(findings(&found, &plan.request, &plan.axes));
+    warnings.extend(findings(
+        &found,
+        &plan.request,
+        &plan.axes,
+        channels.warnings,
+    ));
     if stored == 1.0 && unit != 1.0 {
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         let message = format!(

@@ -40,8 +40,8 @@ pub(crate) struct Onset {
     pub quiet: Vec<Range<usize>>,
     /// Logarithms of the mean squares of the pieces, each from its mean.
     pub levels: Vec<f32>,
-    /// Logarithms of the root mean squares of the record, from its mean, and of its fourth differences, which noise dominates.
-    pub sizes: [f64; 2],
+    /// Logarithm of the root mean square of the record, from its mean.
+    pub size: f64,
     /// `(sum e)^2 / (n sum e^2)` of the energies of n pieces: 1 for a record that is steady.
     pub steadiness: f64,
     pub arrival: Option<usize>,
@@ -103,12 +103,9 @@ impl Onset {
         };
         let energies = pieces.iter().map(from_baseline);
         let (sum, squares) = energies.fold((0.0, 0.0), |(s, q), e| (s + e, q + e * e));
-        let fast = record.windows(5);
-        let fast = fast.map(|v| v[0] - 4.0 * v[1] + 6.0 * v[2] - 4.0 * v[3] + v[4]);
-        let fast = fast.map(|d| d * d).sum::<f64>() / record.len() as f64;
         let mut onset = Onset {
             levels: pieces.iter().map(|of| of[1].ln() as f32).collect(),
-            sizes: [motion, fast].map(|square| 0.5 * square.ln()),
+            size: 0.5 * motion.ln(),
             // What the mean of a constant record differs by from it is rounding.
             peak: Some(size(&at)).filter(is_motion).unwrap_or(0.0),
             mean: whole,

@@ -4,6 +4,7 @@
 //! in either order, is read from the field and prepared on reading. A sample undergoes the same
 //! operations in every block, so its bits do not depend on the blocks.
 
+mod channels;
 mod energy;
 mod extremes;
 mod lobes;
@@ -16,6 +17,8 @@ mod trend;
 mod unit;
 mod window;
 
+pub(crate) use channels::{Channels, Sites, channels, some};
+pub use channels::{Examined, channel_findings};
 pub use lobes::Lobes;
 pub(crate) use prepared::{Prepared, Tiles};
 pub(crate) use read_ahead::{ReadAhead, piece_bytes};

@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use wavecascade::field::{FileState, OpenOptions};
 use wavecascade::observer::Observer;
+use wavecascade::prepare::{Examined, channel_findings};
 use wavecascade::report::{Provenance, ResultDirectory};
 use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
@@ -228,6 +229,10 @@ pub fn run<T: Typed>(command_typed: &T) -> Result<(), Failure> {
     let fields = open(&paths, typed, command_typed.memory(), true)?;
     let all: Vec<&Field> = fields.iter().collect();
     let found = compute(&all, &progress).map_err(|error| error.of_file(&paths[0]))?;
+    let found = Examined {
+        found,
+        channels: channel_findings(all[0], &progress)?,
+    };
     let opened: Vec<FileState> = fields.iter().filter_map(Field::file_state).collect();
     let hash = fields[0].content_hash.clone();
     drop(fields);
@@ -281,7 +286,7 @@ pub fn open(
 /// Writes what was found to the directory of the target, and prints it.
 pub fn publish<T: Typed>(
     command_typed: &T,
-    found: &T::Found,
+    found: &Examined<T::Found>,
     target: &Target<'_>,
     drawing: &Drawing,
     progress: &Progress,
@@ -296,7 +301,7 @@ pub fn publish<T: Typed>(
     };
     let directory = ResultDirectory::create(target.out, typed.force)?;
     let main = described.publish((directory, T::COMMAND), drawing, progress, |directory| {
-        command_typed.write_beside(found, directory)
+        command_typed.write_beside(&found.found, directory)
     })?;
     described.tell(target.subject, &typed.how, Some(&main))?;
     drawing.present(&main)

@@ -7,6 +7,7 @@ use clap::Args;
 use wavecascade::Error;
 use wavecascade::estimates::{Combination, Combined, DividedRequest, Part, PartialAbout, partial};
 use wavecascade::field::FileState;
+use wavecascade::prepare::Examined;
 use wavecascade::report::{
     PARTIAL_SCHEMA, Provenance, ResultDirectory, read_partial, read_partial_about, write_partial,
 };
@@ -179,6 +180,10 @@ fn merge<T: InParts>(
         name,
         subject: &estimates::subject_of(&files),
         provenance: &provenance,
+    };
+    let found = Examined {
+        found,
+        channels: Vec::new(),
     };
     estimates::publish(command_line, &found, &target, &drawing, &progress)
 }
