@@ -208,6 +208,7 @@ impl Request {
             },
             transforms_all: results.spatial || results.flux_surrogate || results.short_time,
             gaps: self.gaps,
+            masks_by_mean: false,
             left_out: &self.without_sites,
             precision: self.precision,
             detrend_field_mean: self.detrend_field_mean,

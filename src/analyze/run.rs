@@ -51,6 +51,7 @@ pub fn run(
     sink: &dyn Sink,
     observer: &dyn Observer,
 ) -> Result<Analysis> {
+    plan.check(field)?;
     crate::system::threads::in_pool(Some(plan.threads), || match plan.request.precision {
         Precision::F64 => passes::<f64>(field, plan, sink, observer),
         Precision::F32 => passes::<f32>(field, plan, sink, observer),

@@ -38,7 +38,7 @@ use std::ops::Range;
 use ndarray::Array2;
 
 use crate::arrays::Precision;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 pub use coordinates::Jitter;
 pub use inspect::{Inspection, VariableInfo, inspect};
@@ -189,6 +189,25 @@ impl Field {
         self.notes
             .iter()
             .any(|note| matches!(note, Note::Wide { .. }))
+    }
+
+    /// That both axes have a step above 0, since whoever makes a field may set any.
+    ///
+    /// # Errors
+    /// [`Error::Request`].
+    pub(crate) fn check_axes(&self) -> Result<()> {
+        for (option, axis) in [("dt", &self.time), ("dx", &self.space)] {
+            if !(axis.step > 0.0 && axis.step.is_finite() && axis.origin.is_finite()) {
+                return Err(Error::Request {
+                    option,
+                    expected:
+                        "a step above 0 and a finite origin: set `Field::time` and `Field::space`"
+                            .into(),
+                    found: format!("a step of {} from {} on", axis.step, axis.origin),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// A field from an array `(time, site)`, with axes of indices.

@@ -171,7 +171,7 @@ pub(crate) fn some(words: impl ExactSizeIterator<Item = String>) -> String {
 #[derive(Debug, Clone)]
 struct Record {
     scan: ChannelScan,
-    /// Amplitude of the motion, in one unit for all; powers over its square: of the top tenth of the axis, and of bands.
+    /// Root mean square of the motion; powers over that of all bins: of the top tenth of the axis, and of bands.
     level: f64,
     top: f64,
     bands: [f64; BANDS],
@@ -254,6 +254,13 @@ impl<'a> Look<'a> {
             samples,
             is_whole,
         };
+        for j in left_out.iter().filter(|j| look.sites.contains(j)) {
+            let row = j - look.sites.start;
+            look.records[row] = Record::NOTHING;
+            if let Some(before) = row.checked_sub(1) {
+                look.records[before].next.clear();
+            }
+        }
         // What is constant in the stretches may move between them.
         for (j, record) in look.sites.clone().zip(&mut look.records) {
             if record.scan.constant && !is_whole {
@@ -275,7 +282,7 @@ impl<'a> Look<'a> {
             }
         };
         let levels: Vec<f64> = self.records.iter().map(|record| record.level).collect();
-        let dead = self.dead(&levels);
+        let dead = self.dead();
         say(&dead, "dead-channels", "constant", LEAVE_OUT, json!({}));
         let run = |j: &usize| self.records[*j].scan.clipped_run;
         let clipped: Vec<usize> = (0..levels.len())
@@ -394,11 +401,12 @@ impl<'a> Look<'a> {
 
     /// Constant records. Sites of nothing but zeros that reach an end of the array may be ahead of a front: none
     /// is dead if the first that moves is as quiet as a front begins.
-    fn dead(&self, levels: &[f64]) -> Vec<usize> {
+    fn dead(&self) -> Vec<usize> {
         let n = self.records.len();
-        let most = levels.iter().fold(0.0, |m: f64, v| m.max(*v));
-        let is_zero = |j: &usize| self.records[*j].scan.largest == 0.0;
-        let is_front = |j: Option<usize>| j.is_some_and(|j| LOUD * levels[j] < most);
+        let largest = |j: usize| self.records[j].scan.largest;
+        let most = (0..n).map(largest).fold(0.0, f64::max);
+        let is_zero = |j: &usize| largest(*j) == 0.0;
+        let is_front = |j: Option<usize>| j.is_some_and(|j| LOUD * largest(j) < most);
         let [head, tail] = [
             (0..n).find(|j| !is_zero(j)).filter(|j| is_front(Some(*j))),
             (0..n).rfind(|j| !is_zero(j)).filter(|j| is_front(Some(*j))),
@@ -646,6 +654,15 @@ struct GainStep {
 }
 
 impl Record {
+    /// Of a site that is left out.
+    const NOTHING: Record = Record {
+        scan: ChannelScan::NOTHING,
+        level: 0.0,
+        top: 0.0,
+        bands: [0.0; BANDS],
+        next: Vec::new(),
+    };
+
     fn top_power(&self) -> f64 {
         self.top * self.level * self.level
     }
@@ -664,15 +681,15 @@ struct Spectra {
     spectra: Vec<Complex<f64>>,
     /// Sum over the stretches, of each bin.
     powers: Vec<f64>,
-    /// Stretches.
-    count: usize,
+    /// Root mean square from the mean, over the largest magnitude.
+    level: f64,
 }
 
 impl Spectra {
     fn of(record: &mut [f64], transform: &RecordTransform<f64>, hop: usize) -> Spectra {
         let scan = ChannelScan::of(record);
         let (bins, length) = (transform.bins(), transform.padded());
-        let (mut spectra, mut powers) = (Vec::new(), vec![0.0; bins]);
+        let (mut spectra, mut powers, mut level) = (Vec::new(), vec![0.0; bins], 0.0);
         if !scan.constant && scan.largest > 0.0 {
             // Lines across gaps leak less than zeros into what is held against the neighbours.
             let mut gaps = Vec::new();
@@ -680,6 +697,10 @@ impl Spectra {
                 fill(record, 0, Gaps::Interpolate, &mut gaps);
                 gaps.iter().for_each(|gap| record[gap.time] = gap.value);
             }
+            let count = record.len() as f64;
+            let mean = record.iter().map(|v| v / scan.largest).sum::<f64>() / count;
+            let squares = record.iter().map(|v| (v / scan.largest - mean).powi(2));
+            level = (squares.sum::<f64>() / count).sqrt();
             let mut scratch = RecordScratch::default();
             for start in (0..=record.len() - length).step_by(hop) {
                 let stretch = &record[start..start + length];
@@ -694,7 +715,7 @@ impl Spectra {
         }
         Spectra {
             scan,
-            count: spectra.len().div_ceil(bins),
+            level,
             spectra,
             powers,
         }
@@ -726,7 +747,7 @@ impl Spectra {
         let edge = |band: usize| band * bins / BANDS;
         Record {
             scan: self.scan,
-            level: self.scan.largest * (total / self.count.max(1) as f64).sqrt(),
+            level: self.scan.largest * self.level,
             top: share(9 * bins / 10..bins),
             bands: std::array::from_fn(|band| share(edge(band)..edge(band + 1))),
             next,

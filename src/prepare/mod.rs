@@ -51,8 +51,9 @@ pub enum Gaps {
     /// Filled along time by the line between the neighbours; ends keep the nearest value, and a
     /// record without any finite sample becomes 0.
     Interpolate,
-    /// Set to 0 after trends are removed; trends are fitted without them. They count as samples in
-    /// the normalisation, so that a density is low by their share.
+    /// Set to 0 after trends are removed; trends are fitted without them. In averages over segments they have the mean of
+    /// their record, before trends are removed. They count as samples in the normalisation, so that a density is low by
+    /// their share.
     Mask,
     /// Averages over segments leave out those with such samples; nothing is filled.
     LeaveOut,
@@ -62,6 +63,8 @@ pub enum Gaps {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Preparation<'a> {
     pub gaps: Gaps,
+    /// Whether masked samples keep the mean of their record, where trends are removed from segments later.
+    pub masks_by_mean: bool,
     /// Sites of the field that are left out: zeros, whatever their samples are.
     pub left_out: &'a [usize],
     pub precision: Precision,

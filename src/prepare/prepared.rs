@@ -73,7 +73,10 @@ impl<'a> Prepared<'a> {
             is_silent: false,
             gaps: Vec::new(),
             gaps_by_time: Vec::new(),
-            masked: matches!(preparation.gaps, Gaps::Mask | Gaps::LeaveOut),
+            masked: match preparation.gaps {
+                Gaps::Mask => !preparation.masks_by_mean,
+                gaps => gaps == Gaps::LeaveOut,
+            },
             field_mean: None,
             space_trends: Vec::new(),
             time_trends: Vec::new(),

@@ -84,8 +84,13 @@ fn longest_run(record: &[f64], on_extreme: impl Fn(f64) -> bool) -> usize {
     longest
 }
 
-/// The gaps of `record` with their replacements.
+/// The gaps of `record` with their replacements: what is masked has the mean of the others.
 pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>) {
+    let finite: Vec<f64> = match gaps {
+        Gaps::Mask => record.iter().copied().filter(|v| v.is_finite()).collect(),
+        _ => Vec::new(),
+    };
+    let mean = crate::numeric::sum(&finite) / finite.len().max(1) as f64;
     let mut time = 0;
     while time < record.len() {
         if record[time].is_finite() {
@@ -98,7 +103,8 @@ pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>)
         let after = record.get(end).copied();
         for n in time..end {
             let value = match (gaps, before, after) {
-                (Gaps::Refuse | Gaps::Mask | Gaps::LeaveOut, ..) | (_, None, None) => 0.0,
+                (Gaps::Mask, ..) => mean,
+                (Gaps::Refuse | Gaps::LeaveOut, ..) | (_, None, None) => 0.0,
                 (_, Some(a), Some(b)) => {
                     let weight = (n + 1 - time) as f64 / (run + 1) as f64;
                     a * (1.0 - weight) + b * weight

@@ -63,6 +63,45 @@ fn val_faults_are_named_with_their_places() {
     assert_eq!(named(&whole), expected);
 }
 
+/// Half of the sites turned in sign, late, or louder, and one of them.
+#[test]
+fn val_construction_sites_out_of_step_are_named() {
+    let values = wave(40);
+    for (sites, code) in [(20..40, "reversed-channels"), (7..8, "reversed-channels")]
+        .into_iter()
+        .chain([(20..40, "late-channels"), (24..40, "gain-steps")])
+    {
+        let change = |n: usize, j: usize| match code {
+            "late-channels" => values[[n.saturating_sub(25), j]],
+            "gain-steps" => 6.0 * values[[n, j]],
+            _ => -values[[n, j]],
+        };
+        let changed = Array2::from_shape_fn(values.dim(), |(n, j)| match sites.contains(&j) {
+            true => change(n, j),
+            false => values[[n, j]],
+        });
+        let found = channel_findings(&field(changed), &Silent).unwrap();
+        let named_sites = match code {
+            "gain-steps" => vec![sites.start],
+            _ => sites.clone().collect(),
+        };
+        assert_eq!(named(&found), [(code, named_sites)]);
+        let numbers = &found[0].numbers;
+        match code {
+            "late-channels" => assert_eq!(numbers["samples"], json!(vec![25.0; sites.len()])),
+            "gain-steps" => {
+                let [ratio, error] =
+                    ["ratios", "ratio_errors"].map(|name| numbers[name][0].as_f64().unwrap());
+                assert!(
+                    (ratio - 6.0).abs() < error && error < 0.5,
+                    "{ratio} {error}"
+                );
+            }
+            _ => {}
+        }
+    }
+}
+
 #[test]
 fn val_what_is_quiet_by_physics_is_no_fault() {
     let none = |what: &str, field: &Field| {
@@ -78,6 +117,12 @@ fn val_what_is_quiet_by_physics_is_no_fault() {
         let inside = standing.slice(s![.., 1..16]).to_owned();
         none("standing wave", &field(inside));
     }
+    // One standing wave of many frequencies: both sides of its nodes have opposite signs.
+    let smooth = wave(1);
+    let standing = Array2::from_shape_fn((TIMES, 60), |(n, j)| {
+        smooth[[n, 0]] * (0.157 * (j as f64 + 0.3)).sin()
+    });
+    none("one mode", &field(standing));
     // A front that has reached half of the sites: nothing but zeros ahead of it.
     let front = Array2::from_shape_fn((600, 40), |(n, j)| {
         let t = n as f64 - 30.0 * j as f64;

@@ -1,6 +1,8 @@
 //! Averages that leave out segments with missing samples, against SciPy on segments picked by hand
 //! (`data/gaps.json`, made by `data/make_gaps.py`), and their intervals on noise.
 
+use std::f64::consts::TAU;
+
 use ndarray::{Array2, concatenate};
 use serde::Deserialize;
 use test_support::fields::{Congruential, noise};
@@ -388,4 +390,63 @@ fn val_construction_filled_records_have_no_intervals() {
         let found = modes(&[&field(values(0.25))], &request, &Silent).unwrap();
         assert!(found.independence.is_transient(), "{gaps:?}");
     }
+}
+
+/// Red noise of known spectrum with scattered gaps: intervals hold where they are stated, which they are not below what is filled. An
+/// offset is none of it: unrelated records about 5 with gaps at the same times have nothing in common.
+#[test]
+fn val_theory_intervals_of_filled_spectra_hold_or_are_withheld() {
+    for (gaps, least) in [(Gaps::Mask, 0.1), (Gaps::Interpolate, 0.8)] {
+        let (mut within, mut stated, mut all) = (0.0, 0.0, 0.0);
+        for seed in 0..6 {
+            let white = noise(4 * 9000 * (seed + 1), 1);
+            let holes = generated(seed as u64, 8192 * 4);
+            let mut red = Array2::zeros((8192, 4));
+            for j in 0..4 {
+                let mut last = 0.0;
+                for n in 0..8692 {
+                    last = 0.95 * last + white[[(4 * seed + j) * 9000 + n, 0]];
+                    if n >= 500 {
+                        let is_missing = holes[4 * (n - 500) + j] < 0.044;
+                        red[[n - 500, j]] = if is_missing { f64::NAN } else { 5.0 + last };
+                    }
+                }
+            }
+            let request = SpectrumRequest {
+                gaps,
+                ..request(512, 256)
+            };
+            let found = spectrum(&[&field(red)], &request, &Silent).unwrap();
+            for (m, f) in found.bins.iter().enumerate().skip(2).take(250) {
+                let [re, im] = [(TAU * f * DT).cos(), (TAU * f * DT).sin()];
+                let gain = (1.0 - 0.95 * re).powi(2) + (0.95 * im).powi(2);
+                let exact = 2.0 * DT / 3.0 / gain;
+                for j in 0..4 {
+                    let [low, high] = [found.low[[m, j]], found.high[[m, j]]];
+                    all += 1.0;
+                    stated += f64::from(u8::from(low.is_finite()));
+                    within += f64::from(u8::from(low < exact && exact < high));
+                }
+            }
+        }
+        let (coverage, stated) = (within / stated, stated / all);
+        assert!((0.92..0.98).contains(&coverage), "{gaps:?}: {coverage}");
+        assert!(
+            stated > least && (stated < 0.5 || gaps != Gaps::Mask),
+            "{stated}"
+        );
+    }
+    let mut values = 5.0 + &noise(8192, 6);
+    for start in [500, 1700, 2900, 4100, 5300, 6500] {
+        values
+            .slice_mut(ndarray::s![start..start + 40, ..])
+            .fill(f64::NAN);
+    }
+    let request = CoherenceRequest {
+        gaps: Gaps::Mask,
+        averaging: averaging(256, 128),
+        ..CoherenceRequest::default()
+    };
+    let found = coherence(&[&field(values)], &request, &Silent).unwrap();
+    assert_eq!(found.coherent_sites().count(), 0);
 }

@@ -645,3 +645,43 @@ fn val_amplitudes_without_squares_are_refused() {
         assert_eq!(refused(found), sixths, "{amplitude}");
     }
 }
+
+/// Axes that a program sets wrongly, and the plan of another field.
+#[test]
+fn val_axes_without_a_step_are_refused() {
+    for (option, step) in [
+        ("dt", 0.0),
+        ("dt", f64::INFINITY),
+        ("dx", f64::NAN),
+        ("dx", -1.0),
+    ] {
+        let mut field = field((64, 8));
+        let axis = if option == "dt" {
+            &mut field.time
+        } else {
+            &mut field.space
+        };
+        axis.step = step;
+        let error = analyze(&field, &Request::default()).unwrap_err();
+        assert!(
+            matches!(error, Error::Request { option: of, .. } if of == option),
+            "{error}"
+        );
+        let error = spectrum(&[&field], &SpectrumRequest::default(), &Silent).unwrap_err();
+        assert!(
+            matches!(error, Error::Request { option: of, .. } if of == option),
+            "{error}"
+        );
+    }
+    let plan = wavecascade::analyze::plan(&field((64, 8)), &Request::default()).unwrap();
+    let mut slower = field((64, 8));
+    slower.time.step = 2.0;
+    for other in [field((32, 8)), field((64, 4)), slower] {
+        let sink = wavecascade::arrays::Nowhere;
+        let error = wavecascade::analyze::run(&other, &plan, &sink, &Silent).unwrap_err();
+        assert!(
+            matches!(error, Error::Request { option: "plan", .. }),
+            "{error}"
+        );
+    }
+}

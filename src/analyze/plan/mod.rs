@@ -114,6 +114,7 @@ const TILE_TIMES: usize = 32;
 /// [`Error::Request`] names the option that does not fit; [`Error::Memory`] where not even the
 /// smallest blocks fit the memory allowed.
 pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
+    field.check_axes()?;
     let sites = site_range(field, request)?;
     let times = time_range(field, request, &sites)?;
     let (n_times, n_sites) = (times.len(), sites.len());
@@ -239,6 +240,32 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
 }
 
 impl Plan {
+    /// That the plan is one of this field.
+    ///
+    /// # Errors
+    /// [`Error::Request`].
+    pub(super) fn check(&self, field: &Field) -> Result<()> {
+        let own = (&self.axes.time, &self.axes.space);
+        let is_inside = self.times.end <= field.n_times() && self.sites.end <= field.n_sites();
+        let time = shifted(&field.time, self.times.start);
+        if is_inside && own == (&time, &shifted(&field.space, self.sites.start)) {
+            return Ok(());
+        }
+        Err(Error::Request {
+            option: "plan",
+            expected: format!(
+                "a field with the axes of the plan, {} times by {} sites: plan this one",
+                self.axes.n_times, self.axes.n_sites
+            ),
+            found: format!(
+                "{} times by {} sites of {}",
+                field.n_times(),
+                field.n_sites(),
+                field.name
+            ),
+        })
+    }
+
     /// Rows of the matrix between the two halves of a space-time transform.
     pub(crate) fn between_rows(&self) -> usize {
         self.axes.frequency.len() * self.segments.count()

@@ -121,8 +121,9 @@ pub(crate) struct Shot<'s> {
     prepared: Prepared<'s>,
     block: Option<usize>,
     pub observer: &'s dyn Observer,
-    /// Whether segments with missing samples are left out.
+    /// Whether segments with missing samples are left out, or samples interpolated.
     leaves_out: bool,
+    fills: bool,
     /// What samples as they are read are multiplied by to be in the unit of the first shot.
     pub scale: f64,
 }
@@ -276,6 +277,7 @@ impl<'a> Shots<'a> {
         visit(&Shot {
             scale,
             leaves_out: self.gaps == Gaps::LeaveOut,
+            fills: self.gaps == Gaps::Interpolate,
             prepared,
             block,
             observer: self.observer,
@@ -340,6 +342,7 @@ impl<'a> Shots<'a> {
     ) -> Result<Prepared<'f>> {
         let preparation = Preparation {
             gaps: self.gaps,
+            masks_by_mean: true,
             left_out: &[],
             precision: Precision::F64,
             reached: self.reached.min(times.end) - times.start,
@@ -388,6 +391,34 @@ impl Shot<'_> {
             }
         }
         marks
+    }
+
+    /// Whether samples of a site were filled or masked.
+    pub fn has_filled(&self, site: usize) -> bool {
+        !self.leaves_out && !self.prepared.gaps_of(site).is_empty()
+    }
+
+    /// White power that filled samples leave in the record of a site, as a mean square: their share times that of the
+    /// error, which is what the same would have left of samples that are known. Masked ones have the mean of the record;
+    /// of interpolated ones, gaps of their mean length are made at all others.
+    pub fn left_by_filling(&self, site: usize, record: &[f64]) -> f64 {
+        let gaps = self.prepared.gaps_of(site);
+        if !self.has_filled(site) {
+            return 0.0;
+        }
+        let runs = gaps.chunk_by(|a, b| a.time + 1 == b.time).count();
+        let reach = (gaps.len() / runs).div_ceil(2).max(1);
+        let mean = record.iter().sum::<f64>() / record.len() as f64;
+        let squares: f64 = match self.fills {
+            false => record.iter().map(|v| (v - mean).powi(2)).sum(),
+            true => {
+                let around = record.windows(2 * reach + 1);
+                let apart = around.map(|v| v[reach] - 0.5 * (v[0] + v[2 * reach]));
+                apart.map(|e| e * e).sum()
+            }
+        };
+        let share = gaps.len() as f64 / record.len() as f64;
+        share * squares / record.len() as f64
     }
 
     /// The segments of a site's record without missing samples; `None` where none are left out at all.
@@ -486,6 +517,7 @@ pub(crate) fn first_of<'a>(fields: &[&'a Field]) -> Result<&'a Field> {
     let Some((first, others)) = fields.split_first() else {
         return refuse("at least one field".into(), "none".into());
     };
+    first.check_axes()?;
     let axes = |field: &Field| {
         let (time, space) = (&field.time, &field.space);
         let steps = (time.step, space.origin, space.step);

@@ -13,6 +13,9 @@ use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
 use crate::prepare::Detrend;
 use crate::transform::{fold, frequencies};
 
+/// Power over that which filled samples leave, up to which no interval is stated.
+const FILLING: f64 = 10.0;
+
 impl Pass<'_> {
     pub fn finish(
         &self,
@@ -62,10 +65,14 @@ impl Pass<'_> {
         let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
         let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
         let has_mean = self.request.averaging.detrend == Detrend::None;
+        // The one-sided density that filled samples leave.
+        let floors = (0..shape.1).map(|j| FILLING * self.filled(tiles, j) * density * 2.0);
+        let floors: Vec<f64> = floors.collect();
         let degrees = Array2::from_shape_fn(shape, |(m, j)| {
             // Transforms at 0 and at the Nyquist frequency are real.
             let one = fold(m, length);
-            if (m == 0 && !has_mean) || spectrum[[m, j]].is_nan() || spectrum[[m, j]] <= 0.0 {
+            let is_known = spectrum[[m, j]] > floors[j];
+            if (m == 0 && !has_mean) || !is_known {
                 return f64::NAN;
             }
             let (records, _, segments) = of_site(j);

@@ -55,6 +55,8 @@ pub(super) struct TileSums {
     /// Of each site, where segments with missing samples are left out; else empty.
     pub left: Vec<SegmentPairs>,
     pub lead_ins: [LeadIn; TOGETHER],
+    /// White power that filled samples leave, of all records.
+    filled: [f64; TOGETHER],
     variance: [f64; TOGETHER],
     pub spectrum: Vec<LaneBlock>,
     pub shape: Vec<LaneBlock>,
@@ -71,17 +73,28 @@ struct SiteShot {
     kept: Vec<KeptSegments>,
     missing: Vec<Vec<usize>>,
     mark: [f64; TOGETHER],
+    filled: [f64; TOGETHER],
 }
 
 impl SiteShot {
-    fn new(shot: &Shot<'_>, sites: Range<usize>, segments: Segments) -> SiteShot {
+    fn new(
+        shot: &Shot<'_>,
+        (sites, records): (Range<usize>, Records<'_>),
+        segments: Segments,
+    ) -> SiteShot {
         let kept = sites.clone().map_while(|site| shot.kept(site, segments));
         SiteShot {
             width: sites.len(),
             scale: shot.scale,
             kept: kept.collect(),
             missing: sites.clone().map(|site| shot.missing(site)).collect(),
-            mark: shot.mark(sites),
+            mark: shot.mark(sites.clone()),
+            filled: std::array::from_fn(|lane| match sites.clone().nth(lane) {
+                Some(site) if shot.has_filled(site) => {
+                    shot.left_by_filling(site, &records.record(lane)) * shot.scale.powi(2)
+                }
+                _ => 0.0,
+            }),
         }
     }
 
@@ -149,7 +162,7 @@ impl<'a> Pass<'a> {
                              sites: Range<usize>,
                              records: Records<'_>,
                              tile: &mut TileSums| {
-                    let of = SiteShot::new(shot, sites, self.realisations.segments);
+                    let of = SiteShot::new(shot, (sites, records), self.realisations.segments);
                     self.add(scratch, &of, (portion, records), tile);
                     self.average(tile);
                     self.leave_out(scratch, &of, records, left_out, tile);
@@ -167,7 +180,7 @@ impl<'a> Pass<'a> {
                                  sites: Range<usize>,
                                  records: Records<'_>,
                                  tile: &mut TileSums| {
-                        let of = SiteShot::new(shot, sites, self.realisations.segments);
+                        let of = SiteShot::new(shot, (sites, records), self.realisations.segments);
                         self.leave_out(scratch, &of, records, left_out, tile);
                     };
                     shot.each_tile("jackknife", &mut tiles, visit)
@@ -293,7 +306,7 @@ impl<'a> Pass<'a> {
                          sites: Range<usize>,
                          records: Records<'_>,
                          tile: &mut TileSums| {
-                let of = SiteShot::new(shot, sites, self.realisations.segments);
+                let of = SiteShot::new(shot, (sites, records), self.realisations.segments);
                 self.add(scratch, &of, (portion, records), tile);
             };
             shot.each_tile("spectra", tiles, visit)
@@ -311,6 +324,8 @@ impl<'a> Pass<'a> {
         let width = of.width;
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         let leaves_out = self.request.gaps == Gaps::LeaveOut;
+        let filled = tile.filled.iter_mut().zip(of.filled);
+        filled.for_each(|(sum, one)| *sum += one);
         if leaves_out {
             tile.left.resize_with(width, SegmentPairs::default);
             let distances = self.realisations.distances();
@@ -503,6 +518,11 @@ impl<'a> Pass<'a> {
     pub fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
         let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
         sum / self.records as f64
+    }
+
+    /// Mean square of the white noise that filled samples leave at a site.
+    pub fn filled(&self, tiles: &[TileSums], site: usize) -> f64 {
+        tiles[site / TOGETHER].filled[site % TOGETHER] / self.records as f64
     }
 
     pub fn independence(&self, steadiness: f64) -> Independence {

@@ -349,6 +349,23 @@ impl SpectrumEstimate {
                 "leave out the segments that miss samples: `--gaps leave-out`",
             );
         }
+        let inside = ndarray::s![1..self.segment[0].div_ceil(2), ..];
+        let cells = self.degrees.slice(inside);
+        let cells: Vec<bool> = cells
+            .indexed_iter()
+            .filter(|((m, j), _)| self.has_interval[*j] && self.spectrum[[m + 1, *j]] > 0.0)
+            .map(|(_, degrees)| degrees.is_nan())
+            .collect();
+        let below = cells.iter().filter(|is_below| **is_below).count();
+        if below > 0 {
+            let share = percent(below as f64 / cells.len() as f64);
+            sheet.warn(
+                format!(
+                    "{share} of the powers are below ten times what filled samples leave: no interval is stated there"
+                ),
+                "leave out the segments that miss samples: `--gaps leave-out`",
+            );
+        }
         match self.along {
             _ if without == 0 => {}
             SpectrumAxis::Time => sheet.warn(
