@@ -1,6 +1,7 @@
 //! Least squares for laws that are linear in all parameters but the first (variable projection).
 
 use super::fit::{AttenuationLaw, Fit, Parameter};
+use crate::numeric::student_two_sided;
 
 /// Floor of the relative residuals: below it all laws fit equally well, and the simplest is chosen.
 const EXACT: f64 = 1e-8;
@@ -109,7 +110,7 @@ pub(super) fn judged(
     let aicc = m * mean_square.ln() + 2.0 * fitted + 2.0 * fitted * (fitted + 1.0) / spare;
     let variance = solution.squares / freedom;
     let covariance = covariance(law, &solution.parameters, points, variance)?;
-    let quantile = student(freedom);
+    let quantile = student_two_sided(0.05, freedom);
     let names = law.parameters();
     let parameters = (0..k)
         .map(|i| {
@@ -223,45 +224,4 @@ fn predicted(law: AttenuationLaw, points: &[(f64, f64)]) -> Option<f64> {
         squares += off.iter().map(|r| r * r).sum::<f64>();
     }
     Some((squares / m as f64).sqrt())
-}
-
-/// The 0.975 quantile of Student's t distribution.
-///
-/// Source: R. A. Fisher, E. A. Cornish, Technometrics 2 (1960) 209; below five degrees of freedom,
-/// tabulated values interpolated in the inverse of the degrees of freedom.
-fn student(freedom: f64) -> f64 {
-    const FEW: [f64; 5] = [12.706, 4.303, 3.182, 2.776, 2.571];
-    if freedom < 5.0 {
-        let at = freedom.max(1.0);
-        let low = at.floor();
-        let [a, b] = [FEW[low as usize - 1], FEW[low as usize]];
-        let share = (1.0 / low - 1.0 / at) / (1.0 / low - 1.0 / (low + 1.0));
-        return a + share * (b - a);
-    }
-    let z: f64 = 1.959_963_984_540_054;
-    let terms = [
-        (z.powi(3) + z) / 4.0,
-        (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0,
-        (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0,
-    ];
-    z + terms[0] / freedom + terms[1] / freedom.powi(2) + terms[2] / freedom.powi(3)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn val_students_quantiles() {
-        for (freedom, expected) in [
-            (1.0, 12.706),
-            (3.0, 3.182),
-            (4.0, 2.776),
-            (10.0, 2.228),
-            (60.0, 2.000),
-        ] {
-            let found = student(freedom);
-            assert!((found - expected).abs() < 3e-3, "{freedom}: {found}");
-        }
-    }
 }

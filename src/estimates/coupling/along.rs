@@ -10,6 +10,7 @@ use super::products::TripleSums;
 use super::spectra::Spectra;
 use super::triples::Triples;
 use crate::estimates::realisations::{Independence, Portion, Records, Shot, Sums, TOGETHER};
+use crate::numeric::chi_square_level;
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
 /// no power or no pair.
@@ -209,46 +210,13 @@ fn gathered(triples: &Triples, sums: &Sums) -> Vec<Found> {
 fn summed_level(pairs: f64, independent: f64, spread: f64, alpha: f64) -> f64 {
     let mean = pairs / independent;
     let shape = pairs * (independent + 1.0) / (independent - 1.0) / spread.min(pairs.max(1.0));
-    mean * gamma_quantile(shape, 1.0 - alpha)
-}
-
-/// The quantile of a gamma distribution of mean 1. Source: E. B. Wilson, M. M. Hilferty, PNAS 17, 684 (1931);
-/// within 1 % of it for shapes from 1 on and probabilities from 0.5 to 0.999.
-fn gamma_quantile(shape: f64, probability: f64) -> f64 {
-    let ninth = 1.0 / (9.0 * shape);
-    (1.0 - ninth + normal_quantile(probability) * ninth.sqrt()).powi(3)
-}
-
-/// The quantile of the normal distribution, within 4.5e-4. Source: M. Abramowitz, I. A. Stegun (1964), 26.2.23.
-pub(super) fn normal_quantile(probability: f64) -> f64 {
-    let tail = probability.min(1.0 - probability).max(f64::MIN_POSITIVE);
-    let t = (-2.0 * tail.ln()).sqrt();
-    let top = 2.515517 + t * (0.802853 + t * 0.010328);
-    let bottom = 1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308));
-    (t - top / bottom) * if probability < 0.5 { -1.0 } else { 1.0 }
+    // Of a gamma distribution of mean 1.
+    mean * chi_square_level(alpha, 2.0 * shape) / (2.0 * shape)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Tables of the chi-square distribution (2, 4, 10, 40 degrees of freedom) and of the normal one.
-    #[test]
-    fn val_tables_quantiles() {
-        for (shape, probability, expected) in [
-            (1.0, 0.95, 5.991 / 2.0),
-            (1.0, 0.99, 9.210 / 2.0),
-            (2.0, 0.95, 9.488 / 4.0),
-            (5.0, 0.99, 23.209 / 10.0),
-            (20.0, 0.95, 55.758 / 40.0),
-        ] {
-            let off = gamma_quantile(shape, probability) / expected - 1.0;
-            assert!(off.abs() < 0.01, "{shape} {probability}: {off}");
-        }
-        for (probability, expected) in [(0.975, 1.959964), (0.5, 0.0), (0.01, -2.326348)] {
-            assert!((normal_quantile(probability) - expected).abs() < 5e-4);
-        }
-    }
 
     #[test]
     fn val_closed_form_sidak() {

@@ -1,8 +1,8 @@
 //! What a transfer between two sites is, and what can be said of it.
 
-use super::along::normal_quantile;
 use crate::estimates::realisations::Independence;
 use crate::field::Axis;
+use crate::numeric::chi_square_level;
 
 /// What [`transfer`](super::transfer::transfer) finds. Errors are standard errors.
 #[derive(Debug, Clone)]
@@ -118,7 +118,8 @@ impl Transfer {
     /// corrected for the number of frequencies (Bonferroni).
     pub fn passage(&self) -> Option<&OutputTransfer> {
         let count = self.outputs.len().saturating_sub(1);
-        let score = normal_quantile(1.0 - self.alpha / (2.0 * count.max(1) as f64));
+        // What a normal variable exceeds in magnitude.
+        let score = chi_square_level(self.alpha / count.max(1) as f64, 1.0).sqrt();
         let inside = self.outputs[..count].iter();
         inside
             .filter(|output| {
