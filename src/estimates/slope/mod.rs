@@ -289,7 +289,7 @@ impl Work<'_> {
         });
         let steepening = slopes
             .as_ref()
-            .and_then(|frames| Steepening::of(frames, self.request.alpha));
+            .and_then(|frames| Steepening::of(frames, self.fields, self.request.alpha));
         Ok(Slope {
             axis: self.request.axis,
             time: self.first.time.clone(),
