@@ -17,11 +17,10 @@ use crate::estimates::realisations::{
 };
 use crate::field::Field;
 use crate::numeric::at_or_below;
-use crate::numeric::least_squares::{LineFit, mean_of};
-use crate::numeric::student_two_sided;
+use crate::numeric::least_squares::LineFit;
 use crate::observer::Observer;
 use crate::system::threads::in_pool;
-use moments::{ORDERS, SIGNED, SUMS, added};
+use moments::{ORDERS, Sums, added, jackknife, statistics};
 use sums::{CELLS, Counts, IncrementPass, PARTS, PartSums, REACH};
 
 /// Structure functions, flatness and histograms of the increments of a field.
@@ -36,6 +35,15 @@ use sums::{CELLS, Counts, IncrementPass, PARTS, PartSums, REACH};
 /// means over all pairs of finite samples. Sums are paired; missing samples are left out, never filled.
 /// Exponents are slopes of `ln S_p` over a stated band. Intervals are jackknife estimates with Student's t, over
 /// shots if there are several, else over 16 parts of a stationary record; of a transient there is none.
+///
+/// The local flatness compares `d` with its own level, of each pair of sites, or site, in each part of the times:
+///
+/// ```text
+/// F_local = < sum <d^4> / sum <d^2>_a <d^2>_b >,
+/// ```
+///
+/// sums over pairs or sites, a and b quarters of the part that are no neighbours, mean over parts. Normal fields have 3, whatever
+/// their spectra and levels; a field is intermittent where it is above 3 and grows towards small scales.
 ///
 /// # Shapes
 /// Each field is one record of every site (a shot); all have the same axes. Every pair has the same weight.
@@ -70,51 +78,37 @@ pub fn increments(
         return refuse("field", "at least two times or sites".into(), found);
     }
     in_pool(request.threads, || {
-        let mut found = Increments {
+        let steadiness = steadiness_at_sites(first);
+        let is_steady = steadiness >= LEAST_STEADINESS && first.n_times() >= 2 * PARTS;
+        let basis = match fields.len() > 1 {
+            true => IntervalBasis::Shots,
+            false if is_steady => IntervalBasis::Parts,
+            false => IntervalBasis::None,
+        };
+        let mut axes = Vec::new();
+        for (axis, steps) in [FieldAxis::Space, FieldAxis::Time].into_iter().zip(&steps) {
+            if !steps.is_empty() {
+                let along = Along {
+                    fields,
+                    axis,
+                    steps,
+                    basis,
+                    request,
+                    observer,
+                };
+                axes.push(along.run()?);
+            }
+        }
+        Ok(Increments {
             time: first.time.clone(),
             space: first.space.clone(),
             unit: first.unit.clone(),
             shots: fields.len(),
-            steadiness: 1.0,
-            basis: IntervalBasis::Shots,
+            steadiness,
+            basis,
             alpha,
-            axes: Vec::new(),
-        };
-        let mut all = Vec::new();
-        for (axis, steps) in [FieldAxis::Space, FieldAxis::Time].into_iter().zip(&steps) {
-            if !steps.is_empty() {
-                let passes = Passes {
-                    fields,
-                    axis,
-                    steps,
-                    request,
-                    observer,
-                };
-                all.push((passes.sums()?, passes));
-            }
-        }
-        let steadiness = |(sums, passes): &(Vec<PartSums>, Passes)| {
-            let longest = match passes.axis {
-                FieldAxis::Time => first.n_times() / PARTS / 8,
-                FieldAxis::Space => first.n_sites() / 8,
-            };
-            let scales = passes.steps.iter().take_while(|step| **step <= longest);
-            let each = (0..scales.count().max(1)).map(|scale| steadiness_of(sums, scale));
-            each.fold(1.0, f64::min)
-        };
-        found.steadiness = all.iter().map(steadiness).fold(1.0, f64::min);
-        if fields.len() == 1 {
-            found.steadiness = found.steadiness.min(steadiness_at_sites(first));
-        }
-        found.basis = match (fields.len() > 1, found.steadiness >= LEAST_STEADINESS) {
-            (true, _) => IntervalBasis::Shots,
-            (false, true) if first.n_times() >= 2 * PARTS => IntervalBasis::Parts,
-            _ => IntervalBasis::None,
-        };
-        for (sums, passes) in &all {
-            found.axes.push(passes.finish(sums, found.basis)?);
-        }
-        Ok(found)
+            axes,
+        })
     })
 }
 
@@ -146,59 +140,56 @@ fn refuse<T>(option: &'static str, expected: String, found: String) -> Result<T>
 
 /// Steps along an axis of `n` samples, ascending.
 fn steps_of(typed: &Option<Vec<usize>>, n: usize, option: &'static str) -> Result<Vec<usize>> {
-    let mut steps = match typed {
-        Some(steps) => steps.clone(),
-        None => {
-            let half_octaves = (0..128).map(|i| 2f64.powf(0.5 * f64::from(i)).round() as usize);
-            half_octaves
-                .take_while(|step| *step == 1 || *step <= n / 4)
-                .collect()
-        }
-    };
+    let half_octaves = (0..128).map(|i| 2f64.powf(0.5 * f64::from(i)).round() as usize);
+    let usual = half_octaves.take_while(|step| *step < n && (*step == 1 || *step <= n / 4));
+    let mut steps = typed.clone().unwrap_or_else(|| usual.collect());
     steps.sort_unstable();
     steps.dedup();
-    if typed.is_none() {
-        steps.retain(|step| *step < n);
-    }
     match steps.iter().find(|step| **step == 0 || **step >= n) {
-        Some(step) if n < 2 => refuse(
-            option,
-            "an axis of two samples or more".into(),
-            step.to_string(),
-        ),
         Some(step) => refuse(option, format!("steps of 1 to {}", n - 1), step.to_string()),
         None => Ok(steps),
     }
 }
 
-/// From the sums of squares of each part over a step. Noise hides a pulse over the smallest one; steps near the
-/// length of a part have too few values in it.
-fn steadiness_of(shots: &[PartSums], scale: usize) -> f64 {
-    let of_one = |parts: &PartSums| {
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for part in parts {
-            let energy = part.get(scale).map_or(0.0, |sums| sums[2]);
-            sum += energy;
-            squares += energy * energy;
-        }
-        match squares > 0.0 {
-            true => sum * sum / (PARTS as f64 * squares),
-            false => 1.0,
-        }
-    };
-    shots.iter().map(of_one).sum::<f64>() / shots.len() as f64
-}
-
 /// All fields along one axis.
-struct Passes<'a> {
+struct Along<'a> {
     fields: &'a [&'a Field],
     axis: FieldAxis,
     steps: &'a [usize],
+    basis: IntervalBasis,
     request: &'a IncrementsRequest,
     observer: &'a dyn Observer,
 }
 
-impl Passes<'_> {
+/// Sums over everything, and the values that make them up, by scale.
+struct Values {
+    all: Vec<Sums>,
+    each: Vec<Vec<Sums>>,
+    /// Longer lags reach into other parts, which then are not independent.
+    short: usize,
+    alpha: f64,
+}
+
+impl Values {
+    /// Of the scales `used`: what `of` makes of their sums, half of its intervals, and the values these rest on.
+    fn find<const N: usize>(
+        &self,
+        used: &[usize],
+        of: impl Fn(&[Sums]) -> [f64; N],
+    ) -> ([f64; N], [f64; N], usize) {
+        let pick = |sums: &Vec<Sums>| -> Vec<Sums> { used.iter().map(|i| sums[*i]).collect() };
+        let each: Vec<Vec<Sums>> = match used.iter().all(|i| *i < self.short) {
+            true => self.each.iter().map(pick).collect(),
+            false => Vec::new(),
+        };
+        let each: Vec<&[Sums]> = each.iter().map(Vec::as_slice).collect();
+        let all = pick(&self.all);
+        let (half, count) = jackknife(&all, &each, self.alpha, &of);
+        (of(&all), half, count)
+    }
+}
+
+impl Along<'_> {
     fn pass<'p>(&'p self, field: &'p Field, steps: &'p [usize]) -> IncrementPass<'p> {
         IncrementPass {
             field,
@@ -208,65 +199,74 @@ impl Passes<'_> {
         }
     }
 
-    fn sums(&self) -> Result<Vec<PartSums>> {
-        let one = |field: &&Field| {
+    fn run(&self) -> Result<AxisIncrements> {
+        let sums = |field: &&Field| {
             let pass = self.pass(field, self.steps);
             pass.check_memory(self.request.memory)?;
             pass.sums()
         };
-        self.fields.iter().map(one).collect()
-    }
-
-    fn step_length(&self) -> f64 {
-        match self.axis {
+        let shots: Vec<PartSums> = self.fields.iter().map(sums).collect::<Result<_>>()?;
+        let total = |values: &[Vec<Sums>]| -> Vec<Sums> {
+            let of = |i: usize| {
+                values
+                    .iter()
+                    .fold(Sums::default(), |s, one| added(&s, &one[i]))
+            };
+            (0..self.steps.len()).map(of).collect()
+        };
+        let of_shots: Vec<Vec<Sums>> = shots.iter().map(|parts| total(parts)).collect();
+        let n_times = self.fields[0].n_times();
+        let is_short = |s: &&usize| self.axis == FieldAxis::Space || 4 * **s * PARTS <= n_times;
+        let values = Values {
+            all: total(&of_shots),
+            short: match self.basis {
+                IntervalBasis::Shots => self.steps.len(),
+                _ => self.steps.iter().take_while(is_short).count(),
+            },
+            each: match self.basis {
+                IntervalBasis::Shots => of_shots,
+                IntervalBasis::Parts => shots.into_iter().next().unwrap_or_default(),
+                IntervalBasis::None => Vec::new(),
+            },
+            alpha: self.request.alpha,
+        };
+        let length = match self.axis {
             FieldAxis::Space => self.fields[0].space.step.abs(),
             FieldAxis::Time => self.fields[0].time.step,
-        }
-    }
-
-    fn finish(&self, shots: &[PartSums], basis: IntervalBasis) -> Result<AxisIncrements> {
-        let over_parts = |parts: &PartSums, step: usize| {
-            parts
-                .iter()
-                .fold([0.0; SUMS], |sum, part| added(&sum, &part[step]))
         };
-        let scale = |(i, step): (usize, &usize)| {
-            let of_shots: Vec<[f64; SUMS]> =
-                shots.iter().map(|parts| over_parts(parts, i)).collect();
-            // Longer lags reach into other parts, which then are not independent.
-            let is_short =
-                self.axis == FieldAxis::Space || 4 * step * PARTS <= self.fields[0].n_times();
-            let values: Vec<[f64; SUMS]> = match basis {
-                IntervalBasis::Shots => of_shots.clone(),
-                IntervalBasis::Parts if is_short => shots[0].iter().map(|part| part[i]).collect(),
-                _ => Vec::new(),
-            };
-            let total = of_shots
-                .iter()
-                .fold([0.0; SUMS], |sum, one| added(&sum, one));
-            moments(
-                *step,
-                *step as f64 * self.step_length(),
-                &total,
-                &values,
-                self.request.alpha,
-            )
+        let moments = |(i, step): (usize, &usize)| {
+            let (mut found, mut half, realisations) =
+                values.find(&[i], |sums| statistics(&sums[0]));
+            if !is_short(&step) {
+                [found[ORDERS + 3], half[ORDERS + 3]] = [f64::NAN; 2];
+            }
+            ScaleMoments {
+                step: *step,
+                scale: *step as f64 * length,
+                pairs: values.all[i][0] as u64,
+                structure: std::array::from_fn(|p| found[p]),
+                third: found[ORDERS],
+                flatness: found[ORDERS + 1],
+                skewness: found[ORDERS + 2],
+                local_flatness: found[ORDERS + 3],
+                half,
+                realisations,
+            }
         };
-        let scales: Vec<ScaleMoments> = self.steps.iter().enumerate().map(scale).collect();
-        let exponents = self.exponents(&scales, shots, over_parts)?;
+        let scales: Vec<ScaleMoments> = self.steps.iter().enumerate().map(moments).collect();
         Ok(AxisIncrements {
             axis: self.axis,
+            growth: growth(&scales, &values),
+            exponents: self.exponents(&scales, &values)?,
             histograms: self.histograms(&scales)?,
             scales,
-            exponents,
         })
     }
 
     fn exponents(
         &self,
         scales: &[ScaleMoments],
-        shots: &[PartSums],
-        over_parts: impl Fn(&PartSums, usize) -> [f64; SUMS],
+        values: &Values,
     ) -> Result<Option<ScalingExponents>> {
         let (band, option) = match self.axis {
             FieldAxis::Space => (self.request.band, "band"),
@@ -278,74 +278,58 @@ impl Passes<'_> {
         let inside = |scale: f64| at_or_below(scale, to) && at_or_below(from, scale);
         let is_used = |m: &ScaleMoments| inside(m.scale) && m.pairs > 0 && m.structure[0] > 0.0;
         let used: Vec<usize> = (0..scales.len()).filter(|i| is_used(&scales[*i])).collect();
-        let too_few = || {
+        // Of order p against the scale, or against order 3.
+        let line = |sums: &[Sums], p: usize, against_third: bool| {
+            let point = |(i, sums): (&usize, &Sums)| {
+                let of = |p: usize| (sums[p + 1] / sums[0]).ln();
+                match against_third {
+                    true => (of(2), of(p)),
+                    false => (scales[*i].scale.ln(), of(p)),
+                }
+            };
+            LineFit::through(&used.iter().zip(sums).map(point).collect::<Vec<_>>())
+        };
+        let slope = |sums: &[Sums], p: usize, against_third: bool| {
+            line(sums, p, against_third).map_or(f64::NAN, |line| line.slope)
+        };
+        let (exponents, mut half, count) = values.find(&used, |sums| {
+            std::array::from_fn::<_, ORDERS, _>(|p| slope(sums, p, false))
+        });
+        let all: Vec<Sums> = used.iter().map(|i| values.all[*i]).collect();
+        let relative = std::array::from_fn(|p| slope(&all, p, true));
+        if exponents
+            .iter()
+            .chain(&relative)
+            .any(|slope| slope.is_nan())
+        {
             let expected = "a band with three or more scales at which the field varies";
-            refuse(
-                option,
-                expected.into(),
-                format!("{from}:{to} with {}", used.len()),
-            )
-        };
-        let slope = |p: usize, of: &dyn Fn(usize) -> [f64; 2]| {
-            let points: Vec<(f64, f64)> = used
-                .iter()
-                .map(|i| of(*i))
-                .map(|[x, y]| (x.ln(), y.ln()))
-                .collect();
-            LineFit::through(&points).map(|fit| (p, fit))
-        };
-        let mut found = ScalingExponents {
-            band: [0.0; 2],
-            points: used.len(),
-            exponents: [0.0; ORDERS],
-            half: [0.0; ORDERS],
-            basis: match shots.len() > 1 {
-                true => ExponentBasis::Shots,
-                false => ExponentBasis::Regression,
-            },
-            relative: [0.0; ORDERS],
-        };
-        for p in 0..ORDERS {
-            let of = |i: usize| [scales[i].scale, scales[i].structure[p]];
-            let against_third = |i: usize| [scales[i].structure[2], scales[i].structure[p]];
-            let (Some((_, fit)), Some((_, relative))) = (slope(p, &of), slope(p, &against_third))
-            else {
-                return too_few();
-            };
-            found.exponents[p] = fit.slope;
-            found.relative[p] = relative.slope;
-            let of_shots: Vec<f64> = shots
-                .iter()
-                .filter_map(|parts| {
-                    let of = |i: usize| {
-                        let sums = over_parts(parts, i);
-                        [scales[i].scale, sums[p + 1] / sums[0]]
-                    };
-                    slope(p, &of).map(|(_, fit)| fit.slope)
-                })
-                .collect();
-            found.half[p] = match mean_of(&of_shots, self.request.alpha) {
-                Some((_, half)) => half,
-                None => fit.half_interval(self.request.alpha),
-            };
+            let found = format!("{from}:{to} with {}", used.len());
+            return refuse(option, expected.into(), found);
         }
-        found.band = [used[0], used[used.len() - 1]].map(|i| scales[i].scale);
-        Ok(Some(found))
+        let basis = match (count > 1, self.basis) {
+            (true, IntervalBasis::Shots) => ExponentBasis::Shots,
+            (true, _) => ExponentBasis::Parts,
+            (false, _) => ExponentBasis::Regression,
+        };
+        if basis == ExponentBasis::Regression {
+            let of = |p| line(&all, p, false).map_or(f64::NAN, |l| l.half_interval(values.alpha));
+            half = std::array::from_fn(of);
+        }
+        Ok(Some(ScalingExponents {
+            band: [used[0], used[used.len() - 1]].map(|i| scales[i].scale),
+            points: used.len(),
+            exponents,
+            half,
+            basis,
+            relative,
+        }))
     }
 
     fn histograms(&self, scales: &[ScaleMoments]) -> Result<Vec<IncrementHistogram>> {
         let count = self.request.histograms.min(scales.len());
-        let last = scales.len() - 1;
-        let mut chosen: Vec<usize> = (0..count)
-            .map(|h| {
-                if count == 1 {
-                    0
-                } else {
-                    h * last / (count - 1)
-                }
-            })
-            .filter(|i| scales[*i].structure[1] > 0.0)
-            .collect();
+        let (last, apart) = (scales.len() - 1, count.max(2) - 1);
+        let mut chosen: Vec<usize> = (0..count).map(|h| h * last / apart).collect();
+        chosen.retain(|i| scales[*i].structure[1] > 0.0);
         chosen.dedup();
         if chosen.is_empty() {
             return Ok(Vec::new());
@@ -377,50 +361,17 @@ impl Passes<'_> {
     }
 }
 
-/// Orders 1 to 6, the third moment with its sign, flatness, skewness.
-fn statistics(sums: &[f64; SUMS]) -> [f64; ORDERS + 3] {
-    let mean = |i: usize| sums[i] / sums[0];
-    std::array::from_fn(|i| match i {
-        0..ORDERS => mean(i + 1),
-        ORDERS => mean(SIGNED),
-        _ if i == ORDERS + 1 => mean(4) / (mean(2) * mean(2)),
-        _ => mean(SIGNED) / mean(2).powf(1.5),
-    })
-}
-
-fn moments(
-    step: usize,
-    scale: f64,
-    total: &[f64; SUMS],
-    values: &[[f64; SUMS]],
-    alpha: f64,
-) -> ScaleMoments {
-    let found = statistics(total);
-    let values: Vec<_> = values.iter().filter(|sums| sums[0] > 0.0).collect();
-    let n = values.len() as f64;
-    let mut half = [f64::NAN; ORDERS + 3];
-    if values.len() > 1 {
-        // Jackknife: all values but one.
-        let without: Vec<[f64; ORDERS + 3]> = values
-            .iter()
-            .map(|one| statistics(&std::array::from_fn(|i| total[i] - one[i])))
-            .collect();
-        let within = student_two_sided(alpha, n - 1.0);
-        for (i, half) in half.iter_mut().enumerate() {
-            let mean = without.iter().map(|s| s[i]).sum::<f64>() / n;
-            let squares: f64 = without.iter().map(|s| (s[i] - mean).powi(2)).sum();
-            *half = within * ((n - 1.0) / n * squares).sqrt();
-        }
-    }
-    ScaleMoments {
-        step,
-        scale,
-        pairs: total[0] as u64,
-        structure: std::array::from_fn(|p| found[p]),
-        third: found[ORDERS],
-        flatness: found[ORDERS + 1],
-        skewness: found[ORDERS + 2],
-        half,
-        realisations: values.len(),
-    }
+/// `- d ln F_local / d ln scale` with half of its interval, where three or more scales have one.
+fn growth(scales: &[ScaleMoments], values: &Values) -> Option<[f64; 2]> {
+    let is_used = |i: &usize| scales[*i].local_flatness_half().is_finite();
+    let used: Vec<usize> = (0..scales.len()).filter(is_used).collect();
+    let ([exponent], [half], _) = values.find(&used, |sums| {
+        let point = |(i, sums): (&usize, &Sums)| {
+            let flatness = statistics(sums)[ORDERS + 3];
+            (scales[*i].scale.ln(), flatness.ln())
+        };
+        let points: Vec<_> = used.iter().zip(sums).map(point).collect();
+        [LineFit::through(&points).map_or(f64::NAN, |line| -line.slope)]
+    });
+    half.is_finite().then_some([exponent, half])
 }

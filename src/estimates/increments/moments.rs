@@ -1,13 +1,20 @@
-//! Sums of powers of increments.
+//! Sums of powers of increments, and what they give with its interval.
 
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::student_two_sided;
 
 /// The highest order.
 pub const ORDERS: usize = 6;
-/// Count, sums of `|d|^1` to `|d|^6`, and of `d^3`.
-pub(super) const SUMS: usize = ORDERS + 2;
+/// Count, sums of `|d|^1` to `|d|^6`, of `d^3`, the increments that are not 0, and two for the local flatness.
+pub(super) type Sums = [f64; ORDERS + 5];
 /// Sum of `d^3`.
-pub(super) const SIGNED: usize = ORDERS + 1;
+const SIGNED: usize = ORDERS + 1;
+/// Increments that are not 0.
+pub(super) const MOVED: usize = ORDERS + 2;
+/// Numerator and denominator of the local flatness.
+pub(super) const LOCAL: [usize; 2] = [ORDERS + 3, ORDERS + 4];
+/// Orders 1 to 6, the third moment with its sign, flatness, skewness, local flatness.
+pub(super) const STATISTICS: usize = ORDERS + 4;
 /// Increments that are summed plainly before sums are paired.
 const LEAF: usize = 256;
 
@@ -16,7 +23,7 @@ const LEAF: usize = 256;
 #[derive(Debug, Clone, Default)]
 pub(super) struct PowerSums {
     /// Sums of `2^level` leaves each, the levels descending.
-    stack: Vec<(u32, [f64; SUMS])>,
+    stack: Vec<(u32, Sums)>,
 }
 
 impl PowerSums {
@@ -28,11 +35,11 @@ impl PowerSums {
     }
 
     /// Adds the total of other sums.
-    pub fn join(&mut self, total: &[f64; SUMS]) {
+    pub fn join(&mut self, total: &Sums) {
         self.push(0, *total);
     }
 
-    fn push(&mut self, level: u32, sums: [f64; SUMS]) {
+    fn push(&mut self, level: u32, sums: Sums) {
         let (mut level, mut sums) = (level, sums);
         while let Some((top, before)) = self.stack.last()
             && *top == level
@@ -44,24 +51,65 @@ impl PowerSums {
         self.stack.push((level, sums));
     }
 
-    pub fn total(&self) -> [f64; SUMS] {
+    pub fn total(&self) -> Sums {
         let from_last = self.stack.iter().rev();
-        from_last.fold([0.0; SUMS], |sum, (_, part)| added(part, &sum))
+        from_last.fold(Sums::default(), |sum, (_, part)| added(part, &sum))
     }
 }
 
-pub(super) fn added(a: &[f64; SUMS], b: &[f64; SUMS]) -> [f64; SUMS] {
+pub(super) fn added(a: &Sums, b: &Sums) -> Sums {
     std::array::from_fn(|i| a[i] + b[i])
+}
+
+/// What sums say of one scale.
+pub(super) fn statistics(sums: &Sums) -> [f64; STATISTICS] {
+    let mean = |i: usize| sums[i] / sums[0];
+    let mut found = std::array::from_fn(|p| mean(p + 1));
+    found[ORDERS] = mean(SIGNED);
+    found[ORDERS + 1] = mean(4) / (mean(2) * mean(2));
+    found[ORDERS + 2] = mean(SIGNED) / mean(2).powf(1.5);
+    found[ORDERS + 3] = sums[LOCAL[0]] / sums[LOCAL[1]];
+    found
+}
+
+/// Half of the intervals of what the sums `all` of some scales give, and the values that they rest on: a jackknife
+/// that leaves one of the `values` out, whose sums make up `all`. NaN for fewer than two values.
+pub(super) fn jackknife<const N: usize>(
+    all: &[Sums],
+    values: &[&[Sums]],
+    alpha: f64,
+    of: impl Fn(&[Sums]) -> [f64; N],
+) -> ([f64; N], usize) {
+    let is_there = |one: &&&[Sums]| one.iter().all(|sums| sums[0] > 0.0);
+    let without = values.iter().filter(is_there).map(|one| {
+        let pairs = all.iter().zip(one.iter());
+        let rest: Vec<Sums> = pairs
+            .map(|(all, one)| std::array::from_fn(|i| all[i] - one[i]))
+            .collect();
+        of(&rest)
+    });
+    let without: Vec<[f64; N]> = without.collect();
+    let n = without.len() as f64;
+    if without.len() < 2 {
+        return ([f64::NAN; N], without.len());
+    }
+    let within = student_two_sided(alpha, n - 1.0) * ((n - 1.0) / n).sqrt();
+    let half = |i: usize| {
+        let mean = without.iter().map(|one| one[i]).sum::<f64>() / n;
+        let squares: f64 = without.iter().map(|one| (one[i] - mean).powi(2)).sum();
+        within * squares.sqrt()
+    };
+    (std::array::from_fn(half), without.len())
 }
 
 struct Leaf<'a>(&'a [f64], &'a [f64]);
 
 impl SimdKernel for Leaf<'_> {
-    type Output = [f64; SUMS];
+    type Output = Sums;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [f64; SUMS] {
-        let mut sums = [[0.0; WIDTH]; SUMS];
+    fn run<L: Lanes>(self) -> Sums {
+        let mut sums = [[0.0; WIDTH]; ORDERS + 5];
         let (a, a_rest) = self.0.as_chunks::<WIDTH>();
         let (b, b_rest) = self.1.as_chunks::<WIDTH>();
         for (a, b) in a.iter().zip(b) {
@@ -79,7 +127,7 @@ impl SimdKernel for Leaf<'_> {
 }
 
 #[inline(always)]
-fn add_block(sums: &mut [[f64; WIDTH]; SUMS], a: &[f64; WIDTH], b: &[f64; WIDTH]) {
+fn add_block(sums: &mut [[f64; WIDTH]; ORDERS + 5], a: &[f64; WIDTH], b: &[f64; WIDTH]) {
     for i in 0..WIDTH {
         let d = b[i] - a[i];
         let is_there = d.abs() < f64::INFINITY;
@@ -95,6 +143,7 @@ fn add_block(sums: &mut [[f64; WIDTH]; SUMS], a: &[f64; WIDTH], b: &[f64; WIDTH]
         sums[5][i] += square * cube;
         sums[6][i] += cube * cube;
         sums[SIGNED][i] += square * d;
+        sums[MOVED][i] += if d == 0.0 { 0.0 } else { 1.0 };
     }
 }
 
@@ -122,6 +171,9 @@ mod tests {
                 sum(|d| d.powi(5).abs()),
                 sum(|d| d.powi(6)),
                 sum(|d| d.powi(3)),
+                sum(|d| f64::from(d != 0.0)),
+                0.0,
+                0.0,
             ];
             assert_eq!(sums.total(), expected, "{n}");
         }

@@ -1,6 +1,6 @@
 //! What is requested of increments, and what is found.
 
-use super::moments::ORDERS;
+use super::moments::{ORDERS, STATISTICS};
 use super::sums::FieldAxis;
 use crate::estimates::SIGNIFICANCE;
 use crate::field::Axis;
@@ -50,8 +50,8 @@ pub struct Increments {
     /// Unit of the samples.
     pub unit: Option<String>,
     pub shots: usize,
-    /// How evenly the squares of the smallest increments are spread over 16 parts of the times: 1 for a
-    /// stationary record, 1/16 for a pulse.
+    /// How evenly the squares of the samples are spread over 16 parts of the times: 1 for a stationary record, 1/16
+    /// for a pulse.
     pub steadiness: f64,
     pub basis: IntervalBasis,
     pub alpha: f64,
@@ -83,6 +83,9 @@ pub enum IntervalBasis {
 pub struct AxisIncrements {
     pub axis: FieldAxis,
     pub scales: Vec<ScaleMoments>,
+    /// Exponent by which the local flatness grows towards small scales, with half of its interval; `None` where fewer than
+    /// three scales have one.
+    pub growth: Option<[f64; 2]>,
     pub exponents: Option<ScalingExponents>,
     pub histograms: Vec<IncrementHistogram>,
 }
@@ -104,8 +107,11 @@ pub struct ScaleMoments {
     pub flatness: f64,
     /// `<d^3> / <d^2>^{3/2}`.
     pub skewness: f64,
+    /// The flatness of increments in units of the level that they have at their place and in their part of the times:
+    /// 3 for normal increments of any levels. NaN of lags longer than a quarter of a part, and of fewer than 64 times.
+    pub local_flatness: f64,
     /// Half of the intervals of the numbers above, in their order; NaN where none can be stated.
-    pub half: [f64; ORDERS + 3],
+    pub half: [f64; STATISTICS],
     /// Values that the intervals rest on.
     pub realisations: usize,
 }
@@ -122,9 +128,35 @@ impl ScaleMoments {
     pub fn skewness_half(&self) -> f64 {
         self.half[ORDERS + 2]
     }
+
+    pub fn local_flatness_half(&self) -> f64 {
+        self.half[ORDERS + 3]
+    }
 }
 
 impl AxisIncrements {
+    /// Whether the local flatness of the smallest scale is above 3, and grows towards it, both beyond their intervals; `None`
+    /// where that cannot be told.
+    pub fn is_intermittent(&self) -> Option<bool> {
+        let [exponent, half] = self.growth?;
+        let [smallest, _] = self.local_ends()?;
+        let is_above = smallest.local_flatness - 3.0 > smallest.local_flatness_half();
+        Some(is_above && exponent > half)
+    }
+
+    /// The smallest and the largest scale whose local flatness has an interval.
+    pub(super) fn local_ends(&self) -> Option<[&ScaleMoments; 2]> {
+        let is_known = |m: &&ScaleMoments| m.local_flatness_half().is_finite();
+        let mut known = self.scales.iter().filter(is_known);
+        let first = known.next()?;
+        Some([first, known.next_back().unwrap_or(first)])
+    }
+
+    /// Whether there is anything to have a flatness.
+    pub fn moves(&self) -> bool {
+        self.scales.iter().any(|m| m.structure[1] > 0.0)
+    }
+
     /// Scales at which the third moment has a sign, with the sign: each interval leaves out 0 with the probability `1 - alpha /
     /// n` of n scales, so that chance makes none of them with `1 - alpha`.
     pub fn third_signs(&self, alpha: f64) -> Vec<(f64, f64)> {
@@ -147,19 +179,21 @@ pub struct ScalingExponents {
     pub points: usize,
     /// Of orders 1 to 6.
     pub exponents: [f64; ORDERS],
-    /// Half of their intervals: over shots, or of the regression.
+    /// Half of their intervals.
     pub half: [f64; ORDERS],
     pub basis: ExponentBasis,
     /// Slopes against `ln S_3` (extended self-similarity).
     pub relative: [f64; ORDERS],
 }
 
-/// What the interval of an exponent is.
+/// What the interval of an exponent is one of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ExponentBasis {
-    /// The spread of the exponents of the shots.
+    /// Other shots.
     Shots,
+    /// Other records of the same length, from the parts of this one.
+    Parts,
     /// Of the residuals of the regression alone: it holds the deviations from a power law, but not
     /// what another record would give.
     Regression,

@@ -8,11 +8,11 @@ use super::{
 };
 use crate::sheet::{
     BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table,
-    Units, extent, number, with_half,
+    Units, VERMILLION, extent, number, with_half,
 };
 use crate::unit::label;
 
-const DEFINITIONS: [[&str; 2]; 5] = [
+const DEFINITIONS: [[&str; 2]; 6] = [
     [
         "Increment",
         "Difference of two samples a separation r apart along x, towards +x, or a lag τ apart in time.",
@@ -23,7 +23,12 @@ const DEFINITIONS: [[&str; 2]; 5] = [
     ],
     [
         "Flatness",
-        "⟨d⁴⟩/⟨d²⟩²: 3 for normal increments. Where it grows towards small scales, the field is \
+        "⟨d⁴⟩/⟨d²⟩²: 3 for normal increments of one level, more where levels of sites or times differ.",
+    ],
+    [
+        "Local flatness",
+        "That of increments in units of their level at each site, or pair of sites, and in each of 16 parts of the times: \
+         3 for normal increments of any levels. Where it is above 3 and grows towards small scales, the field is \
          intermittent: large increments are rare and concentrated.",
     ],
     [
@@ -33,8 +38,8 @@ const DEFINITIONS: [[&str; 2]; 5] = [
     ],
     [
         "Exponent",
-        "Slope of ln S_p against the logarithm of the scale over the stated band. The interval of the \
-         regression holds deviations from a power law; only that over shots holds what another record would give.",
+        "Slope of ln S_p against the logarithm of the scale over the stated band. The interval over \
+         shots or parts holds what another record would give, that of the regression deviations from a power law alone.",
     ],
 ];
 
@@ -43,7 +48,7 @@ const DEEPEST: f64 = 1e-7;
 
 impl Describe for Increments {
     /// Variables of each axis, `space_` and `time_`: `scale`, `pairs` (n); `structure`, `structure_half` (n, 6), orders 1
-    /// to 6; `third`, `flatness`, `skewness` (n) with their `_half`, half of the interval, NaN where none can be stated;
+    /// to 6; `third`, `flatness`, `local_flatness`, `skewness` (n) with their `_half`, half of the interval, NaN where none can be stated;
     /// `histogram_scale` (h), `histogram_edges` (cells + 1), `histogram_density` (h, cells).
     fn describe(&self) -> Sheet<'_> {
         let (time_unit, space_unit) = self.units();
@@ -67,14 +72,16 @@ impl Describe for Increments {
             ..Sheet::default()
         };
         for axis in &self.axes {
-            let name = axis.name();
+            let name = axis.words()[0];
             sheet.fact(format!("flatness, {name}"), axis.flatness(self));
             sheet.fact(format!("third moment, {name}"), axis.third(self));
             if let Some(fit) = &axis.exponents {
-                sheet.fact(
-                    format!("exponents, {name}"),
-                    axis.exponents_in_words(fit, self),
-                );
+                let words = axis.exponents_in_words(fit, self);
+                sheet.fact(format!("exponents, {name}"), words);
+                let relative = fit.relative.iter().zip(1..);
+                let relative = relative.map(|(value, p)| format!("{p}: {}", number(*value)));
+                let words = relative.collect::<Vec<_>>().join(", ");
+                sheet.detail(format!("exponents relative to order 3, {name}"), words);
             }
         }
         if self.axes.iter().all(|axis| axis.exponents.is_none()) {
@@ -83,7 +90,7 @@ impl Describe for Increments {
         for axis in &self.axes {
             let pairs: u64 = axis.scales.iter().map(|m| m.pairs).sum();
             let text = format!("{} scales, {pairs} pairs of samples", axis.scales.len());
-            sheet.detail(axis.name(), text);
+            sheet.detail(axis.words()[0], text);
         }
         if self.basis == IntervalBasis::None {
             sheet.warn(
@@ -100,8 +107,6 @@ impl Describe for Increments {
             ("intervals", basis),
         ];
         sheet.tables.push(Table::of_values("Averages", rows));
-        let exponents = self.axes.iter().filter_map(AxisIncrements::exponent_table);
-        sheet.tables.extend(exponents);
         let axes: Vec<_> = self.axes.iter().map(AxisIncrements::numbers).collect();
         sheet.numbers(json!({
             "time_unit": time_unit,
@@ -129,108 +134,120 @@ impl Describe for Increments {
 impl Increments {
     /// Whether large increments are rare and concentrated at small scales, in words.
     fn answer(&self) -> String {
-        if self.basis == IntervalBasis::None {
-            return "intermittency cannot be told: one transient is one realisation".into();
+        let still = self.axes.iter().find(|axis| !axis.moves());
+        let still = still.map(|axis| axis.words()[2].to_owned());
+        if !self.axes.iter().any(AxisIncrements::moves) {
+            return "nothing moves".into();
         }
-        let ends = self.axes.iter().filter_map(|axis| {
-            let ends = [axis.scales.first()?, axis.scales.last()?];
-            Some((axis, ends, axis.is_intermittent()))
-        });
-        let ends: Vec<_> = ends.collect();
-        let Some((axis, scales, is_intermittent)) = ends.iter().find(|end| end.2).or(ends.first())
-        else {
-            return "no increments".into();
+        let told = |told: bool| {
+            let of = self.axes.iter().filter(move |axis| axis.moves());
+            let of = of.filter(|axis| axis.is_intermittent() == Some(told));
+            let along: Vec<&str> = of.clone().map(|axis| axis.words()[1]).collect();
+            let flatness: Vec<String> = of.filter_map(|axis| axis.local_flatness(self)).collect();
+            let (start, with) = match told {
+                true => ("intermittent", " and "),
+                false => ("no intermittency is shown", " or "),
+            };
+            let (along, flatness) = (along.join(with), flatness.join("; "));
+            (!along.is_empty()).then(|| format!("{start} {along}: local flatness {flatness}"))
         };
-        let unit = axis.unit(self);
-        let [small, large] = scales.map(|m| {
-            let flatness = with_half(m.flatness, m.flatness_half(), "");
-            format!("{flatness} at {} {unit}", number(m.scale))
-        });
-        let alike = ends.iter().filter(|end| end.2 == *is_intermittent);
-        let along: Vec<&str> = alike.map(|end| end.0.along()).collect();
-        match is_intermittent {
-            true => format!(
-                "intermittent {}: flatness {small}, {large}",
-                along.join(" and ")
-            ),
-            false => format!("no intermittency is shown: flatness {small}, {large}"),
-        }
+        let untold = match self.basis {
+            IntervalBasis::None => "one transient is one realisation",
+            _ => "it takes 64 times, and three scales",
+        };
+        let verdict = told(true).or_else(|| told(false));
+        let verdict = verdict.unwrap_or_else(|| format!("intermittency cannot be told: {untold}"));
+        still
+            .into_iter()
+            .chain([verdict])
+            .collect::<Vec<_>>()
+            .join("; ")
     }
 }
 
 impl AxisIncrements {
-    fn name(&self) -> &'static str {
+    /// Name, place in a sentence, and that nothing differs along the axis.
+    fn words(&self) -> [&'static str; 3] {
         match self.axis {
-            FieldAxis::Space => "x",
-            FieldAxis::Time => "time",
+            FieldAxis::Space => {
+                let same = "no motion between sites: their records are the same";
+                ["x", "along x", same]
+            }
+            FieldAxis::Time => ["time", "in time", "nothing changes in time"],
         }
     }
 
-    fn along(&self) -> &'static str {
-        match self.axis {
-            FieldAxis::Space => "along x",
-            FieldAxis::Time => "in time",
-        }
-    }
-
-    /// That of the scales.
+    /// Of the scales.
     fn unit(&self, of: &Increments) -> String {
-        let (time, space) = of.units();
         match self.axis {
-            FieldAxis::Space => space,
-            FieldAxis::Time => time,
+            FieldAxis::Space => of.units().1,
+            FieldAxis::Time => of.units().0,
         }
     }
 
-    /// Whether the flatness grows towards small scales beyond its intervals.
-    fn is_intermittent(&self) -> bool {
-        let (Some(first), Some(last)) = (self.scales.first(), self.scales.last()) else {
-            return false;
+    /// The two scales with a number each.
+    fn ends(
+        &self,
+        of: &Increments,
+        ends: [&ScaleMoments; 2],
+        value: [fn(&ScaleMoments) -> f64; 2],
+    ) -> String {
+        let unit = self.unit(of);
+        let at = |m: &ScaleMoments| {
+            let flatness = with_half(value[0](m), value[1](m), "");
+            format!("{flatness} at {} {unit}", number(m.scale))
         };
-        first.flatness - last.flatness > first.flatness_half() + last.flatness_half()
+        match ends[0].step == ends[1].step {
+            true => at(ends[0]),
+            false => format!("{}, {}", at(ends[0]), at(ends[1])),
+        }
+    }
+
+    fn local_flatness(&self, of: &Increments) -> Option<String> {
+        let value = [
+            |m: &ScaleMoments| m.local_flatness,
+            ScaleMoments::local_flatness_half,
+        ];
+        Some(self.ends(of, self.local_ends()?, value))
     }
 
     fn flatness(&self, of: &Increments) -> String {
-        let (Some(first), Some(last)) = (self.scales.first(), self.scales.last()) else {
-            return "no scale".into();
+        let (Some(first), Some(last), true) =
+            (self.scales.first(), self.scales.last(), self.moves())
+        else {
+            return self.words()[2].into();
         };
-        let unit = self.unit(of);
-        let at = |m: &ScaleMoments| {
-            let value = with_half(m.flatness, m.flatness_half(), "");
-            format!("{value} at {} {unit}", number(m.scale))
-        };
-        let verdict = match self.is_intermittent() {
-            true => "; it grows towards small scales, beyond the intervals",
-            false => "",
-        };
-        match self.scales.len() {
-            1 => at(first),
-            _ => format!("{}, {}{verdict}", at(first), at(last)),
+        let value = [|m: &ScaleMoments| m.flatness, ScaleMoments::flatness_half];
+        let all = self.ends(of, [first, last], value);
+        match (self.local_flatness(of), self.growth) {
+            (Some(local), Some([exponent, half])) => {
+                let exponent = with_half(exponent, half, "");
+                format!(
+                    "{all}; local {local}, growing by the power {exponent} towards small scales"
+                )
+            }
+            (Some(local), None) => format!("{all}; local {local}"),
+            (None, _) => all,
         }
     }
 
     fn third(&self, of: &Increments) -> String {
-        let signs = self.third_signs(of.alpha);
-        let unit = self.unit(of);
-        let count = |sign: f64| {
+        let (signs, unit) = (self.third_signs(of.alpha), self.unit(of));
+        let of_sign = |(sign, name): (f64, &str)| {
             let scales = signs.iter().filter(|(_, s)| *s == sign);
             let scales: Vec<f64> = scales.map(|(x, _)| *x).collect();
-            let (first, last) = (scales.first()?, scales.last()?);
+            let (n, all) = (scales.len(), self.scales.len());
+            let [first, last] = [scales.first()?, scales.last()?].map(|x| number(*x));
             Some(format!(
-                "at {} of {} scales from {} to {} {unit}",
-                scales.len(),
-                self.scales.len(),
-                number(*first),
-                number(*last)
+                "{name} at {n} of {all} scales from {first} to {last} {unit}"
             ))
         };
-        match (count(-1.0), count(1.0)) {
-            (None, None) => "its sign is not resolved at any scale".into(),
-            (Some(negative), None) => format!("negative {negative}"),
-            (None, Some(positive)) => format!("positive {positive}"),
-            (Some(negative), Some(positive)) => {
-                format!("negative {negative}; positive {positive}")
-            }
+        let signs = [(-1.0, "negative"), (1.0, "positive")]
+            .into_iter()
+            .filter_map(of_sign);
+        match signs.collect::<Vec<_>>().join("; ") {
+            none if none.is_empty() => "its sign is not resolved at any scale".into(),
+            words => words,
         }
     }
 
@@ -239,35 +256,14 @@ impl AxisIncrements {
         let text: Vec<String> = values
             .map(|((value, half), p)| format!("{p}: {}", with_half(*value, *half, "")))
             .collect();
-        format!(
-            "{}; {} scales from {} to {} {}, intervals {}",
-            text.join(", "),
-            fit.points,
-            number(fit.band[0]),
-            number(fit.band[1]),
-            self.unit(of),
-            basis_of(fit)
-        )
-    }
-
-    /// A row an order.
-    fn exponent_table(&self) -> Option<Table> {
-        let fit = self.exponents.as_ref()?;
-        let row = |p: usize| {
-            vec![
-                (p + 1).to_string(),
-                number(fit.exponents[p]),
-                format!("{} {}", number(fit.half[p]), basis_of(fit)),
-                number(fit.relative[p]),
-            ]
+        let basis = match fit.basis {
+            ExponentBasis::Shots => "over shots",
+            ExponentBasis::Parts => "over 16 parts of the record",
+            ExponentBasis::Regression => "of the regression",
         };
-        let head = ["order", "exponent", "half interval", "relative to order 3"];
-        Some(Table {
-            title: format!("Exponents {}", self.along()),
-            head: head.map(str::to_owned).to_vec(),
-            rows: (0..fit.exponents.len()).map(row).collect(),
-            ..Table::default()
-        })
+        let (text, points, unit) = (text.join(", "), fit.points, self.unit(of));
+        let [from, to] = fit.band.map(number);
+        format!("{text}; {points} scales from {from} to {to} {unit}, intervals {basis}")
     }
 
     fn numbers(&self) -> serde_json::Value {
@@ -278,6 +274,10 @@ impl AxisIncrements {
             "pairs": self.scales.iter().map(|m| m.pairs).collect::<Vec<u64>>(),
             "flatness": all(|m| m.flatness),
             "flatness_half": all(ScaleMoments::flatness_half),
+            "local_flatness": all(|m| m.local_flatness),
+            "local_flatness_half": all(ScaleMoments::local_flatness_half),
+            "growth": self.growth,
+            "intermittent": self.is_intermittent(),
             "third": all(|m| m.third),
             "third_half": all(ScaleMoments::third_half),
             "exponents": self.exponents,
@@ -293,13 +293,15 @@ impl AxisIncrements {
         let named = |name: &str| format!("{prefix}_{name}");
         let scale = named("scale");
         let cubed = units.cubed();
-        let lines: [Column<ScaleMoments>; 8] = [
+        let lines: [Column<ScaleMoments>; 10] = [
             ("scale", length, |m| m.scale),
             ("pairs", "", |m| m.pairs as f64),
             ("third", &cubed, |m| m.third),
             ("third_half", &cubed, ScaleMoments::third_half),
             ("flatness", "", |m| m.flatness),
             ("flatness_half", "", ScaleMoments::flatness_half),
+            ("local_flatness", "", |m| m.local_flatness),
+            ("local_flatness_half", "", ScaleMoments::local_flatness_half),
             ("skewness", "", |m| m.skewness),
             ("skewness_half", "", ScaleMoments::skewness_half),
         ];
@@ -338,17 +340,11 @@ impl AxisIncrements {
     fn charts(&self, of: &Increments) -> Vec<Chart> {
         let unit = self.unit(of);
         let (scale_label, along) = match self.axis {
-            FieldAxis::Space => (label("separation r", &unit), self.along()),
-            FieldAxis::Time => (label("lag τ", &unit), self.along()),
+            FieldAxis::Space => (label("separation r", &unit), self.words()[1]),
+            FieldAxis::Time => (label("lag τ", &unit), self.words()[1]),
         };
         let points = |of: &dyn Fn(&ScaleMoments) -> f64| -> Vec<(f64, f64)> {
             self.scales.iter().map(|m| (m.scale, of(m))).collect()
-        };
-        let errors = |of: fn(&ScaleMoments) -> f64| -> Vec<f64> {
-            let halves = self.scales.iter().map(of);
-            halves
-                .map(|half| if half.is_finite() { half } else { 0.0 })
-                .collect()
         };
         let log_x = self.scales.len() > 3;
         let structure = (0..6).map(|p| {
@@ -375,41 +371,48 @@ impl AxisIncrements {
                 structure,
             )
         };
-        let normal = |at: f64, words: &str| {
-            vec![Level {
-                at,
-                label: words.into(),
-            }]
-        };
-        let flatness = Series {
-            errors: errors(ScaleMoments::flatness_half),
-            ..Series::line("", BLUE, points(&|m| m.flatness)).marked(Marker::Circle)
-        };
-        let mut flat = Chart {
+        let ratio = |title: &str, axis: &str, normal: Level, series: Vec<Series>| Chart {
             log_x,
-            levels: normal(3.0, "normal distribution"),
-            ..Chart::of(
-                format!("flatness, {along}"),
-                &scale_label,
-                "flatness ⟨d⁴⟩/⟨d²⟩²",
-                vec![flatness],
-            )
+            levels: vec![normal],
+            ..Chart::of(format!("{title}, {along}"), &scale_label, axis, series)
         };
+        type Of = fn(&ScaleMoments) -> f64;
+        let with_bars = |name, colour, of: Of, half: Of| {
+            let known = self.scales.iter().filter(|m| of(m).is_finite());
+            let bar = |half: f64| if half.is_finite() { half } else { 0.0 };
+            let (points, errors) = known.map(|m| ((m.scale, of(m)), bar(half(m)))).unzip();
+            let series = Series::line(name, colour, points).marked(Marker::Circle);
+            Series { errors, ..series }
+        };
+        let flatness = vec![
+            with_bars(
+                "all together",
+                BLUE,
+                |m| m.flatness,
+                ScaleMoments::flatness_half,
+            ),
+            with_bars(
+                "local",
+                VERMILLION,
+                |m| m.local_flatness,
+                ScaleMoments::local_flatness_half,
+            ),
+        ];
+        let at = |at, label: &str| Level {
+            at,
+            label: label.into(),
+        };
+        let normal = at(3.0, "normal distribution");
+        let mut flat = ratio("flatness", "flatness ⟨d⁴⟩/⟨d²⟩²", normal, flatness);
         flat.y = 0.0..flat.y.end.max(3.5);
-        let skewness = Series {
-            errors: errors(ScaleMoments::skewness_half),
-            ..Series::line("", BLUE, points(&|m| m.skewness)).marked(Marker::Circle)
-        };
-        let mut skew = Chart {
-            log_x,
-            levels: normal(0.0, ""),
-            ..Chart::of(
-                format!("third moment with its sign, {along}"),
-                &scale_label,
-                "skewness ⟨d³⟩/⟨d²⟩^(3/2)",
-                vec![skewness],
-            )
-        };
+        let skewness = vec![with_bars(
+            "",
+            BLUE,
+            |m| m.skewness,
+            ScaleMoments::skewness_half,
+        )];
+        let title = "third moment with its sign";
+        let mut skew = ratio(title, "skewness ⟨d³⟩/⟨d²⟩^(3/2)", at(0.0, ""), skewness);
         let most = skew.y.start.abs().max(skew.y.end.abs()).max(0.1);
         skew.y = -most..most;
         let charts = [Some(roots), Some(flat), Some(skew), self.histograms(of)];
@@ -470,19 +473,11 @@ impl AxisIncrements {
             x: -10.0..10.0,
             y: seen.start.max(DEEPEST) / 2.0..2.0 * seen.end.max(0.4),
             ..Chart::of(
-                format!("histograms of increments, {}", self.along()),
+                format!("histograms of increments, {}", self.words()[1]),
                 "increment over its root mean square",
                 "probability density",
                 series,
             )
         })
-    }
-}
-
-/// What the intervals of exponents rest on.
-fn basis_of(fit: &ScalingExponents) -> &'static str {
-    match fit.basis {
-        ExponentBasis::Shots => "over shots",
-        ExponentBasis::Regression => "of the regression",
     }
 }

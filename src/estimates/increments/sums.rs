@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::moments::{ORDERS, PowerSums, SUMS};
+use super::moments::{LOCAL, MOVED, ORDERS, PowerSums, Sums};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::TOGETHER;
 use crate::field::Field;
@@ -13,8 +13,12 @@ use crate::system::memory::half_of_free_memory;
 
 /// Parts of the times whose sums are kept apart.
 pub(super) const PARTS: usize = 16;
-/// Blocks of times that are read in parallel, four a part.
-const BLOCKS: usize = 64;
+/// Blocks of a part, between which its level is taken as steady.
+const QUARTERS: usize = 4;
+/// Blocks of times.
+const BLOCKS: usize = QUARTERS * PARTS;
+/// Pairs of sites a separation apart, spread evenly, whose local flatness is looked at.
+const PAIRS: usize = 256;
 /// Samples that are read together.
 const READ: usize = 1 << 17;
 /// Cells of a histogram.
@@ -40,7 +44,39 @@ pub(super) struct IncrementPass<'a> {
 }
 
 /// `[part][step]`.
-pub(super) type PartSums = Vec<Vec<[f64; SUMS]>>;
+pub(super) type PartSums = Vec<Vec<Sums>>;
+
+/// Of a pair of sites, or of a record and itself a lag on, over a block of times: increments, those that are not 0, sums
+/// of squares and of fourth powers.
+type Cell = [f64; 4];
+
+/// Numerator and denominator of the local flatness: `sum d^4` over a part, and what a normal distribution of
+/// the same level has of it, times 3.
+///
+/// The square of the variance is a mean of products of blocks that are not neighbours. Those are independent, so that few
+/// samples do not bias it, and their level is that of this pair and this part alone. Increments of
+/// exactly 0 are of samples that are clipped, held or the same: those left over are taken as all there are, and the fourth
+/// powers as many times smaller as held samples can make them larger.
+fn local(blocks: [Cell; QUARTERS]) -> Sums {
+    let product = |of: usize| {
+        blocks[0][of] * blocks[2][of]
+            + blocks[0][of] * blocks[3][of]
+            + blocks[1][of] * blocks[3][of]
+    };
+    let all = |of: usize| blocks.iter().map(|cell| cell[of]).sum::<f64>();
+    let mut sums = Sums::default();
+    if product(1) > 0.0 {
+        sums[LOCAL[0]] = all(3) * all(1) / all(0);
+        sums[LOCAL[1]] = all(1) * product(2) / product(1);
+    }
+    sums
+}
+
+/// Sums of parts and steps, and cells that are not yet part of them.
+struct Tally {
+    parts: Vec<Vec<PowerSums>>,
+    cells: Vec<Cell>,
+}
 
 /// Counts of a histogram, and of what is beyond its ends.
 pub(super) type Counts = [u64; CELLS + 2];
@@ -55,8 +91,9 @@ impl IncrementPass<'_> {
             FieldAxis::Space => sites.max(READ as u64),
             FieldAxis::Time => times * TOGETHER as u64,
         };
-        let sums = 16 * (PARTS * self.steps.len() * SUMS * 8) as u64;
-        let needed = threads * (8 * samples + sums);
+        let sums = (16 * PARTS * self.steps.len() * size_of::<Sums>()) as u64;
+        let cells = (BLOCKS * self.steps.len() * PAIRS * size_of::<Cell>()) as u64;
+        let needed = threads * (8 * samples + sums) + cells;
         let allowed = memory.unwrap_or_else(half_of_free_memory);
         match needed > allowed {
             true => Err(Error::Memory {
@@ -73,20 +110,69 @@ impl IncrementPass<'_> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn sums(&self) -> Result<PartSums> {
-        let empty = || vec![vec![PowerSums::default(); self.steps.len()]; PARTS];
-        let visit =
-            |sums: &mut Vec<Vec<PowerSums>>, part: usize, step: usize, a: &[f64], b: &[f64]| {
-                sums[part][step].add(a, b);
-            };
+        let empty = || Tally {
+            parts: vec![vec![PowerSums::default(); self.steps.len()]; PARTS],
+            cells: match self.axis {
+                FieldAxis::Space => vec![Cell::default(); self.steps.len() * PAIRS],
+                FieldAxis::Time => Vec::new(),
+            },
+        };
+        let visit = |tally: &mut Tally, block: usize, step: usize, a: &[f64], b: &[f64]| {
+            let sums = &mut tally.parts[block / QUARTERS][step];
+            if self.axis == FieldAxis::Space {
+                sums.add(a, b);
+                let apart = a.len().div_ceil(PAIRS);
+                let cells = tally.cells[step * PAIRS..].iter_mut();
+                for (cell, (a, b)) in cells.zip(a.iter().zip(b).step_by(apart)) {
+                    let d = b - a;
+                    if d.is_finite() {
+                        let of_one = [1.0, f64::from(d != 0.0), d * d, d.powi(4)];
+                        *cell = std::array::from_fn(|i| cell[i] + of_one[i]);
+                    }
+                }
+                return;
+            }
+            let mut of_block = PowerSums::default();
+            of_block.add(a, b);
+            let total = of_block.total();
+            sums.join(&total);
+            tally
+                .cells
+                .push([total[0], total[MOVED], total[2], total[4]]);
+            if let Ok(blocks) = tally.cells.as_slice().try_into() {
+                sums.join(&local(blocks));
+                tally.cells.clear();
+            }
+        };
         let all = self.each(empty, visit)?;
-        let mut joined = empty();
-        for sums in &all {
-            for (joined, sums) in joined.iter_mut().flatten().zip(sums.iter().flatten()) {
+        let mut joined = empty().parts;
+        for tally in &all {
+            for (joined, sums) in joined
+                .iter_mut()
+                .flatten()
+                .zip(tally.parts.iter().flatten())
+            {
                 joined.join(&sums.total());
             }
         }
-        let totals = |part: &Vec<PowerSums>| part.iter().map(PowerSums::total).collect();
-        let found: PartSums = joined.iter().map(totals).collect();
+        if self.axis == FieldAxis::Space {
+            for (part, blocks) in joined.iter_mut().zip(all.chunks_exact(QUARTERS)) {
+                for (i, _) in blocks[0].cells.iter().enumerate() {
+                    part[i / PAIRS].join(&local(std::array::from_fn(|b| blocks[b].cells[i])));
+                }
+            }
+        }
+        // Of each part one flatness, whatever its level.
+        let totals = |sums: &PowerSums| {
+            let mut total = sums.total();
+            let [above, below] = LOCAL.map(|i| total[i]);
+            let is_known = below > 0.0;
+            total[LOCAL[0]] = if is_known { above / below } else { 0.0 };
+            total[LOCAL[1]] = f64::from(is_known);
+            total
+        };
+        let found = joined.iter().map(|part| part.iter().map(totals).collect());
+        let found: PartSums = found.collect();
         // Of every sum of magnitudes, there is one of their sixth powers.
         let is_number = |step: usize| {
             let all = |order: usize| found.iter().map(|part| part[step][order]).sum::<f64>();
@@ -132,7 +218,8 @@ impl IncrementPass<'_> {
         Ok(sum)
     }
 
-    /// Visits all pairs: part of the times, index of the step, samples, samples a step on.
+    /// Visits all pairs: block of the times, index of the step, samples, samples a step on. In time all blocks of a part
+    /// one after another.
     fn each<T: Send>(
         &self,
         empty: impl Fn() -> T + Sync,
@@ -157,11 +244,11 @@ impl IncrementPass<'_> {
                 FieldAxis::Space => {
                     let times = split(field.n_times(), BLOCKS, i);
                     self.rows(times, samples, |step, a, b| {
-                        visit(&mut found, i * PARTS / BLOCKS, step, a, b);
+                        visit(&mut found, i, step, a, b);
                     });
                 }
-                FieldAxis::Time => self.records(i, samples, |part, step, a, b| {
-                    visit(&mut found, part, step, a, b);
+                FieldAxis::Time => self.records(i, samples, |block, step, a, b| {
+                    visit(&mut found, block, step, a, b);
                 }),
             }
             self.observer.advance(1);
@@ -205,12 +292,16 @@ impl IncrementPass<'_> {
         self.field.read_site_major(0..times, sites, samples);
         for record in samples.chunks_exact(times) {
             for part in 0..PARTS {
-                let begins = split(times, PARTS, part);
                 for (step, lag) in self.steps.iter().enumerate() {
-                    let end = begins.end.min(times - lag);
-                    if begins.start < end {
-                        let a = &record[begins.start..end];
-                        visit(part, step, a, &record[begins.start + lag..end + lag]);
+                    for block in part * QUARTERS..(part + 1) * QUARTERS {
+                        let Range { start, end } = split(times, BLOCKS, block);
+                        let [start, end] = [start, end].map(|i| i.min(times - lag));
+                        visit(
+                            block,
+                            step,
+                            &record[start..end],
+                            &record[start + lag..end + lag],
+                        );
                     }
                 }
             }

@@ -1,10 +1,11 @@
 //! Breaks of a power law: continuous lines of several pieces.
 
-use crate::numeric::GoldenSection;
 use crate::numeric::{student_outside, student_two_sided};
 
 /// Places that are tried, evenly spread over the band.
 const PLACES: usize = 64;
+/// Finer steps between two of them, for the best place and its interval.
+const FINER: usize = 16;
 /// Points beside a break, at least.
 const MARGIN: usize = 3;
 
@@ -56,181 +57,128 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
     let count = PLACES.min(n - 2 * MARGIN);
     let step = (high - low) / (count - 1) as f64;
     let places: Vec<f64> = (0..count).map(|i| low + step * i as f64).collect();
-    let straight = hinges(points, &[])?;
-    let single = |b: &f64| Some((vec![*b], hinges(points, &[*b])?));
-    let one = best(places.iter().filter_map(single))?;
+    let straight = Hinges::new(points, &[])?;
+    // A piece between two breaks has points of its own.
+    let far = |a: f64, b: f64| points.iter().filter(|p| p.0 > a && p.0 <= b).count() >= MARGIN;
+    let later = |a: f64| places.iter().filter(move |b| **b > a);
+    let pairs = places.iter().flat_map(|a| later(*a).map(|b| vec![*a, *b]));
+    let pairs: Vec<Vec<f64>> = match most > 1 {
+        true => pairs.filter(|pair| far(pair[0], pair[1])).collect(),
+        false => Vec::new(),
+    };
+    let singles: Vec<Vec<f64>> = places.iter().map(|b| vec![*b]).collect();
     let chance = |worse: &Hinges, better: &Hinges, tried: usize| {
-        let freedom = n as f64 - better.coefficients.len() as f64;
+        let freedom = better.freedom();
         let ratio = (worse.squares - better.squares) / (better.squares / freedom);
         (student_outside(ratio.max(0.0).sqrt(), freedom) * tried as f64).min(1.0)
     };
-    let first = chance(&straight, &one.1, places.len());
-    let mut accepted = (first < alpha).then(|| (one.clone(), vec![first]));
-    if most > 1 {
-        let far = |a: f64, b: f64| points.iter().filter(|p| p.0 > a && p.0 <= b).count() >= MARGIN;
-        let mut pairs = Vec::new();
-        for (i, a) in places.iter().enumerate() {
-            pairs.extend(
-                places[i + 1..]
-                    .iter()
-                    .filter(|b| far(*a, **b))
-                    .map(|b| [*a, *b]),
-            );
-        }
-        let double = |pair: &[f64; 2]| Some((pair.to_vec(), hinges(points, pair)?));
-        if let Some(two) = best(pairs.iter().filter_map(double)) {
-            let second = chance(&one.1, &two.1, pairs.len());
-            if second < alpha {
-                accepted = Some((two, vec![first, second]));
-            }
-        }
-    }
-    let ((at, _), probabilities) = accepted?;
-    let search = Search {
-        points,
-        ends: [low, high],
-        step,
+    let best = |all: &[Vec<f64>]| {
+        let fits = all.iter().filter_map(|at| Hinges::new(points, at));
+        fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
     };
-    let at = search.refined(at);
-    let fit = hinges(points, &at)?;
-    let freedom = n as f64 - fit.coefficients.len() as f64;
-    let limit = fit.squares * (1.0 + student_two_sided(alpha, freedom).powi(2) / freedom);
-    let interval = |k: usize| [-1.0, 1.0].map(|sign| search.reach(&at, k, sign, limit).exp());
-    let mut slopes = vec![fit.coefficients[1]];
-    for change in &fit.coefficients[2..] {
-        slopes.push(slopes[slopes.len() - 1] + change);
+    let one = best(&singles)?;
+    let first = chance(&straight, &one, singles.len());
+    let two = best(&pairs).map(|two| (chance(&one, &two, pairs.len()), two));
+    let (mut fit, probabilities) = match two {
+        Some((second, two)) if second < alpha => (two, vec![first, second]),
+        _ if first < alpha => (one, vec![first]),
+        _ => return None,
+    };
+    // One break elsewhere, all else held.
+    let moved = |fit: &Hinges, k: usize, x: f64| {
+        let mut at = fit.breaks.clone();
+        at[k] = x;
+        let is_there = at.is_sorted() && x >= low && x <= high;
+        is_there.then(|| Hinges::new(points, &at))?
+    };
+    let fine = step / FINER as f64;
+    for k in (0..fit.breaks.len()).chain(0..fit.breaks.len()) {
+        let about = fit.breaks[k] - step;
+        for i in 0..=2 * FINER {
+            let other = moved(&fit, k, about + fine * i as f64);
+            fit = match other {
+                Some(other) if other.squares < fit.squares => other,
+                _ => fit,
+            };
+        }
     }
-    let start = [
-        points[0].0,
-        fit.coefficients[0] + fit.coefficients[1] * (points[0].0 - fit.origin),
-    ];
+    let limit =
+        fit.squares * (1.0 + student_two_sided(alpha, fit.freedom()).powi(2) / fit.freedom());
+    // As far as the residuals stay below the limit.
+    let reach = |k: usize, sign: f64| {
+        let mut x = fit.breaks[k];
+        while moved(&fit, k, x).is_some_and(|fit| fit.squares <= limit) {
+            x += sign * fine;
+        }
+        x.clamp(low, high).exp()
+    };
+    let ends = [&[f64::NEG_INFINITY], &fit.breaks[..], &[f64::INFINITY]].concat();
+    let slope = |ends: &[f64]| {
+        let mut inside = points
+            .iter()
+            .zip(&fit.fitted)
+            .filter(|(p, _)| ends[0] <= p.0 && p.0 <= ends[1]);
+        let (from, to) = (inside.next()?, inside.next_back()?);
+        Some((to.1 - from.1) / (to.0.0 - from.0.0))
+    };
     Some(BreakFit {
-        intervals: (0..at.len()).map(interval).collect(),
-        at: at.iter().map(|b| b.exp()).collect(),
-        slopes,
+        at: fit.breaks.iter().map(|b| b.exp()).collect(),
+        intervals: (0..fit.breaks.len())
+            .map(|k| [-1.0, 1.0].map(|sign| reach(k, sign)))
+            .collect(),
+        slopes: ends.windows(2).map(slope).collect::<Option<_>>()?,
         probabilities,
-        start,
+        start: [points[0].0, fit.fitted[0]],
     })
 }
 
-/// Places of breaks between those that were tried.
-struct Search<'a> {
-    points: &'a [(f64, f64)],
-    ends: [f64; 2],
-    /// Between places.
-    step: f64,
-}
-
-impl Search<'_> {
-    /// Negative residuals with break `k` at `x`.
-    fn value(&self, at: &[f64], k: usize, x: f64) -> f64 {
-        let mut moved = at.to_vec();
-        moved[k] = x;
-        let is_ordered = moved.is_sorted() && x >= self.ends[0] && x <= self.ends[1];
-        match hinges(self.points, &moved).filter(|_| is_ordered) {
-            Some(fit) => -fit.squares,
-            None => f64::NEG_INFINITY,
-        }
-    }
-
-    /// The best places near these.
-    fn refined(&self, mut at: Vec<f64>) -> Vec<f64> {
-        for _ in 0..2 {
-            for k in 0..at.len() {
-                let value = |x: f64| Ok::<f64, std::convert::Infallible>(self.value(&at, k, x));
-                let Ok(mut search) =
-                    GoldenSection::new([at[k] - self.step, at[k] + self.step], value);
-                while search.width() > 1e-6 * self.step {
-                    let [c, d] = search.inner;
-                    let Ok(()) = search.narrow(c.1 > d.1, value);
-                }
-                let [c, d] = search.inner;
-                let found = if c.1 > d.1 { c } else { d };
-                if found.1 > self.value(&at, k, at[k]) {
-                    at[k] = found.0;
-                }
-            }
-        }
-        at
-    }
-
-    /// How far break `k` can be moved until the residuals are above `limit`.
-    fn reach(&self, at: &[f64], k: usize, sign: f64, limit: f64) -> f64 {
-        let mut x = at[k];
-        loop {
-            let next = x + sign * self.step / 16.0;
-            if -self.value(at, k, next) > limit {
-                return next.clamp(self.ends[0], self.ends[1]);
-            }
-            x = next;
-        }
-    }
-}
-
-fn best(fits: impl Iterator<Item = (Vec<f64>, Hinges)>) -> Option<(Vec<f64>, Hinges)> {
-    fits.min_by(|a, b| a.1.squares.total_cmp(&b.1.squares))
-}
-
-/// `y = c_0 + c_1 (x - origin) + sum c_i max(x - b_i, 0)` by least squares.
-#[derive(Debug, Clone)]
+/// `y = c_0 + c_1 x + sum c_i max(x - b_i, 0)` by least squares.
 struct Hinges {
-    coefficients: Vec<f64>,
-    origin: f64,
+    breaks: Vec<f64>,
+    /// At each point.
+    fitted: Vec<f64>,
+    /// Sum of the squared residuals.
     squares: f64,
 }
 
-/// By orthogonal columns (modified Gram-Schmidt). `None` where columns depend on each other.
-fn hinges(points: &[(f64, f64)], breaks: &[f64]) -> Option<Hinges> {
-    let origin = points[0].0;
-    let column = |c: usize| -> Vec<f64> {
-        let of = |x: f64| match c {
-            0 => 1.0,
-            1 => x - origin,
-            _ => (x - breaks[c - 2]).max(0.0),
+impl Hinges {
+    /// By orthogonal columns (modified Gram-Schmidt). `None` where columns depend on each other.
+    fn new(points: &[(f64, f64)], breaks: &[f64]) -> Option<Hinges> {
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let remove = |from: &mut [f64], unit: &[f64]| {
+            let along = dot(from, unit);
+            from.iter_mut().zip(unit).for_each(|(v, q)| *v -= along * q);
         };
-        points.iter().map(|p| of(p.0)).collect()
-    };
-    let count = 2 + breaks.len();
-    let mut columns: Vec<Vec<f64>> = (0..count).map(column).collect();
-    let mut triangle = vec![vec![0.0; count]; count];
-    let mut rest: Vec<f64> = points.iter().map(|p| p.1).collect();
-    let mut projected = vec![0.0; count];
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    for c in 0..count {
-        let before = dot(&columns[c], &columns[c]).sqrt();
-        for b in 0..c {
-            let along = dot(&columns[b], &columns[c]);
-            triangle[b][c] = along;
-            let (done, open) = columns.split_at_mut(c);
-            for (v, q) in open[0].iter_mut().zip(&done[b]) {
-                *v -= along * q;
+        let mut rest: Vec<f64> = points.iter().map(|p| p.1).collect();
+        let mut units: Vec<Vec<f64>> = Vec::new();
+        for c in 0..2 + breaks.len() {
+            let of = |x: f64| match c {
+                0 => 1.0,
+                1 => x - points[0].0,
+                _ => (x - breaks[c - 2]).max(0.0),
+            };
+            let mut column: Vec<f64> = points.iter().map(|p| of(p.0)).collect();
+            let before = dot(&column, &column).sqrt();
+            units.iter().for_each(|unit| remove(&mut column, unit));
+            let norm = dot(&column, &column).sqrt();
+            if norm.is_nan() || norm <= 1e-10 * before {
+                return None;
             }
+            column.iter_mut().for_each(|v| *v /= norm);
+            remove(&mut rest, &column);
+            units.push(column);
         }
-        let norm = dot(&columns[c], &columns[c]).sqrt();
-        if norm.is_nan() || norm <= 1e-10 * before {
-            return None;
-        }
-        triangle[c][c] = norm;
-        for v in &mut columns[c] {
-            *v /= norm;
-        }
-        projected[c] = dot(&columns[c], &rest);
-        for (v, q) in rest.iter_mut().zip(&columns[c]) {
-            *v -= projected[c] * q;
-        }
+        Some(Hinges {
+            breaks: breaks.to_vec(),
+            fitted: points.iter().zip(&rest).map(|(p, r)| p.1 - r).collect(),
+            squares: dot(&rest, &rest),
+        })
     }
-    let mut coefficients = projected;
-    for c in (0..count).rev() {
-        for d in c + 1..count {
-            coefficients[c] -= triangle[c][d] * coefficients[d];
-        }
-        coefficients[c] /= triangle[c][c];
+
+    /// Points less coefficients.
+    fn freedom(&self) -> f64 {
+        self.fitted.len() as f64 - 2.0 - self.breaks.len() as f64
     }
-    Some(Hinges {
-        coefficients,
-        origin,
-        squares: dot(&rest, &rest),
-    })
 }
 
 #[cfg(test)]

@@ -132,40 +132,39 @@ impl Frames<'_> {
         })
     }
 
-    /// Frames of all shots: mean times and spectra, largest gradients.
-    pub fn joined(&self, shots: Vec<FieldFrames>) -> JoinedFrames {
+    /// Frames of all shots: mean times, slopes of mean spectra by `fit`, largest gradients.
+    pub fn joined(
+        &self,
+        shots: &[FieldFrames],
+        alpha: f64,
+        fit: impl Fn(&[f64]) -> Option<LineFit>,
+    ) -> SlopeFrames {
         let (frames, n_times) = (self.frames(), self.first.n_times());
         let time = |i: usize| {
             let last = (i + 1) * n_times / frames - 1;
             0.5 * (self.first.time.at(i * n_times / frames) + self.first.time.at(last))
         };
-        let bins = self.realisations.bins();
-        let spectrum = |i: usize| {
-            let mut mean = vec![0.0; bins];
-            for shot in &shots {
-                for (sum, value) in mean.iter_mut().zip(&shot.spectra[i]) {
-                    *sum += value / shots.len() as f64;
-                }
-            }
-            mean
+        let count = shots.len() as f64;
+        let fit_of = |i: usize| {
+            let mean = |m: usize| shots.iter().map(|shot| shot.spectra[i][m]).sum::<f64>() / count;
+            fit(&(0..self.realisations.bins())
+                .map(mean)
+                .collect::<Vec<f64>>())
         };
-        let gradient = |i: usize| {
-            let inverse: f64 = shots.iter().map(|shot| shot.flatness[i]).sum();
-            shots.len() as f64 / inverse
+        let gradient = |i: usize| count / shots.iter().map(|shot| shot.flatness[i]).sum::<f64>();
+        let shared = self.realisations.shared_bins();
+        let of_fit = |fit: Option<LineFit>| match fit {
+            Some(fit) => (fit.slope, fit.half_interval_of(alpha, shared)),
+            None => (f64::NAN, f64::NAN),
         };
-        JoinedFrames {
+        let (slope, half) = (0..frames).map(fit_of).map(of_fit).unzip();
+        SlopeFrames {
             time: (0..frames).map(time).collect(),
-            spectra: (0..frames).map(spectrum).collect(),
+            slope,
+            half,
             gradient: (0..frames).map(gradient).collect(),
         }
     }
-}
-
-/// Frames of all shots.
-pub(super) struct JoinedFrames {
-    time: Vec<f64>,
-    spectra: Vec<Vec<f64>>,
-    gradient: Vec<f64>,
 }
 
 /// The slope against time.
@@ -179,25 +178,4 @@ pub struct SlopeFrames {
     pub half: Vec<f64>,
     /// Harmonic mean of the snapshots' largest `|dv/dx|`, between neighbouring sites.
     pub gradient: Vec<f64>,
-}
-
-impl SlopeFrames {
-    pub(super) fn new(
-        joined: JoinedFrames,
-        of_frame: impl Fn(&[f64]) -> Option<LineFit>,
-        (alpha, shared): (f64, f64),
-    ) -> Self {
-        let fits: Vec<Option<LineFit>> = joined.spectra.iter().map(|row| of_frame(row)).collect();
-        let each = |of: &dyn Fn(&LineFit) -> f64| -> Vec<f64> {
-            fits.iter()
-                .map(|fit| fit.as_ref().map_or(f64::NAN, of))
-                .collect()
-        };
-        SlopeFrames {
-            slope: each(&|fit| fit.slope),
-            half: each(&|fit| fit.half_interval_of(alpha, shared)),
-            time: joined.time,
-            gradient: joined.gradient,
-        }
-    }
 }

@@ -9,8 +9,6 @@ pub use breaks::BreakFit;
 pub use frames::SlopeFrames;
 pub use steepening::Steepening;
 
-use ndarray::Array2;
-
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::increments::{ExponentBasis, FieldAxis};
@@ -228,6 +226,11 @@ struct Work<'a> {
 
 impl Work<'_> {
     fn run(&self) -> Result<Slope> {
+        let points = |spectrum: &[f64]| -> Vec<(f64, f64)> {
+            let bins = self.bins.iter().filter(|m| spectrum[**m] > 0.0);
+            bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()))
+                .collect()
+        };
         let (spectra, frames, left_out) = match self.request.axis {
             FieldAxis::Time => (self.in_time()?, None, 0),
             FieldAxis::Space => {
@@ -238,22 +241,21 @@ impl Work<'_> {
                     memory: self.request.memory,
                     observer: self.observer,
                 };
-                let found: Vec<_> = self
-                    .fields
-                    .iter()
-                    .map(|field| frames.of(field))
-                    .collect::<Result<_>>()?;
+                let found = self.fields.iter().map(|field| frames.of(field));
+                let found: Vec<_> = found.collect::<Result<_>>()?;
+                let of_frame = |row: &[f64]| {
+                    let largest = row.iter().copied().fold(0.0, f64::max);
+                    let is_known = |m: &usize| row[*m] > ROUNDING * largest;
+                    let is_whole = self.bins.iter().all(is_known);
+                    is_whole.then(|| LineFit::through(&points(row)))?
+                };
                 let spectra = found.iter().map(|one| one.mean()).collect();
                 let left_out = found.iter().map(|one| one.left_out).sum();
-                (spectra, Some(frames.joined(found)), left_out)
+                let joined = frames.joined(&found, self.request.alpha, of_frame);
+                (spectra, Some(joined), left_out)
             }
         };
         let spectrum = mean_spectrum(&spectra);
-        let points = |spectrum: &[f64]| -> Vec<(f64, f64)> {
-            let bins = self.bins.iter().filter(|m| spectrum[**m] > 0.0);
-            bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()))
-                .collect()
-        };
         let all = points(&spectrum);
         let Some(line) = LineFit::through(&all) else {
             let expected = "a band with three or more bins of power".to_owned();
@@ -272,24 +274,9 @@ impl Work<'_> {
             ),
         };
         let ends = [all[0].0.exp(), all[all.len() - 1].0.exp()];
-        let slopes = frames.map(|joined| {
-            let of_frame = |row: &[f64]| {
-                let largest = row.iter().copied().fold(0.0, f64::max);
-                let is_known = |m: &usize| row[*m] > ROUNDING * largest;
-                self.bins
-                    .iter()
-                    .all(is_known)
-                    .then(|| LineFit::through(&points(row)))?
-            };
-            SlopeFrames::new(
-                joined,
-                of_frame,
-                (self.request.alpha, self.realisations.shared_bins()),
-            )
-        });
-        let steepening = slopes
+        let steepening = frames
             .as_ref()
-            .and_then(|frames| Steepening::of(frames, self.request.alpha));
+            .and_then(|frames| Steepening::of(frames, self.fields, self.request.alpha));
         Ok(Slope {
             axis: self.request.axis,
             time: self.first.time.clone(),
@@ -314,7 +301,7 @@ impl Work<'_> {
                 scatter: (line.squares / line.points as f64).sqrt(),
             },
             breaks: breaks(&all, self.request.breaks, self.request.alpha),
-            frames: slopes,
+            frames,
             steepening,
         })
     }
@@ -370,13 +357,7 @@ impl Work<'_> {
 }
 
 fn mean_spectrum(spectra: &[Vec<f64>]) -> Vec<f64> {
-    let rows = spectra.iter().flatten().copied().collect();
-    let shape = (spectra.len(), spectra.first().map_or(0, Vec::len));
-    match Array2::from_shape_vec(shape, rows)
-        .ok()
-        .and_then(|all| all.mean_axis(ndarray::Axis(0)))
-    {
-        Some(mean) => mean.to_vec(),
-        None => Vec::new(),
-    }
+    let bins = 0..spectra.first().map_or(0, Vec::len);
+    let mean = |m: usize| spectra.iter().map(|one| one[m]).sum::<f64>() / spectra.len() as f64;
+    bins.map(mean).collect()
 }

@@ -27,8 +27,9 @@ const DEFINITIONS: [[&str; 2]; 4] = [
     ],
     [
         "Shock time",
-        "Zero of the line through 1/max|∂v/∂x| against time while the gradient is at most three times the first: where \
-         a front that steepens by v ∂v/∂x would become infinitely steep.",
+        "Where the steepest front would become infinitely steep: the distance between two of its levels falls along a \
+         straight line in time. It is fitted until the front is three times as steep as at first; the interval holds noise, \
+         and the deviation from a cubic front and from a straight line.",
     ],
 ];
 
@@ -131,7 +132,7 @@ impl Slope {
     fn basis(&self) -> String {
         match self.law.basis {
             ExponentBasis::Shots => format!("over {} shots", self.shots),
-            ExponentBasis::Regression => "of the regression".into(),
+            _ => "of the regression".into(),
         }
     }
 
@@ -182,7 +183,7 @@ impl Slope {
         }
         if let Some(steep) = &self.steepening {
             let mut text = format!(
-                "{} (interval of the regression of 1/max|∂v/∂x| over {} frames)",
+                "{} (from the levels of the front over {} frames)",
                 with_half(steep.shock_time, steep.half, &self.units().0),
                 steep.frames
             );

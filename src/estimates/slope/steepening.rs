@@ -1,28 +1,44 @@
 //! The time at which a steepening field forms a shock.
 
+use std::ops::Range;
+
 use super::frames::SlopeFrames;
-use crate::numeric::least_squares::LineFit;
+use crate::field::Field;
 use crate::numeric::student_two_sided;
 
-/// The gradient has to grow by this factor.
+/// The gradient has to grow by this factor: a front is forming.
 const LEAST_GROWTH: f64 = 4.0;
-/// Gradients up to this multiple of the first are used.
+/// The front is followed until it is this many times as steep as at first.
 const FITTED: f64 = 3.0;
 /// Frames of the fit, at least.
 const LEAST_FRAMES: usize = 5;
-/// Largest root mean square of the residuals, over the first `1 / G`.
-const STRAIGHT: f64 = 0.05;
+/// Samples of a front in its band, at least: the cubic through them has four numbers.
+const LEAST_SAMPLES: usize = 6;
+/// Bands of levels about the steepest: the widest reaches over a quarter of the field's range to both sides, each next
+/// one is narrower by the root of two.
+const BANDS: usize = 6;
+/// The front is known to be crossed where it passes this many times its band: noise at the band's ends moves nothing.
+const CROSSED: f64 = 1.5;
+/// Half of the interval over the time to the shock, from which on there is no shock time to state.
+const LARGEST_HALF: f64 = 0.1;
 
-/// Where the slope of a front would become infinite.
+/// Where a front would become infinitely steep.
 ///
-/// With `G(t)` the largest `|dv/dx|` of a field that steepens like Burgers' equation without viscosity,
-/// `1 / G = (t_s - t) |c'|` falls along a straight line to 0 at the shock time `t_s`. The line is fitted over
-/// the frames from the first on whose G is at most three times the first; `v = sin x` with `dv/dt = -v dv/dx` has
-/// `t_s = 1 / max |dv/dx| = 1`.
+/// Without viscosity each level u of a front moves at a speed of its own, in Burgers' equation at `u`: the
+/// distance between two levels falls along a straight line. About the steepest level the front of all snapshots together is
+///
+/// ```text
+/// x = x_n + (a + c t) w + b w^2 + d w^3,    t_s = -(a - b^2 / 3 d) / c,
+/// ```
+///
+/// w the level, `x_n` the place at snapshot n, by least squares of the places, which samples hold exactly. The error of the
+/// cubic is the difference to that of a band wider by the root of two, that of the straight line the difference to the first
+/// half of the frames as far as noise does not explain it; the error of noise is a jackknife over frames. `v = sin x`
+/// with `dv/dt = -v dv/dx` has `t_s = 1 / max |dv/dx| = 1`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Steepening {
     pub shock_time: f64,
-    /// Half of its interval, of the regression.
+    /// Half of its interval.
     pub half: f64,
     /// Frames of the fit.
     pub frames: usize,
@@ -39,59 +55,41 @@ pub struct Steepening {
 }
 
 impl Steepening {
-    /// `None` for a field whose largest gradient does not grow fourfold along such a line.
-    pub(super) fn of(frames: &SlopeFrames, alpha: f64) -> Option<Steepening> {
-        let first = *frames.gradient.first()?;
-        if first.is_nan() || first <= 0.0 {
-            return None;
-        }
-        let largest = frames.gradient.iter().copied().fold(0.0, f64::max);
-        let growth = largest / first;
-        let used = frames
-            .gradient
-            .iter()
-            .take_while(|g| **g <= FITTED * first && **g > 0.0);
-        let count = used.count();
-        if growth < LEAST_GROWTH || count < LEAST_FRAMES {
-            return None;
-        }
-        let points: Vec<(f64, f64)> = frames.time[..count]
-            .iter()
-            .zip(&frames.gradient)
-            .map(|(t, g)| (*t, first / g))
-            .collect();
-        let line = LineFit::through(&points)?;
-        let n = count as f64;
-        let scatter = (line.squares / n).sqrt();
-        if line.slope >= 0.0 || scatter > STRAIGHT {
-            return None;
-        }
-        let shock_time = -line.intercept / line.slope;
-        // The error of the zero of a line: of its height there, over its slope.
-        let mean = points.iter().map(|p| p.0).sum::<f64>() / n;
-        let variance = line.squares / (n - 2.0);
-        let height = (variance / n + (line.slope_error * (shock_time - mean)).powi(2)).sqrt();
-        let half = student_two_sided(alpha, n - 2.0) * height / line.slope.abs();
-        let nearest = (0..frames.time.len()).min_by(|a, b| {
-            let off = |i: &usize| (frames.time[*i] - shock_time).abs();
-            off(a).total_cmp(&off(b))
-        })?;
+    /// `None` for a field without a front that steepens so, and where its time is not known to a tenth.
+    pub(super) fn of(frames: &SlopeFrames, fields: &[&Field], alpha: f64) -> Option<Steepening> {
+        let gradient = &frames.gradient;
+        let first = *gradient.first().filter(|first| **first > 0.0)?;
+        let growth = gradient.iter().copied().fold(0.0, f64::max) / first;
+        let steep = gradient.iter().position(|g| *g >= LEAST_GROWTH * first)?;
+        let mut front = Front::of(fields, gradient.len(), steep)?;
+        // The steepest level between the sites first, then about that of the first fit.
+        front.level += front.best(alpha)?.off;
+        let found = front.best(alpha)?;
+        let (start, span) = front.times();
+        let (after_start, half) = (found.time * span, found.half * span);
+        let is_known = half <= LARGEST_HALF * after_start;
+        let shock_time = start + after_start;
+        let time = &frames.time;
+        let nearest = time
+            .partition_point(|t| *t < shock_time)
+            .min(time.len() - 1);
+        let is_later = |i: usize| time[i] + time[i - 1] > 2.0 * shock_time;
+        let nearest = nearest - usize::from(nearest > 0 && is_later(nearest));
         // Of a record that ends before the shock there is none.
-        let spacing = frames.time[1] - frames.time[0];
-        let has_shock = shock_time < frames.time[frames.time.len() - 1] + spacing;
+        let has_shock = shock_time < time[time.len() - 1] + (time[1] - time[0]);
         let at_shock = |of: &[f64]| if has_shock { of[nearest] } else { f64::NAN };
-        let from = frames.time[0] + 1.5 * (shock_time - frames.time[0]);
-        let after = frames
-            .time
+        let is_after = |(t, s): &(&f64, &f64)| **t >= start + 1.5 * after_start && s.is_finite();
+        let after: Vec<f64> = time
             .iter()
             .zip(&frames.slope)
-            .filter(|(t, s)| **t >= from && s.is_finite());
-        let after: Vec<f64> = after.map(|(_, s)| *s).collect();
+            .filter(is_after)
+            .map(|p| *p.1)
+            .collect();
         let ends = |of: fn(f64, f64) -> f64| after.iter().copied().fold(f64::NAN, of);
-        Some(Steepening {
+        is_known.then(|| Steepening {
             shock_time,
             half,
-            frames: count,
+            frames: found.frames,
             growth,
             slope_at_shock: at_shock(&frames.slope),
             slope_half: at_shock(&frames.half),
@@ -99,4 +97,203 @@ impl Steepening {
             slope_after_range: [ends(f64::min), ends(f64::max)],
         })
     }
+}
+
+/// Least squares of the place by four numbers: the rows of the normal equations, with their right-hand sides.
+type Normal = [[f64; 5]; 4];
+
+/// A front of all fields.
+struct Front<'a> {
+    fields: &'a [&'a Field],
+    frames: usize,
+    /// That about which the bands lie.
+    level: f64,
+    /// Half of the range of the first snapshot, negative for a front that rises along x.
+    size: f64,
+}
+
+/// What a band gives, in units of the record's length.
+struct Found {
+    time: f64,
+    half: f64,
+    frames: usize,
+    /// The steepest level less that of the front.
+    off: f64,
+}
+
+impl<'a> Front<'a> {
+    /// The steepest place of a frame.
+    fn of(fields: &'a [&'a Field], frames: usize, frame: usize) -> Option<Self> {
+        let mut front = Front {
+            fields,
+            frames,
+            level: 0.0,
+            size: 1.0,
+        };
+        let row = front.row(fields[0], front.snapshots(frame).start);
+        let steeper = |a: &&[f64], b: &&[f64]| (a[1] - a[0]).abs().total_cmp(&(b[1] - b[0]).abs());
+        let step = row
+            .windows(2)
+            .filter(|s| s.iter().all(|v| v.is_finite()))
+            .max_by(steeper)?;
+        let whole = front.row(fields[0], 0);
+        let ends = |of: fn(f64, f64) -> f64| whole.iter().copied().fold(f64::NAN, of);
+        front.level = 0.5 * (step[0] + step[1]);
+        front.size = (step[0] - step[1]).signum() * 0.5 * (ends(f64::max) - ends(f64::min));
+        Some(front)
+    }
+
+    fn snapshots(&self, frame: usize) -> Range<usize> {
+        let n = self.fields[0].n_times();
+        frame * n / self.frames..(frame + 1) * n / self.frames
+    }
+
+    /// A snapshot in units of the front.
+    fn row(&self, field: &Field, n: usize) -> Vec<f64> {
+        let mut row = vec![0.0; field.n_sites()];
+        field.read_time_major(n..n + 1, 0..field.n_sites(), &mut row);
+        row.iter_mut()
+            .for_each(|v| *v = (*v - self.level) / self.size);
+        row
+    }
+
+    /// Beginning and length of the record.
+    fn times(&self) -> (f64, f64) {
+        let time = &self.fields[0].time;
+        let start = time.at(0);
+        (start, time.at(self.fields[0].n_times() - 1) - start)
+    }
+
+    /// Of each band the frames until the front is too steep.
+    fn bands(&self) -> Vec<Vec<Normal>> {
+        let mut bands = vec![Vec::new(); BANDS];
+        let mut open = [true; BANDS];
+        for frame in 0..self.frames {
+            let mut sums = [Normal::default(); BANDS];
+            for (field, n) in self
+                .fields
+                .iter()
+                .flat_map(|f| self.snapshots(frame).map(move |n| (f, n)))
+            {
+                let row = self.row(field, n);
+                let time = n as f64 / (field.n_times() - 1) as f64;
+                for (b, sums) in sums.iter_mut().enumerate().filter(|(b, _)| open[*b]) {
+                    add_front(sums, &row, 0.5f64.powf(1.0 + 0.5 * b as f64), time);
+                }
+            }
+            for (b, sums) in sums.into_iter().enumerate() {
+                let width = |sums: &Normal| (sums[0][4] / sums[0][0]).abs();
+                // The front may be between the ends of a ring, and seen again.
+                if sums[0][0] <= 0.0 {
+                    continue;
+                }
+                let first = bands[b].first().map_or(0.0, width);
+                open[b] &= FITTED * width(&sums) >= first;
+                if open[b] {
+                    bands[b].push(sums);
+                }
+            }
+            if open == [false; BANDS] {
+                break;
+            }
+        }
+        bands
+    }
+
+    /// The band with the smallest interval.
+    fn best(&self, alpha: f64) -> Option<Found> {
+        let bands = self.bands();
+        let found = bands.windows(2).zip(1..).filter_map(|(pair, b)| {
+            let [wide, narrow] = [&pair[0], &pair[1]];
+            let n = narrow.len();
+            if n < LEAST_FRAMES || wide.len() < LEAST_FRAMES {
+                return None;
+            }
+            // The time, and what a wider band and half of the frames make of it.
+            let times = |without: usize| {
+                let time = shock(narrow, without)?.0;
+                let of_half = shock(&narrow[..n.div_ceil(2)], without)?.0;
+                Some([time, time - shock(wide, without)?.0, time - of_half])
+            };
+            let all = times(usize::MAX)?;
+            let each: Vec<[f64; 3]> = (0..n).map(times).collect::<Option<_>>()?;
+            let variance = |i: usize| {
+                let mean = each.iter().map(|one| one[i]).sum::<f64>() / n as f64;
+                let squares: f64 = each.iter().map(|one| (one[i] - mean).powi(2)).sum();
+                (n - 1) as f64 / n as f64 * squares
+            };
+            let line = (all[2] * all[2] - variance(2)).max(0.0);
+            // Four numbers are fitted.
+            let within = student_two_sided(alpha, (n - 4) as f64);
+            Some(Found {
+                time: all[0],
+                half: (within * within * variance(0) + all[1] * all[1] + line).sqrt(),
+                frames: n,
+                off: shock(narrow, usize::MAX)?.1 * 0.5f64.powf(1.0 + 0.5 * b as f64) * self.size,
+            })
+        });
+        found.min_by(|a, b| a.half.total_cmp(&b.half))
+    }
+}
+
+/// Adds the samples of the front of a snapshot that lie within `band` of its level.
+fn add_front(sums: &mut Normal, row: &[f64], band: f64, time: f64) {
+    let Some(front) = fastest(row, CROSSED * band) else {
+        return;
+    };
+    let samples = front
+        .map(|j| (j as f64, row[j] / band))
+        .filter(|(_, w)| w.abs() <= 1.0);
+    let columns = samples.map(|(x, w)| [w, w * time, w * w, w * w * w, x]);
+    let columns: Vec<[f64; 5]> = columns.collect();
+    if columns.len() < LEAST_SAMPLES {
+        return;
+    }
+    let mean = |c: usize| columns.iter().map(|row| row[c]).sum::<f64>() / columns.len() as f64;
+    let means: [f64; 5] = std::array::from_fn(mean);
+    for row in &columns {
+        for (a, sums) in sums.iter_mut().enumerate() {
+            for (b, sum) in sums.iter_mut().enumerate() {
+                *sum += (row[a] - means[a]) * (row[b] - means[b]);
+            }
+        }
+    }
+}
+
+/// Sites between the last above `level` and the first below `-level`, where they are fewest.
+fn fastest(row: &[f64], level: f64) -> Option<Range<usize>> {
+    let (mut from, mut best) = (None, None::<Range<usize>>);
+    for (j, v) in row.iter().enumerate() {
+        if *v >= level {
+            from = Some(j + 1);
+        } else if *v <= -level
+            && let Some(from) = from.take()
+            && best.as_ref().is_none_or(|best| j - from < best.len())
+        {
+            best = Some(from..j);
+        }
+    }
+    best
+}
+
+/// Shock time and steepest level, in units of the band, from all frames but one. `None` where the front is nowhere in the band
+/// steepest.
+fn shock(frames: &[Normal], without: usize) -> Option<(f64, f64)> {
+    let mut rows = Normal::default();
+    for (_, frame) in frames.iter().enumerate().filter(|(i, _)| *i != without) {
+        for (sum, value) in rows.iter_mut().flatten().zip(frame.iter().flatten()) {
+            *sum += value;
+        }
+    }
+    // The normal equations, by elimination: they are positive definite.
+    for c in 0..4 {
+        for r in (0..4).filter(|r| *r != c) {
+            let share = rows[r][c] / rows[c][c];
+            rows[r] = std::array::from_fn(|i| rows[r][i] - share * rows[c][i]);
+        }
+    }
+    let [a, c, b, d] = std::array::from_fn(|i| rows[i][4] / rows[i][i]);
+    let steepest = -b / (3.0 * d);
+    let time = -(a - b * b / (3.0 * d)) / c;
+    (a * d > 0.0 && steepest.abs() <= 1.0 && time.is_finite()).then_some((time, steepest))
 }
