@@ -9,8 +9,8 @@ use ndarray::Array2;
 use wavecascade::analyze::{Request, filtered, plan, run};
 use wavecascade::arrays::Nowhere;
 use wavecascade::estimates::{
-    Averaging, CoherenceRequest, Combination, DividedRequest, Part, Partial, SpectrumRequest,
-    Tapers, coherence, combine, join, outline, partial, spectrum,
+    Averaging, CoherenceRequest, DividedRequest, Part, Partial, SpectrumRequest, Tapers, coherence,
+    combine, join, partial, spectrum,
 };
 use wavecascade::observer::Silent;
 use wavecascade::transform::Passband;
@@ -131,7 +131,7 @@ fn averaging(segment: usize, tapers: Tapers) -> Averaging {
 
 const SLEPIAN: Tapers = Tapers::Slepian { nw: 3.0, count: 5 };
 
-/// Combining parts, one at a time or all at hand, joining them, and outlines: plain and by adaptive weights.
+/// Combining parts, and joining them: plain and by adaptive weights.
 #[test]
 fn parts_hold_no_more_than_is_counted() {
     let _alone = alone();
@@ -173,26 +173,6 @@ fn parts_hold_no_more_than_is_counted() {
             }
         };
 
-        let named = || {
-            let about = parts.iter().map(|part| part.about.clone()).enumerate();
-            about
-                .map(|(at, about)| (at.to_string(), about))
-                .collect::<Vec<_>>()
-        };
-        let counted = needed(Combination::new(named(), Some(1)));
-        let merge = |memory| {
-            let (mut combination, order) = Combination::new(named(), Some(memory))?;
-            for at in order {
-                // As if it were read.
-                combination.add(&parts[at].clone())?;
-            }
-            combination.finish()
-        };
-        assert_eq!(needed(merge(counted - 1)), counted);
-        let (most, merged) = taken(|| merge(counted));
-        merged.unwrap();
-        check("merge", (most, counted), 20);
-
         let counted = needed(combine(&parts, Some(1), None));
         let (most, combined) = taken(|| combine(&parts, Some(counted), None));
         combined.unwrap();
@@ -204,20 +184,6 @@ fn parts_hold_no_more_than_is_counted() {
         let (most, joined) = taken(|| join(last, Some(counted)));
         joined.unwrap();
         check("join", (held + most, counted), 20);
-
-        let (few, times) = (field((4, shape.1)), shape.0);
-        let of = |memory| {
-            let mut request = request.clone();
-            match &mut request {
-                DividedRequest::Spectrum(it) => it.memory = memory,
-                DividedRequest::Coherence(it) => it.memory = memory,
-            }
-            outline(&few, times, &request)
-        };
-        let counted = needed(of(Some(1)));
-        let (most, outlined) = taken(|| of(Some(counted)));
-        outlined.unwrap();
-        check("outline", (most, counted), 20);
     }
     assert_eq!(off.into_inner(), Vec::<String>::new());
 }

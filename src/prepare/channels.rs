@@ -403,7 +403,10 @@ impl<'a> Look<'a> {
     /// is dead if the first that moves is as quiet as a front begins.
     fn dead(&self) -> Vec<usize> {
         let n = self.records.len();
-        let largest = |j: usize| self.records[j].scan.largest;
+        let largest = |j: usize| match self.records[j].scan {
+            scan if scan.constant => scan.largest,
+            _ => self.records[j].level,
+        };
         let most = (0..n).map(largest).fold(0.0, f64::max);
         let is_zero = |j: &usize| largest(*j) == 0.0;
         let is_front = |j: Option<usize>| j.is_some_and(|j| LOUD * largest(j) < most);
@@ -534,10 +537,9 @@ impl<'a> Look<'a> {
         let own = &self.records[row].next;
         let size = |z: &[Complex<f64>]| z.iter().map(|z| z.norm()).sum::<f64>();
         let level = |j: usize| self.records[j].level;
-        let near = [
-            row.saturating_sub(PAIRS)..row,
-            row + 1..(row + PAIRS + 1).min(n - 1),
-        ];
+        // One site alone is in the next pair, too.
+        let before = row.saturating_sub(PAIRS + 1)..row.saturating_sub(1);
+        let near = [before, (row + 2).min(n - 1)..(row + PAIRS + 2).min(n - 1)];
         let about = median((near[0].start..near[1].end + 1).map(level))?;
         let is_node = level(row).min(level(row + 1)) < NODE * about;
         if size(own) < COHERENT || is_node {

@@ -265,7 +265,7 @@ fn val_construction_faults_of_channels_move_nothing() {
             "hum" => "60 cycles/unit of time common to all sites (k = 0) holds 87 %",
             "dead" => "sites 7, 41 at 0.07, 0.41 unit of length: constant",
             "offsets" => "lies at f = 0",
-            _ => "the gain changes along x, x 5.98",
+            _ => "the gain changes along x, x 5.99",
         };
         assert!(
             said.iter().any(|said| said.contains(wanted)),

@@ -93,39 +93,6 @@ fn warnings_fire_where_there_is_something_to_do() {
     assert!(has(&Field::from_array(clipped), "saturated-channels"));
 }
 
-/// A packet that travels towards +x, its carrier with it.
-fn packet() -> Array2<f64> {
-    Array2::from_shape_fn((600, 24), |(n, j)| {
-        let t = n as f64 - 60.0 - 8.0 * j as f64;
-        (-(t / 12.0).powi(2)).exp() * (0.1 * t).sin()
-    })
-}
-
-#[test]
-fn val_one_channel_a_thousand_times_too_loud_is_named() {
-    let of = |field: Array2<f64>| analyzed(&Field::from_array(field), &Request::default()).warnings;
-    let loud = |warnings: &[Warning]| {
-        let loud = warnings.iter().find(|of| of.code == "loud-channels")?;
-        Some((
-            loud.numbers["sites"].clone(),
-            loud.numbers["ratio"].as_f64()?,
-        ))
-    };
-    assert_eq!(loud(&of(packet())), None);
-    for site in [0, 7, 23] {
-        let mut field = packet();
-        field.column_mut(site).mapv_inplace(|v| 1000.0 * v);
-        let (sites, ratio) = loud(&of(field)).unwrap();
-        assert_eq!(sites, json!([site]));
-        assert!((ratio / 1000.0 - 1.0).abs() < 0.01, "{ratio}");
-    }
-    // A struck chain and its decay are no fault of a gain.
-    for run in [struck(40, 80.0, 1024), struck(40, 8.0, 256)] {
-        let velocity = run.velocity.clone();
-        assert_eq!(loud(&of(velocity)), None);
-    }
-}
-
 #[test]
 fn val_times_of_zeros_are_named() {
     let of = |rows: &[std::ops::Range<usize>]| {

@@ -1,4 +1,4 @@
-//! Blocks of a record of which nothing else is at hand, parts that were joined, and outlines.
+//! Blocks of a record of which nothing else is at hand, and parts that were joined.
 
 use super::*;
 
@@ -124,34 +124,4 @@ fn regress_blocks_that_do_not_fit_are_refused() {
     assert!(error.contains("no segments 2 to 3"), "{error}");
     let error = combine(&parts[1..], None, None).unwrap_err().to_string();
     assert!(error.contains("no segments 0 to 1"), "{error}");
-}
-
-/// Without its samples, and without the sums that a record of zeros has.
-#[test]
-fn regress_an_outline_is_the_result_of_zeros() {
-    let mut zeros = Field::from_array(Array2::zeros((1013, 11)));
-    zeros.time.step = 1e-3;
-    let few = cut_out(&zeros, 0..2);
-    let tapered = Averaging {
-        tapers: Tapers::Slepian { nw: 2.0, count: 3 },
-        ..averaging(64, 32)
-    };
-    let numbers_of = |found: &Combined| match found {
-        Combined::Spectrum(found) => spectrum_numbers(found),
-        Combined::Coherence(found) => coherence_numbers(found),
-    };
-    for request in [
-        welch(64, 32).into(),
-        multitaper(64).into(),
-        DividedRequest::from(CoherenceRequest {
-            averaging: tapered,
-            ..CoherenceRequest::default()
-        }),
-    ] {
-        let whole = Part::new(1, 1).unwrap();
-        let known = partial(&[&zeros], &request, whole, &Silent).unwrap();
-        let known = combine(&[known], None, None).unwrap();
-        let found = outline(&few, 1013, &request).unwrap().result;
-        assert_near(&numbers_of(&found), &numbers_of(&known));
-    }
 }

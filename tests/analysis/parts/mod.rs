@@ -6,7 +6,7 @@ use ndarray::Array2;
 use wavecascade::estimates::{
     Averaging, BicoherenceRequest, BlockPlace, Coherence, CoherenceRequest, Combined,
     DividedRequest, Part, Partial, SpectrumEstimate, SpectrumRequest, Tapers, bicoherence,
-    coherence, combine, join, outline, partial, partial_of_block, spectrum,
+    coherence, combine, join, partial, partial_of_block, spectrum,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Gaps};
