@@ -76,6 +76,8 @@ pub struct Modes {
     /// Samples of a segment, and shared by neighbours.
     pub segment: [usize; 2],
     pub independence: Independence,
+    /// First bin that shares no power with 0 under the window.
+    first: usize,
     pub alpha: f64,
     /// `(frequency, mode)`, descending: one-sided power spectral density, integrated over x.
     pub eigenvalues: Array2<f64>,
@@ -114,13 +116,11 @@ impl Modes {
         let all = independence.records * independence.segments * independence.tapers;
         let overlap = (all as f64 / independence.effective - 1.0).max(0.0);
         let chance = CHANCE / self.frequency.len() as f64;
-        let independent = 0.5 * self.freedom(bin)?;
-        Some(largest_of_unrelated(
-            self.n_sites,
-            independent,
-            overlap,
-            chance,
-        ))
+        // Segments that overlap lose the same mean, which makes them alike near 0: every second one counts.
+        let counts = if bin < self.first { 0.25 } else { 0.5 };
+        let independent = counts * self.freedom(bin)?;
+        let n = self.n_sites;
+        Some(largest_of_unrelated(n, independent, overlap, chance))
     }
 
     /// Coherent motions at a frequency: of [`Self::coherencies`], those above [`Self::level`].
@@ -130,16 +130,16 @@ impl Modes {
         Some(above.take_while(|value| **value > level).count())
     }
 
-    /// Frequencies with a coherent motion, of those between 0 and the Nyquist frequency.
+    /// Frequencies with a coherent motion, of those that share no power with 0.
     pub fn coherent_frequencies(&self) -> Option<usize> {
-        let level = self.level(1)?;
+        let level = self.level(self.first)?;
         let first = self.coherencies.column(0);
         Some(self.inside().filter(|bin| first[*bin] > level).count())
     }
 
-    /// Bins between 0 and the Nyquist frequency.
+    /// Bins below the Nyquist frequency that share no power with 0.
     fn inside(&self) -> std::ops::Range<usize> {
-        1..self.segment[0].div_ceil(2)
+        self.first..self.segment[0].div_ceil(2)
     }
 
     /// Share of the power of all frequencies that first modes hold; NaN for a field of zeros.
@@ -291,6 +291,7 @@ impl Pass<'_> {
             unit: self.first.unit.clone(),
             segment: [segments.length, segments.length - segments.hop],
             independence: self.independence(&[]),
+            first: self.realisations.least_distance(),
             alpha: self.request.alpha,
             eigenvalues: values.clone(),
             coherencies: values,
@@ -334,7 +335,7 @@ impl Pass<'_> {
                 }
                 found.total[bin] = values.trace * scale;
             }
-            let level = found.level(1).unwrap_or(f64::INFINITY);
+            let level = found.level(found.first).unwrap_or(f64::INFINITY);
             let mut wanted = chosen.to_vec();
             for bin in found.inside().filter(|_| chosen.is_empty()) {
                 let first = (
