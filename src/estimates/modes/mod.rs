@@ -1,5 +1,6 @@
 //! Spectral proper orthogonal decomposition: the motions that are coherent along x, by frequency.
 
+mod null;
 mod shapes;
 mod sheet;
 mod snapshots;
@@ -7,32 +8,30 @@ mod snapshots;
 pub use shapes::{ModeShapes, ModeWave};
 
 use ndarray::Array2;
-use num_complex::Complex;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, SegmentScratch, Shots, TOGETHER, check_squares,
+    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, TOGETHER, check_squares,
     first_of, interval_factors, steadiness, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
-use crate::numeric::chi_square_level;
-use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::lanes::WIDTH;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::buffer::Buffer;
-use crate::system::memory::half_of_free_memory;
 use crate::system::threads::in_pool;
 use crate::transform::{RecordTransform, fold, frequencies};
+use null::largest_of_unrelated;
 use shapes::ShapeSearch;
-use snapshots::{Cell, Snapshots};
+use snapshots::{Cell, Eigenvalues, Snapshots, Solved};
 
 /// All choices of [`modes`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModesRequest {
     /// Frequencies whose modes are kept, each taken as the nearest bin; empty: that of the largest
-    /// eigenvalue.
+    /// eigenvalue, of those with a coherent motion where there are any.
     pub frequencies: Vec<f64>,
     /// Modes that are kept of each of these frequencies.
     pub modes: usize,
@@ -60,8 +59,9 @@ impl Default for ModesRequest {
     }
 }
 
-/// Probability by which noise has a mode at any of the frequencies.
-const CHANCE: f64 = SIGNIFICANCE;
+/// Probability by which unrelated records have a coherent motion at any of the frequencies: one field in a thousand, since who looks for
+/// motions has many fields.
+const CHANCE: f64 = 1e-3;
 
 /// What [`modes`] finds.
 #[derive(Debug, Clone)]
@@ -76,9 +76,14 @@ pub struct Modes {
     /// Samples of a segment, and shared by neighbours.
     pub segment: [usize; 2],
     pub independence: Independence,
+    /// First bin that shares no power with 0 under the window.
+    first: usize,
     pub alpha: f64,
     /// `(frequency, mode)`, descending: one-sided power spectral density, integrated over x.
     pub eigenvalues: Array2<f64>,
+    /// `(frequency, mode)`, descending: eigenvalues of the coherencies `S_ij / sqrt(S_ii S_jj)`, which sum up to the number of
+    /// sites. Those above [`Self::level`] are motions that are coherent along x.
+    pub coherencies: Array2<f64>,
     /// One-sided power spectral density of all sites, integrated over x.
     pub total: Vec<f64>,
     /// The modes of the chosen frequencies.
@@ -86,18 +91,17 @@ pub struct Modes {
 }
 
 impl Modes {
+    /// Degrees of freedom of the power at a frequency; `None` where the realisations are too few.
+    fn freedom(&self, bin: usize) -> Option<f64> {
+        // The transform of real samples is real at 0 and at the Nyquist frequency.
+        let is_real = bin == 0 || 2 * bin == self.segment[0];
+        Some(self.independence.independent? * if is_real { 1.0 } else { 2.0 })
+    }
+
     /// What an eigenvalue at a frequency is multiplied by for the ends of its interval; `None` where no
     /// interval can be stated.
     pub fn interval(&self, bin: usize) -> Option<[f64; 2]> {
-        let independent = self.independence.independent?;
-        // The transform of real samples is real at 0 and at the Nyquist frequency.
-        let is_real = bin == 0 || 2 * bin == self.segment[0];
-        let freedom = if is_real {
-            independent
-        } else {
-            2.0 * independent
-        };
-        Some(interval_factors(freedom, self.alpha))
+        Some(interval_factors(self.freedom(bin)?, self.alpha))
     }
 
     /// Share of the power at a frequency that the first mode holds; NaN where there is none.
@@ -105,50 +109,37 @@ impl Modes {
         self.eigenvalues[[bin, 0]] / self.total[bin]
     }
 
-    /// Modes at a frequency whose eigenvalues are above the largest of noise that is not correlated along x, as loud as what
-    /// modes before them leave, at 95 % for all frequencies together. `None` where no interval can be stated.
-    ///
-    /// # Equation
-    /// Of n sites and K realisations the largest eigenvalue over the mean of all is
-    ///
-    /// ```text
-    /// (sqrt K + sqrt n)^2 / K + s (sqrt K + sqrt n) (1 / sqrt K + 1 / sqrt n)^(1/3) / K
-    /// ```
-    ///
-    /// with s of the distribution of Tracy and Widom for complex entries.
-    ///
-    /// # Source
-    /// C. A. Tracy, H. Widom, Commun. Math. Phys. 159, 151 (1994); I. M. Johnstone, Ann. Stat. 29, 295 (2001).
-    pub fn above_noise(&self, bin: usize) -> Option<usize> {
-        let independent = self.independence.independent?;
+    /// What the largest of [`Self::coherencies`] at a frequency exceeds if no site is related to another: at any of all
+    /// frequencies with probability 0.001. `None` where no interval can be stated.
+    pub fn level(&self, bin: usize) -> Option<f64> {
+        let independence = &self.independence;
+        let all = independence.records * independence.segments * independence.tapers;
+        let overlap = (all as f64 / independence.effective - 1.0).max(0.0);
         let chance = CHANCE / self.frequency.len() as f64;
-        let Independence {
-            records,
-            segments,
-            tapers,
-            ..
-        } = self.independence;
-        // Neighbours that share power by a correlation r count 1 / (1 + 2 r^2) each in a mean, and 1 / (1 + 2 r) in the largest
-        // eigenvalue, since noise of both is alike in phase.
-        let excess = (records * segments * tapers) as f64 / independent - 1.0;
-        let realisations = match excess > 0.0 && excess < 0.5 {
-            true => independent * (1.0 + excess) / (1.0 + (2.0 * excess).sqrt()),
-            false => independent,
-        };
-        let mut left = self.total[bin];
-        let mut count = 0;
-        for eigenvalue in self.eigenvalues.row(bin) {
-            let others = (self.n_sites - count) as f64;
-            // Of the last mode nothing tells it from noise.
-            if others < 2.0
-                || *eigenvalue <= largest_of_noise(others, realisations, chance) * left / others
-            {
-                break;
-            }
-            left -= eigenvalue;
-            count += 1;
-        }
-        Some(count)
+        // Segments that overlap lose the same mean, which makes them alike near 0: every second one counts.
+        let counts = if bin < self.first { 0.25 } else { 0.5 };
+        let independent = counts * self.freedom(bin)?;
+        let n = self.n_sites;
+        Some(largest_of_unrelated(n, independent, overlap, chance))
+    }
+
+    /// Coherent motions at a frequency: of [`Self::coherencies`], those above [`Self::level`].
+    pub fn above_noise(&self, bin: usize) -> Option<usize> {
+        let level = self.level(bin)?;
+        let above = self.coherencies.row(bin).into_iter();
+        Some(above.take_while(|value| **value > level).count())
+    }
+
+    /// Frequencies with a coherent motion, of those that share no power with 0.
+    pub fn coherent_frequencies(&self) -> Option<usize> {
+        let level = self.level(self.first)?;
+        let first = self.coherencies.column(0);
+        Some(self.inside().filter(|bin| first[*bin] > level).count())
+    }
+
+    /// Bins below the Nyquist frequency that share no power with 0.
+    fn inside(&self) -> std::ops::Range<usize> {
+        self.first..self.segment[0].div_ceil(2)
     }
 
     /// Share of the power of all frequencies that first modes hold; NaN for a field of zeros.
@@ -166,18 +157,6 @@ impl Modes {
     pub fn units(&self) -> (String, String) {
         (self.time.time_unit(), self.space.space_unit())
     }
-}
-
-/// What the largest eigenvalue of noise, over the mean of all, exceeds with probability `chance`. The distribution of Tracy
-/// and Widom is that of Gamma, shifted (M. Chiani, J. Multivar. Anal. 129, 69 (2014)).
-fn largest_of_noise(sites: f64, realisations: f64, chance: f64) -> f64 {
-    const SHAPE: f64 = 79.6595;
-    const SCALE: f64 = 0.101037;
-    const SHIFT: f64 = 9.81961;
-    let s = 0.5 * SCALE * chi_square_level(chance, 2.0 * SHAPE) - SHIFT;
-    let (n, k) = (sites.sqrt(), realisations.sqrt());
-    let width = (n + k) * (1.0 / n + 1.0 / k).cbrt();
-    ((n + k).powi(2) + s * width) / realisations
 }
 
 /// Spectral proper orthogonal decomposition (SPOD) of the records of all sites.
@@ -198,6 +177,10 @@ fn largest_of_noise(sites: f64, realisations: f64, chance: f64) -> f64 {
 /// realisations, `2 K lambda / chi^2_{1 - alpha/2}` to `2 K lambda / chi^2_{alpha/2}`. They hold for eigenvalues that are
 /// well apart; the first is too large on average where it is not.
 ///
+/// Which modes are coherent is judged where all sites have the same level, by the eigenvalues of the coherencies
+/// `S_ij / sqrt(S_ii S_jj)`: n of identical records, else as many as motions are shared. Unrelated records have none above
+/// [`Modes::level`].
+///
 /// # Shapes
 /// Each field is one record of every site (a shot); all have the same axes. Eigenvalues: `(frequency, mode)`, as
 /// many modes as there are realisations or sites, whichever are fewer.
@@ -211,8 +194,8 @@ fn largest_of_noise(sites: f64, realisations: f64, chance: f64) -> f64 {
 /// [`Error::Threads`].
 ///
 /// # Source
-/// A. Towne, O. T. Schmidt, T. Colonius, J. Fluid Mech. 847, 821 (2018); O. T. Schmidt, T. Colonius, AIAA J. 58,
-/// 1023 (2020) for the intervals; L. Sirovich, Q. Appl. Math. 45, 561 (1987) for snapshots.
+/// A. Towne, O. T. Schmidt, T. Colonius, J. Fluid Mech. 847, 821 (2018); O. T. Schmidt, T. Colonius, AIAA J.
+/// 58, 1023 (2020) for the intervals; L. Sirovich, Q. Appl. Math. 45, 561 (1987) for snapshots.
 pub fn modes(fields: &[&Field], request: &ModesRequest, observer: &dyn Observer) -> Result<Modes> {
     let first = first_of(fields)?;
     let all = Realisations::new(&request.averaging, first.n_times())?;
@@ -220,64 +203,19 @@ pub fn modes(fields: &[&Field], request: &ModesRequest, observer: &dyn Observer)
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, all.reached(), observer)?;
         let every: Vec<(usize, usize)> = (0..first.n_sites()).map(|site| (site, 0)).collect();
-        let realisations = match shots.whole_segments(all.segments, &every)? {
+        let realisations = &match shots.whole_segments(all.segments, &every)? {
             Some(kept) => all.keeping(kept)?,
             None => all,
         };
-        let chosen = check(first, request, &realisations, fields.len())?;
         let pass = Pass {
             shots,
             first,
             request,
-            realisations: &realisations,
-            chosen: &chosen,
+            realisations,
             observer,
         };
-        pass.run()
+        pass.run(&pass.chosen()?)
     })
-}
-
-/// The bins of the chosen frequencies.
-fn check(
-    first: &Field,
-    request: &ModesRequest,
-    realisations: &Realisations,
-    shots: usize,
-) -> Result<Vec<usize>> {
-    let refuse = |option, expected: String, found: String| {
-        Err(Error::Request {
-            option,
-            expected,
-            found,
-        })
-    };
-    if shots * realisations.count() < 2 {
-        let expected =
-            "at least two realisations: shorter segments, several tapers, or several fields";
-        let found = "one segment of one field under one taper";
-        return refuse("segment", expected.into(), found.into());
-    }
-    if request.modes == 0 {
-        return refuse("modes", "at least one mode".into(), "0".into());
-    }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        let expected = "a probability between 0 and 1".to_owned();
-        return refuse("significance", expected, request.alpha.to_string());
-    }
-    let length = realisations.segments.length;
-    let bin = 1.0 / (length as f64 * first.time.step);
-    let largest = frequencies(length, first.time.step)[length / 2];
-    let mut chosen = Vec::new();
-    for frequency in &request.frequencies {
-        if !(*frequency >= 0.0 && *frequency < largest + 0.5 * bin) {
-            let expected = format!("frequencies from 0 to {largest}");
-            return refuse("frequencies", expected, frequency.to_string());
-        }
-        chosen.push(((frequency / bin).round() as usize).min(length / 2));
-    }
-    chosen.sort_unstable();
-    chosen.dedup();
-    Ok(chosen)
 }
 
 struct Pass<'a> {
@@ -285,7 +223,6 @@ struct Pass<'a> {
     first: &'a Field,
     request: &'a ModesRequest,
     realisations: &'a Realisations,
-    chosen: &'a [usize],
     observer: &'a dyn Observer,
 }
 
@@ -300,44 +237,78 @@ struct TileSpectra<'s> {
 /// Parts of a record whose energies are compared.
 const PARTS: usize = 16;
 
-/// Sizes of the work.
-struct Sizes {
-    /// Bins whose spectra are held together.
-    bins: usize,
-    /// Sites that are read at once.
-    block: Option<usize>,
-}
-
 impl Pass<'_> {
-    fn run(&self) -> Result<Modes> {
+    /// The bins of the chosen frequencies.
+    fn chosen(&self) -> Result<Vec<usize>> {
+        let (request, length) = (self.request, self.realisations.segments.length);
+        let refused = |option, expected: &str, found: &str| Error::Request {
+            option,
+            expected: expected.into(),
+            found: found.into(),
+        };
+        if self.count() < 2 {
+            let expected =
+                "at least two realisations: shorter segments, several tapers, or several fields";
+            let found = "one segment of one field under one taper";
+            return Err(refused("segment", expected, found));
+        }
+        if request.modes == 0 {
+            return Err(refused("modes", "at least one mode", "0"));
+        }
+        if !(request.alpha > 0.0 && request.alpha < 1.0) {
+            let expected = "a probability between 0 and 1";
+            let found = request.alpha.to_string();
+            return Err(refused("significance", expected, &found));
+        }
+        let largest = frequencies(length, self.first.time.step)[length / 2];
+        let bin = |frequency: &f64| {
+            let bin = (frequency * length as f64 * self.first.time.step).round();
+            match *frequency >= 0.0 && bin <= (length / 2) as f64 {
+                true => Ok(bin as usize),
+                false => {
+                    let expected = format!("frequencies from 0 to {largest}");
+                    Err(refused("frequencies", &expected, &frequency.to_string()))
+                }
+            }
+        };
+        let mut chosen: Vec<usize> = request.frequencies.iter().map(bin).collect::<Result<_>>()?;
+        chosen.sort_unstable();
+        chosen.dedup();
+        Ok(chosen)
+    }
+
+    fn run(&self, chosen: &[usize]) -> Result<Modes> {
         let (all, n_sites) = (self.count(), self.first.n_sites());
-        let bins = self.realisations.bins();
-        let length = self.realisations.segments.length;
-        let sizes = self.sizes()?;
-        let mut eigenvalues = Array2::zeros((bins, all.min(n_sites)));
-        let mut total = vec![0.0; bins];
-        let mut chosen: Vec<ModeShapes> = Vec::new();
-        let mut sites = Vec::new();
-        let mut best = 0.0;
-        for from in (0..bins).step_by(sizes.bins) {
-            let to = bins.min(from + sizes.bins);
+        let (bins, segments) = (self.realisations.bins(), &self.realisations.segments);
+        let [together, block] = self.sizes(chosen.len())?;
+        let block = (block < n_sites).then_some(block);
+        let values = Array2::zeros((bins, all.min(n_sites)));
+        let mut found = Modes {
+            frequency: frequencies(segments.length, self.first.time.step),
+            time: self.first.time.clone(),
+            space: self.first.space.clone(),
+            n_sites,
+            unit: self.first.unit.clone(),
+            segment: [segments.length, segments.length - segments.hop],
+            independence: self.independence(&[]),
+            first: self.realisations.least_distance(),
+            alpha: self.request.alpha,
+            eigenvalues: values.clone(),
+            coherencies: values,
+            total: vec![0.0; bins],
+            chosen: Vec::new(),
+        };
+        let mut solved: Vec<(usize, Vec<Solved>)> = Vec::new();
+        // Whether there is a coherent motion, and the power of the first mode.
+        let mut best = (false, 0.0);
+        for from in (0..bins).step_by(together) {
+            let to = bins.min(from + together);
             let mut room = Buffer::<Cell>::zeros((self.shots.tiles(), (to - from) * all))?;
-            let (tiles, unit) = self.spectra(from, to, sizes.block, room.numbers_mut())?;
+            let (tiles, unit) = self.spectra(from, to, block, room.numbers_mut())?;
             if from == 0 {
-                let energies = |site: usize| {
-                    tiles[site / TOGETHER]
-                        .parts
-                        .map(|part| part[site % TOGETHER])
-                };
-                let of_site = |site: usize| {
-                    let energies: [f64; PARTS] = energies(site);
-                    let energy: f64 = energies.iter().sum();
-                    (steadiness(&energies.map(f64::sqrt)), energy)
-                };
-                sites = (0..n_sites).map(of_site).collect();
+                found.independence = self.independence(&tiles);
             }
             check_squares(unit)?;
-            let density = self.first.time.step * unit * unit * self.first.space.step.abs();
             let snapshots = Snapshots {
                 tiles: &tiles.iter().map(|tile| &*tile.cells).collect::<Vec<_>>(),
                 n_sites,
@@ -345,7 +316,7 @@ impl Pass<'_> {
             };
             self.observer.stage("eigenvalues", (to - from) as u64);
             let starts: Vec<usize> = (from..to).step_by(WIDTH).collect();
-            let solve = |first: &usize| -> Result<Vec<(Vec<f64>, f64)>> {
+            let solve = |first: &usize| -> Result<Vec<Eigenvalues>> {
                 if self.observer.cancelled() {
                     return Err(Error::Cancelled);
                 }
@@ -353,67 +324,54 @@ impl Pass<'_> {
                 self.observer.advance((end - first) as u64);
                 Ok(snapshots.eigenvalues(first - from..end - from))
             };
-            let solved: Vec<Vec<(Vec<f64>, f64)>> =
+            let values: Vec<Vec<Eigenvalues>> =
                 starts.par_iter().map(solve).collect::<Result<_>>()?;
-            for (bin, (values, trace)) in (from..).zip(solved.into_iter().flatten()) {
-                let scale = density * fold(bin, length) / all as f64;
-                let row = eigenvalues.row_mut(bin);
-                for (value, found) in row.into_iter().zip(values) {
-                    *value = found.max(0.0) * scale;
+            let density = self.first.time.step * unit * unit * self.first.space.step.abs();
+            for (bin, values) in (from..).zip(values.into_iter().flatten()) {
+                let scale = density * fold(bin, segments.length) / all as f64;
+                for (n, value) in values.energies.iter().enumerate() {
+                    found.eigenvalues[[bin, n]] = value.max(0.0) * scale;
+                    found.coherencies[[bin, n]] = values.coherencies[n].max(0.0);
                 }
-                total[bin] = trace * scale;
+                found.total[bin] = values.trace * scale;
             }
-            let search = ShapeSearch::new(&self.first.space, n_sites);
-            let shapes = |bin: &usize| {
-                let solved = snapshots.solve(bin - from, self.request.modes);
-                search.shapes(*bin, self.frequency()[*bin], solved)
-            };
-            if self.chosen.is_empty() {
-                let inside = from.max(1)..to.min(length.div_ceil(2));
-                let leading = inside.max_by(|a, b| {
-                    eigenvalues[[*a, 0]]
-                        .total_cmp(&eigenvalues[[*b, 0]])
-                        .then(b.cmp(a))
-                });
-                if let Some(bin) = leading.filter(|bin| eigenvalues[[*bin, 0]] > best) {
-                    best = eigenvalues[[bin, 0]];
-                    chosen = vec![shapes(&bin)];
+            let level = found.level(found.first).unwrap_or(f64::INFINITY);
+            let mut wanted = chosen.to_vec();
+            for bin in found.inside().filter(|_| chosen.is_empty()) {
+                let first = (
+                    found.coherencies[[bin, 0]] > level,
+                    found.eigenvalues[[bin, 0]],
+                );
+                if first > best {
+                    best = first;
+                    solved.clear();
+                    wanted = vec![bin];
                 }
-            } else {
-                let inside: Vec<usize> = self
-                    .chosen
-                    .iter()
-                    .copied()
-                    .filter(|bin| (from..to).contains(bin))
-                    .collect();
-                chosen.extend(inside.par_iter().map(shapes).collect::<Vec<_>>());
             }
+            wanted.retain(|bin| (from..to).contains(bin));
+            let of = |bin: &usize| (*bin, snapshots.solve(bin - from, self.request.modes));
+            solved.par_extend(wanted.par_iter().map(of));
         }
-        Ok(Modes {
-            frequency: self.frequency(),
-            time: self.first.time.clone(),
-            space: self.first.space.clone(),
-            n_sites,
-            unit: self.first.unit.clone(),
-            segment: [length, length - self.realisations.segments.hop],
-            independence: Independence::new(
-                [
-                    self.shots.count(),
-                    self.realisations.segment_count(),
-                    self.realisations.tapers(),
-                ],
-                self.realisations.effective(),
-                steadiness_of_sites(sites),
-            ),
-            alpha: self.request.alpha,
-            eigenvalues,
-            total,
-            chosen,
-        })
+        let search = ShapeSearch::new(&found, self.realisations);
+        let shapes = solved.iter().map(|(bin, modes)| search.shapes(*bin, modes));
+        found.chosen = shapes.collect();
+        Ok(found)
     }
 
-    fn frequency(&self) -> Vec<f64> {
-        frequencies(self.realisations.segments.length, self.first.time.step)
+    fn independence(&self, tiles: &[TileSpectra<'_>]) -> Independence {
+        let of_site = |site: usize| {
+            let parts = &tiles[site / TOGETHER].parts;
+            let energies = parts.map(|part| part[site % TOGETHER]);
+            let evenness = steadiness(&energies.map(f64::sqrt));
+            (evenness, energies.iter().sum())
+        };
+        let sites = 0..self.first.n_sites().min(tiles.len() * TOGETHER);
+        let segments = self.realisations.segment_count();
+        Independence::new(
+            [self.shots.count(), segments, self.realisations.tapers()],
+            self.realisations.effective(),
+            steadiness_of_sites(sites.map(of_site).collect()),
+        )
     }
 
     /// Realisations of all shots.
@@ -421,38 +379,37 @@ impl Pass<'_> {
         self.shots.count() * self.realisations.count()
     }
 
+    /// Bins whose spectra are held together, and sites that are read at once.
+    ///
     /// # Errors
     /// [`Error::Memory`].
-    fn sizes(&self) -> Result<Sizes> {
+    fn sizes(&self, chosen: usize) -> Result<[usize; 2]> {
         let (all, n_sites) = (self.count() as u64, self.first.n_sites() as u64);
         let (bins, samples) = (self.realisations.bins() as u64, self.first.n_times() as u64);
         let length = self.realisations.segments.length;
-        let threads = rayon::current_num_threads() as u64;
-        let together = TOGETHER as u64;
-        let rank = all.min(n_sites);
+        let (together, rank) = (TOGETHER as u64, all.min(n_sites));
         let tile = together * (8 * samples + 24 * bins)
             + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         let solver = 32 * all * (n_sites + together) + (16 * WIDTH as u64 + 64) * rank * rank;
-        let kept = 8 * bins * (rank + 3)
-            + 16 * (self.chosen.len() as u64 + 1) * self.request.modes as u64 * n_sites;
-        let held = kept + threads * tile.max(solver);
+        let kept =
+            16 * bins * (rank + 2) + 16 * (chosen as u64 + 1) * self.request.modes as u64 * n_sites;
+        let held = kept + rayon::current_num_threads() as u64 * tile.max(solver);
         let of_a_bin = 16 * all * self.shots.tiles() as u64 * together;
-        let allowed = self.request.memory.unwrap_or_else(half_of_free_memory);
-        let least = held + of_a_bin + 8 * samples * together;
-        if least > allowed {
+        let allowed = self.shots.memory();
+        let needed = held + of_a_bin + 8 * samples * together;
+        if needed > allowed {
+            let what = WHAT;
             return Err(Error::Memory {
-                what: WHAT,
-                needed: least,
+                what,
+                needed,
                 allowed,
             });
         }
         // Half of what is left holds spectra, half samples.
         let spectra = ((allowed - held) / 2).max(of_a_bin);
         let bins = (spectra / of_a_bin).min(bins);
-        Ok(Sizes {
-            bins: bins as usize,
-            block: self.shots.block(WHAT, held + bins * of_a_bin)?,
-        })
+        let block = self.shots.block(WHAT, held + bins * of_a_bin)?;
+        Ok([bins as usize, block.unwrap_or(usize::MAX)])
     }
 
     /// The spectra of all realisations at the bins `from .. to`, in `cells`, which are 0, and the unit of the
@@ -465,80 +422,46 @@ impl Pass<'_> {
         cells: &'c mut [Cell],
     ) -> Result<(Vec<TileSpectra<'c>>, f64)> {
         let (all, count) = (self.count(), self.realisations.count());
-        let mut tiles: Vec<TileSpectra<'c>> = cells
-            .chunks_exact_mut((to - from) * all)
-            .map(|cells| TileSpectra {
-                cells,
-                parts: [[0.0; TOGETHER]; PARTS],
-            })
-            .collect();
-        let mut shot_number = 0;
+        let parts = [[0.0; TOGETHER]; PARTS];
+        let tile = |cells| TileSpectra { cells, parts };
+        let tiles = cells.chunks_exact_mut((to - from) * all);
+        let mut tiles: Vec<TileSpectra<'c>> = tiles.map(tile).collect();
+        let mut first = 0;
         let unit = self.shots.each(block, |shot| {
-            let first = shot_number * count;
-            let scale = shot.scale;
-            shot.each_tile(
-                "spectra",
-                &mut tiles,
-                |scratch: &mut SegmentScratch, sites, records, out| {
-                    let (width, mut room) = (sites.len(), Vec::new());
-                    let mark = shot.mark(sites);
-                    let part = (records.length() / PARTS).max(1);
-                    let parts = PARTS.min(records.length() / part);
-                    for (p, sums) in out.parts.iter_mut().enumerate().take(parts) {
-                        let squares = records.squares(p * part..(p + 1) * part, &mut room);
-                        let squares = squares[..width].iter().zip(&mark);
-                        for (sum, (square, mark)) in sums.iter_mut().zip(squares) {
-                            *sum += square + mark;
+            let visit = |scratch: &mut SegmentScratch,
+                         sites,
+                         records: Records<'_>,
+                         out: &mut TileSpectra<'c>| {
+                let (width, mark, mut room) = (records.width(), shot.mark(sites), Vec::new());
+                let part = (records.length() / PARTS).max(1);
+                for (p, sums) in out
+                    .parts
+                    .iter_mut()
+                    .enumerate()
+                    .take(records.length() / part)
+                {
+                    let squares = records.squares(p * part..(p + 1) * part, &mut room);
+                    let squares = squares[..width].iter().zip(&mark);
+                    for (sum, (square, mark)) in sums.iter_mut().zip(squares) {
+                        *sum += square + mark;
+                    }
+                }
+                self.realisations.each(records, scratch, |r, spectra| {
+                    let rows = spectra[from * width..to * width].chunks_exact(width);
+                    let cells = out.cells[first + r..].iter_mut().step_by(all);
+                    for (row, [re, im]) in rows.zip(cells) {
+                        let parts = re.0.iter_mut().zip(&mut im.0);
+                        for (x, (re, im)) in row.iter().zip(parts) {
+                            (*re, *im) = (x.re * shot.scale, x.im * shot.scale);
                         }
                     }
-                    self.realisations.each(records, scratch, |r, spectra| {
-                        let rows = &spectra[from * width..to * width];
-                        let cells = &mut out.cells[first + r..];
-                        if let (TOGETHER, (rows, [])) = (width, rows.as_chunks()) {
-                            return widest(Scattered {
-                                rows,
-                                scale,
-                                every: all,
-                                cells,
-                            });
-                        }
-                        let cells = cells.iter_mut().step_by(all);
-                        for (row, [re, im]) in rows.chunks_exact(width).zip(cells) {
-                            let parts = re.0.iter_mut().zip(&mut im.0);
-                            for (x, (re, im)) in row.iter().zip(parts) {
-                                (*re, *im) = (x.re * scale, x.im * scale);
-                            }
-                        }
-                    });
-                },
-            )?;
-            shot_number += 1;
+                });
+            };
+            shot.each_tile("spectra", &mut tiles, visit)?;
+            first += count;
             Ok(())
         })?;
         Ok((tiles, unit))
-    }
-}
-
-/// Puts eight records' spectra at every so many cells.
-struct Scattered<'a> {
-    rows: &'a [[Complex<f64>; TOGETHER]],
-    scale: f64,
-    every: usize,
-    cells: &'a mut [Cell],
-}
-
-impl SimdKernel for Scattered<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let scale = L::splat(self.scale);
-        let cells = self.cells.iter_mut().step_by(self.every);
-        for (row, [re, im]) in self.rows.iter().zip(cells) {
-            let [x_re, x_im] = L::parts(row);
-            (x_re * scale).store(re);
-            (x_im * scale).store(im);
-        }
     }
 }
 

@@ -3,25 +3,28 @@
 use num_complex::Complex;
 use serde_json::{Value, json};
 
-use super::{ModeShapes, Modes};
+use super::{CHANCE, ModeShapes, ModeWave, Modes};
 use crate::estimates::realisations::REALISATIONS;
 use crate::measure::cycles_per;
 use crate::sheet::{
     BLACK, BLUE, Chart, Column, Describe, GREEN, Look, PlotRow, SKY, Series, Sheet, Table, Units,
-    VERMILLION, extent, number, percent, six_digits, with_half,
+    VERMILLION, confidence, extent, number, percent, six_digits, with_half,
 };
 use crate::unit::{compose, label, square};
 
-const DEFINITIONS: [[&str; 2]; 5] = [
+/// Of the names in [`Modes::describe`].
+const DEFINITIONS: [[&str; 2]; 6] = [
     [
         "Mode",
-        "A motion of all sites at one frequency, Re φ(x) exp(−2πi f t), that is uncorrelated with the others. \
-         Modes are ordered by their power.",
+        "A motion of all sites at one frequency, Re φ(x) exp(−2πi f t), uncorrelated with others, in order of power.",
     ],
     [
         "Eigenvalue λ",
-        "Power spectral density of a mode, integrated over x. The eigenvalues of a frequency sum up to that of \
-         the field.",
+        "Power spectral density of a mode, integrated over x. Those of a frequency sum up to that of the field.",
+    ],
+    [
+        "Coherent",
+        "With all sites at the same level, an eigenvalue is above what unrelated records have by chance.",
     ],
     [
         "Interval",
@@ -29,14 +32,13 @@ const DEFINITIONS: [[&str; 2]; 5] = [
     ],
     [
         "Wave",
-        "A mode in step with |φ(x)| exp(ikx) to 0.9 of its energy, over at least half a wavelength. A standing \
-         wave reaches 0.72.",
+        "A coherent mode in step with |φ(x)| exp(ikx) to 0.9 of its energy, over half a wavelength; a standing wave reaches 0.72.",
     ],
     REALISATIONS,
 ];
 
 /// Eigenvalues that are drawn.
-const SHOWN: usize = 3;
+const SHOWN: [usize; 3] = [BLUE, VERMILLION, GREEN];
 /// Chosen frequencies whose first mode is drawn.
 const FREQUENCIES: usize = 4;
 /// Ordinates of a logarithmic chart reach this far below the largest.
@@ -48,28 +50,43 @@ impl Describe for Modes {
     /// modes, n).
     fn describe(&self) -> Sheet<'_> {
         let (time_unit, space_unit) = self.units();
+        let interval = match self.interval(1) {
+            Some([low, high]) => format!("from {low:.3} to {high:.3} of it, by chi-square"),
+            None => "none can be stated: too few independent realisations".into(),
+        };
+        let confidence = confidence(self.alpha);
         let mut sheet = Sheet {
             name: "modes",
             version: 1,
             title: "Modes that are coherent along x".into(),
             about: format!("positions in {space_unit}, times in {time_unit}"),
             answer: self.answer(),
-            note: match self.interval(1) {
-                Some([low, high]) => format!(
-                    "The {} % interval of an eigenvalue reaches from {low:.2} to {high:.2} of it, by chi-square.",
-                    100.0 * (1.0 - self.alpha)
-                ),
-                None => "No interval can be stated: too few independent realisations.".into(),
-            },
+            note: format!("The {confidence} interval of an eigenvalue: {interval}."),
             definitions: DEFINITIONS.to_vec(),
             ..Sheet::default()
         };
         sheet.numbers(json!({ "time_unit": time_unit, "space_unit": space_unit }));
-        self.facts(&mut sheet);
-        let interval = match self.interval(1) {
-            Some([low, high]) => format!("{} to {} of it", number(low), number(high)),
-            None => "not stated: fewer than two independent realisations".into(),
-        };
+        if let Some(count) = self.coherent_frequencies() {
+            let (of, chance) = (self.inside().len(), percent(CHANCE));
+            let text = format!(
+                "at {count} of {of} frequencies; {chance} of fields of unrelated records have any"
+            );
+            sheet.fact("coherent", text);
+        }
+        if !self.chosen.is_empty() {
+            let share = percent(self.leading_share_of_all());
+            let text = format!("hold {share} of the power of all frequencies");
+            sheet.fact("first modes", text);
+        }
+        sheet.fact(
+            "interval",
+            format!("{confidence} of an eigenvalue {interval}"),
+        );
+        for shapes in &self.chosen {
+            let (share, wave) = (self.share(shapes.bin, 0), self.wave_in_words(shapes));
+            let text = format!("the first mode holds {share} of the power{wave}");
+            sheet.fact(format!("f = {}", number(shapes.frequency)), text);
+        }
         let rows = [("interval of an eigenvalue", interval)];
         self.independence.describe(&mut sheet, self.segment, rows);
         sheet.tables.push(self.table());
@@ -82,6 +99,8 @@ impl Describe for Modes {
                 "bin": shapes.bin,
                 "eigenvalues": eigenvalues,
                 "total": self.total[shapes.bin],
+                "above_noise": self.above_noise(shapes.bin),
+                "is_coherent": shapes.is_coherent,
                 "waves": shapes.waves,
             })
         };
@@ -89,6 +108,7 @@ impl Describe for Modes {
             "alpha": self.alpha,
             "interval": self.interval(1),
             "leading_share": self.leading_share_of_all(),
+            "coherent_frequencies": self.coherent_frequencies(),
             "chosen": self.chosen.iter().map(chosen).collect::<Vec<_>>(),
         }));
         self.variables(&mut sheet);
@@ -104,102 +124,92 @@ impl Describe for Modes {
 }
 
 impl Modes {
+    /// Share of the power at a frequency that a mode holds.
+    fn share(&self, bin: usize, n: usize) -> String {
+        percent(self.eigenvalues[[bin, n]] / self.total[bin])
+    }
+
     /// How many modes there are, in words.
     fn answer(&self) -> String {
-        let unit = cycles_per(&self.units().0);
         let Some(shapes) = self.chosen.first() else {
-            return "no power at any frequency".into();
+            return "nothing moves: no power at any frequency".into();
         };
         // A bin is as wide as its distance from the next.
-        let half = match self.frequency[..] {
-            [first, second, ..] => 0.5 * (second - first),
-            _ => 0.0,
+        let half = 0.5 * self.frequency[1];
+        let at = with_half(shapes.frequency, half, &cycles_per(&self.units().0));
+        let share = |n: usize| self.share(shapes.bin, n);
+        let modes = match (self.above_noise(shapes.bin), self.coherent_frequencies()) {
+            (Some(0), Some(0)) => return "no motion is coherent along x at any frequency".into(),
+            (Some(0), _) => return format!("no motion is coherent along x at {at}, but at others"),
+            (Some(1), _) => "one mode".into(),
+            (Some(count), _) => format!("{count} modes"),
+            (None, _) => {
+                return format!(
+                    "the first mode at {at} holds {}; how many there are cannot be told: {}",
+                    share(0),
+                    self.independence.why_none()
+                );
+            }
         };
-        let at = with_half(shapes.frequency, half, &unit);
-        let share = percent(self.leading_share(shapes.bin));
-        let Some(count) = self.above_noise(shapes.bin) else {
-            return format!(
-                "the first mode at {at} holds {share}; how many there are cannot be told: {}",
-                self.independence.why_none()
-            );
-        };
-        match count {
-            0 => format!(
-                "no motion is coherent along x at {at}: the first mode holds {share}, as noise would"
-            ),
-            1 => format!("one mode at {at}, which holds {share} of the power"),
-            _ => format!("{count} modes at {at}, of which the first holds {share} of the power"),
+        match shapes.is_coherent.iter().position(|is| *is) {
+            Some(0) => format!("{modes} at {at}: the first holds {} of the power", share(0)),
+            // Louder sites that are not related come first.
+            Some(n) => format!("{modes} at {at}: number {} by power, {}", n + 1, share(n)),
+            None => format!("{modes} at {at}"),
         }
     }
 
-    fn facts(&self, sheet: &mut Sheet) {
-        let share = percent(self.leading_share_of_all());
-        sheet.fact(
-            "first modes",
-            format!("hold {share} of the power of all frequencies"),
-        );
-        let interval = match self.interval(1) {
-            Some([low, high]) => format!(
-                "{} to {} of an eigenvalue, by chi-square, with probability {}",
-                number(low),
-                number(high),
-                percent(1.0 - self.alpha)
-            ),
-            None => "none can be stated".into(),
-        };
-        sheet.fact("interval", interval);
+    /// The velocity of a wave with its interval, where that is known.
+    fn velocity(&self, wave: &ModeWave) -> Option<String> {
         let (time_unit, space_unit) = self.units();
-        for shapes in &self.chosen {
-            let share = percent(self.leading_share(shapes.bin));
-            let wave = match shapes.waves.first().copied().flatten() {
-                Some(wave) if wave.is_wave => format!(
-                    "; a wave, k = {} rad/{space_unit}, {} {space_unit}/{time_unit}",
-                    number(wave.wavenumber),
-                    number(wave.velocity)
-                ),
-                _ => String::new(),
-            };
-            sheet.fact(
-                format!("f = {}", number(shapes.frequency)),
-                format!("the first mode holds {share} of the power{wave}"),
-            );
-        }
+        let unit = format!("{space_unit}/{time_unit}");
+        Some(with_half(wave.velocity, wave.velocity_half?, &unit))
+    }
+
+    /// What kind of wave the first mode is, where it is one.
+    fn wave_in_words(&self, shapes: &ModeShapes) -> String {
+        let wave = shapes.waves.first().copied().flatten();
+        let Some(wave) = wave.filter(|wave| wave.is_wave) else {
+            return String::new();
+        };
+        let velocity = self.velocity(&wave).map(|velocity| format!(", {velocity}"));
+        format!(
+            "; a wave, k = {} rad/{}{}",
+            number(wave.wavenumber),
+            self.units().1,
+            velocity.unwrap_or_default()
+        )
     }
 
     /// A row a mode of each chosen frequency.
     fn table(&self) -> Table {
         let (time_unit, space_unit) = self.units();
-        let row = |shapes: &ModeShapes, n: usize| {
-            let share = self.eigenvalues[[shapes.bin, n]] / self.total[shapes.bin];
-            let wave = shapes.waves[n];
-            let of_wave = |value: Option<f64>| value.map_or("-".into(), number);
+        let or_dash = |text: Option<String>| text.unwrap_or("-".into());
+        let row = |(shapes, n): (&ModeShapes, usize)| {
+            let wave = shapes.waves[n].as_ref();
             let is_wave = wave.filter(|wave| wave.is_wave);
             vec![
                 number(shapes.frequency),
                 (n + 1).to_string(),
-                percent(share),
-                of_wave(is_wave.map(|wave| wave.wavenumber)),
-                of_wave(is_wave.map(|wave| wave.velocity)),
-                of_wave(wave.map(|wave| wave.share)),
+                self.share(shapes.bin, n),
+                or_dash(shapes.is_coherent[n].then(|| "yes".into())),
+                or_dash(is_wave.map(|wave| number(wave.wavenumber))),
+                or_dash(is_wave.and_then(|wave| self.velocity(wave))),
+                or_dash(wave.map(|wave| number(wave.share))),
             ]
         };
-        let rows = self.chosen.iter().flat_map(|shapes| {
-            let count = shapes.modes.nrows();
-            (0..count).map(move |n| row(shapes, n))
-        });
-        Table {
-            title: "Chosen frequencies".into(),
-            head: vec![
-                label("frequency", &cycles_per(&time_unit)),
-                "mode".into(),
-                "share of the power".into(),
-                label("wavenumber", &format!("rad/{space_unit}")),
-                label("phase velocity", &format!("{space_unit}/{time_unit}")),
-                "share in step with the wave".into(),
-            ],
-            rows: rows.collect(),
-            ..Table::default()
-        }
+        let of_modes = |shapes| (0..self.chosen[0].waves.len()).map(move |n| (shapes, n));
+        let head = [
+            &label("frequency", &cycles_per(&time_unit)),
+            "mode",
+            "share of the power",
+            "coherent",
+            &label("wavenumber", &format!("rad/{space_unit}")),
+            "phase velocity",
+            "share in step with the wave",
+        ];
+        let rows = self.chosen.iter().flat_map(of_modes).map(row);
+        Table::of("Chosen frequencies", &head, rows)
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
@@ -214,19 +224,24 @@ impl Modes {
             &self.eigenvalues,
         );
         sheet.line("total", "frequency", &power, &self.total);
-        let bins = self.eigenvalues.nrows();
+        let bins = self.frequency.len();
         let ends = |bin| self.interval(bin).unwrap_or([f64::NAN; 2]);
         let intervals: Vec<f64> = (0..bins).flat_map(ends).collect();
         let axes = [("frequency", bins), ("end", 2)];
         sheet.variable("interval", &axes, "", intervals);
-        let chosen: Vec<f64> = self.chosen.iter().map(|shapes| shapes.frequency).collect();
-        let kept = self.chosen.first().map_or(0, |shapes| shapes.modes.nrows());
+        let frequencies: Vec<f64> = self.chosen.iter().map(|shapes| shapes.frequency).collect();
+        let kept = self.chosen.first().map_or(0, |shapes| shapes.waves.len());
         let axes = [
-            ("mode_frequency", chosen.len()),
+            ("mode_frequency", frequencies.len()),
             ("kept_mode", kept),
             ("position", self.n_sites),
         ];
-        sheet.line("mode_frequency", "mode_frequency", &units.frequency, chosen);
+        sheet.line(
+            "mode_frequency",
+            "mode_frequency",
+            &units.frequency,
+            frequencies,
+        );
         // The integral of |mode|^2 over x is 1.
         let unit = match &units.space[..] {
             "" => String::new(),
@@ -242,69 +257,56 @@ impl Modes {
         }
     }
 
-    fn frequency_label(&self) -> String {
-        label("frequency f", &cycles_per(&self.units().0))
+    /// Over the frequencies.
+    fn chart(&self, title: &str, y: String, series: Vec<Series>) -> Chart {
+        let x = label("frequency f", &cycles_per(&self.units().0));
+        Chart {
+            log_x: self.frequency.len() > 16,
+            ..Chart::of(title, x, y, series)
+        }
+    }
+
+    fn points(&self, of: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
+        let bins = 1..self.frequency.len();
+        bins.map(|bin| (self.frequency[bin], of(bin))).collect()
     }
 
     fn eigenvalue_chart(&self) -> Chart {
         let unit = self.unit.as_deref().unwrap_or_default();
         let word = |axis: &crate::field::Axis| axis.unit.clone().unwrap_or_default();
         let unit = compose(&[&square(unit), &word(&self.time), &word(&self.space)], &[]);
-        let inside = || (1..self.frequency.len()).map(|bin| (bin, self.frequency[bin]));
-        let curve = |n: usize| -> Vec<(f64, f64)> {
-            let points = inside().map(|(bin, f)| (f, self.eigenvalues[[bin, n]]));
-            points.collect()
-        };
-        let total = inside().map(|(bin, f)| (f, self.total[bin])).collect();
+        let total = self.points(|bin| self.total[bin]);
         let mut series = vec![Series::line("all modes", BLACK, total).with(Look::Dashed)];
-        let shown = self.eigenvalues.ncols().min(SHOWN);
-        for (n, colour) in [BLUE, VERMILLION, GREEN]
-            .into_iter()
-            .enumerate()
-            .take(shown)
-        {
-            series.push(Series::line(format!("mode {}", n + 1), colour, curve(n)));
+        for (n, colour) in (0..self.eigenvalues.ncols()).zip(SHOWN) {
+            let points = self.points(|bin| self.eigenvalues[[bin, n]]);
+            series.push(Series::line(format!("mode {}", n + 1), colour, points));
         }
         if self.interval(1).is_some() {
-            let percent = 100.0 * (1.0 - self.alpha);
-            for end in 0..2 {
-                let points = inside().filter_map(|(bin, f)| {
-                    let factor = self.interval(bin)?[end];
-                    Some((f, self.eigenvalues[[bin, 0]] * factor))
-                });
-                let name = match end {
-                    0 => format!("mode 1, {percent} % interval"),
-                    _ => String::new(),
-                };
-                series.push(Series::line(name, SKY, points.collect()).with(Look::Dashed));
+            let name = format!("mode 1, {} interval", confidence(self.alpha));
+            for (end, name) in [name, String::new()].into_iter().enumerate() {
+                let factor = |bin| self.interval(bin).map_or(f64::NAN, |ends| ends[end]);
+                let points = self.points(|bin| self.eigenvalues[[bin, 0]] * factor(bin));
+                series.push(Series::line(name, SKY, points).with(Look::Dashed));
             }
         }
         let values = series.iter().flat_map(|s| &s.points).map(|p| p.1);
         let y = extent(values.filter(|v| *v > 0.0));
         Chart {
-            log_x: self.frequency.len() > 16,
             log_y: true,
             y: y.start.max(DEEPEST * y.end) / 1.5..1.5 * y.end,
-            ..Chart::of(
-                "eigenvalues",
-                self.frequency_label(),
-                label("eigenvalue λ", &unit),
-                series,
-            )
+            ..self.chart("eigenvalues", label("eigenvalue λ", &unit), series)
         }
     }
 
     fn share_chart(&self) -> Chart {
-        let bins = 1..self.frequency.len();
-        let points = bins.map(|bin| (self.frequency[bin], self.leading_share(bin)));
+        let points = self.points(|bin| self.leading_share(bin));
+        let series = vec![Series::line("", BLUE, points)];
         Chart {
-            log_x: self.frequency.len() > 16,
             y: 0.0..1.0,
-            ..Chart::of(
+            ..self.chart(
                 "share of the first mode",
-                self.frequency_label(),
-                "share of the power",
-                vec![Series::line("", BLUE, points.collect())],
+                "share of the power".into(),
+                series,
             )
         }
     }
@@ -316,21 +318,17 @@ impl Modes {
         let points = |of: fn(&Complex<f64>) -> f64| -> Vec<(f64, f64)> {
             positions.iter().copied().zip(mode.iter().map(of)).collect()
         };
-        let wave = match shapes.waves.first().copied().flatten() {
-            Some(wave) if wave.is_wave => {
-                format!(", k = {:.4} rad/{space_unit}", wave.wavenumber)
-            }
-            _ => String::new(),
-        };
         let most = extent(mode.iter().map(|z| z.norm())).end;
+        let title = format!(
+            "mode 1 at f = {} {}{}",
+            six_digits(shapes.frequency),
+            cycles_per(&time_unit),
+            self.wave_in_words(shapes)
+        );
         Some(Chart {
             y: -1.15 * most..1.15 * most,
             ..Chart::of(
-                format!(
-                    "mode 1 at f = {} {}{wave}",
-                    six_digits(shapes.frequency),
-                    cycles_per(&time_unit)
-                ),
+                title,
                 label("position x", &space_unit),
                 label("mode φ", &format!("1/√{space_unit}")),
                 vec![

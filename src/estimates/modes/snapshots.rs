@@ -10,7 +10,7 @@ use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Blocks of products that are summed plainly before their sums are added.
 const LEAF: usize = 32;
-/// Modes whose eigenvalue is below this share of the trace are rounding.
+/// Modes whose eigenvalue, and sites whose power is below this share of the power of all sites are rounding.
 const LEAST: f64 = 1e-13;
 
 /// Real and imaginary parts of a realisation at the sites of a tile, 0 beyond the last site.
@@ -25,229 +25,200 @@ pub(super) struct Snapshots<'a> {
     pub count: usize,
 }
 
-/// What is found at one bin.
+/// One mode at one bin.
 pub(super) struct Solved {
-    /// `(mode, site)`, of the unit norm `sum |phi|^2 = 1`; NaN where the eigenvalue is rounding.
-    pub modes: Array2<Complex<f64>>,
+    /// Of each site, of the unit norm `sum |phi|^2 = 1`, the largest real and positive; NaN where the eigenvalue is rounding.
+    pub shape: Vec<Complex<f64>>,
+    /// Power in step with the mode, each site's over its own: 1 for each site that is wholly coherent with it.
+    pub coherence: f64,
+    /// Variance of its power over the realisations, over the square of the mean: 0 of a steady tone, 1 of noise.
+    pub unsteadiness: f64,
+}
+
+/// Eigenvalues at one bin, descending.
+pub(super) struct Eigenvalues {
+    /// Of the realisations.
+    pub energies: Vec<f64>,
+    /// Of the same with the power 1 at every site.
+    pub coherencies: Vec<f64>,
+    /// Powers of all sites.
+    pub trace: f64,
 }
 
 impl Snapshots<'_> {
-    /// Eigenvalues at up to eight bins, and their sum from the powers of all sites.
-    pub fn eigenvalues(&self, bins: Range<usize>) -> Vec<(Vec<f64>, f64)> {
-        let grams: Vec<_> = bins.map(|bin| self.rows(bin).gram()).collect();
-        let traces = grams
-            .iter()
-            .map(|gram| gram.diag().iter().map(|z| z.re).sum());
-        eigenvalues(&grams).into_iter().zip(traces).collect()
+    /// Those at up to eight bins.
+    pub fn eigenvalues(&self, bins: Range<usize>) -> Vec<Eigenvalues> {
+        let equal = |bin| self.gram(bin, Some(&self.levels(bin)));
+        let equal: Vec<_> = bins.clone().map(equal).collect();
+        let grams: Vec<_> = bins.map(|bin| self.gram(bin, None)).collect();
+        let found = eigenvalues(&grams).into_iter().zip(eigenvalues(&equal));
+        let of = |((energies, coherencies), gram): (_, &Array2<Complex<f64>>)| Eigenvalues {
+            energies,
+            coherencies,
+            trace: gram.diag().iter().map(|z| z.re).sum(),
+        };
+        found.zip(&grams).map(of).collect()
+    }
+
+    /// The first `modes` modes at a bin.
+    pub fn solve(&self, bin: usize, modes: usize) -> Vec<Solved> {
+        let (rows, levels) = (self.rows(bin, None), self.levels(bin));
+        let found = eigen(&rows.gram());
+        let least = LEAST * found.values.iter().sum::<f64>();
+        let of = |(vector, value): (&Vec<Complex<f64>>, &f64)| {
+            let other = rows.combined(vector);
+            let (shape, course) = match self.is_wide() {
+                true => (&other[..self.n_sites], &vector[..]),
+                false => (&vector[..], &other[..self.count]),
+            };
+            let energy: f64 = shape.iter().map(Complex::norm_sqr).sum();
+            let larger = |a: Complex<f64>, b: Complex<f64>| match b.norm_sqr() > a.norm_sqr() {
+                true => b,
+                false => a,
+            };
+            let largest = shape.iter().copied().reduce(larger).unwrap_or_default();
+            let turn = match *value > least {
+                true => largest.conj() / (largest.norm() * energy.sqrt()),
+                false => f64::NAN.into(),
+            };
+            let shape: Vec<Complex<f64>> = shape.iter().map(|z| z * turn).collect();
+            let coherent = shape.iter().zip(&levels);
+            let coherent = coherent.map(|(z, level)| (z * level).norm_sqr());
+            let of_powers = |n: i32| -> f64 { course.iter().map(|a| a.norm_sqr().powi(n)).sum() };
+            Solved {
+                coherence: value * coherent.sum::<f64>(),
+                unsteadiness: self.count as f64 * of_powers(2) / of_powers(1).powi(2) - 1.0,
+                shape,
+            }
+        };
+        let pairs = found.vectors.iter().zip(&found.values);
+        pairs.take(modes).map(of).collect()
     }
 
     fn is_wide(&self) -> bool {
         self.count <= self.n_sites
     }
 
-    fn rows(&self, bin: usize) -> Rows {
+    fn at(&self, bin: usize, site: usize, realisation: usize) -> Complex<f64> {
+        let [re, im] = &self.tiles[site / WIDTH][bin * self.count + realisation];
+        Complex::new(re.0[site % WIDTH], im.0[site % WIDTH])
+    }
+
+    /// What the realisations of each site are multiplied by to have the power 1; 0 of sites whose power is rounding.
+    fn levels(&self, bin: usize) -> Vec<f64> {
+        let power = |site: usize| -> f64 {
+            let all = (0..self.count).map(|r| self.at(bin, site, r).norm_sqr());
+            all.sum()
+        };
+        let powers: Vec<f64> = (0..self.n_sites).map(power).collect();
+        let least = LEAST * powers.iter().sum::<f64>();
+        let level = |power: f64| match power > least {
+            true => power.sqrt().recip(),
+            false => 0.0,
+        };
+        powers.into_iter().map(level).collect()
+    }
+
+    fn gram(&self, bin: usize, levels: Option<&[f64]>) -> Array2<Complex<f64>> {
+        self.rows(bin, levels).gram()
+    }
+
+    /// A row a realisation, or a site where there are fewer, with sites multiplied by their levels.
+    fn rows(&self, bin: usize, levels: Option<&[f64]>) -> Rows {
+        let at = |site: usize, r: usize| {
+            self.at(bin, site, r) * levels.map_or(1.0, |levels| levels[site])
+        };
         match self.is_wide() {
-            true => self.by_realisation(bin),
-            false => self.by_site(bin),
+            true => Rows::of(self.count, self.n_sites, |r, site| at(site, r)),
+            false => Rows::of(self.n_sites, self.count, at),
         }
-    }
-
-    /// The first `modes` modes at a bin.
-    pub fn solve(&self, bin: usize, modes: usize) -> Solved {
-        let is_wide = self.is_wide();
-        let rows = self.rows(bin);
-        let gram = rows.gram();
-        let found = eigen(&gram);
-        let trace: f64 = (0..gram.nrows()).map(|i| gram[[i, i]].re).sum();
-        let kept = modes.min(found.values.len());
-        let mut shapes = Array2::from_elem((kept, self.n_sites), Complex::new(f64::NAN, f64::NAN));
-        for (n, mut shape) in shapes.outer_iter_mut().enumerate() {
-            if found.values[n] <= LEAST * trace {
-                continue;
-            }
-            let mode = match is_wide {
-                true => rows.combined(&found.vectors[n], self.n_sites),
-                false => found.vectors[n].clone(),
-            };
-            for (to, z) in shape.iter_mut().zip(phased(&mode)) {
-                *to = z;
-            }
-        }
-        Solved { modes: shapes }
-    }
-
-    /// A row a realisation.
-    fn by_realisation(&self, bin: usize) -> Rows {
-        let blocks = self.tiles.len();
-        let mut rows = Rows::zeros(self.count, blocks);
-        for (t, tile) in self.tiles.iter().enumerate() {
-            let cells = &tile[bin * self.count..][..self.count];
-            for (r, cell) in cells.iter().enumerate() {
-                rows.cells[r * blocks + t] = *cell;
-            }
-        }
-        rows
-    }
-
-    /// A row a site.
-    fn by_site(&self, bin: usize) -> Rows {
-        let mut rows = Rows::zeros(self.n_sites, self.count.div_ceil(WIDTH));
-        for site in 0..self.n_sites {
-            let (tile, lane) = (self.tiles[site / WIDTH], site % WIDTH);
-            let cells = &tile[bin * self.count..][..self.count];
-            for (r, [re, im]) in cells.iter().enumerate() {
-                rows.set(site, r, Complex::new(re.0[lane], im.0[lane]));
-            }
-        }
-        rows
     }
 }
 
-/// Of unit norm, its largest element real and positive.
-fn phased(mode: &[Complex<f64>]) -> Vec<Complex<f64>> {
-    let norm = mode.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
-    let zero = Complex::default();
-    let largest = mode
-        .iter()
-        .fold(zero, |most, z| match z.norm_sqr() > most.norm_sqr() {
-            true => *z,
-            false => most,
-        });
-    let turn = largest.conj() / (largest.norm() * norm);
-    mode.iter().map(|z| z * turn).collect()
-}
-
-/// Rows of complex numbers, real and imaginary parts apart, padded with zeros to whole blocks.
-struct Rows {
-    cells: Vec<Cell>,
-    count: usize,
-    /// Cells of a row.
-    blocks: usize,
-}
+/// Rows of complex numbers, padded with zeros to whole blocks.
+struct Rows(Vec<Vec<Cell>>);
 
 impl Rows {
-    fn zeros(count: usize, blocks: usize) -> Rows {
-        Rows {
-            cells: vec![Cell::default(); count * blocks],
-            count,
-            blocks,
+    fn of(count: usize, columns: usize, at: impl Fn(usize, usize) -> Complex<f64>) -> Rows {
+        let mut rows = vec![vec![Cell::default(); columns.div_ceil(WIDTH)]; count];
+        for (row, cells) in rows.iter_mut().enumerate() {
+            for column in 0..columns {
+                let [re, im] = &mut cells[column / WIDTH];
+                let x = at(row, column);
+                (re.0[column % WIDTH], im.0[column % WIDTH]) = (x.re, x.im);
+            }
         }
-    }
-
-    fn set(&mut self, row: usize, column: usize, x: Complex<f64>) {
-        let [re, im] = &mut self.cells[row * self.blocks + column / WIDTH];
-        re.0[column % WIDTH] = x.re;
-        im.0[column % WIDTH] = x.im;
-    }
-
-    fn at(&self, row: usize, column: usize) -> Complex<f64> {
-        let [re, im] = &self.cells[row * self.blocks + column / WIDTH];
-        Complex::new(re.0[column % WIDTH], im.0[column % WIDTH])
-    }
-
-    fn row(&self, row: usize) -> &[Cell] {
-        &self.cells[row * self.blocks..][..self.blocks]
+        Rows(rows)
     }
 
     /// `G_kl = sum_c X_kc* X_lc`.
     fn gram(&self) -> Array2<Complex<f64>> {
-        let mut gram = Array2::zeros((self.count, self.count));
-        let last = self.count - 1;
+        let count = self.0.len();
+        let mut gram = Array2::zeros((count, count));
         // Two rows with two others; an odd last one is taken twice.
-        for k in (0..self.count).step_by(2) {
+        let pair = |k: usize| [k, (k + 1).min(count - 1)];
+        for k in (0..count).step_by(2) {
             for l in (0..=k).step_by(2) {
-                let (rows, columns) = ([k, (k + 1).min(last)], [l, (l + 1).min(last)]);
-                let products = widest(Products {
-                    rows: rows.map(|row| self.row(row)),
-                    columns: columns.map(|row| self.row(row)),
-                });
-                for (product, (row, column)) in products.iter().zip([
-                    (rows[0], columns[0]),
-                    (rows[0], columns[1]),
-                    (rows[1], columns[0]),
-                    (rows[1], columns[1]),
-                ]) {
-                    gram[[row, column]] = *product;
-                    gram[[column, row]] = product.conj();
+                let products = widest(Products(
+                    [pair(k), pair(l)].map(|p| p.map(|k| &self.0[k][..])),
+                ));
+                for (row, products) in pair(k).into_iter().zip(products) {
+                    for (column, product) in pair(l).into_iter().zip(products) {
+                        gram[[row, column]] = product;
+                        gram[[column, row]] = product.conj();
+                    }
                 }
             }
         }
         gram
     }
 
-    /// `sum_k v_k* X_kc*`, of the first `length` columns.
-    fn combined(&self, vector: &[Complex<f64>], length: usize) -> Vec<Complex<f64>> {
+    /// `sum_k v_k* X_kc*` of all columns.
+    fn combined(&self, vector: &[Complex<f64>]) -> Vec<Complex<f64>> {
         let term = |c: usize| -> Complex<f64> {
-            let terms = vector.iter().enumerate();
-            terms.map(|(k, v)| (v * self.at(k, c)).conj()).sum()
+            let part = |(v, row): (&Complex<f64>, &Vec<Cell>)| {
+                let [re, im] = row[c / WIDTH].map(|block| block.0[c % WIDTH]);
+                (v * Complex::new(re, im)).conj()
+            };
+            vector.iter().zip(&self.0).map(part).sum()
         };
-        (0..length).map(term).collect()
+        (0..WIDTH * self.0[0].len()).map(term).collect()
     }
 }
 
 /// `sum_c X_kc* X_lc` of two rows k with two rows l.
-struct Products<'a> {
-    rows: [&'a [Cell]; 2],
-    columns: [&'a [Cell]; 2],
-}
+struct Products<'a>([[&'a [Cell]; 2]; 2]);
 
 impl SimdKernel for Products<'_> {
-    type Output = [Complex<f64>; 4];
+    type Output = [[Complex<f64>; 2]; 2];
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [Complex<f64>; 4] {
-        let ([p, q], [s, t]) = (self.rows, self.columns);
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Products([[p, q], [s, t]]) = self;
         let zero = L::splat(0.0);
-        let mut sums = [[zero; 2]; 4];
+        let mut sums = [[[zero; 2]; 2]; 2];
         let leaves = p.chunks(LEAF).zip(q.chunks(LEAF));
         let others = s.chunks(LEAF).zip(t.chunks(LEAF));
         for ((p, q), (s, t)) in leaves.zip(others) {
-            let mut leaf = [[zero; 2]; 4];
+            let mut leaf = [[[zero; 2]; 2]; 2];
             for ((p, q), (s, t)) in p.iter().zip(q).zip(s.iter().zip(t)) {
-                let (p, q) = (Parts::of(p), Parts::of(q));
-                let (s, t) = (Parts::of(s), Parts::of(t));
-                leaf = [
-                    p.add_product(&s, leaf[0]),
-                    p.add_product(&t, leaf[1]),
-                    q.add_product(&s, leaf[2]),
-                    q.add_product(&t, leaf[3]),
-                ];
+                for (x, leaf) in [p, q].into_iter().zip(&mut leaf) {
+                    let [re, im] = [L::load(&x[0]), L::load(&x[1])];
+                    for (y, leaf) in [s, t].into_iter().zip(leaf) {
+                        let [y_re, y_im] = [L::load(&y[0]), L::load(&y[1])];
+                        leaf[0] = im.fused(y_im, re.fused(y_re, leaf[0]));
+                        leaf[1] = (zero - im).fused(y_re, re.fused(y_im, leaf[1]));
+                    }
+                }
             }
-            for (sum, leaf) in sums.iter_mut().zip(leaf) {
+            for (sum, leaf) in sums.iter_mut().flatten().zip(leaf.iter().flatten()) {
                 *sum = [sum[0] + leaf[0], sum[1] + leaf[1]];
             }
         }
-        let mut found = [Complex::default(); 4];
-        for (found, sum) in found.iter_mut().zip(sums) {
-            *found = Complex::new(sum[0].sum(), sum[1].sum());
+        let mut found = [[Complex::default(); 2]; 2];
+        for (found, [re, im]) in found.iter_mut().flatten().zip(sums.into_iter().flatten()) {
+            *found = Complex::new(re.sum(), im.sum());
         }
         found
-    }
-}
-
-/// A cell in registers.
-#[derive(Clone, Copy)]
-struct Parts<L> {
-    re: L,
-    im: L,
-}
-
-impl<L: Lanes> Parts<L> {
-    #[inline(always)]
-    fn of(cell: &Cell) -> Parts<L> {
-        Parts {
-            re: L::load(&cell[0]),
-            im: L::load(&cell[1]),
-        }
-    }
-
-    /// Adds `z* w`.
-    #[inline(always)]
-    fn add_product(&self, w: &Parts<L>, [re, im]: [L; 2]) -> [L; 2] {
-        let minus = L::splat(0.0) - self.im;
-        [
-            self.im.fused(w.im, self.re.fused(w.re, re)),
-            minus.fused(w.re, self.re.fused(w.im, im)),
-        ]
     }
 }
