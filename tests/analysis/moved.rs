@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use ndarray::Array2;
 use serde_json::json;
 use wavecascade::Field;
-use wavecascade::analyze::{Analysis, Request, Results};
+use wavecascade::analyze::{Analysis, Request};
 use wavecascade::budget;
 use wavecascade::chain::Run;
 use wavecascade::chain::scene::SceneSource;
@@ -13,19 +13,8 @@ use wavecascade::moved::{Answer, Fate, Reason, Verdict};
 use wavecascade::observer::Silent;
 use wavecascade::reference::LatticeImpact;
 
+use crate::moved_kinds::{hann, request, ricker};
 use test_support::fields::{analyzed, noise};
-
-fn request() -> Request {
-    Request {
-        results: Results {
-            flux_surrogate: false,
-            short_time: false,
-            ..Results::ALL
-        },
-        maps: false,
-        ..Request::default()
-    }
-}
 
 fn field(values: Array2<f64>, dt: f64, dx: f64) -> Field {
     let mut field = Field::from_array(values);
@@ -39,17 +28,6 @@ fn analysis_of(values: Array2<f64>, dt: f64, dx: f64) -> Analysis {
 
 fn answer_of(values: Array2<f64>, dt: f64, dx: f64) -> Answer {
     analysis_of(values, dt, dx).answer.unwrap()
-}
-
-fn hann(s: f64, length: f64) -> f64 {
-    match (0.0..length).contains(&s) {
-        true => 0.5 - 0.5 * (TAU * s / length).cos(),
-        false => 0.0,
-    }
-}
-
-fn ricker(s: f64, w: f64) -> f64 {
-    (1.0 - (s / w).powi(2)) * (-0.5 * (s / w).powi(2)).exp()
 }
 
 /// A scan of 56 points 2.5 mm apart at 125 kHz: `of(t, x)` at 120 m/s, in noise of `level` of 1 um/s.

@@ -12,8 +12,8 @@ use wavecascade::reference::{Grid, GrowingHarmonic};
 
 use test_support::fields::{analyzed, noise};
 
-pub fn analysis_of(values: Array2<f64>) -> Analysis {
-    let request = Request {
+pub fn request() -> Request {
+    Request {
         results: Results {
             flux_surrogate: false,
             short_time: false,
@@ -21,8 +21,11 @@ pub fn analysis_of(values: Array2<f64>) -> Analysis {
         },
         maps: false,
         ..Request::default()
-    };
-    analyzed(&Field::from_array(values), &request)
+    }
+}
+
+pub fn analysis_of(values: Array2<f64>) -> Analysis {
+    analyzed(&Field::from_array(values), &request())
 }
 
 /// Of `times` by `sites` samples, `of(n, j)` in noise of `level`.
@@ -38,7 +41,7 @@ pub fn answer_of(
         .unwrap()
 }
 
-fn hann(s: f64, length: f64) -> f64 {
+pub fn hann(s: f64, length: f64) -> f64 {
     match (0.0..length).contains(&s) {
         true => 0.5 - 0.5 * (TAU * s / length).cos(),
         false => 0.0,

@@ -77,23 +77,6 @@ fn regress_blocks_are_those_of_the_whole() {
     }
 }
 
-/// Parts of several records, cut within them.
-#[test]
-fn regress_joined_parts_of_shots_are_those_of_the_whole() {
-    let fields = shots(4, 300);
-    let fields: Vec<&Field> = fields.iter().collect();
-    let request = welch(64, 32);
-    let expected = spectrum_numbers(&spectrum(&fields, &request, &Silent).unwrap());
-    let parts = parts_of(&fields, &request.into(), 7);
-    for at in 1..7 {
-        let two = [
-            join(&parts[..at], None).unwrap(),
-            join(&parts[at..], None).unwrap(),
-        ];
-        assert_near(&combined(&two), &expected);
-    }
-}
-
 #[test]
 fn regress_blocks_that_do_not_fit_are_refused() {
     let whole = &shots(1, 500)[0];
