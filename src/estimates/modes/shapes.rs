@@ -36,7 +36,7 @@ pub struct ModeShapes {
     /// along x; `sum |phi|^2 dx = 1`; the largest element is real and positive. NaN where the eigenvalue is
     /// rounding.
     pub modes: Array2<Complex<f64>>,
-    /// Whether each mode is above the null: `sum_x lambda |phi(x)|^2 / S(x, x)` dx, the sites that are coherent with it, exceed
+    /// Whether each mode is above the null: `sum_x lambda |phi(x)|^2 / S(x, x)`, the sites that are coherent with it, exceed
     /// [`Modes::level`]. Where that cannot be stated, none is.
     pub is_coherent: Vec<bool>,
     /// The nearest wave to each mode.
@@ -207,12 +207,10 @@ impl<'a> ShapeSearch<'a> {
         };
         let first = |bin: usize| found.eigenvalues[[bin, 0]];
         let wanted = growth([first(bin + 1), first(bin - 1)]);
-        if !(wanted.abs() < of_line(FARTHEST)) {
-            return None;
-        }
-        let offset = find_root(-FARTHEST, FARTHEST, |d| of_line(d) - wanted);
         let each = QUARTER / of_line(QUARTER);
         let error = each * (0.5 * unsteadiness.max(0.0) / independent).sqrt();
-        Some([offset, error])
+        let is_own = wanted.abs() < of_line(FARTHEST);
+        let offset = || find_root(-FARTHEST, FARTHEST, |d| of_line(d) - wanted);
+        is_own.then(|| [offset(), error])
     }
 }
