@@ -26,7 +26,7 @@ use crate::field::{Field, Note};
 use crate::moved::{Answer, ArrivalWindows};
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
-use crate::prepare::{ChannelScan, Channels, Prepared, Sites, channels};
+use crate::prepare::{Channels, Prepared, Sites, channels};
 use crate::sheet::number;
 use crate::transform::Real;
 
@@ -173,19 +173,25 @@ fn passes<T: Real>(
     let range = (plan.times.clone(), plan.sites.clone());
     let channels = channels(field, range, &plan.request.without_sites, observer)?;
     let has_steps = channels.has_steps;
-    let mut warnings = warnings(
-        (field, &record),
-        plan,
-        &scans,
-        columns.as_ref(),
-        &rows,
-        spacetime.as_ref(),
-        (unit, stored),
-        (
-            answer.as_ref().is_some_and(|answer| answer.has_fronts),
-            channels,
-        ),
-    );
+    let found = Findings {
+        scans: &scans,
+        first_time: plan.times.start,
+        simulated: field.struck.is_some(),
+        has_fronts: answer.as_ref().is_some_and(|answer| answer.has_fronts),
+        ends: &rows.ends,
+        first_profile: &rows.first_profile,
+        last_profile: &rows.last_profile,
+        by_site: columns.as_ref().map(|c| &*c.rows),
+        by_time: (!rows.rows.is_empty()).then_some(&*rows.rows),
+        undirected: spacetime
+            .as_ref()
+            .map(|found| found.directions.iter().map(|d| d.undirected).collect()),
+        frequency: plan.frequency_bins(),
+        wavenumber: plan.wavenumber_bins(),
+        padding_time: plan.padding_time(),
+        record: &record,
+    };
+    let mut warnings = warnings(field, plan, &found, (unit, stored), channels);
     if let Some((floor, left)) = noise_left
         .as_ref()
         .and_then(|f| Some((f, f.subtracted.as_ref()?)))
@@ -296,31 +302,12 @@ fn display(
 
 /// What to doubt about the field and its results.
 fn warnings(
-    (field, record): (&Field, &dyn Fn(usize) -> Vec<f64>),
+    field: &Field,
     plan: &Plan,
-    scans: &[ChannelScan],
-    columns: Option<&TemporalPassResult>,
-    rows: &SpatialPassResult,
-    spacetime: Option<&Frequencies>,
+    found: &Findings,
     (unit, stored): (f64, f64),
-    (has_fronts, channels): (bool, Channels),
+    channels: Channels,
 ) -> Vec<Warning> {
-    let found = Findings {
-        scans,
-        first_time: plan.times.start,
-        simulated: field.struck.is_some(),
-        has_fronts,
-        ends: &rows.ends,
-        first_profile: &rows.first_profile,
-        last_profile: &rows.last_profile,
-        by_site: columns.map(|c| &*c.rows),
-        by_time: (!rows.rows.is_empty()).then_some(&*rows.rows),
-        undirected: spacetime.map(|found| found.directions.iter().map(|d| d.undirected).collect()),
-        frequency: plan.frequency_bins(),
-        wavenumber: plan.wavenumber_bins(),
-        padding_time: plan.padding_time(),
-        record,
-    };
     let doubts = field.notes.iter().filter(|note| note.is_doubtful());
     let mut warnings: Vec<Warning> = doubts.map(Note::warning).collect();
     let mut left_out = plan.request.without_sites.clone();
@@ -338,13 +325,13 @@ fn warnings(
         warnings.push(sites.warning("sites-left-out", what, advice, json!({})));
     }
     warnings.extend(findings(
-        &found,
+        found,
         &plan.request,
         &plan.axes,
         channels.warnings,
     ));
     if stored == 1.0 && unit != 1.0 {
-        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
+        let largest = found.scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         let message = format!(
             "squares of amplitudes up to {} leave the number range; spectra are in units of (2^{})^2, 2^{1} being {}",
             number(largest),

@@ -134,7 +134,11 @@ fn print_channels(
         write!(out, "{}", paragraphs(&[text.into()], width))?;
     }
     for doubt in doubts {
-        write!(out, "{}", paragraphs(&[doubt.message.clone()], width))?;
+        write!(
+            out,
+            "{}",
+            paragraphs(std::slice::from_ref(&doubt.message), width)
+        )?;
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ pub struct Modes {
     pub fields: Vec<PathBuf>,
 
     /// Frequencies whose modes are written, in cycles per unit of time, such as 0.1,0.25 [default: that of the
-    /// largest eigenvalue].
+    /// largest eigenvalue, where a motion is coherent if there is one].
     #[arg(long, value_name = "F,...", value_delimiter = ',')]
     pub frequencies: Vec<f64>,
 
