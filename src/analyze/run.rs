@@ -22,7 +22,7 @@ use crate::arrays::{Collect, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::estimates::{NoiseFloor, SubtractedNoise};
-use crate::field::{Field, Note};
+use crate::field::Field;
 use crate::moved::{Answer, ArrivalWindows};
 use crate::numeric::{in_band, sum, sum_of_squares};
 use crate::observer::{Observer, Silent};
@@ -309,7 +309,7 @@ fn warnings(
     channels: Channels,
 ) -> Vec<Warning> {
     let doubts = field.notes.iter().filter(|note| note.is_doubtful());
-    let mut warnings: Vec<Warning> = doubts.map(Note::warning).collect();
+    let mut warnings: Vec<Warning> = doubts.map(Warning::from).collect();
     let mut left_out = plan.request.without_sites.clone();
     left_out.sort_unstable();
     left_out.dedup();

@@ -1,14 +1,11 @@
 //! Notes: properties inferred about a file that does not state them.
 
-use serde_json::json;
-
 use super::coordinates::{Coordinates, Jitter};
 use super::interpolate::Interpolation;
 use super::labelled::of_unit;
 use super::storage::Storage;
 use super::{Axis, Layout, Quantity};
 use crate::measure::{Frequency, Length, Time, digits, symbol};
-use crate::sheet::Warning;
 use crate::unit::unknown_word;
 
 /// Change of amplitudes by resampling, at half the Nyquist frequency, above which spectra are doubtful.
@@ -126,11 +123,6 @@ pub enum Note {
 }
 
 impl Note {
-    pub(crate) fn warning(&self) -> Warning {
-        let advice = self.advice().unwrap_or_default();
-        Warning::new(self.message(), advice).coded(self.code(), json!({}))
-    }
-
     /// What the user can do about it.
     pub fn advice(&self) -> Option<&'static str> {
         match self {

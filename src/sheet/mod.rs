@@ -11,7 +11,9 @@ mod words;
 use std::borrow::Cow;
 
 use ndarray::Array2;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
+
+use crate::field::Note;
 
 #[cfg(feature = "figures")]
 pub(crate) use chart::ORANGE;
@@ -122,6 +124,14 @@ impl Warning {
             numbers,
             ..self
         }
+    }
+}
+
+impl From<&Note> for Warning {
+    /// A conclusion about the file of a field.
+    fn from(note: &Note) -> Warning {
+        let advice = note.advice().unwrap_or_default();
+        Warning::new(note.message(), advice).coded(note.code(), json!({}))
     }
 }
 
