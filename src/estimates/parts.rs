@@ -150,8 +150,13 @@ impl Partial {
     fn new(about: PartialAbout, tiles: Vec<Sums>, segments: usize) -> Partial {
         let begun = begun(&(about.range[0]..about.range[1]), segments);
         let mut sums = Vec::new();
+        let count = tiles.len();
         for mut tile in tiles {
             tile.write(&begun, &mut sums);
+            // All are as long as the first.
+            if sums.capacity() < count * sums.len() {
+                sums.reserve_exact((count - 1) * sums.len());
+            }
         }
         Partial { about, sums }
     }

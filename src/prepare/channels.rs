@@ -23,7 +23,9 @@ const SHORT: usize = 64;
 /// Bands of the frequency axis whose levels are compared.
 const BANDS: usize = 8;
 /// Sites that a thread reads together.
-const TILE: usize = 32;
+const TILE: usize = 8;
+/// Samples that are looked at, at most: fewer of each record where there are many.
+const SAMPLES: usize = 1 << 21;
 /// Power of a band over that of the strongest, below which it holds only rounding.
 const ROUNDING: f64 = 1e-20;
 
@@ -201,17 +203,20 @@ impl<'a> Look<'a> {
         observer: &dyn Observer,
     ) -> Result<Look<'a>> {
         let n = times.len();
-        let length = match n / 8 {
-            ..SHORT => n,
-            eighth => eighth.min(LENGTH),
-        };
+        let most = (SAMPLES / sites.len()).clamp(1, LENGTH * STRETCHES);
         // Of a record that is looked at as a whole they overlap by half: a pulse lies in one of them.
-        let is_whole = n <= LENGTH * STRETCHES;
+        let is_whole = n <= most;
+        let length = match (is_whole, n / 8) {
+            (true, ..SHORT) => n,
+            (true, eighth) => eighth,
+            (false, _) => (most / STRETCHES).max(SHORT).min(n),
+        };
         let (read, hop) = match is_whole {
             true => (vec![times.clone()], length.div_ceil(2)),
             false => {
-                let start = |s: usize| times.start + s * (n - length) / (STRETCHES - 1);
-                let ranges = (0..STRETCHES).map(|s| start(s)..start(s) + length);
+                let count = (most / length).clamp(1, STRETCHES);
+                let start = |s: usize| times.start + s * (n - length) / (count - 1).max(1);
+                let ranges = (0..count).map(|s| start(s)..start(s) + length);
                 (ranges.collect(), length)
             }
         };
@@ -234,6 +239,10 @@ impl<'a> Look<'a> {
                     record.extend_from_slice(samples);
                 }
             }
+            // Of contiguous records each has pages of its own.
+            if !field.is_time_major() {
+                field.release_pages();
+            }
             let spectra: Vec<_> = records
                 .iter_mut()
                 .map(|record| Spectra::of(record, &transform, hop))
@@ -254,6 +263,7 @@ impl<'a> Look<'a> {
             samples,
             is_whole,
         };
+        field.release_pages();
         for j in left_out.iter().filter(|j| look.sites.contains(j)) {
             let row = j - look.sites.start;
             look.records[row] = Record::NOTHING;
@@ -513,14 +523,17 @@ impl<'a> Look<'a> {
         }
         // Of two halves the first is right.
         let usual = |values: &[f64]| {
-            let count = |value: f64| values.iter().filter(|other| **other == value).count();
-            let mut most = values[0];
-            for value in values {
-                if count(*value) > count(most) {
-                    most = *value;
+            let runs = values.chunk_by(|a, b| a == b);
+            let mut counts: Vec<(f64, usize)> = Vec::new();
+            for run in runs {
+                match counts.iter_mut().find(|(value, _)| *value == run[0]) {
+                    Some((_, count)) => *count += run.len(),
+                    None => counts.push((run[0], run.len())),
                 }
             }
-            most
+            let most = counts.iter().map(|(_, count)| *count).max();
+            let first = counts.iter().find(|(_, count)| Some(*count) == most);
+            first.map_or(0.0, |(value, _)| *value)
         };
         [(signs, true), (delays, false)].map(|(values, is_sign)| {
             let usual = usual(&values);

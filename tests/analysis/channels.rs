@@ -93,7 +93,7 @@ fn val_construction_sites_out_of_step_are_named() {
                 let [ratio, error] =
                     ["ratios", "ratio_errors"].map(|name| numbers[name][0].as_f64().unwrap());
                 assert!(
-                    (ratio - 6.0).abs() < error && error < 0.5,
+                    (ratio - 6.0).abs() < 0.03 && error < 0.03,
                     "{ratio} {error}"
                 );
             }

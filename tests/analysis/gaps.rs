@@ -420,7 +420,7 @@ fn val_theory_intervals_of_filled_spectra_hold_or_are_withheld() {
             for (m, f) in found.bins.iter().enumerate().skip(2).take(250) {
                 let [re, im] = [(TAU * f * DT).cos(), (TAU * f * DT).sin()];
                 let gain = (1.0 - 0.95 * re).powi(2) + (0.95 * im).powi(2);
-                let exact = 2.0 * DT / 3.0 / gain;
+                let exact = 2.0 * DT / gain;
                 for j in 0..4 {
                     let [low, high] = [found.low[[m, j]], found.high[[m, j]]];
                     all += 1.0;

@@ -93,7 +93,7 @@ impl<'a> ShapeSearch<'a> {
         let (n_sites, dx) = (self.found.n_sites, self.found.space.step.abs());
         let level = self.found.level(bin);
         let cell = |(n, j): (usize, usize)| solved[n].shape[j] / dx.sqrt();
-        let is_coherent = |mode: &Solved| level.is_some_and(|level| mode.coherence > level);
+        let is_coherent = |mode: &Solved| level.is_some_and(|level| mode.related > level);
         let wave = |(n, mode): (usize, &Solved)| {
             let may_be = level.is_none() || is_coherent(mode);
             self.wave(bin, n, mode, may_be)

@@ -30,7 +30,7 @@ pub(super) struct Solved {
     /// Of each site, of the unit norm `sum |phi|^2 = 1`, the largest real and positive; NaN where the eigenvalue is rounding.
     pub shape: Vec<Complex<f64>>,
     /// Power in step with the mode, each site's over its own: 1 for each site that is wholly coherent with it.
-    pub coherence: f64,
+    pub related: f64,
     /// Variance of its power over the realisations, over the square of the mean: 0 of a steady tone, 1 of noise.
     pub unsteadiness: f64,
 }
@@ -86,7 +86,7 @@ impl Snapshots<'_> {
             let coherent = coherent.map(|(z, level)| (z * level).norm_sqr());
             let of_powers = |n: i32| -> f64 { course.iter().map(|a| a.norm_sqr().powi(n)).sum() };
             Solved {
-                coherence: value * coherent.sum::<f64>(),
+                related: value * coherent.sum::<f64>(),
                 unsteadiness: self.count as f64 * of_powers(2) / of_powers(1).powi(2) - 1.0,
                 shape,
             }
