@@ -171,7 +171,12 @@ fn passes<T: Real>(
     let spacetime_map = spacetime_map.map(|map| maps.spacetime(map));
     let flux_map = rows.flux_map.take().map(|map| maps.flux(map));
     let range = (plan.times.clone(), plan.sites.clone());
-    let channels = channels(field, range, &plan.request.without_sites, observer)?;
+    let channels = channels(
+        field,
+        range,
+        (&plan.request.without_sites, Some(&scans)),
+        observer,
+    )?;
     let has_steps = channels.has_steps;
     let found = Findings {
         scans: &scans,

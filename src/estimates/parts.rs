@@ -151,10 +151,10 @@ impl Partial {
         let begun = begun(&(about.range[0]..about.range[1]), segments);
         let mut sums = Vec::new();
         let count = tiles.len();
-        for mut tile in tiles {
+        for (i, mut tile) in tiles.into_iter().enumerate() {
             tile.write(&begun, &mut sums);
             // All are as long as the first.
-            if sums.capacity() < count * sums.len() {
+            if i == 0 {
                 sums.reserve_exact((count - 1) * sums.len());
             }
         }

@@ -25,7 +25,9 @@ const BANDS: usize = 8;
 /// Sites that a thread reads together.
 const TILE: usize = 8;
 /// Samples that are looked at, at most: fewer of each record where there are many.
-const SAMPLES: usize = 1 << 21;
+const SAMPLES: usize = 1 << 20;
+/// Records that are constant where they are looked at, of which the rest is read, at most.
+const READ: usize = 16;
 /// Power of a band over that of the strongest, below which it holds only rounding.
 const ROUNDING: f64 = 1e-20;
 
@@ -108,20 +110,20 @@ impl<D: Describe> Describe for Examined<D> {
 /// [`Error::Cancelled`].
 pub fn channel_findings(field: &Field, observer: &dyn Observer) -> Result<Vec<Warning>> {
     let all = (0..field.n_times(), 0..field.n_sites());
-    Ok(channels(field, all, &[], observer)?.warnings)
+    Ok(channels(field, all, (&[], None), observer)?.warnings)
 }
 
-/// Of a range, but for these sites of the file.
+/// Of a range, but for these sites of the file; with what is known of its whole records.
 pub(crate) fn channels(
     field: &Field,
     (times, sites): (Range<usize>, Range<usize>),
-    left_out: &[usize],
+    (left_out, known): (&[usize], Option<&[ChannelScan]>),
     observer: &dyn Observer,
 ) -> Result<Channels> {
     if field.struck.is_some() || times.len() < 2 || sites.is_empty() {
         return Ok(Channels::default());
     }
-    Look::new(field, times, sites, left_out, observer).map(|look| look.channels())
+    Look::new(field, times, sites, (left_out, known), observer).map(|look| look.channels())
 }
 
 /// Sites of a finding, by index in the file.
@@ -199,7 +201,7 @@ impl<'a> Look<'a> {
         field: &'a Field,
         times: Range<usize>,
         sites: Range<usize>,
-        left_out: &'a [usize],
+        (left_out, known): (&'a [usize], Option<&[ChannelScan]>),
         observer: &dyn Observer,
     ) -> Result<Look<'a>> {
         let n = times.len();
@@ -209,7 +211,7 @@ impl<'a> Look<'a> {
         let length = match (is_whole, n / 8) {
             (true, ..SHORT) => n,
             (true, eighth) => eighth,
-            (false, _) => (most / STRETCHES).max(SHORT).min(n),
+            (false, _) => (most / STRETCHES).max(SHORT.min(most)).min(n),
         };
         let (read, hop) = match is_whole {
             true => (vec![times.clone()], length.div_ceil(2)),
@@ -223,6 +225,7 @@ impl<'a> Look<'a> {
         let samples: usize = read.iter().map(Range::len).sum();
         let transform = RecordTransform::<f64>::new(&Window::Hann.samples(length), length);
         observer.stage("channels", sites.len() as u64);
+        field.release_pages();
         let of_tile = |first: usize| -> Result<Vec<Record>> {
             if observer.cancelled() {
                 return Err(Error::Cancelled);
@@ -239,10 +242,8 @@ impl<'a> Look<'a> {
                     record.extend_from_slice(samples);
                 }
             }
-            // Of contiguous records each has pages of its own.
-            if !field.is_time_major() {
-                field.release_pages();
-            }
+            // A part of the pages that are mapped counts as memory.
+            field.release_pages();
             let spectra: Vec<_> = records
                 .iter_mut()
                 .map(|record| Spectra::of(record, &transform, hop))
@@ -263,7 +264,6 @@ impl<'a> Look<'a> {
             samples,
             is_whole,
         };
-        field.release_pages();
         for j in left_out.iter().filter(|j| look.sites.contains(j)) {
             let row = j - look.sites.start;
             look.records[row] = Record::NOTHING;
@@ -271,12 +271,24 @@ impl<'a> Look<'a> {
                 look.records[before].next.clear();
             }
         }
-        // What is constant in the stretches may move between them.
-        for (j, record) in look.sites.clone().zip(&mut look.records) {
-            if record.scan.constant && !is_whole {
-                let mut whole = vec![0.0; n];
-                field.read_site_major(times.clone(), j..j + 1, &mut whole);
-                record.scan = ChannelScan::of(&whole);
+        if let Some(known) = known {
+            let records = look.records.iter_mut().zip(known);
+            records.for_each(|(record, scan)| record.scan = *scan);
+        } else if !is_whole {
+            // What is constant in the stretches may move between them.
+            let rows = 0..look.records.len();
+            let constant = rows.filter(|row| look.records[*row].scan.constant);
+            let constant: Vec<usize> = constant.collect();
+            for row in &constant {
+                let scan = &mut look.records[*row].scan;
+                scan.constant = constant.len() <= READ;
+                if scan.constant {
+                    let mut whole = vec![0.0; n];
+                    let site = look.sites.start + row;
+                    field.read_site_major(times.clone(), site..site + 1, &mut whole);
+                    *scan = ChannelScan::of(&whole);
+                    field.release_pages();
+                }
             }
         }
         Ok(look)
