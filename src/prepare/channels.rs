@@ -238,12 +238,12 @@ impl<'a> Look<'a> {
             for times in &read {
                 block.resize(with_next.len() * times.len(), 0.0);
                 field.read_site_major(times.clone(), with_next.clone(), &mut block);
+                // Pages that are mapped count as memory, and a fault maps many.
+                field.release_pages();
                 for (record, samples) in records.iter_mut().zip(block.chunks_exact(times.len())) {
                     record.extend_from_slice(samples);
                 }
             }
-            // A part of the pages that are mapped counts as memory.
-            field.release_pages();
             let spectra: Vec<_> = records
                 .iter_mut()
                 .map(|record| Spectra::of(record, &transform, hop))
