@@ -182,7 +182,8 @@ impl Combination {
             false => state,
         };
         let of_parts = if held > 0 { held } else { state };
-        let needed = [state, of_parts, result, realisations.bytes()];
+        // A tile is put together beside the others.
+        let needed = [state, of_parts, result, shape.bytes(), realisations.bytes()];
         let needed = needed.into_iter().fold(0, u64::saturating_add);
         // What the caller holds is no longer free.
         let allowed = memory.unwrap_or_else(|| half_of_free_memory().saturating_add(held));
