@@ -1,8 +1,8 @@
 """Fields and sweeps that have outgrown one machine, over Dask or executors of ``concurrent.futures``.
 
-Averages are partial sums (:func:`averaged`, and :func:`wavecascade.partial` for any other engine), whole
-records go over a store of Zarr (:func:`plan_spacetime`), sweeps are split in parts (:func:`sweep`). Nothing
-is rechunked, and bits do not depend on workers.
+Averages are partial sums (:func:`averaged`, and :func:`wavecascade.partial` for any other engine),
+whole records go over a store of Zarr (:func:`plan_spacetime`), sweeps are split in parts
+(:func:`sweep`). Nothing is rechunked, and bits do not depend on workers.
 """
 
 from __future__ import annotations

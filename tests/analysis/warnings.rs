@@ -185,19 +185,3 @@ fn val_a_single_site_has_no_direction() {
     assert!(direction.undirected.is_nan() && direction.toward_plus_x.is_nan());
     assert!(one.direction_by_frequency.is_none());
 }
-
-/// At the first site, a node of a standing wave, there is rounding alone: no amplitude to check.
-#[test]
-fn regress_a_node_is_no_site_to_check() {
-    let field = Array2::from_shape_fn((600, 24), |(n, j)| {
-        let t = n as f64;
-        match j {
-            0 => 1e-17 * (0.2 * t).cos() + 1e-17,
-            _ => (std::f64::consts::PI * j as f64 / 23.0).sin() * (0.3 * t).cos(),
-        }
-    });
-    let alone = field.slice(ndarray::s![.., 1..]).to_owned();
-    let [with, without] = [field, alone]
-        .map(|field| analyzed(&Field::from_array(field), &Request::default()).accuracy);
-    assert_eq!(with.spot_check, without.spot_check);
-}

@@ -98,8 +98,8 @@ def partial(
 def combine(partials: Iterable[_native.Partial], *, memory: int | str | None = None) -> xr.Dataset:
     """The result of all segments, of partials in any order.
 
-    It is that of one call over everything but for rounding: of :func:`spectrum` with ``no_jackknife=True`` or
-    of :func:`coherence`, and of ``cascade spectrum --merge`` and so on.
+    It is that of one call over everything but for rounding: of :func:`spectrum` with
+    ``no_jackknife=True`` or of :func:`coherence`, and of ``cascade spectrum --merge`` and so on.
 
     Parameters
     ----------

@@ -24,7 +24,8 @@ Array = npt.NDArray[Any]
 
 #: Partials that are joined by one task.
 _FAN_IN = 2
-#: States of sums that a task has at hand, two and what becomes of them, and bytes that it may have in any case.
+#: States of sums that a task has at hand (two, and what becomes of them), and bytes that it may have
+#: in any case.
 STATES, _LEAST_AT_HAND = 4, 64 << 20
 #: How a warning begins that is of each site by itself.
 _COUNTED = re.compile(r"^\d+ of \d+ sites ")

@@ -4,9 +4,9 @@ mod blocks;
 
 use ndarray::Array2;
 use wavecascade::estimates::{
-    Averaging, BicoherenceRequest, BlockPlace, Coherence, CoherenceRequest, Combined,
-    DividedRequest, Part, Partial, SpectrumEstimate, SpectrumRequest, Tapers, bicoherence,
-    coherence, combine, join, partial, partial_of_block, spectrum,
+    Averaging, BlockPlace, Coherence, CoherenceRequest, Combined, DividedRequest, Part, Partial,
+    SpectrumEstimate, SpectrumRequest, Tapers, coherence, combine, join, partial, partial_of_block,
+    spectrum,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Gaps};
@@ -211,50 +211,6 @@ fn regress_parts_far_apart_in_amplitude_have_the_result_of_the_whole() {
             assert_near(&combined(parts), &expected);
         }
     }
-    // Of shots.
-    let small = scaled(whole, &|_| 2f64.powi(-300));
-    let silent = scaled(whole, &|_| 0.0);
-    let request = BicoherenceRequest {
-        site: 1,
-        averaging: averaging(64, 32),
-        ..BicoherenceRequest::default()
-    };
-    let of_shots = |shots: &[&Field]| {
-        bicoherence(shots, &request, &Silent)
-            .unwrap()
-            .map
-            .bicoherence
-    };
-    let expected = of_shots(&[whole, &small]);
-    assert_eq!(expected, of_shots(&[whole, &silent]));
-    assert_eq!(of_shots(&[&small, whole]), expected);
-    assert_eq!(of_shots(&[&silent, &small]), of_shots(&[&small, &silent]));
-    assert_eq!(of_shots(&[&silent, &small]), of_shots(&[whole, &silent]));
-}
-
-/// Descriptions that no part has: changed by hand, since the checksum is that of the sums.
-#[test]
-fn regress_descriptions_changed_by_hand_are_refused() {
-    let fields = shots(1, 500);
-    let fields: Vec<&Field> = fields.iter().collect();
-    let request = welch(64, 32).into();
-    let parts = parts_of(&fields, &request, 2);
-    let refused = |change: &dyn Fn(&mut Partial)| {
-        let mut parts = parts.clone();
-        parts.iter_mut().for_each(change);
-        assert!(combine(&parts, None, None).is_err());
-    };
-    refused(&|part| part.about.unit = 0.0);
-    refused(&|part| part.about.unit = f64::INFINITY);
-    refused(&|part| part.about.grid.sites = 0);
-    refused(&|part| part.about.grid.sites = 1 << 60);
-    refused(&|part| part.about.fields = vec!["a".into(); 3]);
-    refused(&|part| {
-        part.about.range[0] += 1;
-        if let Some(part) = &mut part.about.part {
-            part.of = 1 << 60;
-        }
-    });
 }
 
 /// In little memory, with few threads.
