@@ -672,8 +672,9 @@ fn val_axes_without_a_step_are_refused() {
     }
     let plan = wavecascade::analyze::plan(&field((64, 8)), &Request::default()).unwrap();
     for other in [field((32, 8)), field((64, 4))] {
-        let sink = wavecascade::arrays::Nowhere;
-        let error = wavecascade::analyze::run(&other, &plan, &sink, &Silent).unwrap_err();
+        let error =
+            wavecascade::analyze::run(&other, &plan, &wavecascade::arrays::Nowhere, &Silent);
+        let error = error.unwrap_err();
         assert!(
             matches!(error, Error::Request { option: "plan", .. }),
             "{error}"
