@@ -15,7 +15,7 @@ import wavecascade as wc
 from conftest import same
 from wavecascade import _native
 from wavecascade._large import workers
-from wavecascade._large.averaged import _bytes_of_a_node
+from wavecascade._large.averaged import _bytes_of_a_state
 from wavecascade._large.workers import WorkerMemory
 
 xr = pytest.importorskip("xarray")
@@ -342,7 +342,7 @@ def test_all_tasks_have_the_memory_and_threads_of_one(record, monkeypatch):
 
 @pytest.mark.parametrize("options", KINDS)
 @pytest.mark.parametrize(("segment", "times"), [(64, 1501), (9, 30), (100, 110)])
-def test_bytes_of_a_node_are_known_without_sums(options, segment, times):
+def test_bytes_of_a_state_are_known_without_sums(options, segment, times):
     noise = np.random.default_rng(55).standard_normal((segment, 8))
     options = {**options, "segment": segment, "overlap": segment // 3}
     if "multitaper" in options:
@@ -351,7 +351,8 @@ def test_bytes_of_a_node_are_known_without_sums(options, segment, times):
     count = (times - segment) // (segment - segment // 3) + 1
     cut = segment, segment - segment // 3, count
     tapers = 3 if "multitaper" in options else 1
-    assert 8 * _bytes_of_a_node(options.get("estimate", "spectrum"), cut, tapers) == node.nbytes
+    most = 8 * _bytes_of_a_state(options.get("estimate", "spectrum"), cut, tapers)
+    assert 0.3 * most < node.nbytes <= most
 
 
 def test_val_welch(record):
