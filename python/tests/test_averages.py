@@ -412,7 +412,7 @@ def test_errors_of_averages(record):
     with pytest.raises(ValueError, match="at least one part"):
         wc.combine([])
     with pytest.raises(ValueError, match="partial: "):
-        wc.Partial("{}", np.zeros(3), np.zeros(3))
+        wc.Partial("{}", np.zeros(3))
     about, sums = parts[0].__reduce__()[1]
     with pytest.raises(ValueError, match="sums from segment 0 on"):
         wc.combine([wc.Partial(about, sums[:-1]), *parts[1:]])
