@@ -73,8 +73,8 @@ except ValueError as error:
     print(error)
 
 # %% [markdown]
-# An average over segments needs no whole records: each chunk gives its sums, whatever its size, and the
-# bits depend on neither chunks nor workers
+# An average over segments needs no whole records: each chunk gives its sums, whatever its size; workers
+# change no bit, chunks the last digits
 # ([Fields larger than one machine](../guide/distributed.md)). Dask computes shapes without a sample:
 
 # %%

@@ -98,9 +98,7 @@ pub(crate) fn findings(
     axes: &Axes,
     channels: Vec<Warning>,
 ) -> Vec<Warning> {
-    let mut warnings: Vec<Warning> = found.gaps().into_iter().collect();
-    // Gaps are counted in all of the record.
-    warnings.extend(channels.into_iter().filter(|of| of.code != "gaps"));
+    let mut warnings = channels;
     let energy = found.of_ends(|e| e.energy);
     if energy <= 0.0 {
         let advice = "check the range, the layout and the detrending";
@@ -124,20 +122,6 @@ pub(crate) fn findings(
 impl Findings<'_> {
     fn of_ends(&self, part: fn(&Ends) -> f64) -> f64 {
         sum(&self.ends.iter().map(part).collect::<Vec<_>>())
-    }
-
-    fn gaps(&self) -> Option<Warning> {
-        let (n_times, n_sites) = (self.ends.len(), self.scans.len());
-        let gaps: u64 = self.scans.iter().map(|s| s.gaps as u64).sum();
-        let sites = self.scans.iter().filter(|s| s.gaps > 0).count();
-        let share = gaps as f64 / (n_times * n_sites) as f64;
-        let message = format!(
-            "{gaps} samples at {sites} of {n_sites} sites were not finite ({} of the field)",
-            percent(share)
-        );
-        let numbers = json!({"samples": gaps, "sites": sites, "share": share});
-        let warning = Warning::new(message, "read spectra of these sites with care");
-        (gaps > 0).then(|| warning.coded("gaps", numbers))
     }
 
     /// Defects that affect spectra along time.

@@ -172,7 +172,7 @@ fn tiles(grid: &Grid) -> usize {
 /// # Equation
 /// The state of the averages: plain sums over the segments of the range in their order, and how the energy of each record is spread. States
 /// of parts are added in their order, so the combined result differs from that of the whole run by rounding alone: by less than
-/// `1e-16` times the number of segments, relative to the sums of squares.
+/// `2.3e-16` times the number of segments, relative to the sums of squares.
 ///
 /// # Shapes
 /// Part `i` of `n` sums segments `(i - 1) N / n` to `i N / n - 1` of the `N` segments of all records, and reads

@@ -1,5 +1,7 @@
 //! Opens a field: detects the format and resolves the settings.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -525,7 +527,13 @@ pub(crate) fn read_container(path: &Path) -> Result<Option<labelled::Parts>> {
     })
 }
 
+/// Whether an archive is one. Of other files, which may change once they are copied, the end is not looked at.
 fn is_at(path: &Path, is_one: impl FnOnce(&[u8]) -> bool) -> Result<bool> {
+    let mut first = [0; 2];
+    let start = File::open(path).and_then(|mut file| file.read_exact(&mut first));
+    if start.is_ok() && first != *b"PK" {
+        return Ok(false);
+    }
     match map(path) {
         // Empty, or no regular file.
         Err(Error::Input { .. }) => Ok(false),

@@ -48,9 +48,18 @@ pub(super) struct Eigenvalues {
 impl Snapshots<'_> {
     /// Those at up to eight bins.
     pub fn eigenvalues(&self, bins: Range<usize>) -> Vec<Eigenvalues> {
-        let equal = |bin| self.gram(bin, Some(&self.levels(bin)));
-        let equal: Vec<_> = bins.clone().map(equal).collect();
-        let grams: Vec<_> = bins.map(|bin| self.gram(bin, None)).collect();
+        let grams: Vec<_> = bins.clone().map(|bin| self.gram(bin, None)).collect();
+        let equal = |(bin, gram): (usize, &Array2<Complex<f64>>)| {
+            let levels = self.levels(bin);
+            match self.is_wide() {
+                true => self.gram(bin, Some(&levels)),
+                // A row a site.
+                false => Array2::from_shape_fn(gram.dim(), |(i, j)| {
+                    gram[[i, j]] * (levels[i] * levels[j])
+                }),
+            }
+        };
+        let equal: Vec<_> = bins.zip(&grams).map(equal).collect();
         let found = eigenvalues(&grams).into_iter().zip(eigenvalues(&equal));
         let of = |((energies, coherencies), gram): (_, &Array2<Complex<f64>>)| Eigenvalues {
             energies,

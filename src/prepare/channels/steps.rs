@@ -1,0 +1,95 @@
+//! Gains that step along x.
+
+use std::ops::Range;
+
+use super::look::{BANDS, Look};
+use crate::numeric::student_two_sided;
+
+/// Sites on each side of a step of the gain, and how much bands and sites may differ, as a part of the step's logarithm; the least step; the
+/// probability by which chance makes one anywhere.
+const SIDE: usize = 4;
+const UNEVEN: f64 = 0.3;
+const LEAST: f64 = 1.5;
+const CHANCE: f64 = 1e-3;
+/// Standard deviation of a normal variable over the median magnitude of the difference of two, `1 / (0.6745 sqrt 2)`; and of the
+/// difference of the medians of two times four of them over theirs, by their order statistics.
+const OF_MAGNITUDES: f64 = 1.0484;
+const OF_MEDIANS: f64 = 0.7725;
+
+/// A row from which on records are larger or smaller.
+pub(super) struct GainStep {
+    pub row: usize,
+    /// Amplitudes from it on over those before, and half of the 95 % interval.
+    pub ratio: f64,
+    pub error: f64,
+}
+
+impl Look<'_> {
+    /// Steps of the gain between live sites: all bands alike.
+    pub fn steps(&self) -> Vec<GainStep> {
+        let live = self.live();
+        if live.len() < 2 * SIDE {
+            return Vec::new();
+        }
+        let of = |i: usize, band: usize| self.records[live[i]].log_power(band);
+        let size = |i: usize| self.records[live[i]].level.ln();
+        // Gains that differ from site to site differ beside a step, too: its standard error is that of two medians of four.
+        let jumps = (1..live.len()).map(|i| (size(i) - size(i - 1)).abs());
+        let error = OF_MEDIANS * OF_MAGNITUDES * median(jumps).unwrap_or(0.0);
+        let surely = student_two_sided(CHANCE / live.len() as f64, (live.len() - 2) as f64);
+        let least = LEAST.ln().max(surely * error);
+        let step = |i: usize, of: &dyn Fn(usize) -> f64| {
+            let side = |sites: Range<usize>| {
+                let sizes = sorted(sites.map(of));
+                // One of them may be loud by itself.
+                let spread = (sizes[SIDE - 1] - sizes[1]).min(sizes[SIDE - 2] - sizes[0]);
+                (0.5 * (sizes[1] + sizes[2]), spread)
+            };
+            let (before, after) = (side(i - SIDE..i), side(i..i + SIDE));
+            (after.0 - before.0, before.1.max(after.1))
+        };
+        let is_step = |i: &usize| {
+            let (all, _) = step(*i, &size);
+            let is_like = |band: usize| {
+                let (one, spread) = step(*i, &|i| of(i, band));
+                spread < UNEVEN * all.abs().max(LEAST.ln())
+                    && (one - all).abs() < UNEVEN * all.abs()
+            };
+            all.abs() > least && (0..BANDS).all(is_like)
+        };
+        // Places beside a step see it, too: it is where the means of both sides differ most.
+        let apart = |i: usize| {
+            let sum = |sites: Range<usize>| sites.map(size).sum::<f64>();
+            (sum(i..i + SIDE) - sum(i - SIDE..i)).abs()
+        };
+        let last = live.len() - SIDE;
+        let most = |i: usize| {
+            let near = (i + 1).saturating_sub(SIDE).max(SIDE)..=(i + SIDE - 1).min(last);
+            let most = near.max_by(|a, b| apart(*a).total_cmp(&apart(*b)));
+            most.unwrap_or(i)
+        };
+        let mut found: Vec<usize> = (SIDE..=last).filter(is_step).map(most).collect();
+        found.dedup();
+        let is_largest = |i: &&usize| most(**i) == **i;
+        let found = found.iter().filter(is_largest).map(|&i| {
+            let ratio = step(i, &size).0.exp();
+            GainStep {
+                row: live[i],
+                ratio,
+                error: ratio * (1.96 * error).exp_m1(),
+            }
+        });
+        found.collect()
+    }
+}
+
+pub(super) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted
+}
+
+pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let sorted = sorted(values);
+    sorted.get(sorted.len() / 2).copied()
+}
