@@ -271,6 +271,68 @@ fn val_construction_intervals_of_delays_hold() {
     }
 }
 
+/// Shots of pulses that are later than a segment by default, under a window and without one.
+#[test]
+fn val_construction_shots_are_whole() {
+    for window in [Window::None, Window::Hann] {
+        let mut held = 0;
+        for seed in 0..100 {
+            let mut random = Noise(41 + 907 * seed);
+            let late = 120.0 + 180.0 * random.uniform();
+            let mut shot = || {
+                let start = 300.0 + 20.0 * random.gaussian();
+                let values = Array2::from_shape_fn((1024, 2), |(n, j)| {
+                    let t = (n as f64 - start - late * j as f64) / 8.0;
+                    t * (-0.5 * t * t).exp() + 0.05 * random.gaussian()
+                });
+                field(values, 1.0)
+            };
+            let shots: Vec<Field> = (0..8).map(|_| shot()).collect();
+            let shots: Vec<&Field> = shots.iter().collect();
+            let request = CoherenceRequest {
+                averaging: Averaging {
+                    tapers: Tapers::Window(window),
+                    ..Averaging::default()
+                },
+                ..CoherenceRequest::default()
+            };
+            let found = coherence(&shots, &request, &Silent).unwrap();
+            let delay = found.delays[1].unwrap();
+            held += usize::from((delay.delay - DT * late).abs() < delay.interval);
+        }
+        assert!((91..=99).contains(&held), "{window}: {held}");
+    }
+}
+
+/// Of 32 independent segments, where a third of the cells is above the level.
+#[test]
+fn val_construction_phases_of_a_weak_coherence() {
+    let (mut random, part) = (Noise(6), 0.05f64);
+    let mut values = Array2::from_shape_fn((2048, 200), |_| random.gaussian());
+    for mut row in values.rows_mut() {
+        let common = row[0];
+        let others = row.iter_mut().skip(1);
+        others.for_each(|v| *v = part.sqrt() * common + (1.0 - part).sqrt() * *v);
+    }
+    let mut request = CoherenceRequest {
+        averaging: segments(64, 0),
+        ..CoherenceRequest::default()
+    };
+    request.averaging.tapers = Tapers::Window(Window::None);
+    let found = found(&field(values, 1.0), &request);
+    let cells = found.phase.slice(s![1..32, 1..]);
+    let cells = cells.iter().zip(found.phase_interval.slice(s![1..32, 1..]));
+    let stated: Vec<bool> = cells
+        .filter(|(_, half)| half.is_finite())
+        .map(|(phase, half)| phase.abs() < *half)
+        .collect();
+    let held = stated.iter().filter(|held| **held).count() as f64 / stated.len() as f64;
+    assert!(
+        (0.92..0.98).contains(&held) && stated.len() > 1500,
+        "{held}"
+    );
+}
+
 /// The phase of a tone gives its delay up to whole periods.
 #[test]
 fn val_construction_the_delay_of_a_tone_states_its_period() {

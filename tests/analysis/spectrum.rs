@@ -248,6 +248,46 @@ fn val_intervals_of_noise_hold_as_often_as_they_say() {
     }
 }
 
+/// A mean takes `|W(f)|^2 / (N sum w^2)` of white noise: two thirds of bin 0 under a Hann window, a sixth of bin 1.
+#[test]
+fn val_closed_form_what_detrending_takes() {
+    let mut noise = Noise(3);
+    let field = field(Array2::from_shape_fn((4096, 40), |_| noise.gaussian()));
+    let found = found(&field, &welch(256, 128));
+    for (bin, lost) in [(0, 2.0 / 3.0), (1, 1.0 / 6.0), (2, 0.0)] {
+        assert!((found.detrended[bin] - lost).abs() < 2e-3, "{bin}");
+        assert_eq!(found.degrees[[bin, 0]].is_nan(), bin < 2);
+    }
+    let kept = found.spectrum.row(1).mean().unwrap() / found.spectrum.mean().unwrap();
+    assert!((kept - 5.0 / 6.0).abs() < 0.05, "{kept}");
+}
+
+/// A resonance with poles at radius r has a half-power width of `(1 - r) / (pi dt)`.
+#[test]
+fn val_theory_a_hump_is_one_peak() {
+    let (mut noise, r, f) = (Noise(8), 0.97, 0.12);
+    let [a, b] = [2.0 * r * (std::f64::consts::TAU * f).cos(), -r * r];
+    let mut values = Array2::zeros((8192, 4));
+    for mut record in values.columns_mut() {
+        let mut last = [0.0; 2];
+        for v in &mut record {
+            *v = a * last[0] + b * last[1] + noise.gaussian();
+            last = [*v, last[0]];
+        }
+    }
+    let peaks = found(&field(values), &welch(1024, 512)).peaks().unwrap();
+    assert_eq!(peaks.len(), 4);
+    for peak in peaks {
+        assert!((peak.at - f / DT).abs() < 0.01 && peak.ratio > 20.0);
+        let width = (1.0 - r) / (std::f64::consts::PI * DT);
+        assert!(
+            (peak.width / width - 1.0).abs() < 0.4,
+            "{}",
+            peak.width / width
+        );
+    }
+}
+
 /// Lines anywhere in a bin are found, with the amplitude that they have.
 #[test]
 fn val_lines_between_bins() {

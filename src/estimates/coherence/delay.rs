@@ -8,7 +8,7 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::significance::{Significance, is_own};
-use crate::estimates::realisations::{Realisations, TOGETHER};
+use crate::estimates::realisations::{Independence, Realisations, TOGETHER};
 use crate::numeric::lanes::{LaneBlock, on_lines};
 use crate::numeric::{chi_square_level, student_two_sided};
 
@@ -69,7 +69,7 @@ const NOTHING_SHARED: f64 = 0.01;
 ///
 /// A delay D multiplies the cross-correlation that segments show by the autocorrelation q of their taper, which
 /// falls with the lag. To first order the phase of the cross-spectrum S is less by `-q'(D) / q(D) d ln |S| / d
-/// omega`; it is added.
+/// omega`; it is added, but for transients, of which segments lose nothing.
 ///
 /// The variance is the larger of two: `B / (2 K sum (2 pi f)^2 W)`, that of independent noise, with the `B` bins
 /// that the taper spreads a frequency over, and that of the residual phases. Where frequencies are many, it is that
@@ -94,6 +94,8 @@ pub(super) struct DelaySearch<'a> {
     shared_bins: f64,
     /// Bins between a bin and the frequency whose power it has, for each unit of growth.
     leakage: f64,
+    /// A transient is in its segment as a whole, whatever its delay.
+    is_transient: bool,
     alpha: f64,
     /// What the magnitude of a normal variable exceeds with probability alpha.
     normal: f64,
@@ -149,7 +151,12 @@ struct Maximum {
 }
 
 impl<'a> DelaySearch<'a> {
-    pub fn new(realisations: &'a Realisations, dt: f64, alpha: f64) -> Self {
+    pub fn new(
+        realisations: &'a Realisations,
+        independence: &Independence,
+        dt: f64,
+        alpha: f64,
+    ) -> Self {
         let length = realisations.segments.length;
         let points = length.next_power_of_two();
         let angle = TAU / (FINER * points) as f64;
@@ -163,6 +170,7 @@ impl<'a> DelaySearch<'a> {
             dt,
             shared_bins: realisations.shared_bins(),
             leakage,
+            is_transient: independence.is_transient(),
             alpha,
             normal: chi_square_level(alpha, 1.0).sqrt(),
         }
@@ -424,7 +432,7 @@ impl<'a> DelaySearch<'a> {
         let shared = |lag: usize| self.realisations.autocorrelation(lag);
         let at_zero = shared(0);
         let here = shared(whole);
-        if here < NOTHING_SHARED * at_zero {
+        if self.is_transient || here < NOTHING_SHARED * at_zero {
             return 0.0;
         }
         let fall = match whole {

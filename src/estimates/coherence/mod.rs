@@ -179,11 +179,11 @@ impl Coherence {
 /// `1 - alpha^{1/(K-1)}` with probability alpha. The phase deviates by less than
 ///
 /// ```text
-/// asin sqrt(t^2 / (2 K - 2) (1 - g) / g)
+/// asin sqrt(t^2 / (2 K - 2) (1 - u) / u),    u = (K g - 1) / (K - 1),
 /// ```
 ///
-/// with probability `1 - alpha`, `t` the two-sided quantile of Student's distribution with `2 K - 2` degrees of freedom. It is
-/// stated where `g` is above the level.
+/// with probability `1 - alpha`, `t` the two-sided quantile of Student's distribution with `2 K - 2` degrees of freedom, u
+/// the coherence less what chance adds to it. It is stated where `g` is above the level, and the root below 1.
 ///
 /// # Shapes
 /// Each field is one record of every site (a shot); all have the same axes. Results: `(frequency, site)`.
@@ -208,11 +208,24 @@ pub fn coherence(
     let grid = Grid::of(first_of(fields)?);
     let realisations = request.plan(&grid)?;
     check_count(fields.len() * realisations.count())?;
-    in_pool(request.threads, || {
+    let run = |realisations: &Realisations| {
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        request.pass(&grid, &realisations, fields.len()).run(&shots)
+        request.pass(&grid, realisations, fields.len()).run(&shots)
+    };
+    in_pool(request.threads, || {
+        let found = run(&realisations)?;
+        let whole = request.averaging.of_whole_shots(grid.times);
+        match whole.filter(|_| fields.len() > 1 && found.independence.is_transient()) {
+            Some(whole) => run(&Realisations::new(&whole, grid.times)?),
+            None => Ok(found),
+        }
     })
+}
+
+/// `u / (1 - u)` of a coherence of so many realisations, less what chance adds to it.
+fn odds(coherence: f64, independent: f64) -> f64 {
+    (independent * coherence - 1.0) / (independent * (1.0 - coherence))
 }
 
 impl Coherence {
@@ -231,8 +244,9 @@ impl Coherence {
         }
         let spread = |j: usize| phase_spread(self.alpha, known[j][1]);
         let spreads: Vec<f64> = (0..known.len()).map(spread).collect();
+        // Not a number where the sine is none.
         let interval = |((_, j), g): ((usize, usize), &f64)| match *g > known[j][0] {
-            true => (spreads[j] * (1.0 - g) / g).sqrt().min(1.0).asin(),
+            true => (spreads[j] * odds(*g, known[j][1]).recip()).sqrt().asin(),
             false => f64::NAN,
         };
         let cells = self.coherence.indexed_iter().map(interval);
@@ -241,7 +255,7 @@ impl Coherence {
             .zip(cells)
             .for_each(|(to, interval)| *to = interval);
         let independent: Vec<f64> = known.iter().map(|known| known[1]).collect();
-        let search = DelaySearch::new(realisations, self.time.step, self.alpha);
+        let search = DelaySearch::new(realisations, &self.independence, self.time.step, self.alpha);
         let follows = search.find(&CrossSpectra {
             coherence: &self.coherence,
             phase: &self.phase,

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
     Grid, Independence, KeptSegments, Portion, Realisations, Records, SegmentPairs, SegmentScratch,
-    SegmentsLeft, Shot, Shots, Sums, SumsShape, TOGETHER, no_segment_left, steadiness_without,
+    SegmentsLeft, Shot, Shots, Sums, SumsShape, TOGETHER, check_squares,
 };
 use crate::prepare::{Detrend, Gaps};
 use crate::transform::{RecordTransform, fold, frequencies};
@@ -87,13 +87,6 @@ struct TileSums {
     left: Vec<SegmentPairs>,
 }
 
-/// Sums over realisations.
-struct AllSums {
-    tiles: Vec<TileSums>,
-    /// Of the reference, where segments with missing samples are left out.
-    steadiness: f64,
-}
-
 /// Blocks of a bin: power of the site, real and imaginary part of the product with the reference; and power of the
 /// reference in the segments of the site, where segments are left out.
 const BLOCKS: usize = 3;
@@ -114,29 +107,20 @@ struct Reference {
 impl Pass<'_> {
     pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
         let whole = (0..self.records).map(|record| self.realisations.whole(record));
-        let (unit, sums) = self.sum(shots, &whole.collect::<Vec<Portion>>())?;
-        if let Some(left) = self.segments_left(&sums)
-            && left.left.iter().all(|left| *left == 0)
-        {
-            return Err(no_segment_left(self.realisations.segments.length));
-        }
-        Ok(self.finish(sums, unit))
+        let (unit, tiles) = self.sum(shots, &whole.collect::<Vec<Portion>>())?;
+        self.finish(tiles, unit)
     }
 
     /// The sums of every tile over these portions, and the unit of the samples.
-    fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, AllSums)> {
+    fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<TileSums>)> {
         let held = self.held(shots.longest(), portions);
         let block = shots.block("the cross-spectra of this field", held)?;
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
-        let mut sums = AllSums {
-            tiles,
-            steadiness: 0.0,
-        };
         let unit = shots.each_portion(block, portions, |shot, portion| {
-            self.add(shot, portion, &mut sums)
+            self.add(shot, portion, &mut tiles)
         })?;
-        Ok((unit, sums))
+        Ok((unit, tiles))
     }
 
     fn leaves_out(&self) -> bool {
@@ -205,12 +189,8 @@ impl Pass<'_> {
     }
 
     /// Adds the realisations of a portion of one shot.
-    fn add(&self, shot: &Shot<'_>, portion: &Portion, sums: &mut AllSums) -> Result<()> {
+    fn add(&self, shot: &Shot<'_>, portion: &Portion, tiles: &mut [TileSums]) -> Result<()> {
         let record = shot.record(self.request.reference);
-        if self.leaves_out() {
-            let missing = shot.missing(self.request.reference);
-            sums.steadiness += steadiness_without(&record, &missing, self.request.about_mean());
-        }
         let reference = self.reference(shot, portion, &record);
         let segments = self.realisations.segments;
         let distances = self.realisations.distances();
@@ -227,16 +207,20 @@ impl Pass<'_> {
             tile.left.resize_with(kept.len(), SegmentPairs::default);
             let left = tile.left.iter_mut().zip(&kept);
             left.for_each(|(left, kept)| left.add(kept, distances));
-            let zeros = || Sums::zeros(self.shape());
+            let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
+            if self.leaves_out() && sites.contains(&self.request.reference) {
+                let about_mean = self.request.about_mean();
+                sums.add_record(shot.steadiness(sites.clone(), records, about_mean));
+            }
             self.add_tile(
                 scratch,
                 (shot.scale, shot.mark(sites.clone()), portion),
                 (sites, records),
                 (&reference, &kept),
-                tile.sums.get_or_insert_with(zeros),
+                sums,
             );
         };
-        shot.each_tile("cross-spectra", &mut sums.tiles, add)
+        shot.each_tile("cross-spectra", tiles, add)
     }
 
     /// Adds the segments of a tile to its sums.
@@ -294,43 +278,25 @@ impl Pass<'_> {
         sums.close(self.realisations.reached(), self.request.about_mean());
     }
 
-    fn segments_left(&self, sums: &AllSums) -> Option<SegmentsLeft> {
-        let shared = self.realisations.shared();
-        let sites = sums.tiles.iter().flat_map(|tile| &tile.left);
-        let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
-        let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &shared);
-        (!left.is_empty()).then(|| SegmentsLeft {
-            of: self.realisations.segments.count() * self.records,
-            left,
-            effective: sites.map(effective).collect(),
-        })
-    }
-
-    fn finish(&self, sums: AllSums, unit: f64) -> Coherence {
-        let left = self.segments_left(&sums);
+    fn finish(&self, tiles: Vec<TileSums>, unit: f64) -> Result<Coherence> {
+        check_squares(unit)?;
+        let left = tiles.iter().flat_map(|tile| &tile.left);
+        let left = self.realisations.segments_left(self.records, left)?;
         let zeros = || Sums::zeros(self.shape());
-        let tiles = sums.tiles.into_iter();
+        let tiles = tiles.into_iter();
         let tiles: Vec<Sums> = tiles.map(|tile| tile.sums.unwrap_or_else(zeros)).collect();
-        let mut found = self.estimate(&tiles, left, (sums.steadiness, unit));
+        let mut found = self.estimate(&tiles, left, unit);
         drop(tiles);
         found.judge(self.realisations);
-        found
+        Ok(found)
     }
 
     /// What sums over all realisations say, without intervals, delays and speeds.
-    fn estimate(
-        &self,
-        tiles: &[Sums],
-        left: Option<SegmentsLeft>,
-        (steadiness, unit): (f64, f64),
-    ) -> Coherence {
+    fn estimate(&self, tiles: &[Sums], left: Option<SegmentsLeft>, unit: f64) -> Coherence {
         let (realisations, grid) = (self.realisations, &self.grid);
         let (records, length) = (self.records, realisations.segments.length);
         let (bins, reference) = (realisations.bins(), self.request.reference);
-        let steadiness = match self.leaves_out() {
-            true => steadiness,
-            false => tiles[reference / TOGETHER].steadiness()[reference % TOGETHER],
-        };
+        let steadiness = tiles[reference / TOGETHER].steadiness()[reference % TOGETHER];
         let (segments, effective) = match &left {
             None => (realisations.segments.count(), realisations.effective()),
             Some(left) => (
@@ -342,7 +308,8 @@ impl Pass<'_> {
             [records, segments, realisations.tapers()],
             effective,
             steadiness / records as f64,
-        );
+        )
+        .of_samples(realisations.segments.record);
         let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
@@ -441,9 +408,9 @@ impl Divided for CoherenceRequest {
         portions: &[Portion],
     ) -> Result<(f64, Vec<Sums>)> {
         let pass = self.pass(grid, realisations, shots.count());
-        let (unit, sums) = pass.sum(shots, portions)?;
-        let tiles = sums.tiles.into_iter();
-        Ok((unit, tiles.filter_map(|tile| tile.sums).collect()))
+        let (unit, tiles) = pass.sum(shots, portions)?;
+        let sums = tiles.into_iter().filter_map(|tile| tile.sums);
+        Ok((unit, sums.collect()))
     }
 
     fn combine(
@@ -458,10 +425,7 @@ impl Divided for CoherenceRequest {
             sums: Some(sums),
             left: Vec::new(),
         };
-        let sums = AllSums {
-            tiles: sums.into_iter().map(tile).collect(),
-            steadiness: 0.0,
-        };
-        Ok(self.pass(grid, realisations, records).finish(sums, unit))
+        let tiles = sums.into_iter().map(tile).collect();
+        self.pass(grid, realisations, records).finish(tiles, unit)
     }
 }

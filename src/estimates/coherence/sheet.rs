@@ -139,7 +139,13 @@ impl Coherence {
         let coherent: Vec<usize> = self.coherent_sites().collect();
         let others = self.is_coherent.len() - 1;
         let share = match (coherent.as_slice(), others) {
-            ([], _) => return format!("no site follows site {reference} above chance"),
+            ([], _) => {
+                let (unit, length) = (self.units().0, self.segment[0] as f64 * self.time.step);
+                return format!(
+                    "no site follows site {reference} above chance within a segment ({} {unit})",
+                    number(length)
+                );
+            }
             ([one], _) => format!("site {one}"),
             (all, others) if all.len() == others => format!("all {others} sites"),
             (some, others) => format!("{} of {others} sites", some.len()),

@@ -5,7 +5,7 @@ use std::ops::Range;
 use ndarray::Array2;
 
 use super::bicoherence::sidak;
-use super::pass::{Pass, Scratch, Steadiness};
+use super::pass::{Pass, Scratch};
 use super::products::TripleSums;
 use super::spectra::Spectra;
 use super::triples::Triples;
@@ -49,7 +49,7 @@ impl BicoherenceAlong {
 /// Sums of the chosen sites of a tile.
 #[derive(Default)]
 pub(super) struct TileSums {
-    pub steadiness: Steadiness,
+    pub steadiness: Option<Sums>,
     /// Of each chosen site.
     pub products: Vec<Option<Sums>>,
     /// Of each chosen site, once all its records are summed.
@@ -131,7 +131,8 @@ impl Pass<'_> {
         let columns: Vec<(Vec<Found>, Independence)> = tiles
             .into_iter()
             .flat_map(|tile| {
-                let steadiness = tile.steadiness.of_sites();
+                let steadiness = tile.steadiness.map(|sums| sums.steadiness());
+                let steadiness = steadiness.unwrap_or_default();
                 tile.found.into_iter().zip(steadiness)
             })
             .map(|(found, steadiness)| (found, self.independence(steadiness)))

@@ -118,8 +118,7 @@ impl Transfer {
     /// corrected for the number of frequencies (Bonferroni).
     pub fn passage(&self) -> Option<&OutputTransfer> {
         let count = self.outputs.len().saturating_sub(1);
-        // What a normal variable exceeds in magnitude.
-        let score = chi_square_level(self.alpha / count.max(1) as f64, 1.0).sqrt();
+        let score = self.score(count);
         let inside = self.outputs[..count].iter();
         inside
             .filter(|output| {
@@ -128,6 +127,20 @@ impl Transfer {
                     && output.above.abs() > score * output.above_error
             })
             .max_by(|a, b| a.passed().total_cmp(&b.passed()))
+    }
+
+    /// The outputs that gain more than by chance, whoever loses, the one that gains most first.
+    pub fn gaining(&self) -> Vec<&OutputTransfer> {
+        let score = self.score(self.outputs.len());
+        let outputs = self.outputs.iter();
+        let mut gaining: Vec<_> = outputs.filter(|o| o.gain > score * o.gain_error).collect();
+        gaining.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        gaining
+    }
+
+    /// What one of so many normal variables exceeds in magnitude with probability `alpha`.
+    fn score(&self, count: usize) -> f64 {
+        chi_square_level(self.alpha / count.max(1) as f64, 1.0).sqrt()
     }
 
     /// What was found, in words.

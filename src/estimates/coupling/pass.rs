@@ -8,7 +8,7 @@ use super::triples::Triples;
 use crate::error::Result;
 use crate::estimates::realisations::{
     Grid, Independence, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums,
-    SumsShape, TOGETHER, steadiness_without,
+    SumsShape, TOGETHER,
 };
 use crate::prepare::Gaps;
 use crate::transform::{RecordTransform, Segments, frequencies};
@@ -32,33 +32,6 @@ pub(super) struct Scratch {
     deviations: Vec<f64>,
     /// Sums of a site that are no longer used.
     pub free: Vec<Sums>,
-}
-
-/// How steady the records of up to eight sites are.
-#[derive(Default)]
-pub(super) struct Steadiness {
-    sums: Option<Sums>,
-    /// Where segments with missing samples are left out: the sum over records, and that of the least steady one.
-    without: [f64; TOGETHER],
-    least_without: f64,
-}
-
-impl Steadiness {
-    /// The sum over records of the least steady site.
-    pub fn of_least(self) -> f64 {
-        match self.sums {
-            Some(total) => total.least_steadiness(),
-            None => self.least_without,
-        }
-    }
-
-    /// The sum over records, of each site.
-    pub fn of_sites(self) -> [f64; TOGETHER] {
-        match self.sums {
-            Some(total) => total.steadiness(),
-            None => self.without,
-        }
-    }
 }
 
 impl<'a> Pass<'a> {
@@ -88,7 +61,7 @@ impl<'a> Pass<'a> {
         let portions: Vec<Portion> = whole.collect();
         let held = self.held(shots.longest());
         let block = shots.block("the bispectra of this field", held)?;
-        let (mut steadiness, mut map) = (Steadiness::default(), None);
+        let (mut steadiness, mut map) = (None, None);
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
         let mut left = portions.len();
@@ -142,7 +115,7 @@ impl<'a> Pass<'a> {
         &self,
         scratch: &mut Scratch,
         (shot, portion): (&Shot<'_>, &Portion),
-        (steadiness, map): (&mut Steadiness, &mut Option<Sums>),
+        (steadiness, map): (&mut Option<Sums>, &mut Option<Sums>),
     ) {
         let sites = [self.request.site, self.request.output()];
         let sites = match sites[0] == sites[1] {
@@ -186,33 +159,22 @@ impl<'a> Pass<'a> {
         scratch: &mut Scratch,
         (shot, portion): (&Shot<'_>, &Portion),
         (sites, records): (&[usize], Records<'_>),
-        into: &mut Steadiness,
+        into: &mut Option<Sums>,
     ) {
+        let pieces = self.realisations.pieces();
+        let sums = into.get_or_insert_with(|| Sums::zeros(SumsShape { plain: 0, pieces }));
+        let about_mean = self.request.about_mean();
         if self.request.gaps == Gaps::LeaveOut {
-            let mut least = 1.0_f64;
-            for (lane, (sum, site)) in into.without.iter_mut().zip(sites).enumerate() {
-                let one = steadiness_without(
-                    &records.record(lane),
-                    &shot.missing(*site),
-                    self.request.about_mean(),
-                );
-                *sum += one;
-                least = least.min(one);
-            }
-            into.least_without += least;
+            sums.add_record(shot.steadiness(sites.iter().copied(), records, about_mean));
             return;
         }
-        let pieces = self.realisations.pieces();
-        let sums = into
-            .sums
-            .get_or_insert_with(|| Sums::zeros(SumsShape { plain: 0, pieces }));
         let mark = shot.mark(sites.iter().copied());
         for segment in portion.segments.clone() {
             let of = (portion, segment, records, shot.scale);
             self.realisations
                 .add_pieces(of, mark, &mut scratch.deviations, sums);
         }
-        sums.close(self.realisations.reached(), self.request.about_mean());
+        sums.close(self.realisations.reached(), about_mean);
     }
 
     /// The number of independent realisations of records whose steadiness has this sum.
@@ -223,11 +185,12 @@ impl<'a> Pass<'a> {
             realisations.effective_products(3),
             steadiness / self.records as f64,
         )
+        .of_samples(self.realisations.segments.record)
     }
 
     fn finish(
         &self,
-        steadiness: Steadiness,
+        steadiness: Option<Sums>,
         map: Option<Sums>,
         tiles: Vec<TileSums>,
     ) -> Bicoherence {
@@ -245,7 +208,7 @@ impl<'a> Pass<'a> {
             biphase.push(phase);
         }
         // Of two the less steady one, in each record.
-        let steadiness = steadiness.of_least();
+        let steadiness = steadiness.map_or(0.0, |sums| sums.least_steadiness());
         Bicoherence {
             frequency: frequencies(segments.length, self.grid.time.step),
             time: self.grid.time.clone(),

@@ -222,7 +222,8 @@ impl Pass<'_> {
             [records.len(), segments, 1],
             self.realisations.effective(),
             steady / records.len() as f64,
-        );
+        )
+        .of_samples(self.realisations.segments.record);
         let independent = self.enough(&independence)?;
         let draws = Resamplings::new(
             [records.len(), segments],

@@ -117,17 +117,31 @@ impl Transfer {
             return "no quadratic transfer is shown: it does not predict what was not fitted"
                 .into();
         }
-        let Some(at) = self.passage() else {
+        let (share, cycles) = (
+            |power: f64| percent(power / self.input()),
+            cycles_per(&self.units().0),
+        );
+        if let Some(at) = self.passage() {
+            let towards = if at.flux > 0.0 { "higher" } else { "lower" };
+            return format!(
+                "{} ± {} of the input's power moves past {} {cycles} to {towards} frequencies",
+                share(at.flux.abs()),
+                share(at.flux_error),
+                number(at.frequency),
+            );
+        }
+        let (gaining, df) = (self.gaining(), self.outputs[0].frequency);
+        let Some(most) = gaining.first() else {
             return "no frequencies gain from others more than by chance".into();
         };
-        let towards = if at.flux > 0.0 { "higher" } else { "lower" };
-        let share = |power: f64| percent(power.abs() / self.input());
         format!(
-            "{} ± {} of the input's power moves past {} {} to {towards} frequencies",
-            share(at.flux),
-            share(at.flux_error),
-            number(at.frequency),
-            cycles_per(&self.units().0)
+            "{} of {} frequencies gain from others, {} {cycles} most: {} ± {} of the input's power; which lose it is not \
+             resolved",
+            gaining.len(),
+            self.outputs.len(),
+            number(most.frequency),
+            share(most.gain * df),
+            share(most.gain_error * df),
         )
     }
 

@@ -372,6 +372,7 @@ impl Pass<'_> {
             self.realisations.effective(),
             steadiness_of_sites(sites.map(of_site).collect()),
         )
+        .of_samples(self.realisations.segments.record)
     }
 
     /// Realisations of all shots.

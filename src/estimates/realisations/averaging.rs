@@ -2,7 +2,7 @@
 
 use num_complex::Complex;
 
-use super::kept::{KeptSegments, SegmentPairs};
+use super::kept::{KeptSegments, SegmentPairs, SegmentsLeft};
 use super::part::Portion;
 use super::records::Records;
 use crate::error::{Error, Result};
@@ -228,6 +228,32 @@ impl Realisations {
             .0
     }
 
+    /// Share of the power of white noise that detrending takes of each bin: of each polynomial that is removed, with a sum of
+    /// squares of 1, its power under the tapers.
+    pub fn lost(&self) -> Vec<f64> {
+        let (length, mut lost) = (self.segments.length, vec![0.0; self.bins()]);
+        let removed = match self.detrend {
+            Detrend::None => 0,
+            Detrend::Mean => 1,
+            Detrend::Linear => 2,
+        };
+        let mut scratch = RecordScratch::default();
+        for degree in 0..removed {
+            let centred = |n: usize| n as f64 - 0.5 * (length as f64 - 1.0);
+            let polynomial: Vec<f64> = (0..length).map(|n| centred(n).powi(degree)).collect();
+            let all = crate::numeric::sum_of_squares(&polynomial) * self.tapers.len() as f64;
+            for transform in &self.transforms {
+                let (found, _) =
+                    transform.transform(std::iter::once(&polynomial[..]), &mut scratch);
+                let powers = found.iter().map(|x| x.norm_sqr() / all);
+                lost.iter_mut()
+                    .zip(powers)
+                    .for_each(|(lost, power)| *lost += power);
+            }
+        }
+        lost
+    }
+
     /// The tapers, each with `sum w^2 = 1`.
     pub fn taper_samples(&self) -> &[Vec<f64>] {
         &self.tapers
@@ -294,6 +320,31 @@ impl Realisations {
             true => effective_number(self.tapers.len(), pairs.by_distance(), shared),
             false => 0.0,
         }
+    }
+
+    /// What is left of each site of so many records; `None` where no segments are left out.
+    ///
+    /// # Errors
+    /// [`Error::Request`] where no site has any.
+    pub fn segments_left<'p>(
+        &self,
+        records: usize,
+        sites: impl Iterator<Item = &'p SegmentPairs> + Clone,
+    ) -> Result<Option<SegmentsLeft>> {
+        let shared = self.shared();
+        let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
+        if left.is_empty() {
+            return Ok(None);
+        }
+        if left.iter().all(|left| *left == 0) {
+            return Err(no_segment_left(self.segments.length));
+        }
+        let effective = |site: &SegmentPairs| self.effective_of(site, &shared);
+        Ok(Some(SegmentsLeft {
+            of: self.segments.count() * records,
+            left,
+            effective: sites.map(effective).collect(),
+        }))
     }
 
     /// The same of the parts of the transforms along a line and beside it: along `u_k`, the direction of the
@@ -467,6 +518,17 @@ impl Averaging {
         let realisations = Realisations::new(self, n_times)?;
         let effective = realisations.effective();
         Ok((realisations.segments, effective))
+    }
+
+    /// The whole record as one segment, where none is stated: shots of transients, whose segments are not independent, show
+    /// no delay beyond one.
+    pub(crate) fn of_whole_shots(&self, record: usize) -> Option<Averaging> {
+        let whole = Averaging {
+            segment: Some(record),
+            overlap: None,
+            ..self.clone()
+        };
+        self.segment.is_none().then_some(whole)
     }
 
     fn segments(&self, record: usize) -> Result<Segments> {

@@ -18,10 +18,15 @@ pub struct Independence {
     /// The number that significance is stated by: `effective` of steady records, else that of the
     /// records. `None` where it is below 2.
     pub independent: Option<f64>,
+    /// Whether records are too short to tell how steady they are; each is one realisation.
+    #[serde(skip)]
+    pub is_short: bool,
 }
 
 /// Parts of a record whose energies are compared.
 pub(super) const PARTS: usize = 16;
+/// Samples of a record, below which parts of noise have energies as uneven as those of a transient.
+pub(super) const SHORT: usize = 2 * PARTS;
 /// Narrow-band noise whose parts hold one independent value each has 1/2.
 pub(crate) const LEAST_STEADINESS: f64 = 1.0 / 3.0;
 
@@ -43,20 +48,33 @@ impl Independence {
             effective,
             steadiness,
             independent: (independent >= 2.0).then_some(independent),
+            is_short: false,
+        }
+    }
+
+    /// The same of records of so many samples.
+    pub(crate) fn of_samples(self, samples: usize) -> Self {
+        let is_short = samples < SHORT;
+        let records = (self.records >= 2).then_some(self.records as f64);
+        Independence {
+            independent: if is_short { records } else { self.independent },
+            is_short,
+            ..self
         }
     }
 
     /// Whether the reference is one realisation: a transient, whose segments are not independent, or a record of which
-    /// too much was filled.
+    /// too much was filled, or that is too short.
     pub fn is_transient(&self) -> bool {
-        self.steadiness.is_nan() || self.steadiness < LEAST_STEADINESS
+        self.is_short || self.steadiness.is_nan() || self.steadiness < LEAST_STEADINESS
     }
 
     /// Why it is one realisation.
     pub fn why(&self) -> &'static str {
-        match self.steadiness.is_nan() {
-            true => "more than a twentieth of the samples were filled",
-            false => "one transient is one realisation",
+        match (self.is_short, self.steadiness.is_nan()) {
+            (true, _) => "records of fewer than 32 samples are too short",
+            (_, true) => "more than a twentieth of the samples were filled",
+            _ => "one transient is one realisation",
         }
     }
 

@@ -71,12 +71,20 @@ impl Independence {
     /// Why a `what` by itself has no errors.
     pub(crate) fn transient(&self, what: &str) -> Warning {
         match self.steadiness.is_nan() {
+            _ if self.is_short => Warning::new(
+                format!(
+                    "{}: no level of chance and no interval is stated",
+                    self.why()
+                ),
+                "record for longer, or name several records of the same sites",
+            ),
             true => Warning::new(
                 format!(
                     "{} of the {what}: no level of chance and no interval is stated",
                     self.why()
                 ),
-                "leave out the segments that miss samples: `--gaps leave-out`",
+                "choose records with fewer gaps, or leave out the segments that have them (`--gaps leave-out`), where the \
+                 command can",
             ),
             false => Warning::new(
                 format!(

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::ensemble::steadiness_without;
 use super::kept::KeptSegments;
 use super::part::Portion;
 use super::records::Records;
@@ -378,6 +379,22 @@ impl Shot<'_> {
                 .collect(),
             false => Vec::new(),
         }
+    }
+
+    /// How steady the records of up to eight sites are by the samples that are not missing; 1 without a site.
+    pub fn steadiness(
+        &self,
+        sites: impl IntoIterator<Item = usize>,
+        records: Records<'_>,
+        about_mean: bool,
+    ) -> [f64; TOGETHER] {
+        let mut found = [1.0; TOGETHER];
+        for (lane, (found, site)) in found.iter_mut().zip(sites).enumerate() {
+            let (missing, mut record) = (self.missing(site), records.record(lane));
+            missing.iter().for_each(|n| record[*n] = 0.0);
+            *found = steadiness_without(&record, &missing, about_mean);
+        }
+        found
     }
 
     /// Of up to eight sites, NaN where so many samples were filled or masked that statistics of the record do not hold,

@@ -104,18 +104,24 @@ impl Sums {
             pieces.iter().map(|piece| piece[0].0[0]).sum()
         };
         let is_whole = |begun: &mut (usize, Vec<Piece>)| count(begun) >= samples as f64;
-        for (_, pieces) in self.begun.extract_if(.., is_whole) {
-            let of_lanes: [f64; WIDTH] =
-                std::array::from_fn(|lane| steadiness(&pieces, lane, about_mean));
-            // A mark stays.
-            let least = |least: f64, one: &f64| match one.is_nan() || least.is_nan() {
-                true => f64::NAN,
-                false => least.min(*one),
-            };
-            let [own, least_of] = &mut self.steadiness;
-            own.0.iter_mut().zip(of_lanes).for_each(|(a, b)| *a += b);
-            least_of.0[0] += of_lanes.iter().fold(1.0, least);
+        let whole: Vec<_> = self.begun.extract_if(.., is_whole).collect();
+        for (_, pieces) in whole {
+            self.add_record(std::array::from_fn(|lane| {
+                steadiness(&pieces, lane, about_mean)
+            }));
         }
+    }
+
+    /// Adds the steadiness of a whole record of each lane.
+    pub fn add_record(&mut self, of_lanes: [f64; WIDTH]) {
+        // A mark stays.
+        let least = |least: f64, one: &f64| match one.is_nan() || least.is_nan() {
+            true => f64::NAN,
+            false => least.min(*one),
+        };
+        let [own, least_of] = &mut self.steadiness;
+        own.0.iter_mut().zip(of_lanes).for_each(|(a, b)| *a += b);
+        least_of.0[0] += of_lanes.iter().fold(1.0, least);
     }
 
     /// Adds sums over whole records.

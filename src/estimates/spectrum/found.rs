@@ -15,23 +15,39 @@ use crate::transform::{fold, frequencies};
 
 /// Power over that which filled samples leave, up to which no interval is stated.
 const FILLING: f64 = 10.0;
+/// Share of the power of white noise that detrending takes of a bin, from which on no interval is stated.
+pub(super) const DETRENDED: f64 = 0.05;
 
 impl Pass<'_> {
     pub fn finish(
         &self,
-        tiles: &[TileSums],
+        mut tiles: Vec<TileSums>,
         left_out: LeftOutEach,
         (unit, has_noise): (f64, bool),
     ) -> Result<SpectrumEstimate> {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
         let grid = &self.grid;
         let shape = (self.realisations.bins(), grid.sites);
-        let value = |blocks: fn(&TileSums) -> &Vec<LaneBlock>, m: usize, j: usize| {
-            let blocks = blocks(&tiles[j / TOGETHER]);
-            blocks
-                .get(m)
-                .map_or(f64::NAN, |block| block.0[j % TOGETHER])
+        // Blocks of all tiles are taken out once they are needed, so that their memory is free for the arrays.
+        let mut taken = |blocks: fn(&mut TileSums) -> &mut Vec<LaneBlock>| -> Vec<Vec<LaneBlock>> {
+            tiles
+                .iter_mut()
+                .map(|tile| std::mem::take(blocks(tile)))
+                .collect()
         };
+        let value = |tiles: &[Vec<LaneBlock>], m: usize, j: usize| {
+            let block = tiles[j / TOGETHER].get(m);
+            block.map_or(f64::NAN, |block| block.0[j % TOGETHER])
+        };
+        let [powers, shapes] = [
+            taken(|tile| &mut tile.spectrum),
+            taken(|tile| &mut tile.shape),
+        ];
+        let jackknifed = [
+            taken(|tile| &mut tile.deviations),
+            taken(|tile| &mut tile.squares),
+        ];
+        let tiles = &tiles[..];
         let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
         check_squares(unit)?;
@@ -44,15 +60,17 @@ impl Pass<'_> {
             if has_none(j) {
                 return f64::NAN;
             }
-            let power = value(|tile| &tile.spectrum, m, j) * density * fold(m, length);
+            let power = value(&powers, m, j) * density * fold(m, length);
             // Not one sample was there.
             let is_empty = power == 0.0 && steadiness[j].is_nan();
             if is_empty { f64::NAN } else { power }
         });
 
+        drop(powers);
         let records = self.records as f64;
         let segments = records * self.effective_segments;
-        let left = self.segments_left(tiles);
+        let left = tiles.iter().flat_map(|tile| &tile.left);
+        let left = self.realisations.segments_left(self.records, left)?;
         // Of a site: records, segments of all of them, effective segments.
         let of_site = |j: usize| match &left {
             None => (self.records, self.count(), segments),
@@ -65,6 +83,7 @@ impl Pass<'_> {
         let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
         let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
         let has_mean = self.request.averaging.detrend == Detrend::None;
+        let detrended = self.realisations.lost();
         // The one-sided density that filled samples leave.
         let floors = (0..shape.1).map(|j| FILLING * self.filled(tiles, j) * density * 2.0);
         let floors: Vec<f64> = floors.collect();
@@ -72,24 +91,17 @@ impl Pass<'_> {
             // Transforms at 0 and at the Nyquist frequency are real.
             let one = fold(m, length);
             let is_known = spectrum[[m, j]] > floors[j];
-            if (m == 0 && !has_mean) || !is_known {
+            if detrended[m] > DETRENDED || !is_known {
                 return f64::NAN;
             }
             let (records, _, segments) = of_site(j);
             match (sites[j].is_transient(), records) {
                 (true, 0..2) => f64::NAN,
                 (true, _) => one * records as f64,
-                (false, _) => one * segments * value(|tile| &tile.shape, m, j),
+                (false, _) => one * segments * value(&shapes, m, j),
             }
         });
-        let mut low = degrees.clone();
-        let mut high = spectrum.clone();
-        for (low, high) in low.iter_mut().zip(&mut high) {
-            let factors = table.at(*low);
-            *low = *high * factors[0];
-            *high *= factors[1];
-        }
-
+        drop(shapes);
         // Of a site: realisations that are left out one by one, their effective number, and Student's quantile.
         let left_out_of = |j: usize| {
             let (records, count, segments) = of_site(j);
@@ -116,11 +128,20 @@ impl Pass<'_> {
             if degrees[[m, j]].is_nan() || quantile.is_nan() || !is_known {
                 return f64::NAN;
             }
-            let sum = value(|tile| &tile.deviations, m, j);
-            let squares = value(|tile| &tile.squares, m, j);
+            let sum = value(&jackknifed[0], m, j);
+            let squares = value(&jackknifed[1], m, j);
             let variance = (squares - sum * sum / all).max(0.0) * (all - 1.0) / all;
             quantile * (variance * all / effective).sqrt()
         });
+
+        drop(jackknifed);
+        let mut low = degrees.clone();
+        let mut high = spectrum.clone();
+        for (low, high) in low.iter_mut().zip(&mut high) {
+            let factors = table.at(*low);
+            *low = *high * factors[0];
+            *high *= factors[1];
+        }
 
         let mut sorted = steadiness.clone();
         sorted.sort_by(f64::total_cmp);
@@ -165,6 +186,7 @@ impl Pass<'_> {
             along: SpectrumAxis::Time,
             mean: None,
             mean_is_removed: !has_mean,
+            detrended,
             segment: [length, length - self.realisations.segments.hop],
             half_bandwidth: self.half_bandwidth(),
             independence: match &left {

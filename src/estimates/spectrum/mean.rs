@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{SpectrumAxis, SpectrumEstimate};
+use super::{SpectrumAxis, SpectrumEstimate, found::DETRENDED};
 use crate::estimates::realisations::steadiness;
 use crate::numeric::student_two_sided;
 
@@ -72,7 +72,7 @@ impl SpectrumEstimate {
             let row: Vec<f64> = row.iter().copied().filter(|s| !s.is_nan()).collect();
             let mean = crate::numeric::sum(&row) / times as f64;
             found.spectrum.push(mean);
-            if !is_known || mean <= 0.0 || (m == 0 && self.mean_is_removed) {
+            if !is_known || mean <= 0.0 || self.detrended[m] > DETRENDED {
                 continue;
             }
             // Parts of equal length; the last samples that fill none are left out.

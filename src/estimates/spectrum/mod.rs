@@ -144,6 +144,8 @@ pub struct SpectrumEstimate {
     pub alpha: f64,
     /// Whether the mean of each segment was removed: then nothing is estimated at 0.
     pub mean_is_removed: bool,
+    /// Share of the power of white noise that detrending takes of each bin; above 0.05 there is no interval.
+    pub detrended: Vec<f64>,
     /// One-sided power spectral density, in the square of the samples' unit over frequency.
     pub spectrum: Array2<f64>,
     /// Degrees of freedom; NaN where no interval can be stated.

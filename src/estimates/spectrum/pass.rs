@@ -12,18 +12,16 @@ use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::realisations::{
     Average, Grid, Independence, KeptSegments, LeftOut, Portion, Realisations, Records,
-    SegmentPairs, SegmentScratch, SegmentsLeft, Shot, Shots, Sums, TOGETHER, Weights, WithoutOne,
-    no_segment_left, steadiness_without,
+    SegmentPairs, SegmentScratch, Shot, Shots, Sums, TOGETHER, Weights, WithoutOne,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::prepare::{Detrend, Gaps};
 use crate::transform::{RecordTransform, Segments, fold};
 
-/// Numbers of a cell of a site in the sums and in the results: average and shape; spectrum, degrees, both ends of the
-/// interval, jackknife.
-const NUMBERS: u64 = 2 + 5;
-/// Those of a jackknife beside them, and those of lines with their lists.
-const OF_JACKKNIFE: u64 = 2;
+/// Numbers of a cell of a site: spectrum, degrees, both ends of the interval, jackknife, of which the sums give way to those
+/// that are made of them.
+const NUMBERS: u64 = 5;
+/// Those of lines with their lists.
 const OF_LINES: u64 = 7;
 
 pub(super) struct Pass<'a> {
@@ -36,8 +34,6 @@ pub(super) struct Pass<'a> {
     /// Transforms of the tapers at the offsets of lines, and the sums of their squares.
     taper_transforms: Vec<[Complex<f64>; OFFSETS.len()]>,
     pub gains: [f64; OFFSETS.len()],
-    /// What segments have in common by their distance, see [`Realisations::effective_of`].
-    shared: Vec<f64>,
     /// Effective realisations of one record over the number of tapers.
     pub effective_segments: f64,
 }
@@ -72,6 +68,8 @@ struct SiteShot {
     /// Where segments with missing samples are left out: those of each site, and the times of the samples.
     kept: Vec<KeptSegments>,
     missing: Vec<Vec<usize>>,
+    /// Where segments are left out, by the samples that are there.
+    steadiness: Option<[f64; TOGETHER]>,
     mark: [f64; TOGETHER],
     filled: [f64; TOGETHER],
 }
@@ -80,13 +78,16 @@ impl SiteShot {
     fn new(
         shot: &Shot<'_>,
         (sites, records): (Range<usize>, Records<'_>),
-        segments: Segments,
+        (segments, about_mean): (Segments, bool),
     ) -> SiteShot {
         let kept = sites.clone().map_while(|site| shot.kept(site, segments));
+        let kept: Vec<KeptSegments> = kept.collect();
+        let steadiness = || shot.steadiness(sites.clone(), records, about_mean);
         SiteShot {
             width: sites.len(),
             scale: shot.scale,
-            kept: kept.collect(),
+            steadiness: (!kept.is_empty()).then(steadiness),
+            kept,
             missing: sites.clone().map(|site| shot.missing(site)).collect(),
             mark: shot.mark(sites.clone()),
             filled: std::array::from_fn(|lane| match sites.clone().nth(lane) {
@@ -136,7 +137,6 @@ impl<'a> Pass<'a> {
         let gain = |d: usize| -> f64 { taper_transforms.iter().map(|u| u[d].norm_sqr()).sum() };
         Pass {
             gains: std::array::from_fn(gain),
-            shared: realisations.shared(),
             request,
             realisations,
             grid,
@@ -162,7 +162,7 @@ impl<'a> Pass<'a> {
                              sites: Range<usize>,
                              records: Records<'_>,
                              tile: &mut TileSums| {
-                    let of = SiteShot::new(shot, (sites, records), self.realisations.segments);
+                    let of = self.site_shot(shot, (sites, records));
                     self.add(scratch, &of, (portion, records), tile);
                     self.average(tile);
                     self.leave_out(scratch, &of, records, left_out, tile);
@@ -180,7 +180,7 @@ impl<'a> Pass<'a> {
                                  sites: Range<usize>,
                                  records: Records<'_>,
                                  tile: &mut TileSums| {
-                        let of = SiteShot::new(shot, (sites, records), self.realisations.segments);
+                        let of = self.site_shot(shot, (sites, records));
                         self.leave_out(scratch, &of, records, left_out, tile);
                     };
                     shot.each_tile("jackknife", &mut tiles, visit)
@@ -188,12 +188,7 @@ impl<'a> Pass<'a> {
             }
             unit
         };
-        if let Some(left) = self.segments_left(&tiles)
-            && left.left.iter().all(|left| *left == 0)
-        {
-            return Err(no_segment_left(self.realisations.segments.length));
-        }
-        self.finish(&tiles, left_out, (unit, true))
+        self.finish(tiles, left_out, (unit, true))
     }
 
     /// The sums of every tile over these portions, and the unit of the samples.
@@ -223,7 +218,7 @@ impl<'a> Pass<'a> {
             1 => LeftOutEach::Realisation,
             _ => self.what_is_left_out(&tiles),
         };
-        self.finish(&tiles, left_out, (unit, false))
+        self.finish(tiles, left_out, (unit, false))
     }
 
     /// Bytes that are needed beside the samples, of of which so many of a record are read; of a part, or of all.
@@ -250,13 +245,8 @@ impl<'a> Pass<'a> {
 
     /// Bytes of a cell of a site in the sums and in the results.
     fn bytes_of_cell(&self) -> u64 {
-        let jackknife = if self.request.has_jackknife {
-            OF_JACKKNIFE
-        } else {
-            0
-        };
         let lines = if self.tests_lines() { OF_LINES } else { 0 };
-        8 * (NUMBERS + jackknife + lines)
+        8 * (NUMBERS + lines)
     }
 
     /// Whether an offset is not what moves.
@@ -282,18 +272,6 @@ impl<'a> Pass<'a> {
         })
     }
 
-    /// The segments that the averages of each site have left; `None` where none are left out.
-    pub fn segments_left(&self, tiles: &[TileSums]) -> Option<SegmentsLeft> {
-        let sites = tiles.iter().flat_map(|tile| &tile.left);
-        let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
-        let effective = |site: &SegmentPairs| self.realisations.effective_of(site, &self.shared);
-        (!left.is_empty()).then(|| SegmentsLeft {
-            of: self.realisations.segments.count() * self.records,
-            left,
-            effective: sites.map(effective).collect(),
-        })
-    }
-
     fn sum(
         &self,
         shots: &Shots<'_>,
@@ -306,11 +284,15 @@ impl<'a> Pass<'a> {
                          sites: Range<usize>,
                          records: Records<'_>,
                          tile: &mut TileSums| {
-                let of = SiteShot::new(shot, (sites, records), self.realisations.segments);
+                let of = self.site_shot(shot, (sites, records));
                 self.add(scratch, &of, (portion, records), tile);
             };
             shot.each_tile("spectra", tiles, visit)
         })
+    }
+
+    fn site_shot(&self, shot: &Shot<'_>, sites: (Range<usize>, Records<'_>)) -> SiteShot {
+        SiteShot::new(shot, sites, (self.realisations.segments, self.about_mean()))
     }
 
     /// Adds the realisations of a portion of a shot.
@@ -331,7 +313,6 @@ impl<'a> Pass<'a> {
             let distances = self.realisations.distances();
             let sites = tile.left.iter_mut().zip(&of.kept);
             sites.for_each(|(left, kept)| left.add(kept, distances));
-            self.add_steadiness(scratch, of, records, tile);
         }
         if portion.is_whole && self.request.along == SpectrumAxis::Time {
             for (lane, lead_in) in tile.lead_ins.iter_mut().enumerate().take(width) {
@@ -353,6 +334,9 @@ impl<'a> Pass<'a> {
         let sums = tile
             .sums
             .get_or_insert_with(|| Sums::zeros(shape(self.realisations)));
+        if let Some(steadiness) = of.steadiness {
+            sums.add_record(steadiness);
+        }
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (segment, taper) = (r / tapers, r % tapers);
             let squared = of.squared(segment);
@@ -382,30 +366,12 @@ impl<'a> Pass<'a> {
         sums.close(self.realisations.reached(), self.about_mean());
     }
 
-    /// Adds the steadiness of records with missing samples.
-    fn add_steadiness(
-        &self,
-        scratch: &mut Scratch,
-        of: &SiteShot,
-        records: Records<'_>,
-        tile: &mut TileSums,
-    ) {
-        for (lane, sum) in tile.steadiness.iter_mut().enumerate().take(of.width) {
-            let missing = of.missing.get(lane).map_or(&[][..], |missing| missing);
-            records.copy(lane, 0..records.length(), &mut scratch.record);
-            missing.iter().for_each(|n| scratch.record[*n] = 0.0);
-            *sum += steadiness_without(&scratch.record, missing, self.about_mean());
-        }
-    }
-
     /// The average of all realisations.
     fn average(&self, tile: &mut TileSums) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         let zeros = || Sums::zeros(shape(self.realisations));
         let total = tile.sums.take().unwrap_or_else(zeros);
-        if self.request.gaps != Gaps::LeaveOut {
-            tile.steadiness = total.steadiness();
-        }
+        tile.steadiness = total.steadiness();
         tile.energies = total.into_plain();
         tile.lines = tile.energies.split_off(bins * tapers);
         let count = self.counts(tile);
@@ -541,6 +507,7 @@ impl<'a> Pass<'a> {
     ) -> Independence {
         let counts = [self.records, segments, self.weights.tapers()];
         Independence::new(counts, effective, steadiness)
+            .of_samples(self.realisations.segments.record)
     }
 
     fn what_is_left_out(&self, tiles: &[TileSums]) -> LeftOutEach {

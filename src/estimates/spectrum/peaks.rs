@@ -13,6 +13,8 @@ pub struct Peak {
     pub at: f64,
     /// Over the larger of the medians on both sides.
     pub ratio: f64,
+    /// Of the range about it in which medians of three bins are above half of its power.
+    pub width: f64,
 }
 
 /// Bins on either side of a peak that belong to it.
@@ -32,7 +34,8 @@ impl SpectrumEstimate {
     /// spectra with probability alpha, by the chi-square distribution, over the larger of the medians of the bins on
     /// either side. `None` where no site has intervals.
     ///
-    /// A slope of the spectrum is none, as one side is above it; the first and last bins have none.
+    /// A slope of the spectrum is none, as one side is above it; the first and last bins have none. Two are one, unless
+    /// the median between them is as far below both.
     pub fn peaks(&self) -> Option<Vec<Peak>> {
         let columns: Vec<usize> = (0..self.has_interval.len())
             .filter(|j| self.has_interval[*j])
@@ -61,6 +64,7 @@ impl SpectrumEstimate {
         let mut peaks = Vec::new();
         for column in columns {
             let power: Vec<f64> = self.spectrum.column(column).to_vec();
+            let first = peaks.len();
             for bin in inside.clone() {
                 let neighbours = [bin - 1, bin + 1].map(|n| power.get(n).copied().unwrap_or(0.0));
                 let is_top = neighbours.iter().all(|other| power[bin] >= *other);
@@ -77,14 +81,34 @@ impl SpectrumEstimate {
                 };
                 let ratio = power[bin] / below.max(above);
                 let degrees = self.degrees[[bin, column]];
-                if degrees.is_finite() && ratio > level(degrees) {
-                    peaks.push(Peak {
-                        column,
-                        bin,
-                        at: self.bins[bin]
-                            + between([neighbours[0], power[bin], neighbours[1]]) * step,
-                        ratio,
-                    });
+                if !degrees.is_finite() || ratio <= level(degrees) {
+                    continue;
+                }
+                let is_high = |m: &usize| {
+                    median(&power[m - 1..(m + 2).min(power.len())])
+                        .is_some_and(|s| s > 0.5 * power[bin])
+                };
+                let above = (bin + 1..inside.end).take_while(is_high).count();
+                let below = (1..bin).rev().take_while(is_high).count();
+                let peak = Peak {
+                    column,
+                    bin,
+                    at: self.bins[bin] + between([neighbours[0], power[bin], neighbours[1]]) * step,
+                    ratio,
+                    width: (1 + below + above) as f64 * step,
+                };
+                let before: Option<&mut Peak> = peaks[first..].last_mut();
+                match before {
+                    Some(before)
+                        if median(&power[before.bin + 1..bin]).is_none_or(|valley| {
+                            power[bin].min(power[before.bin]) <= valley * level(degrees)
+                        }) =>
+                    {
+                        if power[bin] > power[before.bin] {
+                            *before = peak;
+                        }
+                    }
+                    _ => peaks.push(peak),
                 }
             }
         }

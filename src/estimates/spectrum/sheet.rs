@@ -4,7 +4,8 @@ use ndarray::Array2;
 use serde_json::{Value, json};
 
 use super::{
-    LeftOutEach, Line, LineTest, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis, SpectrumEstimate,
+    LeftOutEach, Line, LineTest, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis,
+    SpectrumEstimate, found::DETRENDED,
 };
 use crate::estimates::realisations::{TRANSIENT, degrees_as_numbers, interval_in_words};
 use crate::sheet::{
@@ -40,13 +41,15 @@ const DEFINITIONS: [[&str; 2]; 5] = [
 
 /// Places that are named at most.
 const NAMED: usize = 3;
+/// Bins from which on the width of a peak is more than that of a line under a window.
+const RESOLVED: f64 = 5.0;
 /// Lines that a table lists.
 const LISTED: usize = 20;
 /// Decades that a chart of a spectrum shows at most.
 const DECADES: f64 = 10.0;
 
 impl Describe for SpectrumEstimate {
-    /// Variables: `frequency` (nf), `position`, `steadiness` (n); `spectrum`, `degrees_of_freedom`, `low`, `high`,
+    /// Variables: `frequency` (nf), `position`, `steadiness` (n); `detrended` (nf); `spectrum`, `degrees_of_freedom`, `low`, `high`,
     /// `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no interval; along time `noise`, `noise_low`,
     /// `noise_high` (n), densities; where segments are left out `segments`, `effective_realisations` (n); of several
     /// tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of `frequency` and `position`,
@@ -87,6 +90,17 @@ impl Describe for SpectrumEstimate {
                 "jackknife",
                 "over records, whose segments are not independent",
             );
+        }
+        let inside = 1..self.segment[0].div_ceil(2);
+        if let Some(last) = inside.rev().find(|m| self.detrended[*m] > DETRENDED) {
+            let most = self.detrended[1..].iter().copied().fold(0.0, f64::max);
+            let at = number(self.bins[last]);
+            let text = format!(
+                "takes up to {} of the power up to {at} {}: no interval there",
+                percent(most),
+                self.bin_unit()
+            );
+            sheet.detail("detrending", text);
         }
         let rows = [("without interval", self.without_interval().to_string())];
         self.independence.describe(&mut sheet, self.segment, rows);
@@ -176,9 +190,13 @@ impl SpectrumEstimate {
                     format!("no peak stands above the power on either side of it at any {column}")
                 }
                 Some(first) => format!(
-                    "peaks at {}; the highest {} times the power beside it",
+                    "peaks at {}; the highest {} times the power beside it{}",
                     self.named(peaks.iter().map(|peak| (peak.at, peak.column)), column),
-                    number(first.ratio)
+                    number(first.ratio),
+                    match first.width > RESOLVED * self.bins[1] {
+                        true => format!(", {} {} wide", number(first.width), self.bin_unit()),
+                        false => String::new(),
+                    }
                 ),
             },
         }
@@ -354,6 +372,7 @@ impl SpectrumEstimate {
         let cells: Vec<bool> = cells
             .indexed_iter()
             .filter(|((m, j), _)| self.has_interval[*j] && self.spectrum[[m + 1, *j]] > 0.0)
+            .filter(|((m, _), _)| self.detrended[m + 1] <= DETRENDED)
             .map(|(_, degrees)| degrees.is_nan())
             .collect();
         let below = cells.iter().filter(|is_below| **is_below).count();
@@ -368,6 +387,10 @@ impl SpectrumEstimate {
         }
         match self.along {
             _ if without == 0 => {}
+            _ if self.independence.is_short => sheet.warn(
+                format!("{}: no interval is stated", self.independence.why()),
+                "record for longer, or at more sites, or name several records of the same sites",
+            ),
             SpectrumAxis::Time => sheet.warn(
                 format!(
                     "{without} of {all} sites have a transient, which is one realisation: no interval is stated"
@@ -402,6 +425,7 @@ impl SpectrumEstimate {
         };
         let density = units.density(bin_unit, "");
         sheet.line(bins, bins, bin_unit, &self.bins);
+        sheet.line("detrended", bins, "", &self.detrended);
         sheet.line(columns, columns, column_unit, self.coordinates());
         sheet.line("steadiness", columns, "", &self.steadiness);
         if let Some(left) = &self.segments_left {

@@ -18,7 +18,7 @@ use faults::{CLIPPED_RUN, LOUD, loud};
 use look::Look;
 
 const LEAVE_OUT: &str =
-    "check the sensors; leave the sites out of spectra along time with `--without-sites`";
+    "check the sensors; `analyze` leaves sites out of spectra along time (`--without-sites`)";
 const SCALE: &str = "scale the records before energies of sites are compared";
 
 /// What there is to say about the channels of a field.
@@ -169,8 +169,8 @@ impl Look<'_> {
             "more than {LOUD} times as loud as those beside, up to {} times the median",
             number(ratio)
         );
-        let advice = "check gains and units: this energy decides spectra and directions; leave out with \
-                      `--without-sites`, or scale first";
+        let advice = "check gains and units, and scale first: this energy decides spectra and directions; `analyze` leaves \
+                      sites out of spectra along time (`--without-sites`)";
         say(
             &loud,
             "loud-channels",
