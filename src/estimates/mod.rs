@@ -34,7 +34,7 @@ pub use parts::{
     BlockPlace, Combination, Combined, DividedRequest, Outline, Partial, PartialAbout, combine,
     join, outline, partial, partial_of_block,
 };
-pub(crate) use realisations::first_of;
+pub(crate) use realisations::{check_significance, first_of};
 pub use realisations::{
     Averaging, Grid, Independence, Part, SIGNIFICANCE, SegmentsLeft, SpectrumInterval, Tapers,
     interval_factors,

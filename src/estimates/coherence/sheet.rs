@@ -351,10 +351,7 @@ impl Coherence {
             y: edges_from_zero(&self.frequency),
             values: self.coherence.clone(),
             colors: Colors::Between(0.0..1.0),
-            marks: vec![Mark {
-                at: positions[self.reference],
-                label: "reference".into(),
-            }],
+            marks: vec![Mark::new(positions[self.reference], "reference")],
             roles: Some([Role::Position, Role::Frequency]),
             ..HeatChart::default()
         }
@@ -368,10 +365,7 @@ impl Coherence {
             known.iter().sum::<f64>() / known.len() as f64
         };
         let means: Vec<f64> = self.coherence.axis_iter(Along(0)).map(mean).collect();
-        let levels = self.level().map(|at| Level {
-            at,
-            label: "level of one cell".into(),
-        });
+        let levels = self.level().map(|at| Level::new(at, "level of one cell"));
         Chart {
             y: 0.0..1.0,
             levels: levels.into_iter().collect(),
@@ -387,21 +381,15 @@ impl Coherence {
     fn delay_chart(&self) -> Option<Chart> {
         let (time_unit, space_unit) = self.units();
         let delays = self.delays.iter().zip(self.positions());
-        let delays = delays.filter_map(|(delay, x)| delay.map(|delay| (x, delay)));
-        let (points, errors): (Vec<_>, Vec<f64>) = delays
-            .map(|(x, delay)| ((x, delay.delay), delay.error))
-            .unzip();
-        let zero = Level::zero();
-        (points.len() > 1).then(|| Chart {
-            levels: vec![zero],
+        let delays = delays.filter_map(|(delay, x)| delay.map(|d| [x, d.delay, d.error]));
+        let series = Series::with_errors("", BLUE, delays).with(Look::Dots);
+        (series.points.len() > 1).then(|| Chart {
+            levels: vec![Level::zero()],
             ..Chart::of(
                 "delay behind the reference",
                 label("position x", &space_unit),
                 label("delay", &time_unit),
-                vec![Series {
-                    errors,
-                    ..Series::line("", BLUE, points).with(Look::Dots)
-                }],
+                vec![series],
             )
         })
     }
@@ -411,18 +399,14 @@ impl Coherence {
         let (time_unit, space_unit) = self.units();
         let resolved = self.speeds.iter();
         let resolved = resolved.filter(|speed| speed.velocity_error < 0.5 * speed.velocity.abs());
-        let (points, errors): (Vec<_>, Vec<f64>) = resolved
-            .map(|speed| ((speed.frequency, speed.velocity), speed.velocity_error))
-            .unzip();
-        (points.len() > 1).then(|| {
+        let points = resolved.map(|speed| [speed.frequency, speed.velocity, speed.velocity_error]);
+        let series = Series::with_errors("", BLUE, points).with(Look::Dots);
+        (series.points.len() > 1).then(|| {
             Chart::of(
                 "phase velocity",
                 self.frequency_label(),
                 label("velocity", &format!("{space_unit}/{time_unit}")),
-                vec![Series {
-                    errors,
-                    ..Series::line("", BLUE, points).with(Look::Dots)
-                }],
+                vec![series],
             )
         })
     }
