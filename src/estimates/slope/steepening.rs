@@ -70,21 +70,16 @@ impl Steepening {
         let is_known = half <= LARGEST_HALF * after_start;
         let shock_time = start + after_start;
         let time = &frames.time;
-        let nearest = time
-            .partition_point(|t| *t < shock_time)
-            .min(time.len() - 1);
+        let nearest = time.partition_point(|t| *t < shock_time);
+        let nearest = nearest.min(time.len() - 1);
         let is_later = |i: usize| time[i] + time[i - 1] > 2.0 * shock_time;
         let nearest = nearest - usize::from(nearest > 0 && is_later(nearest));
         // Of a record that ends before the shock there is none.
         let has_shock = shock_time < time[time.len() - 1] + (time[1] - time[0]);
         let at_shock = |of: &[f64]| if has_shock { of[nearest] } else { f64::NAN };
         let is_after = |(t, s): &(&f64, &f64)| **t >= start + 1.5 * after_start && s.is_finite();
-        let after: Vec<f64> = time
-            .iter()
-            .zip(&frames.slope)
-            .filter(is_after)
-            .map(|p| *p.1)
-            .collect();
+        let after = time.iter().zip(&frames.slope).filter(is_after);
+        let after: Vec<f64> = after.map(|p| *p.1).collect();
         let ends = |of: fn(f64, f64) -> f64| after.iter().copied().fold(f64::NAN, of);
         is_known.then(|| Steepening {
             shock_time,
@@ -132,10 +127,9 @@ impl<'a> Front<'a> {
         };
         let row = front.row(fields[0], front.snapshots(frame).start);
         let steeper = |a: &&[f64], b: &&[f64]| (a[1] - a[0]).abs().total_cmp(&(b[1] - b[0]).abs());
-        let step = row
-            .windows(2)
-            .filter(|s| s.iter().all(|v| v.is_finite()))
-            .max_by(steeper)?;
+        let steps = row.windows(2);
+        let known = steps.filter(|s| s.iter().all(|v| v.is_finite()));
+        let step = known.max_by(steeper)?;
         let whole = front.row(fields[0], 0);
         let ends = |of: fn(f64, f64) -> f64| whole.iter().copied().fold(f64::NAN, of);
         front.level = 0.5 * (step[0] + step[1]);
@@ -170,15 +164,12 @@ impl<'a> Front<'a> {
         let mut open = [true; BANDS];
         for frame in 0..self.frames {
             let mut sums = [Normal::default(); BANDS];
-            for (field, n) in self
-                .fields
-                .iter()
-                .flat_map(|f| self.snapshots(frame).map(move |n| (f, n)))
-            {
+            let of = |field| self.snapshots(frame).map(move |n| (field, n));
+            for (field, n) in self.fields.iter().flat_map(of) {
                 let row = self.row(field, n);
                 let time = n as f64 / (field.n_times() - 1) as f64;
                 for (b, sums) in sums.iter_mut().enumerate().filter(|(b, _)| open[*b]) {
-                    add_front(sums, &row, 0.5f64.powf(1.0 + 0.5 * b as f64), time);
+                    add_front(sums, &row, band(b), time);
                 }
             }
             for (b, sums) in sums.into_iter().enumerate() {
@@ -229,11 +220,16 @@ impl<'a> Front<'a> {
                 time: all[0],
                 half: (within * within * variance(0) + all[1] * all[1] + line).sqrt(),
                 frames: n,
-                off: shock(narrow, usize::MAX)?.1 * 0.5f64.powf(1.0 + 0.5 * b as f64) * self.size,
+                off: shock(narrow, usize::MAX)?.1 * band(b) * self.size,
             })
         });
         found.min_by(|a, b| a.half.total_cmp(&b.half))
     }
+}
+
+/// The level to which band `b` reaches.
+fn band(b: usize) -> f64 {
+    0.5f64.powf(1.0 + 0.5 * b as f64)
 }
 
 /// Adds the samples of the front of a snapshot that lie within `band` of its level.
