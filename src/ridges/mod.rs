@@ -16,7 +16,6 @@ mod sheet;
 mod single;
 
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 use ndarray::Array2;
 
@@ -24,7 +23,7 @@ use crate::analyze::{self, Analysis, DispersionCurve, Request, Results, Scaling,
 use crate::arrays::{Collect, LargeArray};
 use crate::diagnostics::{MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
-use crate::estimates::{Averaging, Independence};
+use crate::estimates::{Averaging, Independence, Tapers, check_significance, first_of};
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Window};
@@ -33,7 +32,7 @@ use crate::system::threads::in_pool;
 use branches::Point;
 pub use fit::{RidgeFit, RidgeLaw, RidgeParameter};
 use lobe::Lobe;
-use peaks::{Cuts, Peak};
+use peaks::Cuts;
 use single::{is_single, steadiness, without_errors};
 
 /// Bins that the ends of two ridges of one branch are apart at most.
@@ -49,6 +48,16 @@ pub enum RidgeCut {
     Frequency,
     /// Along f, at each wavenumber: for branches that are flat in bins.
     Wavenumber,
+}
+
+impl RidgeCut {
+    /// Of what is so across the cuts and along them, what is so of frequencies and of wavenumbers; and the other way around.
+    fn sorted<T>(self, [across, along]: [T; 2]) -> [T; 2] {
+        match self {
+            RidgeCut::Frequency => [across, along],
+            RidgeCut::Wavenumber => [along, across],
+        }
+    }
 }
 
 /// What ridges are read off, and how.
@@ -168,11 +177,8 @@ impl Ridges {
 
     /// How many branches there are.
     pub fn branches(&self) -> usize {
-        self.ridges
-            .iter()
-            .map(|ridge| ridge.branch + 1)
-            .max()
-            .unwrap_or(0)
+        let numbers = self.ridges.iter().map(|ridge| ridge.branch + 1);
+        numbers.max().unwrap_or(0)
     }
 
     pub fn points(&self) -> impl Iterator<Item = &RidgePoint> {
@@ -209,14 +215,27 @@ pub fn ridges(
     request: &RidgesRequest,
     observer: &dyn Observer,
 ) -> Result<Ridges> {
-    let first = checked(fields, request)?;
+    let first = first_of(fields)?;
+    if first.n_sites() < 8 {
+        let found = format!("{} in {}", first.n_sites(), first.name);
+        return Err(Error::request("field", "at least 8 sites", found));
+    }
+    check_significance(request.alpha)?;
+    if !(request.range > 0.0 && request.range <= 300.0) {
+        let expected = "a range above 0 and up to 300 dB";
+        return Err(Error::request("range", expected, request.range));
+    }
+    if request.fewest < 5 {
+        let expected = "at least 5 points, which a slope needs";
+        return Err(Error::request("points", expected, request.fewest));
+    }
     let averaging = Averaging {
         segment: Some(request.segment.unwrap_or(match first.n_times() {
             short @ ..512 => short,
             long => 1 << (long / 4).ilog2(),
         })),
         overlap: request.overlap,
-        tapers: crate::estimates::Tapers::Window(request.window_time),
+        tapers: Tapers::Window(request.window_time),
         detrend: request.detrend,
     };
     let (segments, effective) = averaging.independent(first.n_times())?;
@@ -226,9 +245,8 @@ pub fn ridges(
     // The spectrum, its transpose, and that of another field.
     let held = 8 * cells * (2 + u64::from(fields.len() > 1));
     if held >= allowed {
-        let what = "the space-time spectrum, which is held (shorter segments need less),";
         return Err(Error::Memory {
-            what,
+            what: "the space-time spectrum, which is held (shorter segments need less),",
             needed: held,
             allowed,
         });
@@ -252,48 +270,37 @@ pub fn ridges(
         memory: Some(allowed - held),
         ..Request::default()
     };
-    let mut sum: Option<(Analysis, Array2<f64>)> = None;
-    for field in fields {
+    let spectrum_of = |field: &Field| -> Result<(Analysis, Array2<f64>)> {
         let collect = Collect::default();
         let plan = analyze::plan(field, &asked)?;
         let analysis = analyze::run(field, &plan, &collect, observer)?;
-        let spectrum = collect
-            .into_arrays()
-            .remove(&LargeArray::SPACETIME_SPECTRUM);
-        let spectrum = spectrum.unwrap_or_default();
-        // Powers are stored in units of its square.
-        let unit = |analysis: &Analysis| analysis.accuracy.amplitude_unit;
-        match &mut sum {
-            None => sum = Some((analysis, spectrum)),
-            Some((first, sum)) => {
-                let factor = (unit(&analysis) / unit(first)).powi(2);
-                sum.zip_mut_with(&spectrum, |a, b| *a += factor * b);
-            }
-        }
-    }
-    let Some((mut analysis, mut power)) = sum else {
-        return Err(refuse("field", "at least one field".into(), "none".into()));
+        let mut arrays = collect.into_arrays();
+        let spectrum = arrays.remove(&LargeArray::SPACETIME_SPECTRUM);
+        Ok((analysis, spectrum.unwrap_or_default()))
     };
+    let (mut analysis, mut power) = spectrum_of(first)?;
+    for field in &fields[1..] {
+        let (other, spectrum) = spectrum_of(field)?;
+        // Powers are stored in units of its square.
+        let [unit, own] = [&other, &analysis].map(|of| of.accuracy.amplitude_unit);
+        let factor = (unit / own).powi(2);
+        power.zip_mut_with(&spectrum, |a, b| *a += factor * b);
+    }
     if fields.len() > 1 {
         let count = fields.len() as f64;
         power.par_mapv_inplace(|p| p / count);
         remap(&mut analysis, &power);
     }
-    in_pool(request.threads, || {
-        Search {
-            request,
-            analysis,
-            power,
-            realisations,
-            independence: Independence::new(
-                [fields.len(), segments.count(), 1],
-                effective,
-                steadiness(fields),
-            ),
-            segment: segments.length,
-        }
-        .run()
-    })
+    let number = [fields.len(), segments.count(), 1];
+    let search = Search {
+        request,
+        analysis,
+        power,
+        realisations,
+        independence: Independence::new(number, effective, steadiness(fields)),
+        segment: segments.length,
+    };
+    in_pool(request.threads, || search.run())
 }
 
 /// The map of an average.
@@ -309,35 +316,6 @@ fn remap(analysis: &mut Analysis, power: &Array2<f64>) {
         );
     }
     analysis.direction_by_frequency = None;
-}
-
-fn refuse(option: &'static str, expected: String, found: String) -> Error {
-    Error::Request {
-        option,
-        expected,
-        found,
-    }
-}
-
-fn checked<'a>(fields: &[&'a Field], request: &RidgesRequest) -> Result<&'a Field> {
-    let first = crate::estimates::first_of(fields)?;
-    if first.n_sites() < 8 {
-        let found = format!("{} in {}", first.n_sites(), first.name);
-        return Err(refuse("field", "at least 8 sites".into(), found));
-    }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        let expected = "a probability between 0 and 1".to_owned();
-        return Err(refuse("significance", expected, request.alpha.to_string()));
-    }
-    if !(request.range > 0.0 && request.range <= 300.0) {
-        let expected = "a range above 0 and up to 300 dB".to_owned();
-        return Err(refuse("range", expected, request.range.to_string()));
-    }
-    if request.fewest < 5 {
-        let expected = "at least 5 points, which a slope needs".to_owned();
-        return Err(refuse("points", expected, request.fewest.to_string()));
-    }
-    Ok(first)
 }
 
 /// The search for ridges of a spectrum.
@@ -360,124 +338,109 @@ struct Found {
 
 impl Search<'_> {
     fn run(mut self) -> Result<Ridges> {
+        let request = self.request;
         let axes = &self.analysis.axes;
         let (nf, nk) = self.power.dim();
         let df = 1.0 / (self.segment as f64 * axes.time.step.abs());
         let dk = TAU / (nk as f64 * axes.space.step.abs());
         let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
-        let along_f = Lobe::new(self.request.window_time, self.segment);
-        let along_k = Lobe::new(self.request.window_space, axes.n_sites);
+        let along_f = Lobe::new(request.window_time, self.segment);
+        let along_k = Lobe::new(request.window_space, axes.n_sites);
         // Neither the mean with its main lobe nor the Nyquist lines, which have no direction.
         let frequencies =
             (along_f.half.ceil() as usize).min(nf)..(self.segment.div_ceil(2)).min(nf);
         let wavenumbers = usize::from(nk.is_multiple_of(2))..nk;
-        let (by_frequency, by_wavenumber) = match self.request.cut {
-            Some(cut) => (cut == RidgeCut::Frequency, cut == RidgeCut::Wavenumber),
-            None => (self.request.window_space != Window::None, true),
+        let tried = match request.cut {
+            Some(cut) => vec![cut],
+            None if request.window_space == Window::None => vec![RidgeCut::Wavenumber],
+            None => vec![RidgeCut::Frequency, RidgeCut::Wavenumber],
         };
-        let least = 10f64.powf(-0.1 * self.request.range);
-        let cuts =
-            |power, along, across, cuts: &Range<usize>, places: &Range<usize>, around| Cuts {
-                power,
+        let level = peaks::level(self.power.len(), request.alpha, self.realisations);
+        let (mut found, mut lone) = (Vec::new(), Vec::new());
+        for cut in &tried {
+            let power = match cut {
+                RidgeCut::Frequency => self.power.view(),
+                RidgeCut::Wavenumber => self.power.t(),
+            };
+            let power = power.as_standard_layout();
+            let [across, along] = cut.sorted([&along_f, &along_k]);
+            let [cuts, places] = cut.sorted([frequencies.clone(), wavenumbers.clone()]);
+            let [around_across, around_along] = cut.sorted([None, Some(nk)]);
+            let cuts = Cuts {
+                power: power.view(),
                 along,
                 across,
                 realisations: self.realisations,
-                alpha: self.request.alpha,
-                least,
-                around,
-                cuts: cuts.clone(),
-                places: places.clone(),
+                level,
+                least: 10f64.powf(-0.1 * request.range),
+                around: [around_along, around_across],
+                cuts,
+                places,
             };
-        let around = [Some(nk), None];
-        let at_frequencies = cuts(
-            self.power.view(),
-            &along_k,
-            &along_f,
-            &frequencies,
-            &wavenumbers,
-            around,
-        );
-        let level = at_frequencies.level();
-        let (mut found, mut lone) = (Vec::new(), Vec::new());
-        if by_frequency {
-            let (ridges, peaks) = self.found(&at_frequencies, RidgeCut::Frequency);
-            found.extend(ridges);
-            lone.extend(peaks);
-        }
-        if by_wavenumber {
-            let transposed = self.power.t();
-            let transposed = transposed.as_standard_layout();
-            let around = [None, Some(nk)];
-            let at_wavenumbers = cuts(
-                transposed.view(),
-                &along_f,
-                &along_k,
-                &wavenumbers,
-                &frequencies,
-                around,
-            );
-            let (ridges, peaks) = self.found(&at_wavenumbers, RidgeCut::Wavenumber);
-            found.extend(ridges);
-            if !by_frequency {
-                lone.extend(peaks);
+            let rows = branches::joined(&cuts.peaks(), power.ncols(), 1).into_iter();
+            let (ridges, short): (Vec<_>, Vec<_>) =
+                rows.partition(|row| row.len() >= request.fewest);
+            found.extend(ridges.iter().map(|branch| Found {
+                cut: *cut,
+                points: branches::smooth(branch, across.variance),
+            }));
+            // The largest of each row that is too short to be a ridge.
+            if *cut == tried[0] {
+                lone = short
+                    .iter()
+                    .filter_map(|row| {
+                        row.iter()
+                            .max_by(|a, b| a.power.total_cmp(&b.power))
+                            .copied()
+                    })
+                    .collect();
             }
         }
         if !found.is_empty() {
             lone.clear();
         }
-        lone.sort_by(|a, b| b.1.power.total_cmp(&a.1.power));
-        let lone = lone.iter().map(|(cut, peak)| {
-            let (across, at) = (peak.cut as f64, peak.at);
-            let [m, j] = match cut {
-                RidgeCut::Frequency => [across, at],
-                RidgeCut::Wavenumber => [at, across],
-            };
+        lone.sort_by(|a, b| b.power.total_cmp(&a.power));
+        let lone = lone.iter().map(|peak| {
+            let [m, j] = tried[0].sorted([peak.cut as f64, peak.at]);
             [m * df, lowest + j * dk]
         });
         let lone: Vec<[f64; 2]> = lone.collect();
-        if by_frequency && by_wavenumber {
-            found = sharpest(found, self.request.fewest);
+        if tried.len() > 1 {
+            found = sharpest(found, request.fewest);
         }
-        let branches = numbered(&found);
-        let place = |cut, point: &Point| placed(cut, point, [df, dk], lowest);
-        let ridges: Vec<Ridge> = found
+        let place = |cut, points: &[Point]| {
+            points
+                .iter()
+                .map(|point| placed(cut, point, [df, dk], lowest))
+                .collect()
+        };
+        let mut ridges: Vec<Ridge> = found
             .iter()
-            .zip(branches)
+            .zip(numbered(&found))
             .map(|(found, branch)| Ridge {
                 branch,
                 cut: found.cut,
-                points: found
-                    .points
-                    .iter()
-                    .map(|point| place(found.cut, point))
-                    .collect(),
+                points: place(found.cut, &found.points),
             })
             .collect();
         let all: Vec<RidgePoint> = ridges
             .iter()
-            .flat_map(|r| r.points.iter().copied())
+            .flat_map(|ridge| ridge.points.clone())
             .collect();
         let site = axes.space.step.abs();
-        let fits = self
-            .request
-            .laws
-            .iter()
-            .map(|law| law.fit(&all, site, [df, dk]));
-        let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
-        let (mut ridges, mut fits) = (ridges, fits);
+        let fits = request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
+        let mut fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
         if is_single(&self.independence) {
             without_errors(&mut ridges, &mut fits);
         }
-        self.analysis.dispersion = curves(&ridges);
-        self.analysis
-            .dispersion
-            .extend(fits.iter().map(|fit| fit.curve.clone()));
+        let fitted = fits.iter().map(|fit| fit.curve.clone());
+        self.analysis.dispersion = curve(&ridges).into_iter().chain(fitted).collect();
         Ok(Ridges {
             analysis: self.analysis,
             records: self.independence.records,
             realisations: self.realisations,
             independence: self.independence,
-            alpha: self.request.alpha,
+            alpha: request.alpha,
             level,
             bins: [df, dk],
             resolution: [along_f.width * df, along_k.width * dk],
@@ -486,45 +449,23 @@ impl Search<'_> {
             fits,
         })
     }
-
-    /// Ridges, and the largest peak of each row of peaks that is too short to be one.
-    fn found(&self, cuts: &Cuts<'_>, cut: RidgeCut) -> (Vec<Found>, Vec<(RidgeCut, Peak)>) {
-        let places = cuts.power.ncols();
-        let rows = branches::joined(&cuts.peaks(), places, 1).into_iter();
-        let (ridges, lone): (Vec<_>, Vec<_>) =
-            rows.partition(|row| row.len() >= self.request.fewest);
-        let smooth = ridges
-            .iter()
-            .map(|branch| branches::smooth(branch, cuts.across.variance));
-        let largest = lone.iter().filter_map(|row| {
-            let largest = row.iter().max_by(|a, b| a.power.total_cmp(&b.power));
-            Some((cut, *largest?))
-        });
-        (
-            smooth.map(|points| Found { cut, points }).collect(),
-            largest.collect(),
-        )
-    }
 }
 
 /// A point of a ridge in the units of the axes.
 fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> RidgePoint {
-    let Point {
-        peak,
-        across,
-        slope,
-        slope_error,
-    } = *point;
-    let (at, error) = (peak.at, peak.error);
-    let (m, j, f_error, k_error, bin) = match cut {
-        RidgeCut::Frequency => (across, at, 0.0, error * dk, dk),
-        RidgeCut::Wavenumber => (at, across, error * df, 0.0, df),
-    };
+    let (peak, slope, slope_error) = (point.peak, point.slope, point.slope_error);
+    let [m, j] = bins_of(cut, point);
+    let [m_error, j_error] = cut.sorted([0.0, peak.error]);
+    let [_, bin] = cut.sorted([df, dk]);
     let (frequency, wavenumber) = (m * df, lowest + j * dk);
-    let phase_velocity = TAU * frequency / wavenumber;
-    let relative = (f_error / frequency).hypot(k_error / wavenumber);
+    let (frequency_error, wavenumber_error) = (m_error * df, j_error * dk);
     // Where k is no different from 0, there is no velocity.
-    let known = wavenumber.abs() > (2.0 * k_error).max(1e-9 * dk);
+    let known = wavenumber.abs() > (2.0 * wavenumber_error).max(1e-9 * dk);
+    let phase_velocity = match known {
+        true => TAU * frequency / wavenumber,
+        false => f64::NAN,
+    };
+    let relative = (frequency_error / frequency).hypot(wavenumber_error / wavenumber);
     let (group_velocity, group_velocity_error) = match cut {
         RidgeCut::Wavenumber => (TAU * slope * df / dk, TAU * slope_error * df / dk),
         RidgeCut::Frequency if slope.abs() > 2.0 * slope_error => {
@@ -536,18 +477,14 @@ fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> Ridg
     RidgePoint {
         cut,
         frequency,
-        frequency_error: f_error,
+        frequency_error,
         wavenumber,
-        wavenumber_error: k_error,
+        wavenumber_error,
         power: peak.power,
         noise: peak.noise,
         width: peak.width * bin,
-        phase_velocity: if known { phase_velocity } else { f64::NAN },
-        phase_velocity_error: if known {
-            phase_velocity.abs() * relative
-        } else {
-            f64::NAN
-        },
+        phase_velocity,
+        phase_velocity_error: phase_velocity.abs() * relative,
         group_velocity,
         group_velocity_error,
     }
@@ -555,47 +492,41 @@ fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> Ridg
 
 /// Place of a point in bins: of frequency, of wavenumber.
 fn bins_of(cut: RidgeCut, point: &Point) -> [f64; 2] {
-    match cut {
-        RidgeCut::Frequency => [point.across, point.peak.at],
-        RidgeCut::Wavenumber => [point.peak.at, point.across],
-    }
+    cut.sorted([point.across, point.peak.at])
+}
+
+/// Whether two places are as near as this in both bins.
+fn are_near(a: [f64; 2], b: [f64; 2], within: [f64; 2]) -> bool {
+    (0..2).all(|i| (a[i] - b[i]).abs() <= within[i])
 }
 
 /// Of ridges of both cuts the parts that cross at most a bin from one cut to the next, which are the sharper
 /// ones; and others that these do not follow.
 fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
+    let is_sharp = |point: &Point| point.slope.abs() <= 1.0;
     let (mut kept, mut others) = (Vec::new(), Vec::new());
     for Found { cut, points } in found {
-        for run in points.chunk_by(|a, b| (a.slope.abs() <= 1.0) == (b.slope.abs() <= 1.0)) {
-            let is_sharp = run[0].slope.abs() <= 1.0;
-            if run.len() >= fewest {
-                let part = Found {
-                    cut,
-                    points: run.to_vec(),
-                };
-                if is_sharp {
-                    kept.push(part)
-                } else {
-                    others.push(part)
-                }
+        let runs = points.chunk_by(|a, b| is_sharp(a) == is_sharp(b));
+        for run in runs.filter(|run| run.len() >= fewest) {
+            let points = run.to_vec();
+            match is_sharp(&run[0]) {
+                true => kept.push(Found { cut, points }),
+                false => others.push(Found { cut, points }),
             }
         }
     }
-    let sharp: Vec<[f64; 2]> = kept
-        .iter()
-        .flat_map(|part: &Found| part.points.iter().map(|point| bins_of(part.cut, point)))
-        .collect();
+    let of_part = |part: &Found| -> Vec<[f64; 2]> {
+        part.points
+            .iter()
+            .map(|point| bins_of(part.cut, point))
+            .collect()
+    };
+    let sharp: Vec<[f64; 2]> = kept.iter().flat_map(of_part).collect();
     let is_new = |part: &Found| {
         let followed = |point: &&Point| {
-            let [m, j] = bins_of(part.cut, point);
-            let slope = point.slope.abs().max(1.0);
-            let (wide_m, wide_j) = match part.cut {
-                RidgeCut::Frequency => (1.5, 1.5 * slope),
-                RidgeCut::Wavenumber => (1.5 * slope, 1.5),
-            };
-            sharp
-                .iter()
-                .any(|at| (at[0] - m).abs() <= wide_m && (at[1] - j).abs() <= wide_j)
+            let wide = part.cut.sorted([1.5, 1.5 * point.slope.abs().max(1.0)]);
+            let at = bins_of(part.cut, point);
+            sharp.iter().any(|sharp| are_near(*sharp, at, wide))
         };
         (part.points.iter().filter(followed).count() as f64) < COVERED * part.points.len() as f64
     };
@@ -605,7 +536,6 @@ fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
 
 /// Numbers of branches: ridges whose ends meet share one.
 fn numbered(found: &[Found]) -> Vec<usize> {
-    let mut number: Vec<usize> = (0..found.len()).collect();
     let ends = |part: &Found| {
         let ends = [part.points.first(), part.points.last()]
             .into_iter()
@@ -613,53 +543,35 @@ fn numbered(found: &[Found]) -> Vec<usize> {
         ends.map(|point| bins_of(part.cut, point))
             .collect::<Vec<_>>()
     };
+    let meet = |a: &Found, b: &Found| {
+        let others = ends(b);
+        let is_met = |p: &[f64; 2]| others.iter().any(|q| are_near(*p, *q, [JOINED; 2]));
+        a.cut != b.cut && ends(a).iter().any(is_met)
+    };
+    // That of the first ridge of each branch.
+    let mut first: Vec<usize> = (0..found.len()).collect();
     for a in 0..found.len() {
-        for b in 0..a {
-            let (one, other) = (ends(&found[a]), ends(&found[b]));
-            let meet = one.iter().any(|p| {
-                other
-                    .iter()
-                    .any(|q| (p[0] - q[0]).abs() <= JOINED && (p[1] - q[1]).abs() <= JOINED)
-            });
-            if meet && found[a].cut != found[b].cut && number[a] != number[b] {
-                let (from, to) = (number[a].max(number[b]), number[a].min(number[b]));
-                number
-                    .iter_mut()
-                    .filter(|n| **n == from)
-                    .for_each(|n| *n = to);
-            }
+        for b in (0..a).filter(|b| meet(&found[a], &found[*b])) {
+            let (from, to) = (first[a].max(first[b]), first[a].min(first[b]));
+            let joined = first.iter_mut().filter(|n| **n == from);
+            joined.for_each(|n| *n = to);
         }
     }
-    let mut order: Vec<usize> = Vec::new();
-    for n in &number {
-        if !order.contains(n) {
-            order.push(*n);
-        }
-    }
-    let rank = |n: &usize| order.iter().position(|o| o == n).unwrap_or_default();
-    number.iter().map(rank).collect()
+    let rank = |n: &usize| (0..*n).filter(|i| first[*i] == *i).count();
+    first.iter().map(rank).collect()
 }
 
-/// Ridges as curves over the spectrum, all under one name.
-fn curves(ridges: &[Ridge]) -> Vec<DispersionCurve> {
-    let points: usize = ridges.iter().map(|ridge| ridge.points.len() + 1).sum();
-    let mut wavenumber = Vec::with_capacity(points);
-    let mut frequency = Vec::with_capacity(points);
-    for ridge in ridges {
-        for point in &ridge.points {
-            wavenumber.push(point.wavenumber);
-            frequency.push(point.frequency);
-        }
+/// Ridges as one curve over the spectrum.
+fn curve(ridges: &[Ridge]) -> Option<DispersionCurve> {
+    let places = |ridge: &Ridge| {
+        let points = ridge.points.iter().map(|p| (p.wavenumber, p.frequency));
         // A gap to the next one.
-        wavenumber.push(f64::NAN);
-        frequency.push(f64::NAN);
-    }
-    match ridges.is_empty() {
-        true => Vec::new(),
-        false => vec![DispersionCurve {
-            name: "ridges".into(),
-            wavenumber,
-            branches: vec![frequency],
-        }],
-    }
+        points.chain([(f64::NAN, f64::NAN)]).collect::<Vec<_>>()
+    };
+    let (wavenumber, frequency) = ridges.iter().flat_map(places).unzip();
+    (!ridges.is_empty()).then(|| DispersionCurve {
+        name: "ridges".into(),
+        wavenumber,
+        branches: vec![frequency],
+    })
 }

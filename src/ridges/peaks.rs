@@ -3,7 +3,7 @@
 use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 
-use super::lobe::{Lobe, parabola, top_of};
+use super::lobe::{Lobe, parabola};
 use crate::numeric::chi_square_level;
 
 /// Cells of a cut over which the median is taken, and the distance from one median to the next.
@@ -46,8 +46,8 @@ pub(super) struct Cuts<'a> {
     pub across: &'a Lobe,
     /// Independent realisations of the average.
     pub realisations: f64,
-    /// Probability by which noise has a peak anywhere in the spectrum.
-    pub alpha: f64,
+    /// See [`level`].
+    pub level: f64,
     /// The least peak, over the largest power.
     pub least: f64,
     /// Bins around the axis along a cut, and around the other, where one ends where it begins.
@@ -62,26 +62,20 @@ fn exceeded(alpha: f64, degrees: f64) -> f64 {
     chi_square_level(alpha, degrees) / degrees
 }
 
-impl Cuts<'_> {
-    /// The level over the mean of the noise: noise exceeds it in one of all cells with probability alpha.
-    pub fn level(&self) -> f64 {
-        let cells = self.power.len().max(1) as f64;
-        exceeded(self.alpha / cells, 2.0 * self.realisations)
-    }
+/// The level over the mean of the noise: noise exceeds it in one of all cells with probability alpha.
+pub(super) fn level(cells: usize, alpha: f64, realisations: f64) -> f64 {
+    exceeded(alpha / cells.max(1) as f64, 2.0 * realisations)
+}
 
+impl Cuts<'_> {
     /// The peaks of all cuts, cut by cut.
     pub fn peaks(&self) -> Vec<Vec<Peak>> {
-        let strongest = self.strongest();
         let largest = self.power.iter().fold(0.0, |m: f64, p| m.max(*p));
-        let level = self.level();
-        let median = exceeded(0.5, 2.0 * self.realisations);
-        let background = self.background();
         let judge = Judge {
             cuts: self,
-            strongest: &strongest,
-            level,
-            median,
-            background: &background,
+            strongest: self.strongest(),
+            median: exceeded(0.5, 2.0 * self.realisations),
+            background: self.background(),
             least: largest * self.least,
             speckle: self.speckle(),
         };
@@ -115,14 +109,10 @@ impl Cuts<'_> {
         let at = |i: isize| match self.around[0] {
             Some(_) => i.rem_euclid(n as isize) as usize,
             // Mirrored at the ends.
-            None => {
-                let i = i.unsigned_abs();
-                if i < n {
-                    i
-                } else {
-                    (2 * (n - 1)).saturating_sub(i)
-                }
-            }
+            None => match i.unsigned_abs() {
+                i if i < n => i,
+                i => (2 * (n - 1)).saturating_sub(i),
+            },
         };
         let smooth = |i: usize| {
             let about = (-reach..=reach).map(|d| medians[at(i as isize + d)]);
@@ -171,12 +161,11 @@ fn distance(a: usize, b: usize, around: Option<usize>) -> f64 {
 /// What peaks are judged by.
 struct Judge<'a, 'c> {
     cuts: &'a Cuts<'c>,
-    strongest: &'a [Vec<(usize, f64)>],
-    level: f64,
+    strongest: Vec<Vec<(usize, f64)>>,
     /// The median of noise over its mean.
     median: f64,
     /// How noise is distributed along a cut.
-    background: &'a [f64],
+    background: Vec<f64>,
     least: f64,
     speckle: f64,
 }
@@ -188,7 +177,7 @@ impl Judge<'_, '_> {
         let at = |i: usize| self.background[i] * noise[(i / STRIDE).min(noise.len() - 1)];
         let mut candidates: Vec<usize> = tops(powers)
             .filter(|i| *i > 0 && *i + 1 < powers.len() && self.cuts.places.contains(i))
-            .filter(|i| powers[*i] > self.level * at(*i) && powers[*i] > self.least)
+            .filter(|i| powers[*i] > self.cuts.level * at(*i) && powers[*i] > self.least)
             .filter(|i| self.is_no_leak(cut, *i, powers[*i]))
             .collect();
         candidates.sort_by(|a, b| powers[*b].total_cmp(&powers[*a]).then(a.cmp(b)));
@@ -211,11 +200,10 @@ impl Judge<'_, '_> {
         let n = powers.len();
         let mut sorted = Vec::with_capacity(MEDIAN);
         let of = |middle: usize, sorted: &mut Vec<f64>| {
-            let from = middle
-                .saturating_sub(MEDIAN / 2)
-                .min(n.saturating_sub(MEDIAN));
+            let from = middle.saturating_sub(MEDIAN / 2);
+            let from = from.min(n.saturating_sub(MEDIAN));
             sorted.clear();
-            let about = powers.iter().zip(self.background).skip(from).take(MEDIAN);
+            let about = powers.iter().zip(&self.background).skip(from).take(MEDIAN);
             sorted.extend(about.map(|(power, background)| power / background));
             sorted.sort_by(f64::total_cmp);
             sorted[sorted.len() / 2] / self.median
@@ -227,20 +215,16 @@ impl Judge<'_, '_> {
     /// Whether the peak stands above what the strongest waves of other cuts leak into this one.
     fn is_no_leak(&self, cut: usize, place: usize, power: f64) -> bool {
         self.strongest[place].iter().all(|(from, strong)| {
-            let leak = self
-                .cuts
-                .across
-                .leak(distance(cut, *from, self.cuts.around[1]));
+            let apart = distance(cut, *from, self.cuts.around[1]);
+            let leak = self.cuts.across.leak(apart);
             power > ABOVE_LEAK * leak * strong
         })
     }
 
     /// Whether a peak is none of a stronger one's side lobes, nor a bump of the same broad ridge.
     fn is_apart(&self, powers: ArrayView1<'_, f64>, weak: usize, strong: usize) -> bool {
-        let leak = self
-            .cuts
-            .along
-            .leak(distance(weak, strong, self.cuts.around[0]));
+        let apart = distance(weak, strong, self.cuts.around[0]);
+        let leak = self.cuts.along.leak(apart);
         let between = weak.min(strong)..=weak.max(strong);
         let valley = between.map(|i| powers[i]).fold(f64::INFINITY, f64::min);
         powers[weak] > ABOVE_LEAK * leak * powers[strong] && powers[weak] > self.speckle * valley
@@ -273,10 +257,8 @@ impl Judge<'_, '_> {
             let moment: f64 = region.map(|j| powers[j] * (j as f64 - i as f64)).sum();
             // Of a box as wide, of which each bin is known to 1/sqrt(K).
             let spread = width / 12f64.sqrt();
-            (
-                moment / sum,
-                spread / (k * (last - first + 1) as f64).sqrt(),
-            )
+            let count = (last - first + 1) as f64;
+            (moment / sum, spread / (k * count).sqrt())
         } else {
             (one.offset(three), self.line_error(three, noise))
         };
@@ -285,7 +267,7 @@ impl Judge<'_, '_> {
             at: i as f64 + at,
             error,
             power: powers[i],
-            height: top_of(three),
+            height: parabola(three)[1],
             noise,
             width,
         }
@@ -293,15 +275,13 @@ impl Judge<'_, '_> {
 
     /// The standard error of the top of a wave in noise, by the spread of each of three powers.
     fn line_error(&self, powers: [f64; 3], noise: f64) -> f64 {
-        let middle = parabola(powers);
+        let [middle, _] = parabola(powers);
         let squares = (0..3).map(|n| {
             let ratio = noise / powers[n].max(f64::MIN_POSITIVE);
-            let spread = ((2.0 * ratio + ratio * ratio) / self.cuts.realisations)
-                .min(1.0)
-                .sqrt();
+            let square = (2.0 * ratio + ratio * ratio) / self.cuts.realisations;
             let mut moved = powers;
-            moved[n] *= spread.exp();
-            (parabola(moved) - middle).powi(2)
+            moved[n] *= square.min(1.0).sqrt().exp();
+            (parabola(moved)[0] - middle).powi(2)
         });
         squares.sum::<f64>().sqrt()
     }
