@@ -129,10 +129,8 @@ pub(super) fn smooth(branch: &[Peak], variance: f64) -> Vec<Point> {
                 slope_error: f64::NAN,
             };
         };
-        let squares: f64 = points
-            .iter()
-            .map(|(u, v)| (v - value[0] - u * (value[1] + u * value[2])).powi(2))
-            .sum();
+        let off = |(u, v): &(f64, f64)| v - value[0] - u * (value[1] + u * value[2]);
+        let squares: f64 = points.iter().map(|point| off(point).powi(2)).sum();
         let spread = (squares / (points.len() - order) as f64).sqrt();
         let formal = peaks.iter().map(|peak| peak.error.powi(2)).sum::<f64>() / peaks.len() as f64;
         let error = spread.max(formal.sqrt());
