@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::{RidgeCut, RidgePoint};
 use crate::analyze::{Constants, DispersionCurve, formula_values, parse_constants};
 use crate::error::{Error, Result};
+use crate::numeric::median;
 
 /// Intervals of k on which the fitted curve is given.
 const INTERVALS: usize = 960;
@@ -334,9 +335,7 @@ impl<'a> Points<'a> {
                     let sine = (0.5 * point.wavenumber * a).sin().abs();
                     (sine > 0.05).then(|| 2.0 * (PI * point.frequency / sine).ln())
                 };
-                let mut all: Vec<f64> = self.all.iter().filter_map(of).collect();
-                all.sort_by(f64::total_cmp);
-                vec![all.get(all.len() / 2).copied().unwrap_or(0.0)]
+                vec![median(self.all.iter().filter_map(of)).unwrap_or(0.0)]
             }
             Kind::Diatomic(_) => {
                 let highest = self.all.iter().fold(0.0, |m: f64, p| m.max(p.frequency));

@@ -4,7 +4,7 @@ use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 
 use super::lobe::{Lobe, parabola};
-use crate::numeric::chi_square_level;
+use crate::numeric::{chi_square_level, median};
 
 /// Cells of a cut over which the median is taken, and the distance from one median to the next.
 const MEDIAN: usize = 64;
@@ -91,17 +91,9 @@ impl Cuts<'_> {
     /// What the spectrum has along a cut whatever the cut: medians over the cuts, smoothed by running medians over four main lobes, so
     /// that a branch along a cut is no background. Noise that is correlated in time or along x has such a shape.
     fn background(&self) -> Vec<f64> {
-        let middle = |values: &mut Vec<f64>| {
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
         let of_place = |place: usize| {
             let column = self.power.index_axis(Axis(1), place);
-            let mut inside: Vec<f64> = self.cuts.clone().map(|cut| column[cut]).collect();
-            match inside.is_empty() {
-                true => 1.0,
-                false => middle(&mut inside),
-            }
+            median(self.cuts.clone().map(|cut| column[cut])).unwrap_or(1.0)
         };
         let n = self.power.ncols();
         let medians: Vec<f64> = (0..n).into_par_iter().map(of_place).collect();
@@ -116,7 +108,7 @@ impl Cuts<'_> {
         };
         let smooth = |i: usize| {
             let about = (-reach..=reach).map(|d| medians[at(i as isize + d)]);
-            middle(&mut about.collect()).max(f64::MIN_POSITIVE)
+            median(about).map_or(f64::MIN_POSITIVE, |m| m.max(f64::MIN_POSITIVE))
         };
         (0..n).map(smooth).collect()
     }
@@ -198,18 +190,15 @@ impl Judge<'_, '_> {
     /// The mean power of the noise over the background, from medians, one every [`STRIDE`] cells.
     fn noise(&self, powers: ArrayView1<'_, f64>) -> Vec<f64> {
         let n = powers.len();
-        let mut sorted = Vec::with_capacity(MEDIAN);
-        let of = |middle: usize, sorted: &mut Vec<f64>| {
+        let of = |middle: usize| {
             let from = middle.saturating_sub(MEDIAN / 2);
             let from = from.min(n.saturating_sub(MEDIAN));
-            sorted.clear();
             let about = powers.iter().zip(&self.background).skip(from).take(MEDIAN);
-            sorted.extend(about.map(|(power, background)| power / background));
-            sorted.sort_by(f64::total_cmp);
-            sorted[sorted.len() / 2] / self.median
+            let ratios = about.map(|(power, background)| power / background);
+            median(ratios).map_or(f64::NAN, |ratio| ratio / self.median)
         };
         let middles = (0..n.div_ceil(STRIDE)).map(|block| block * STRIDE + STRIDE / 2);
-        middles.map(|middle| of(middle, &mut sorted)).collect()
+        middles.map(of).collect()
     }
 
     /// Whether the peak stands above what the strongest waves of other cuts leak into this one.
