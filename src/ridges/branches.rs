@@ -121,17 +121,11 @@ pub(super) fn smooth(branch: &[Peak], variance: f64) -> Vec<Point> {
         let middle = place(i);
         let points: Vec<(f64, f64)> = about.map(|j| (place(j) - middle, branch[j].at)).collect();
         let order = if points.len() >= 6 { 3 } else { 2 };
-        let Some((value, covariance)) = polynomial(&points, order) else {
-            return Point {
-                peak: branch[i],
-                across: middle,
-                slope: f64::NAN,
-                slope_error: f64::NAN,
-            };
-        };
+        // Without a slope the error of the place is its own.
+        let (value, covariance) = polynomial(&points, order).unwrap_or(([f64::NAN; 3], f64::NAN));
         let off = |(u, v): &(f64, f64)| v - value[0] - u * (value[1] + u * value[2]);
         let squares: f64 = points.iter().map(|point| off(point).powi(2)).sum();
-        let spread = (squares / (points.len() - order) as f64).sqrt();
+        let spread = (squares / (points.len() as f64 - order as f64)).sqrt();
         let formal = peaks.iter().map(|peak| peak.error.powi(2)).sum::<f64>() / peaks.len() as f64;
         let error = spread.max(formal.sqrt());
         let peak = Peak {

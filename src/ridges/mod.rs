@@ -33,7 +33,7 @@ use branches::Point;
 pub use fit::{RidgeFit, RidgeLaw, RidgeParameter};
 use lobe::Lobe;
 use peaks::Cuts;
-use single::{is_single, steadiness, without_errors};
+use single::steadiness;
 
 /// Bins that the ends of two ridges of one branch are apart at most.
 const JOINED: f64 = 3.0;
@@ -170,11 +170,6 @@ pub struct Ridges {
 }
 
 impl Ridges {
-    /// Whether the fields are one realisation, such as a transient: then nothing has an error.
-    pub fn is_single(&self) -> bool {
-        is_single(&self.independence)
-    }
-
     /// How many branches there are.
     pub fn branches(&self) -> usize {
         let numbers = self.ridges.iter().map(|ridge| ridge.branch + 1);
@@ -239,7 +234,6 @@ pub fn ridges(
         detrend: request.detrend,
     };
     let (segments, effective) = averaging.independent(first.n_times())?;
-    let realisations = effective * fields.len() as f64;
     let cells = (segments.length / 2 + 1) as u64 * first.n_sites() as u64;
     let allowed = request.memory.unwrap_or_else(half_of_free_memory);
     // The spectrum, its transpose, and that of another field.
@@ -292,15 +286,10 @@ pub fn ridges(
         remap(&mut analysis, &power);
     }
     let number = [fields.len(), segments.count(), 1];
-    let search = Search {
-        request,
-        analysis,
-        power,
-        realisations,
-        independence: Independence::new(number, effective, steadiness(fields)),
-        segment: segments.length,
-    };
-    in_pool(request.threads, || search.run())
+    in_pool(request.threads, || {
+        let independence = Independence::new(number, effective, steadiness(fields));
+        search(request, analysis, &power, independence)
+    })
 }
 
 /// The map of an average.
@@ -318,137 +307,125 @@ fn remap(analysis: &mut Analysis, power: &Array2<f64>) {
     analysis.direction_by_frequency = None;
 }
 
-/// The search for ridges of a spectrum.
-struct Search<'a> {
-    request: &'a RidgesRequest,
-    analysis: Analysis,
-    /// `[frequency, signed wavenumber]`
-    power: Array2<f64>,
-    realisations: f64,
-    independence: Independence,
-    /// Samples a transform along time.
-    segment: usize,
-}
-
 /// A ridge in bins, and what it is read off.
 struct Found {
     cut: RidgeCut,
     points: Vec<Point>,
 }
 
-impl Search<'_> {
-    fn run(mut self) -> Result<Ridges> {
-        let request = self.request;
-        let axes = &self.analysis.axes;
-        let (nf, nk) = self.power.dim();
-        let df = 1.0 / (self.segment as f64 * axes.time.step.abs());
-        let dk = TAU / (nk as f64 * axes.space.step.abs());
-        let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
-        let along_f = Lobe::new(request.window_time, self.segment);
-        let along_k = Lobe::new(request.window_space, axes.n_sites);
-        // Neither the mean with its main lobe nor the Nyquist lines, which have no direction.
-        let frequencies =
-            (along_f.half.ceil() as usize).min(nf)..(self.segment.div_ceil(2)).min(nf);
-        let wavenumbers = usize::from(nk.is_multiple_of(2))..nk;
-        let tried = match request.cut {
-            Some(cut) => vec![cut],
-            None if request.window_space == Window::None => vec![RidgeCut::Wavenumber],
-            None => vec![RidgeCut::Frequency, RidgeCut::Wavenumber],
-        };
-        let level = peaks::level(self.power.len(), request.alpha, self.realisations);
-        let (mut found, mut lone) = (Vec::new(), Vec::new());
-        for cut in &tried {
-            let power = match cut {
-                RidgeCut::Frequency => self.power.view(),
-                RidgeCut::Wavenumber => self.power.t(),
-            };
-            let power = power.as_standard_layout();
-            let [across, along] = cut.sorted([&along_f, &along_k]);
-            let [cuts, places] = cut.sorted([frequencies.clone(), wavenumbers.clone()]);
-            let [around_across, around_along] = cut.sorted([None, Some(nk)]);
-            let cuts = Cuts {
-                power: power.view(),
-                along,
-                across,
-                realisations: self.realisations,
-                level,
-                least: 10f64.powf(-0.1 * request.range),
-                around: [around_along, around_across],
-                cuts,
-                places,
-            };
-            let rows = branches::joined(&cuts.peaks(), power.ncols(), 1).into_iter();
-            let (ridges, short): (Vec<_>, Vec<_>) =
-                rows.partition(|row| row.len() >= request.fewest);
-            found.extend(ridges.iter().map(|branch| Found {
-                cut: *cut,
-                points: branches::smooth(branch, across.variance),
-            }));
-            // The largest of each row that is too short to be a ridge.
-            if *cut == tried[0] {
-                lone = short
-                    .iter()
-                    .filter_map(|row| {
-                        row.iter()
-                            .max_by(|a, b| a.power.total_cmp(&b.power))
-                            .copied()
-                    })
-                    .collect();
-            }
-        }
-        if !found.is_empty() {
-            lone.clear();
-        }
-        lone.sort_by(|a, b| b.power.total_cmp(&a.power));
-        let lone = lone.iter().map(|peak| {
-            let [m, j] = tried[0].sorted([peak.cut as f64, peak.at]);
-            [m * df, lowest + j * dk]
-        });
-        let lone: Vec<[f64; 2]> = lone.collect();
-        if tried.len() > 1 {
-            found = sharpest(found, request.fewest);
-        }
-        let place = |cut, points: &[Point]| {
-            points
-                .iter()
-                .map(|point| placed(cut, point, [df, dk], lowest))
-                .collect()
-        };
-        let mut ridges: Vec<Ridge> = found
-            .iter()
-            .zip(numbered(&found))
-            .map(|(found, branch)| Ridge {
-                branch,
-                cut: found.cut,
-                points: place(found.cut, &found.points),
-            })
-            .collect();
-        let all: Vec<RidgePoint> = ridges
-            .iter()
-            .flat_map(|ridge| ridge.points.clone())
-            .collect();
-        let site = axes.space.step.abs();
-        let fits = request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
-        let mut fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
-        if is_single(&self.independence) {
-            without_errors(&mut ridges, &mut fits);
-        }
-        let fitted = fits.iter().map(|fit| fit.curve.clone());
-        self.analysis.dispersion = curve(&ridges).into_iter().chain(fitted).collect();
-        Ok(Ridges {
-            analysis: self.analysis,
-            records: self.independence.records,
-            realisations: self.realisations,
-            independence: self.independence,
-            alpha: request.alpha,
+/// Ridges of the spectrum `[frequency, signed wavenumber]`.
+fn search(
+    request: &RidgesRequest,
+    mut analysis: Analysis,
+    power: &Array2<f64>,
+    independence: Independence,
+) -> Result<Ridges> {
+    let (axes, segment) = (&analysis.axes, analysis.conventions.segment);
+    let realisations = independence.effective;
+    let (nf, nk) = power.dim();
+    let df = 1.0 / (segment as f64 * axes.time.step.abs());
+    let dk = TAU / (nk as f64 * axes.space.step.abs());
+    let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
+    let along_f = Lobe::new(request.window_time, segment);
+    let along_k = Lobe::new(request.window_space, axes.n_sites);
+    // Neither the mean with its main lobe nor the Nyquist lines, which have no direction.
+    let frequencies = (along_f.half.ceil() as usize).min(nf)..(segment.div_ceil(2)).min(nf);
+    let wavenumbers = usize::from(nk.is_multiple_of(2))..nk;
+    let tried = match request.cut {
+        Some(cut) => vec![cut],
+        None if request.window_space == Window::None => vec![RidgeCut::Wavenumber],
+        None => vec![RidgeCut::Frequency, RidgeCut::Wavenumber],
+    };
+    let level = peaks::level(power.len(), request.alpha, realisations);
+    let (mut found, mut lone) = (Vec::new(), Vec::new());
+    for cut in &tried {
+        let [power, _] = cut.sorted([power.view(), power.t()]);
+        let power = power.as_standard_layout();
+        let [across, along] = cut.sorted([&along_f, &along_k]);
+        let [cuts, places] = cut.sorted([frequencies.clone(), wavenumbers.clone()]);
+        let [around_across, around_along] = cut.sorted([None, Some(nk)]);
+        let cuts = Cuts {
+            power: power.view(),
+            along,
+            across,
+            realisations,
             level,
-            bins: [df, dk],
-            resolution: [along_f.width * df, along_k.width * dk],
-            ridges,
-            lone,
-            fits,
-        })
+            least: 10f64.powf(-0.1 * request.range),
+            around: [around_along, around_across],
+            cuts,
+            places,
+        };
+        let rows = branches::joined(&cuts.peaks(), power.ncols(), 1).into_iter();
+        let (ridges, short): (Vec<_>, Vec<_>) = rows.partition(|row| row.len() >= request.fewest);
+        found.extend(ridges.iter().map(|branch| Found {
+            cut: *cut,
+            points: branches::smooth(branch, across.variance),
+        }));
+        // The largest of each row that is too short to be a ridge.
+        if *cut == tried[0] {
+            lone = short
+                .iter()
+                .filter_map(|row| {
+                    row.iter()
+                        .max_by(|a, b| a.power.total_cmp(&b.power))
+                        .copied()
+                })
+                .collect();
+        }
     }
+    if !found.is_empty() {
+        lone.clear();
+    }
+    lone.sort_by(|a, b| b.power.total_cmp(&a.power));
+    let lone = lone.iter().map(|peak| {
+        let [m, j] = tried[0].sorted([peak.cut as f64, peak.at]);
+        [m * df, lowest + j * dk]
+    });
+    let lone: Vec<[f64; 2]> = lone.collect();
+    if tried.len() > 1 {
+        found = sharpest(found, request.fewest);
+    }
+    let place = |cut, points: &[Point]| {
+        points
+            .iter()
+            .map(|point| placed(cut, point, [df, dk], lowest))
+            .collect()
+    };
+    let ridges: Vec<Ridge> = found
+        .iter()
+        .zip(numbered(&found))
+        .map(|(found, branch)| Ridge {
+            branch,
+            cut: found.cut,
+            points: place(found.cut, &found.points),
+        })
+        .collect();
+    let all: Vec<RidgePoint> = ridges
+        .iter()
+        .flat_map(|ridge| ridge.points.clone())
+        .collect();
+    let site = axes.space.step.abs();
+    let fits = request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
+    let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
+    let fitted = fits.iter().map(|fit| fit.curve.clone());
+    analysis.dispersion = curve(&ridges).into_iter().chain(fitted).collect();
+    let mut found = Ridges {
+        analysis,
+        records: independence.records,
+        realisations,
+        independence,
+        alpha: request.alpha,
+        level,
+        bins: [df, dk],
+        resolution: [along_f.width * df, along_k.width * dk],
+        ridges,
+        lone,
+        fits,
+    };
+    if found.is_single() {
+        found.strike_errors();
+    }
+    Ok(found)
 }
 
 /// A point of a ridge in the units of the axes.

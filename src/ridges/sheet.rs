@@ -81,14 +81,10 @@ impl Describe for Ridges {
             ),
         };
         let mut sheet = Sheet {
-            name: "ridges",
-            version: 1,
-            title: "Ridges of S(k, f)".into(),
             about: format!("dispersion, times in {time_unit}, lengths in {space_unit}"),
             answer: self.answer(),
             note,
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("ridges", "Ridges of S(k, f)", &DEFINITIONS)
         };
         if !self.ridges.is_empty() {
             let (ridges, branches, points) =

@@ -1,7 +1,6 @@
 //! Fields that are one realisation, such as a transient: nothing read off them has an error.
 
-use super::{Ridge, RidgeFit};
-use crate::estimates::Independence;
+use super::Ridges;
 use crate::estimates::realisations::{FILLED, TOGETHER, steadiness_of_sites, steadiness_without};
 use crate::field::Field;
 
@@ -44,24 +43,24 @@ pub(super) fn steadiness(fields: &[&Field]) -> f64 {
     fields.iter().map(of).sum::<f64>() / fields.len() as f64
 }
 
-pub(super) fn is_single(independence: &Independence) -> bool {
-    independence.records < 2
-        && (independence.steadiness.is_nan() || independence.steadiness < STEADY)
-}
-
-/// Errors by noise and spread are none of a single transient's, which is as it is.
-pub(super) fn without_errors(ridges: &mut [Ridge], fits: &mut [RidgeFit]) {
-    for point in ridges.iter_mut().flat_map(|ridge| &mut ridge.points) {
-        let errors = [
-            &mut point.frequency_error,
-            &mut point.wavenumber_error,
-            &mut point.phase_velocity_error,
-            &mut point.group_velocity_error,
-        ];
-        errors.into_iter().for_each(|error| *error = f64::NAN);
+impl Ridges {
+    /// Whether the fields are one realisation, such as a transient: then nothing has an error.
+    pub fn is_single(&self) -> bool {
+        let steadiness = self.independence.steadiness;
+        self.records < 2 && (steadiness.is_nan() || steadiness < STEADY)
     }
-    for fit in fits {
-        fit.reduced = f64::NAN;
-        fit.parameters.iter_mut().for_each(|p| p.error = f64::NAN);
+
+    /// Errors by noise and spread are none of a single transient's, which is as it is.
+    pub(super) fn strike_errors(&mut self) {
+        for point in self.ridges.iter_mut().flat_map(|ridge| &mut ridge.points) {
+            point.frequency_error = f64::NAN;
+            point.wavenumber_error = f64::NAN;
+            point.phase_velocity_error = f64::NAN;
+            point.group_velocity_error = f64::NAN;
+        }
+        for fit in &mut self.fits {
+            fit.reduced = f64::NAN;
+            fit.parameters.iter_mut().for_each(|p| p.error = f64::NAN);
+        }
     }
 }

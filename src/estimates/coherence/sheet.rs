@@ -46,9 +46,6 @@ impl Describe for Coherence {
         let reference = self.reference;
         let position = number(self.space.at(reference));
         let mut sheet = Sheet {
-            name: "coherence",
-            version: 1,
-            title: "Coherence with a reference site".into(),
             about: format!(
                 "all sites against site {reference} at {position} {space_unit}, times in {time_unit}"
             ),
@@ -64,8 +61,7 @@ impl Describe for Coherence {
                     self.independence.why_none()
                 ),
             },
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("coherence", "Coherence with a reference site", &DEFINITIONS)
         };
         sheet.numbers(json!({
             "time_unit": time_unit,

@@ -71,12 +71,9 @@ pub fn increments(
         steps_of(&request.lags, n_times, "lags")?,
     ];
     if steps.iter().all(Vec::is_empty) {
+        let expected = "at least two times or sites";
         let found = format!("{n_times} times by {n_sites} sites");
-        return Err(Error::request(
-            "field",
-            "at least two times or sites",
-            found,
-        ));
+        return Err(Error::request("field", expected, found));
     }
     in_pool(request.threads, || {
         let steadiness = steadiness_at_sites(first);
@@ -135,11 +132,10 @@ fn steps_of(typed: &Option<Vec<usize>>, n: usize, option: &'static str) -> Resul
     steps.sort_unstable();
     steps.dedup();
     match steps.iter().find(|step| **step == 0 || **step >= n) {
-        Some(step) => Err(Error::request(
-            option,
-            format!("steps of 1 to {}", n - 1),
-            step,
-        )),
+        Some(step) => {
+            let expected = format!("steps of 1 to {}", n - 1);
+            Err(Error::request(option, expected, step))
+        }
         None => Ok(steps),
     }
 }
@@ -259,7 +255,10 @@ impl Along<'_> {
         scales: &[ScaleMoments],
         values: &Values,
     ) -> Result<Option<ScalingExponents>> {
-        let band = self.axis.of([self.request.band, self.request.lag_band]);
+        let (band, option) = self.axis.of([
+            (self.request.band, "band"),
+            (self.request.lag_band, "lag-band"),
+        ]);
         let Some(band) = band else {
             return Ok(None);
         };
@@ -279,18 +278,11 @@ impl Along<'_> {
         let all: Vec<Sums> = used.iter().map(|i| values.all[*i]).collect();
         let against_third = |p| slope(line_of(all.iter().map(|sums| (ln(sums, 2), ln(sums, p)))));
         let relative: [f64; ORDERS] = std::array::from_fn(against_third);
-        if exponents
-            .iter()
-            .chain(&relative)
-            .any(|slope| slope.is_nan())
-        {
+        let mut slopes = exponents.iter().chain(&relative);
+        if slopes.any(|slope| slope.is_nan()) {
             let expected = "a band with three or more scales at which the field varies";
             let found = format!("{}:{} with {}", band.0, band.1, used.len());
-            return Err(Error::request(
-                self.axis.of(["band", "lag-band"]),
-                expected,
-                found,
-            ));
+            return Err(Error::request(option, expected, found));
         }
         let basis = match (count > 1, self.basis) {
             (true, IntervalBasis::Shots) => ExponentBasis::Shots,

@@ -58,17 +58,13 @@ impl Describe for Increments {
             IntervalBasis::None => "none: one transient is one realisation".into(),
         };
         let mut sheet = Sheet {
-            name: "increments",
-            version: 1,
-            title: "Increments against scale".into(),
             about: format!("separations in {space_unit}, lags in {time_unit}"),
             answer: self.answer(),
             note: match self.basis {
                 IntervalBasis::None => format!("Intervals: {basis}."),
                 _ => format!("Bars: {} % intervals {basis}.", 100.0 * (1.0 - self.alpha)),
             },
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("increments", "Increments against scale", &DEFINITIONS)
         };
         for axis in &self.axes {
             let name = axis.words()[0];

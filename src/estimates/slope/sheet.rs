@@ -47,9 +47,6 @@ impl Describe for Slope {
         let (time_unit, space_unit) = self.units();
         let law = &self.law;
         let mut sheet = Sheet {
-            name: "slope",
-            version: 1,
-            title: "Slope of the spectrum".into(),
             about: format!(
                 "spectrum over {}",
                 self.axis.of(["wavenumbers", "frequencies"])
@@ -63,8 +60,7 @@ impl Describe for Slope {
                 self.basis(),
                 law.points
             ),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("slope", "Slope of the spectrum", &DEFINITIONS)
         };
         self.facts(&mut sheet);
         if self.left_out > 0 {
