@@ -32,7 +32,7 @@ use crate::system::threads::in_pool;
 use branches::Point;
 pub use fit::{RidgeFit, RidgeLaw, RidgeParameter};
 use lobe::Lobe;
-use peaks::Cuts;
+use peaks::{Cuts, Peak};
 use single::steadiness;
 
 /// Bins that the ends of two ridges of one branch are apart at most.
@@ -362,15 +362,10 @@ fn search(
             points: branches::smooth(branch, across.variance),
         }));
         // The largest of each row that is too short to be a ridge.
+        let by_power = |a: &Peak, b: &Peak| a.power.total_cmp(&b.power);
+        let largest = |row: Vec<Peak>| row.into_iter().max_by(by_power);
         if *cut == tried[0] {
-            lone = short
-                .iter()
-                .filter_map(|row| {
-                    row.iter()
-                        .max_by(|a, b| a.power.total_cmp(&b.power))
-                        .copied()
-                })
-                .collect();
+            lone = short.into_iter().filter_map(largest).collect();
         }
     }
     if !found.is_empty() {
@@ -385,25 +380,17 @@ fn search(
     if tried.len() > 1 {
         found = sharpest(found, request.fewest);
     }
-    let place = |cut, points: &[Point]| {
-        points
-            .iter()
-            .map(|point| placed(cut, point, [df, dk], lowest))
-            .collect()
-    };
-    let ridges: Vec<Ridge> = found
-        .iter()
-        .zip(numbered(&found))
-        .map(|(found, branch)| Ridge {
+    let branches = numbered(&found).into_iter();
+    let ridges = found.iter().zip(branches).map(|(found, branch)| {
+        let place = |point| placed(found.cut, point, [df, dk], lowest);
+        Ridge {
             branch,
             cut: found.cut,
-            points: place(found.cut, &found.points),
-        })
-        .collect();
-    let all: Vec<RidgePoint> = ridges
-        .iter()
-        .flat_map(|ridge| ridge.points.clone())
-        .collect();
+            points: found.points.iter().map(place).collect(),
+        }
+    });
+    let ridges: Vec<Ridge> = ridges.collect();
+    let all: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.clone()).collect();
     let site = axes.space.step.abs();
     let fits = request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
     let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;

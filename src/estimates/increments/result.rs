@@ -125,15 +125,15 @@ impl ScaleMoments {
         self.half[ORDERS + 3]
     }
 
-    /// Third moment, flatness, skewness and local flatness, each with half of its interval.
+    /// Third moment, flatness, local flatness and skewness, each with half of its interval.
     pub(super) fn numbers(&self) -> [[f64; 2]; 4] {
-        let values = [
-            self.third,
-            self.flatness,
-            self.skewness,
-            self.local_flatness,
-        ];
-        std::array::from_fn(|i| [values[i], self.half[ORDERS + i]])
+        let [third, flatness, skewness, local] = std::array::from_fn(|i| self.half[ORDERS + i]);
+        [
+            [self.third, third],
+            [self.flatness, flatness],
+            [self.local_flatness, local],
+            [self.skewness, skewness],
+        ]
     }
 }
 

@@ -86,11 +86,9 @@ impl Describe for Increments {
             sheet.detail(axis.words()[0], text);
         }
         if self.basis == IntervalBasis::None {
+            let steadiness = number(self.steadiness);
             sheet.warn(
-                format!(
-                    "the record is a transient (steadiness {}), one realisation: no interval is stated",
-                    number(self.steadiness)
-                ),
+                format!("the record is a transient (steadiness {steadiness}), one realisation: no interval is stated"),
                 "name several records of the same sites, one a shot",
             );
         }
@@ -118,9 +116,8 @@ impl Describe for Increments {
     }
 
     fn pictures(&self) -> Vec<PlotRow> {
-        let rows = self.axes.iter();
-        rows.flat_map(|axis| PlotRow::grid(2, axis.charts(self)))
-            .collect()
+        let charts = self.axes.iter().map(|axis| axis.charts(self));
+        charts.flat_map(|charts| PlotRow::grid(2, charts)).collect()
     }
 }
 
@@ -161,16 +158,11 @@ impl Increments {
     }
 }
 
-/// Numbers of a scale by the names of their arrays, in the order of these.
-const NUMBERS: [(&str, usize); 4] = [
-    ("third", 0),
-    ("flatness", FLATNESS),
-    ("local_flatness", LOCAL),
-    ("skewness", SKEWNESS),
-];
+/// Names of the arrays of [`ScaleMoments::numbers`].
+const NUMBERS: [&str; 4] = ["third", "flatness", "local_flatness", "skewness"];
 const FLATNESS: usize = 1;
-const SKEWNESS: usize = 2;
-const LOCAL: usize = 3;
+const LOCAL: usize = 2;
+const SKEWNESS: usize = 3;
 
 impl AxisIncrements {
     /// Name, place in a sentence, and that nothing differs along the axis.
@@ -193,11 +185,8 @@ impl AxisIncrements {
         let unit = self.unit(of);
         let at = |m: &ScaleMoments| {
             let [value, half] = m.numbers()[number_of];
-            format!(
-                "{} at {} {unit}",
-                with_half(value, half, ""),
-                number(m.scale)
-            )
+            let value = with_half(value, half, "");
+            format!("{value} at {} {unit}", number(m.scale))
         };
         match ends[0].step == ends[1].step {
             true => at(ends[0]),
@@ -233,9 +222,8 @@ impl AxisIncrements {
             let scales: Vec<f64> = scales.map(|(x, _)| *x).collect();
             let (n, all) = (scales.len(), self.scales.len());
             let [first, last] = [scales.first()?, scales.last()?].map(|x| number(*x));
-            Some(format!(
-                "{name} at {n} of {all} scales from {first} to {last} {unit}"
-            ))
+            let scales = format!("{n} of {all} scales from {first} to {last}");
+            Some(format!("{name} at {scales} {unit}"))
         };
         let signs = [(-1.0, "negative"), (1.0, "positive")];
         let words: Vec<String> = signs.into_iter().filter_map(of_sign).collect();
@@ -267,30 +255,25 @@ impl AxisIncrements {
             "exponents": self.exponents,
         });
         // Skewness is in the archive alone.
-        let lines = self
-            .lines()
-            .filter(|(name, _)| !name.starts_with("skewness"));
-        for (name, values) in lines {
+        for (_, name, values) in self.lines().filter(|line| line.0 != SKEWNESS) {
             numbers[name] = json!(values);
         }
         numbers
     }
 
     /// Each number of all scales, and half of its interval.
-    fn lines(&self) -> impl Iterator<Item = (String, Vec<f64>)> {
-        let each = NUMBERS
-            .into_iter()
-            .flat_map(|number| [(number, 0), (number, 1)]);
-        each.map(|((name, i), part)| {
-            let values = self.scales.iter().map(|m| m.numbers()[i][part]);
-            (format!("{name}{}", ["", "_half"][part]), values.collect())
+    fn lines(&self) -> impl Iterator<Item = (usize, String, Vec<f64>)> {
+        let each = (0..NUMBERS.len()).flat_map(|number| [(number, 0), (number, 1)]);
+        each.map(|(number, part)| {
+            let values = self.scales.iter().map(|m| m.numbers()[number][part]);
+            let name = format!("{}{}", NUMBERS[number], ["", "_half"][part]);
+            (number, name, values.collect())
         })
     }
 
     fn variables(&self, units: &Units, sheet: &mut Sheet) {
-        let (prefix, length) = self
-            .axis
-            .of([("space", &units.space), ("time", &units.time)]);
+        let axes = [("space", &units.space), ("time", &units.time)];
+        let (prefix, length) = self.axis.of(axes);
         let n = self.scales.len();
         let named = |name: &str| format!("{prefix}_{name}");
         let of_all = |of: fn(&ScaleMoments) -> f64| self.scales.iter().map(of).collect::<Vec<_>>();
@@ -298,12 +281,8 @@ impl AxisIncrements {
         sheet.line(&scale, &scale, length, of_all(|m| m.scale));
         sheet.line(&named("pairs"), &scale, "", of_all(|m| m.pairs as f64));
         let cubed = units.cubed();
-        for (name, values) in self.lines() {
-            let unit = if name.starts_with("third") {
-                &cubed[..]
-            } else {
-                ""
-            };
+        for (number, name, values) in self.lines() {
+            let unit = [&cubed, "", "", ""][number];
             sheet.line(&named(&name), &scale, unit, values);
         }
         let structure: Vec<f64> = self.scales.iter().flat_map(|m| m.structure).collect();
@@ -337,29 +316,22 @@ impl AxisIncrements {
         let structure = (0..6).map(|p| {
             // The roots have the unit of the samples and one range.
             let root = 1.0 / (p + 1) as f64;
-            let points = self
-                .scales
-                .iter()
-                .map(|m| (m.scale, m.structure[p].powf(root)));
+            let scales = self.scales.iter();
+            let points = scales.map(|m| (m.scale, m.structure[p].powf(root)));
             Series::line(format!("p = {}", p + 1), p, points.collect())
         });
-        let laws = self
-            .exponents
-            .iter()
-            .flat_map(|fit| (0..6).map(move |p| self.law(fit, p)));
+        let fits = self.exponents.iter();
+        let laws = fits.flat_map(|fit| (0..6).map(move |p| self.law(fit, p)));
         let structure: Vec<Series> = structure.chain(laws).collect();
         let values = structure.iter().flat_map(|s| &s.points).map(|p| p.1);
         let y = extent(values.filter(|v| *v > 0.0));
+        let title = format!("structure functions, {along}");
+        let root = label("⟨|d|ᵖ⟩^(1/p)", of.unit.as_deref().unwrap_or_default());
         let roots = Chart {
             log_x,
             log_y: true,
             y: y.start / 1.2..1.2 * y.end,
-            ..Chart::of(
-                format!("structure functions, {along}"),
-                &scale_label,
-                label("⟨|d|ᵖ⟩^(1/p)", of.unit.as_deref().unwrap_or_default()),
-                structure,
-            )
+            ..Chart::of(title, &scale_label, root, structure)
         };
         let ratio = |title: &str, axis: &str, normal: Level, series: Vec<Series>| Chart {
             log_x,
@@ -384,22 +356,18 @@ impl AxisIncrements {
         let mut skew = ratio(title, "skewness ⟨d³⟩/⟨d²⟩^(3/2)", Level::zero(), skewness);
         let most = skew.y.start.abs().max(skew.y.end.abs()).max(0.1);
         skew.y = -most..most;
-        [roots, flat, skew]
-            .into_iter()
-            .chain(self.histograms(of))
-            .collect()
+        let mut charts = vec![roots, flat, skew];
+        charts.extend(self.histograms(of));
+        charts
     }
 
     /// The power law of an order over its band.
     fn law(&self, fit: &ScalingExponents, p: usize) -> Series {
         let in_band = |m: &&ScaleMoments| (fit.band[0]..=fit.band[1]).contains(&m.scale);
         let scales = self.scales.iter().filter(in_band);
-        let logs: Vec<(f64, f64)> = scales
-            .map(|m| (m.scale.ln(), m.structure[p].ln()))
-            .collect();
-        let n = logs.len() as f64;
-        let sums = logs.iter();
-        let (x, y) = sums.fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+        let logs = scales.map(|m| (m.scale.ln(), m.structure[p].ln()));
+        let n = logs.clone().count() as f64;
+        let (x, y) = logs.fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
         let at = |scale: f64| {
             let power = y + fit.exponents[p] * (scale.ln() - x);
             (scale, (power / (p + 1) as f64).exp())
@@ -428,16 +396,13 @@ impl AxisIncrements {
         let series = series.chain([normal]).collect();
         let densities = self.histograms.iter().flat_map(|h| &h.density);
         let seen = extent(densities.copied().filter(|v| *v > 0.0));
+        let title = format!("histograms of increments, {}", self.words()[1]);
+        let x_label = "increment over its root mean square";
         Some(Chart {
             log_y: true,
             x: -10.0..10.0,
             y: seen.start.max(DEEPEST) / 2.0..2.0 * seen.end.max(0.4),
-            ..Chart::of(
-                format!("histograms of increments, {}", self.words()[1]),
-                "increment over its root mean square",
-                "probability density",
-                series,
-            )
+            ..Chart::of(title, x_label, "probability density", series)
         })
     }
 }
