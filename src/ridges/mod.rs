@@ -459,6 +459,13 @@ fn bins_of(cut: RidgeCut, point: &Point) -> [f64; 2] {
     cut.sorted([point.across, point.peak.at])
 }
 
+impl Found {
+    fn places(&self) -> Vec<[f64; 2]> {
+        let place = |point| bins_of(self.cut, point);
+        self.points.iter().map(place).collect()
+    }
+}
+
 /// Whether two places are as near as this in both bins.
 fn are_near(a: [f64; 2], b: [f64; 2], within: [f64; 2]) -> bool {
     (0..2).all(|i| (a[i] - b[i]).abs() <= within[i])
@@ -479,13 +486,7 @@ fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
             }
         }
     }
-    let of_part = |part: &Found| -> Vec<[f64; 2]> {
-        part.points
-            .iter()
-            .map(|point| bins_of(part.cut, point))
-            .collect()
-    };
-    let sharp: Vec<[f64; 2]> = kept.iter().flat_map(of_part).collect();
+    let sharp: Vec<[f64; 2]> = kept.iter().flat_map(Found::places).collect();
     let is_new = |part: &Found| {
         let followed = |point: &&Point| {
             let wide = part.cut.sorted([1.5, 1.5 * point.slope.abs().max(1.0)]);
@@ -501,16 +502,18 @@ fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
 /// Numbers of branches: ridges whose ends meet share one.
 fn numbered(found: &[Found]) -> Vec<usize> {
     let ends = |part: &Found| {
-        let ends = [part.points.first(), part.points.last()]
-            .into_iter()
-            .flatten();
-        ends.map(|point| bins_of(part.cut, point))
-            .collect::<Vec<_>>()
+        let places = part.places();
+        [places.first().copied(), places.last().copied()]
     };
     let meet = |a: &Found, b: &Found| {
-        let others = ends(b);
-        let is_met = |p: &[f64; 2]| others.iter().any(|q| are_near(*p, *q, [JOINED; 2]));
-        a.cut != b.cut && ends(a).iter().any(is_met)
+        let (own, others) = (ends(a), ends(b));
+        let is_met = |p: &[f64; 2]| {
+            others
+                .iter()
+                .flatten()
+                .any(|q| are_near(*p, *q, [JOINED; 2]))
+        };
+        a.cut != b.cut && own.iter().flatten().any(is_met)
     };
     // That of the first ridge of each branch.
     let mut first: Vec<usize> = (0..found.len()).collect();

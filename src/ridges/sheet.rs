@@ -7,7 +7,7 @@ use crate::analyze::{DispersionCurve, labels};
 use crate::numeric::median;
 use crate::sheet::{
     BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, PALETTE, PlotRow, Role, Series, Sheet,
-    Table, Units, VERMILLION, extent, name_of, number, percent, with_half,
+    Table, Units, VERMILLION, extent, name_of, number, percent, with_half, with_unit,
 };
 use crate::unit::{self, label};
 
@@ -68,17 +68,22 @@ impl Describe for Ridges {
         let conventions = &self.analysis.conventions;
         let (time_unit, space_unit) = (axes.time_unit(), axes.space_unit());
         let (level, chance) = (number(self.level), percent(self.alpha));
+        let above = format!("Peaks exceed {level} times the");
         let (note, of_level) = match self.is_single() {
-            true => (
-                format!("Peaks exceed {level} times the background about them."),
-                format!("{level}: {}", self.independence.why()),
-            ),
-            false => (
-                format!(
-                    "Peaks exceed {level} times the noise about them; noise does so anywhere with probability {chance}."
-                ),
-                format!("{level} at {chance}"),
-            ),
+            true => {
+                let why = self.independence.why();
+                (
+                    format!("{above} background about them."),
+                    format!("{level}: {why}"),
+                )
+            }
+            false => {
+                let by_chance = format!("noise does so anywhere with probability {chance}.");
+                (
+                    format!("{above} noise about them; {by_chance}"),
+                    format!("{level} at {chance}"),
+                )
+            }
         };
         let mut sheet = Sheet {
             about: format!("dispersion, times in {time_unit}, lengths in {space_unit}"),
@@ -87,42 +92,32 @@ impl Describe for Ridges {
             ..Sheet::of("ridges", "Ridges of S(k, f)", &DEFINITIONS)
         };
         if !self.ridges.is_empty() {
-            let (ridges, branches, points) =
-                (self.ridges.len(), self.branches(), self.points().count());
-            let text = format!(
-                "{ridges} of {branches} branches with {points} points above {level} times the noise"
-            );
+            let ridges = format!("{} of {} branches", self.ridges.len(), self.branches());
+            let points = self.points().count();
+            let text = format!("{ridges} with {points} points above {level} times the noise");
             sheet.fact("ridges", text);
         }
         for fit in &self.fits {
-            let text = format!(
-                "{}: {}; deviation {} bins, reduced chi-square {}",
-                fit.name,
-                fit.parameters_in_words(),
-                number(fit.deviation),
-                number(fit.reduced)
-            );
+            let law = format!("{}: {}", fit.name, fit.parameters_in_words());
+            let [off, chi] = [fit.deviation, fit.reduced].map(number);
+            let text = format!("{law}; deviation {off} bins, reduced chi-square {chi}");
             sheet.fact("fit", text);
         }
         if self.is_single() {
             sheet.warnings.push(self.independence.transient("field"));
         }
         sheet.warnings.extend_from_slice(&self.analysis.warnings);
-        let [df, dk] = self.bins.map(number);
+        let [df, dk] = self.bins;
+        let df = with_unit(df, &axes.frequency_unit());
+        let dk = with_unit(dk, &axes.wavenumber_unit());
         let rows = [
             ("records", self.records.to_string()),
             ("segments of a record", conventions.segments.to_string()),
             ("samples a segment", conventions.segment.to_string()),
             ("effective realisations", number(self.realisations)),
             ("level over the noise", of_level),
-            (
-                "bin of frequency",
-                format!("{df} {}", axes.frequency_unit()),
-            ),
-            (
-                "bin of wavenumber",
-                format!("{dk} {}", axes.wavenumber_unit()),
-            ),
+            ("bin of frequency", df),
+            ("bin of wavenumber", dk),
         ];
         sheet.tables.push(Table::of_values("Spectrum", rows));
         sheet.tables.extend(self.fit_table());
@@ -165,10 +160,8 @@ impl Ridge {
     fn numbers(&self) -> serde_json::Value {
         let ends = |of: fn(&RidgePoint) -> f64| {
             let all = self.points.iter().map(of);
-            [
-                all.clone().fold(f64::INFINITY, f64::min),
-                all.fold(f64::NEG_INFINITY, f64::max),
-            ]
+            let low = all.clone().fold(f64::INFINITY, f64::min);
+            [low, all.fold(f64::NEG_INFINITY, f64::max)]
         };
         json!({
             "branch": self.branch,
@@ -219,9 +212,9 @@ impl Ridges {
                 1 => "one lone peak stands above the noise, near".to_owned(),
                 count => format!("{count} lone peaks stand above the noise, the largest near"),
             };
-            let [f, k] = lone.map(number);
-            let units = [axes.frequency_unit(), axes.wavenumber_unit()];
-            return format!("no ridge: {peaks} {f} {}, {k} {}", units[0], units[1]);
+            let frequency = with_unit(lone[0], &axes.frequency_unit());
+            let wavenumber = with_unit(lone[1], &axes.wavenumber_unit());
+            return format!("no ridge: {peaks} {frequency}, {wavenumber}");
         }
         // Relative to the number of free points.
         let fits = self.fits.iter().filter(|fit| fit.deviation < 1.0);
@@ -330,11 +323,8 @@ impl Ridges {
         let points = self.ridges.iter();
         let ridges = points.flat_map(|ridge| ridge.points.iter().map(move |_| ridge));
         let is_cut = |ridge: &Ridge| f64::from(u8::from(ridge.cut == RidgeCut::Frequency));
-        line(
-            "branch",
-            "",
-            ridges.clone().map(|ridge| ridge.branch as f64).collect(),
-        );
+        let branch = |ridge: &Ridge| ridge.branch as f64;
+        line("branch", "", ridges.clone().map(branch).collect());
         line("at_frequency", "", ridges.map(is_cut).collect());
         for (name, of) in COLUMNS {
             let of_column = match name {
@@ -398,44 +388,36 @@ impl Ridges {
         let fitted = DispersionCurve::curves(&laws).into_iter();
         let fitted = fitted.map(|curve| Series::line(curve.label, BLACK, curve.points));
         let fitted = fitted.map(|series| series.with(Look::Dashed));
+        let series = (0..self.branches()).map(branch).chain(fitted).collect();
+        let (k, f) = (labels::wavenumber(axes), labels::frequency(axes));
         Chart {
             x: extent(axes.wavenumber_signed.iter().copied()),
-            ..Chart::of(
-                "ridges",
-                labels::wavenumber(axes),
-                labels::frequency(axes),
-                (0..self.branches()).map(branch).chain(fitted).collect(),
-            )
+            ..Chart::of("ridges", k, f, series)
         }
     }
 
     /// Phase and group velocity over frequency, where they are known.
     fn velocity_charts(&self) -> Vec<Chart> {
-        let phase = |p: &RidgePoint| match self.is_single() {
-            // That of a transient is as good as the place of its peak, without an error; slopes are not.
-            true => [p.phase_velocity, 0.0],
-            false => [p.phase_velocity, p.phase_velocity_error],
-        };
-        let group = |p: &RidgePoint| [p.group_velocity, p.group_velocity_error];
         let chart = |title: &str, colour, of: &dyn Fn(&RidgePoint) -> [f64; 2]| {
             let known = self.points().map(|point| (point.frequency, of(point)));
             let known = known.filter(|(_, [value, error])| *error < RESOLVED * value.abs());
             let points = known.map(|(f, [value, error])| [f, value, error]);
             let series = Series::with_errors("", colour, points).with(Look::Dots);
+            let frequency = labels::frequency(&self.analysis.axes);
+            let velocity = label("velocity", &self.velocity_unit());
             (series.points.len() > 1).then(|| Chart {
                 levels: vec![Level::zero()],
-                ..Chart::of(
-                    title,
-                    labels::frequency(&self.analysis.axes),
-                    label("velocity", &self.velocity_unit()),
-                    vec![series],
-                )
+                ..Chart::of(title, frequency, velocity, vec![series])
             })
         };
-        let charts = [
-            chart("phase velocity", BLUE, &phase),
-            chart("group velocity", VERMILLION, &group),
-        ];
-        charts.into_iter().flatten().collect()
+        let phase = chart("phase velocity", BLUE, &|p| match self.is_single() {
+            // That of a transient is as good as the place of its peak, without an error; slopes are not.
+            true => [p.phase_velocity, 0.0],
+            false => [p.phase_velocity, p.phase_velocity_error],
+        });
+        let group = chart("group velocity", VERMILLION, &|p| {
+            [p.group_velocity, p.group_velocity_error]
+        });
+        phase.into_iter().chain(group).collect()
     }
 }

@@ -38,11 +38,12 @@ impl Frame {
 }
 
 impl Work<'_> {
-    fn frames(&self) -> usize {
+    pub fn frames(&self) -> usize {
         self.request.frames.clamp(1, self.first.n_times())
     }
 
-    fn times(&self, frame: usize) -> Range<usize> {
+    /// Snapshots of a frame.
+    pub fn times(&self, frame: usize) -> Range<usize> {
         let (n_times, frames) = (self.first.n_times(), self.frames());
         frame * n_times / frames..(frame + 1) * n_times / frames
     }

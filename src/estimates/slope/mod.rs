@@ -254,9 +254,8 @@ impl Work<'_> {
                 ExponentBasis::Regression,
             ),
         };
-        let steepening = frames
-            .as_ref()
-            .and_then(|frames| Steepening::of(frames, self.fields, alpha));
+        let steepening = frames.as_ref();
+        let steepening = steepening.and_then(|frames| Steepening::of(frames, self));
         let segments = self.realisations.segments;
         Ok(Slope {
             axis: self.request.axis,
