@@ -73,6 +73,7 @@ impl RidgeLaw {
     /// # Errors
     /// [`Error::Request`] names the fault.
     pub fn parse(text: &str) -> Result<RidgeLaw> {
+        let found = format!("`{text}`");
         let (kind, values) = text.split_once(':').unwrap_or((text, ""));
         let lattice = match kind.trim() {
             "monatomic" => Some(Kind::Monatomic as fn(_) -> Kind),
@@ -84,10 +85,9 @@ impl RidgeLaw {
             let spacing = constants.get("a").copied();
             let others = constants.keys().any(|name| name != "a");
             if others || spacing.is_some_and(|a| a <= 0.0) {
-                return Err(refuse(
-                    format!("`{kind}`, or `{kind}:a=DISTANCE` with a distance of bodies above 0"),
-                    format!("`{text}`"),
-                ));
+                let typed = format!("`{kind}`, or `{kind}:a=DISTANCE`");
+                let expected = format!("{typed} with a distance of bodies above 0");
+                return Err(refuse(expected, found));
             }
             return Ok(RidgeLaw {
                 name: text.trim().into(),
@@ -97,11 +97,9 @@ impl RidgeLaw {
         let (formula, start) = text.split_once(';').unwrap_or((text, ""));
         let start = constants(start)?;
         if start.is_empty() {
-            return Err(refuse(
-                "monatomic, diatomic, or a formula with the values its constants start from, such as \
-                 `c*abs(k); c=1`",
-                format!("`{text}`"),
-            ));
+            let expected = "monatomic, diatomic, or a formula with the values its constants start from, such as \
+                            `c*abs(k); c=1`";
+            return Err(refuse(expected, found));
         }
         let values: Vec<f64> = start.values().copied().collect();
         let law = RidgeLaw {
@@ -143,10 +141,8 @@ impl RidgeLaw {
                 let forward = formula_values(&self.name, &constants, k)?;
                 let backward = formula_values(&self.name, &constants, &mirrored)?;
                 // A real wave of negative omega at -k is one of positive omega at k.
-                let known = |w: f64| match w >= 0.0 && w.is_finite() {
-                    true => w,
-                    false => f64::NAN,
-                };
+                let is_known = |w: f64| w >= 0.0 && w.is_finite();
+                let known = |w: f64| if is_known(w) { w } else { f64::NAN };
                 let pairs = forward.iter().zip(&backward);
                 pairs.map(|(f, b)| [known(*f), known(-b)]).collect()
             }
@@ -163,37 +159,31 @@ impl RidgeLaw {
         let (name, names) = (&self.name, self.names());
         let (parameters, all) = (names.len(), points.len());
         if all <= parameters {
-            return Err(refuse(
-                format!("more points than the {parameters} parameters of `{name}`"),
-                format!("{all} points of ridges"),
-            ));
+            let expected = format!("more points than the {parameters} parameters of `{name}`");
+            return Err(refuse(expected, format!("{all} points of ridges")));
         }
         let points = Points::new(self, points, site, bins);
         let (found, squares, normal) = points.least_squares()?;
-        let covariance = covariance(&normal).ok_or_else(|| {
-            refuse(
-                format!(
-                    "parameters that the ridges tell apart: of `{name}` only some combination of {} is known; \
-                     write the others as numbers",
-                    names.join(", ")
-                ),
-                "parameters that change the curve in the same way",
-            )
-        })?;
+        let Some(covariance) = covariance(&normal) else {
+            let expected = format!(
+                "parameters that the ridges tell apart: of `{name}` only some combination of {} is known; \
+                 write the others as numbers",
+                names.join(", ")
+            );
+            let found = "parameters that change the curve in the same way";
+            return Err(refuse(expected, found));
+        };
         let reduced = squares / (all as f64 - parameters as f64);
         let common = points.common_shift(&found, &covariance)?;
         let is_log = !matches!(self.kind, Kind::Formula(_));
         let parameters = names.into_iter().zip(&found).enumerate();
         let parameters = parameters.map(|(i, (name, value))| {
-            let (value, unit) = match is_log {
-                true => (value.exp(), value.exp()),
-                false => (*value, 1.0),
-            };
+            let value = if is_log { value.exp() } else { *value };
+            let unit = if is_log { value } else { 1.0 };
             let variance = reduced.max(1.0) * covariance[i][i].max(0.0);
             let error = unit * variance.sqrt().hypot(COMMON_ERROR * common[i]);
             RidgeParameter { name, value, error }
         });
-        let parameters = parameters.collect();
         let distances = points.residuals(&found)?.into_iter();
         let distances = distances.zip(&points.errors).zip(&points.bin);
         let squares = distances.map(|((r, error), bin)| (r * error / bin).powi(2));
@@ -206,7 +196,7 @@ impl RidgeLaw {
         let is_there = |branch: &Vec<f64>| branch.iter().any(|f| f.is_finite());
         Ok(RidgeFit {
             name: name.clone(),
-            parameters,
+            parameters: parameters.collect(),
             points: all,
             deviation,
             reduced,
@@ -225,8 +215,8 @@ fn covariance(normal: &Rows) -> Option<Rows> {
     let scale: Vec<f64> = (0..n).map(|i| normal[i][i].sqrt()).collect();
     let scaled = (0..n).map(|i| {
         let row = (0..n).map(|j| normal[i][j] / scale[i] / scale[j]);
-        row.chain((0..n).map(|j| f64::from(u8::from(i == j))))
-            .collect()
+        let unit = (0..n).map(|j| f64::from(i == j));
+        row.chain(unit).collect()
     });
     let mut inverse = eliminated(scaled.collect(), DEGENERATE)?;
     for (i, row) in inverse.iter_mut().enumerate() {

@@ -283,28 +283,19 @@ pub fn ridges(
     if fields.len() > 1 {
         let count = fields.len() as f64;
         power.par_mapv_inplace(|p| p / count);
-        remap(&mut analysis, &power);
+        if let Some(map) = &mut analysis.spacetime_map {
+            let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
+            builder.add(0, 0, power.view());
+            let [y, x] = [&map.y, &map.x].map(|axis| (&axis.label[..], axis.low, axis.high));
+            *map = builder.finish(map.label.clone(), y, x);
+        }
+        analysis.direction_by_frequency = None;
     }
     let number = [fields.len(), segments.count(), 1];
     in_pool(request.threads, || {
         let independence = Independence::new(number, effective, steadiness(fields));
         search(request, analysis, &power, independence)
     })
-}
-
-/// The map of an average.
-fn remap(analysis: &mut Analysis, power: &Array2<f64>) {
-    if let Some(map) = &mut analysis.spacetime_map {
-        let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
-        builder.add(0, 0, power.view());
-        let (x, y) = (&map.x, &map.y);
-        *map = builder.finish(
-            map.label.clone(),
-            (&y.label, y.low, y.high),
-            (&x.label, x.low, x.high),
-        );
-    }
-    analysis.direction_by_frequency = None;
 }
 
 /// A ridge in bins, and what it is read off.

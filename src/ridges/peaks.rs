@@ -79,13 +79,12 @@ impl Cuts<'_> {
             least: largest * self.least,
             speckle: self.speckle(),
         };
-        (0..self.power.nrows())
-            .into_par_iter()
-            .map(|cut| match self.cuts.contains(&cut) {
-                true => judge.peaks(cut),
-                false => Vec::new(),
-            })
-            .collect()
+        let of_cut = |cut: usize| match self.cuts.contains(&cut) {
+            true => judge.peaks(cut),
+            false => Vec::new(),
+        };
+        let cuts = (0..self.power.nrows()).into_par_iter();
+        cuts.map(of_cut).collect()
     }
 
     /// What the spectrum has along a cut whatever the cut: medians over the cuts, smoothed by running medians over four main lobes, so
@@ -123,16 +122,15 @@ impl Cuts<'_> {
 
     /// The strongest waves along the other axis, at each place.
     fn strongest(&self) -> Vec<Vec<(usize, f64)>> {
-        (0..self.power.ncols())
-            .into_par_iter()
-            .map(|place| {
-                let column = self.power.index_axis(Axis(1), place);
-                let mut tops: Vec<(usize, f64)> = tops(column).map(|i| (i, column[i])).collect();
-                tops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-                tops.truncate(STRONGEST);
-                tops
-            })
-            .collect()
+        let of_place = |place: usize| {
+            let column = self.power.index_axis(Axis(1), place);
+            let mut tops: Vec<(usize, f64)> = tops(column).map(|i| (i, column[i])).collect();
+            tops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+            tops.truncate(STRONGEST);
+            tops
+        };
+        let places = (0..self.power.ncols()).into_par_iter();
+        places.map(of_place).collect()
     }
 }
 

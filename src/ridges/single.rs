@@ -7,7 +7,7 @@ use crate::field::Field;
 /// Steadiness below which a field is a transient, whose waves come and go: half, as of narrow-band noise at the least.
 const STEADY: f64 = 0.5;
 
-/// How steady the fields are; see [`Independence::steadiness`].
+/// How steady the fields are; see [`crate::estimates::Independence::steadiness`].
 pub(super) fn steadiness(fields: &[&Field]) -> f64 {
     let of = |field: &&Field| {
         let times = field.n_times();

@@ -46,20 +46,13 @@ impl Describe for Slope {
     fn describe(&self) -> Sheet<'_> {
         let (time_unit, space_unit) = self.units();
         let law = &self.law;
+        let interval = format!("{} % interval {}", 100.0 * (1.0 - self.alpha), self.basis());
+        let slope = format!("Slope {:.3} ± {:.3}", law.slope, law.half);
+        let over = self.axis.of(["wavenumbers", "frequencies"]);
         let mut sheet = Sheet {
-            about: format!(
-                "spectrum over {}",
-                self.axis.of(["wavenumbers", "frequencies"])
-            ),
+            about: format!("spectrum over {over}"),
             answer: self.answer(),
-            note: format!(
-                "Slope {:.3} ± {:.3}: {} % interval {}, over {} bins.",
-                law.slope,
-                law.half,
-                100.0 * (1.0 - self.alpha),
-                self.basis(),
-                law.points
-            ),
+            note: format!("{slope}: {interval}, over {} bins.", law.points),
             ..Sheet::of("slope", "Slope of the spectrum", &DEFINITIONS)
         };
         self.facts(&mut sheet);
@@ -139,28 +132,18 @@ impl Slope {
             let at: Vec<String> = breaks.at.iter().map(|at| number(*at)).collect();
             format!(", but it bends at {} {}", listed(&at), self.bin_unit())
         });
-        format!(
-            "slope {} ({}) over {} = {}{}",
-            with_half(law.slope, law.half, ""),
-            confidence(self.alpha),
-            self.symbol(),
-            self.band(),
-            breaks.collect::<String>()
-        )
+        let slope = with_half(law.slope, law.half, "");
+        let breaks: String = breaks.collect();
+        let (sure, symbol, band) = (confidence(self.alpha), self.symbol(), self.band());
+        format!("slope {slope} ({sure}) over {symbol} = {band}{breaks}")
     }
 
     fn facts(&self, sheet: &mut Sheet) {
         let law = &self.law;
-        sheet.fact(
-            "slope",
-            format!(
-                "{} (interval {}) over {} bins from {}",
-                with_half(law.slope, law.half, ""),
-                self.basis(),
-                law.points,
-                self.band()
-            ),
-        );
+        let slope = with_half(law.slope, law.half, "");
+        let (basis, bins, band) = (self.basis(), law.points, self.band());
+        let text = format!("{slope} (interval {basis}) over {bins} bins from {band}");
+        sheet.fact("slope", text);
         if let Some(breaks) = &self.breaks {
             let slopes: Vec<String> = breaks.slopes.iter().map(|slope| number(*slope)).collect();
             let unit = self.bin_unit();
@@ -170,10 +153,8 @@ impl Slope {
                 format!("{} ({low} to {high}) {unit}", number(*at))
             });
             let at: Vec<String> = at.collect();
-            sheet.fact(
-                "breaks",
-                format!("at {}; slopes {}", listed(&at), slopes.join(", ")),
-            );
+            let text = format!("at {}; slopes {}", listed(&at), slopes.join(", "));
+            sheet.fact("breaks", text);
         }
         if let Some(steep) = &self.steepening {
             let time = with_half(steep.shock_time, steep.half, &self.units().0);
