@@ -55,11 +55,10 @@ impl Lobe {
         let rises: f64 = rises.sum();
         let energy: f64 = samples.iter().map(|w| w * w).sum();
         let bin = TAU / samples.len() as f64;
+        let variance = (rises / energy / (bin * bin)).min(WIDEST);
+        let variance = if periodic { 0.0 } else { variance };
         let mut lobe = Lobe {
-            variance: match periodic {
-                true => 0.0,
-                false => (rises / energy / (bin * bin)).min(WIDEST),
-            },
+            variance,
             half: first_rise.unwrap_or(FINE) as f64 / FINE as f64,
             width: 2.0 * crossing / FINE as f64,
             periodic,
@@ -90,13 +89,10 @@ impl Lobe {
             return 0.0;
         }
         let place = (d * FINE as f64) as usize;
-        match self.envelope.get(place) {
-            Some(share) => *share,
-            None => {
-                let last = self.envelope.len() - FINE;
-                self.envelope[last] * ((last as f64 / FINE as f64) / d).powi(2)
-            }
-        }
+        let last = self.envelope.len() - FINE;
+        let beyond = || self.envelope[last] * ((last as f64 / FINE as f64) / d).powi(2);
+        let within = self.envelope.get(place).copied();
+        within.unwrap_or_else(beyond)
     }
 
     /// How far the wave lies from the middle of three bins with these powers, between -1/2 and 1/2: the top

@@ -219,9 +219,11 @@ impl Ridges {
         // Relative to the number of free points.
         let fits = self.fits.iter().filter(|fit| fit.deviation < 1.0);
         if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
-            let errors = match fit.parameters.iter().all(|p| p.error.is_finite()) {
-                true => " (standard errors)",
-                false => "",
+            let have_errors = fit.parameters.iter().all(|p| p.error.is_finite());
+            let errors = if have_errors {
+                " (standard errors)"
+            } else {
+                ""
             };
             let (words, off) = (fit.parameters_in_words(), number(fit.deviation));
             return format!("{} with {words}{errors}, within {off} bins", fit.name);

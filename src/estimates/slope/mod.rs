@@ -163,10 +163,10 @@ pub fn slope(fields: &[&Field], request: &SlopeRequest, observer: &dyn Observer)
     }
     check_significance(request.alpha)?;
     let length = realisations.segments.length;
-    let abscissa = match request.axis {
-        FieldAxis::Space => wavenumbers(length, first.space.step.abs()),
-        FieldAxis::Time => frequencies(length, first.time.step),
-    };
+    let abscissa = request.axis.of([
+        wavenumbers(length, first.space.step.abs()),
+        frequencies(length, first.time.step),
+    ]);
     let (from, to) = request.band;
     let is_inside = |x: f64| at_or_below(from, x) && at_or_below(x, to) && x > 0.0;
     let bins = (0..abscissa.len()).filter(|m| is_inside(abscissa[*m]));
@@ -210,8 +210,8 @@ impl Work<'_> {
     fn run(&self) -> Result<Slope> {
         let points = |spectrum: &[f64]| -> Vec<(f64, f64)> {
             let bins = self.bins.iter().filter(|m| spectrum[**m] > 0.0);
-            bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()))
-                .collect()
+            let logs = bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()));
+            logs.collect()
         };
         let alpha = self.request.alpha;
         let (spectra, frames, left_out) = match self.request.axis {
@@ -228,11 +228,8 @@ impl Work<'_> {
                 let spectra: Vec<Vec<f64>> = found.iter().map(|one| Frame::mean(one)).collect();
                 let used: u64 = found.iter().flatten().map(|frame| frame.snapshots).sum();
                 let all = self.fields.len() * self.first.n_times();
-                (
-                    spectra,
-                    Some(self.joined(&found, of_frame)),
-                    all as u64 - used,
-                )
+                let left_out = all as u64 - used;
+                (spectra, Some(self.joined(&found, of_frame)), left_out)
             }
         };
         let spectrum = mean_spectrum(&spectra);
@@ -242,10 +239,8 @@ impl Work<'_> {
             let expected = "a band with three or more bins of power";
             return Err(Error::request("band", expected, found));
         };
-        let of_shots = spectra
-            .iter()
-            .filter_map(|one| LineFit::through(&points(one)));
-        let of_shots: Vec<f64> = of_shots.map(|line| line.slope).collect();
+        let lines = spectra.iter().map(|one| LineFit::through(&points(one)));
+        let of_shots: Vec<f64> = lines.flatten().map(|line| line.slope).collect();
         let (half, basis) = match mean_of(&of_shots, alpha) {
             Some((_, half)) => (half, ExponentBasis::Shots),
             None => (
@@ -310,13 +305,9 @@ impl Work<'_> {
                     });
                 },
             )?;
-            let mut sums = vec![0.0; bins];
-            for tile in &tiles {
-                for (sum, part) in sums.iter_mut().zip(tile) {
-                    *sum += part * shot.scale * shot.scale;
-                }
-            }
-            found.push(sums);
+            let power = |tile: &Vec<f64>, m: usize| tile[m] * shot.scale * shot.scale;
+            let of_bin = |m: usize| tiles.iter().map(|tile| power(tile, m)).sum::<f64>();
+            found.push((0..bins).map(of_bin).collect::<Vec<f64>>());
             Ok(())
         })?;
         let count = (realisations.count() * self.first.n_sites()) as f64;
