@@ -188,8 +188,7 @@ impl RidgeLaw {
         let distances = distances.zip(&points.errors).zip(&points.bin);
         let squares = distances.map(|((r, error), bin)| (r * error / bin).powi(2));
         let deviation = (squares.sum::<f64>() / all as f64).sqrt();
-        let nyquist = PI / site;
-        let at = |n: usize| nyquist * (2.0 * n as f64 / INTERVALS as f64 - 1.0);
+        let at = |n: usize| PI / site * (2.0 * n as f64 / INTERVALS as f64 - 1.0);
         let wavenumber: Vec<f64> = (0..=INTERVALS).map(at).collect();
         let curve = self.frequencies(&found, &wavenumber, site)?;
         let branches = (0..2).map(|b| curve.iter().map(|f| f[b]).collect());
@@ -331,17 +330,15 @@ impl<'a> Points<'a> {
                 let highest = self.all.iter().fold(0.0, |m: f64, p| m.max(p.frequency));
                 let mut best = (f64::INFINITY, Vec::new());
                 // The highest frequency is that of opposite motion, 2 c (1/m1 + 1/m2), or below it.
-                for ratio in 0..24 {
+                for (ratio, above) in (0..24 * 24).map(|n| (n / 24, n % 24)) {
                     let ratio = 1.02 * 1.15f64.powi(ratio);
-                    for above in 0..24 {
-                        let sum = 0.5 * (TAU * highest).powi(2) * 0.9 * 1.03f64.powi(above);
-                        let light = sum * ratio / (1.0 + ratio);
-                        let tried = vec![(sum - light).ln(), light.ln()];
-                        let residuals = self.residuals(&tried)?;
-                        let squares = dot(&residuals, &residuals);
-                        if squares < best.0 {
-                            best = (squares, tried);
-                        }
+                    let sum = 0.5 * (TAU * highest).powi(2) * 0.9 * 1.03f64.powi(above);
+                    let light = sum * ratio / (1.0 + ratio);
+                    let tried = vec![(sum - light).ln(), light.ln()];
+                    let residuals = self.residuals(&tried)?;
+                    let squares = dot(&residuals, &residuals);
+                    if squares < best.0 {
+                        best = (squares, tried);
                     }
                 }
                 best.1

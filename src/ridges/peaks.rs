@@ -173,11 +173,9 @@ impl Judge<'_, '_> {
         candidates.sort_by(|a, b| powers[*b].total_cmp(&powers[*a]).then(a.cmp(b)));
         let mut accepted: Vec<usize> = Vec::new();
         for i in candidates {
-            if accepted.iter().all(|j| self.is_apart(powers, i, *j)) {
+            let is_apart = |j: &usize| self.is_apart(powers, i, *j);
+            if accepted.len() < MOST && accepted.iter().all(is_apart) {
                 accepted.push(i);
-            }
-            if accepted.len() == MOST {
-                break;
             }
         }
         accepted.sort_unstable();

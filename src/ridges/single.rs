@@ -35,9 +35,7 @@ pub(super) fn steadiness(fields: &[&Field]) -> f64 {
                 sites.push((steadiness, crate::numeric::sum_of_squares(record), largest));
             }
         }
-        let relative = |(steadiness, energy, largest): (f64, f64, f64)| {
-            (steadiness, energy * (largest / most).powi(2))
-        };
+        let relative = |(s, energy, own): (f64, f64, f64)| (s, energy * (own / most).powi(2));
         steadiness_of_sites(sites.into_iter().map(relative).collect())
     };
     fields.iter().map(of).sum::<f64>() / fields.len() as f64

@@ -204,8 +204,9 @@ impl Along<'_> {
             })
         };
         let of_shots: Vec<Vec<Sums>> = shots.iter().map(total).collect();
-        let n_times = self.fields[0].n_times();
-        let is_short = |s: &&usize| self.axis == FieldAxis::Space || 4 * **s * PARTS <= n_times;
+        let first = self.fields[0];
+        let longest = self.axis.of([usize::MAX, first.n_times() / (4 * PARTS)]);
+        let is_short = |step: &&usize| **step <= longest;
         let short = self.steps.iter().take_while(is_short).count();
         let all = total(&of_shots);
         let (each, short) = match self.basis {
@@ -219,7 +220,6 @@ impl Along<'_> {
             short,
             alpha: self.request.alpha,
         };
-        let first = self.fields[0];
         let length = self.axis.of([first.space.step.abs(), first.time.step]);
         let moments = |(i, step): (usize, &usize)| {
             let (mut found, mut half, realisations) =

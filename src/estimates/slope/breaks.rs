@@ -91,9 +91,8 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
         let about = fit.breaks[k] - step;
         for i in 0..=2 * FINER {
             let other = moved(&fit, k, about + fine * i as f64);
-            fit = other
-                .filter(|other| other.squares < fit.squares)
-                .unwrap_or(fit);
+            let better = other.filter(|other| other.squares < fit.squares);
+            fit = better.unwrap_or(fit);
         }
     }
     let freedom = fit.freedom();

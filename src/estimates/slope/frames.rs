@@ -12,6 +12,8 @@ use crate::numeric::least_squares::LineFit;
 use crate::system::check_memory;
 use crate::transform::{RecordTransform, fold};
 
+/// Powers below this share of the largest of their spectrum are rounding.
+const ROUNDING: f64 = 1e-26;
 /// Snapshots that are transformed together.
 const TOGETHER: usize = 8;
 
@@ -55,11 +57,9 @@ impl Work<'_> {
         let (frames, bins) = (self.frames(), self.realisations.bins());
         let length = self.realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
-        let together = TOGETHER as u64;
-        let needed = threads
-            * (together * (16 * n_sites + 16 * bins) as u64
-                + RecordTransform::<f64>::working_bytes(length, length, TOGETHER))
-            + 16 * (frames * bins * 2) as u64;
+        let of_thread = (TOGETHER * (16 * n_sites + 16 * bins)) as u64
+            + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let needed = threads * of_thread + 16 * (frames * bins * 2) as u64;
         check_memory("the spectra of all frames", needed, self.request.memory)?;
         self.observer.stage("spectra along x", n_times as u64);
         let step = field.space.step.abs();
@@ -102,20 +102,15 @@ impl Work<'_> {
                 flatness: inverse / count as f64,
             })
         };
-        let found = (0..frames)
-            .into_par_iter()
-            .map_init(<(SegmentScratch, Vec<f64>)>::default, one)
-            .collect::<Result<_>>()?;
+        let scratch = <(SegmentScratch, Vec<f64>)>::default;
+        let found = (0..frames).into_par_iter().map_init(scratch, one);
+        let found = found.collect::<Result<_>>()?;
         field.release_pages();
         Ok(found)
     }
 
-    /// Frames of all shots: mean times, slopes of mean spectra by `fit`, largest gradients.
-    pub fn joined(
-        &self,
-        shots: &[Vec<Frame>],
-        fit: impl Fn(&[f64]) -> Option<LineFit>,
-    ) -> SlopeFrames {
+    /// Frames of all shots: mean times, slopes of mean spectra, largest gradients.
+    pub fn joined(&self, shots: &[Vec<Frame>]) -> SlopeFrames {
         let frames = 0..self.frames();
         let time = |i: usize| {
             let times = self.times(i);
@@ -126,10 +121,12 @@ impl Work<'_> {
         let shared = self.realisations.shared_bins();
         let fit_of = |i: usize| {
             let spectra: Vec<&[f64]> = shots.iter().map(|shot| &shot[i].spectrum[..]).collect();
-            match fit(&mean_spectrum(&spectra)) {
-                Some(fit) => (fit.slope, fit.half_interval_of(self.request.alpha, shared)),
-                None => (f64::NAN, f64::NAN),
-            }
+            let spectrum = mean_spectrum(&spectra);
+            let largest = spectrum.iter().copied().fold(0.0, f64::max);
+            let is_whole = self.bins.iter().all(|m| spectrum[*m] > ROUNDING * largest);
+            let line = LineFit::through(&self.points(&spectrum)).filter(|_| is_whole);
+            let half = |line: LineFit| line.half_interval_of(self.request.alpha, shared);
+            line.map_or((f64::NAN, f64::NAN), |line| (line.slope, half(line)))
         };
         let (slope, half) = frames.clone().map(fit_of).unzip();
         SlopeFrames {

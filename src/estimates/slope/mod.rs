@@ -192,9 +192,6 @@ pub fn slope(fields: &[&Field], request: &SlopeRequest, observer: &dyn Observer)
     in_pool(request.threads, || work.run())
 }
 
-/// Powers below this share of the largest of their spectrum are rounding.
-const ROUNDING: f64 = 1e-26;
-
 struct Work<'a> {
     fields: &'a [&'a Field],
     first: &'a Field,
@@ -207,39 +204,36 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
+    /// Logarithms of the bins of the band, and of the powers there.
+    fn points(&self, spectrum: &[f64]) -> Vec<(f64, f64)> {
+        let bins = self.bins.iter().filter(|m| spectrum[**m] > 0.0);
+        let logs = bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()));
+        logs.collect()
+    }
+
     fn run(&self) -> Result<Slope> {
-        let points = |spectrum: &[f64]| -> Vec<(f64, f64)> {
-            let bins = self.bins.iter().filter(|m| spectrum[**m] > 0.0);
-            let logs = bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()));
-            logs.collect()
-        };
         let alpha = self.request.alpha;
         let (spectra, frames, left_out) = match self.request.axis {
             FieldAxis::Time => (self.in_time()?, None, 0),
             FieldAxis::Space => {
                 let found = self.fields.iter().map(|field| self.in_frames(field));
                 let found: Vec<Vec<Frame>> = found.collect::<Result<_>>()?;
-                let of_frame = |row: &[f64]| {
-                    let largest = row.iter().copied().fold(0.0, f64::max);
-                    let is_known = |m: &usize| row[*m] > ROUNDING * largest;
-                    let is_whole = self.bins.iter().all(is_known);
-                    is_whole.then(|| LineFit::through(&points(row)))?
-                };
                 let spectra: Vec<Vec<f64>> = found.iter().map(|one| Frame::mean(one)).collect();
                 let used: u64 = found.iter().flatten().map(|frame| frame.snapshots).sum();
                 let all = self.fields.len() * self.first.n_times();
                 let left_out = all as u64 - used;
-                (spectra, Some(self.joined(&found, of_frame)), left_out)
+                (spectra, Some(self.joined(&found)), left_out)
             }
         };
         let spectrum = mean_spectrum(&spectra);
-        let all = points(&spectrum);
+        let all = self.points(&spectrum);
         let Some(line) = LineFit::through(&all) else {
             let found = format!("{} of them", all.len());
             let expected = "a band with three or more bins of power";
             return Err(Error::request("band", expected, found));
         };
-        let lines = spectra.iter().map(|one| LineFit::through(&points(one)));
+        let lines = spectra.iter();
+        let lines = lines.map(|one| LineFit::through(&self.points(one)));
         let of_shots: Vec<f64> = lines.flatten().map(|line| line.slope).collect();
         let (half, basis) = match mean_of(&of_shots, alpha) {
             Some((_, half)) => (half, ExponentBasis::Shots),
@@ -288,8 +282,7 @@ impl Work<'_> {
         let (bins, samples) = (realisations.bins(), self.first.n_times() as u64);
         let length = realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
-        let together = TOGETHER as u64;
-        let tile = together * (8 * samples + 16 * bins as u64)
+        let tile = TOGETHER as u64 * (8 * samples + 16 * bins as u64)
             + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         let held = threads * tile + 8 * (bins * (shots.tiles() + self.fields.len())) as u64;
         let block = shots.block("the spectra of this field", held)?;

@@ -108,10 +108,6 @@ impl Slope {
         self.axis.of(units)
     }
 
-    fn symbol(&self) -> &'static str {
-        self.axis.of(["k", "f"])
-    }
-
     /// The ends of the band of the fit, in words.
     fn band(&self) -> String {
         let [low, high] = self.law.band.map(number);
@@ -134,8 +130,11 @@ impl Slope {
         });
         let slope = with_half(law.slope, law.half, "");
         let breaks: String = breaks.collect();
-        let (sure, symbol, band) = (confidence(self.alpha), self.symbol(), self.band());
-        format!("slope {slope} ({sure}) over {symbol} = {band}{breaks}")
+        let band = format!("{} = {}", self.axis.of(["k", "f"]), self.band());
+        format!(
+            "slope {slope} ({}) over {band}{breaks}",
+            confidence(self.alpha)
+        )
     }
 
     fn facts(&self, sheet: &mut Sheet) {
@@ -152,8 +151,8 @@ impl Slope {
                 let [low, high] = interval.map(number);
                 format!("{} ({low} to {high}) {unit}", number(*at))
             });
-            let at: Vec<String> = at.collect();
-            let text = format!("at {}; slopes {}", listed(&at), slopes.join(", "));
+            let at = listed(&at.collect::<Vec<_>>());
+            let text = format!("at {at}; slopes {}", slopes.join(", "));
             sheet.fact("breaks", text);
         }
         if let Some(steep) = &self.steepening {
@@ -192,24 +191,21 @@ impl Slope {
         }
     }
 
-    fn bin_label(&self) -> String {
-        let name = self.axis.of(["wavenumber k", "frequency f"]);
-        label(name, &self.bin_unit())
-    }
-
     fn positive(&self, values: &[f64]) -> Vec<(f64, f64)> {
         let pairs = self.abscissa.iter().copied().zip(values.iter().copied());
         pairs.filter(|(x, y)| *x > 0.0 && *y > 0.0).collect()
     }
 
     /// In double logarithmic scales over the bins, with the ends of the band of the fit.
-    fn chart(&self, title: &str, label: String, y: Range<f64>, series: Vec<Series>) -> Chart {
+    fn chart(&self, title: &str, y_label: String, y: Range<f64>, series: Vec<Series>) -> Chart {
+        let name = self.axis.of(["wavenumber k", "frequency f"]);
+        let bins = label(name, &self.bin_unit());
         Chart {
             log_x: true,
             log_y: true,
             y,
             marks: self.law.band.map(|at| Mark::new(at, "")).to_vec(),
-            ..Chart::of(title, self.bin_label(), label, series)
+            ..Chart::of(title, bins, y_label, series)
         }
     }
 
@@ -244,7 +240,11 @@ impl Slope {
         let is_inside = |p: &&(f64, f64)| (law.band[0]..=law.band[1]).contains(&p.0);
         let seen = extent(points.iter().filter(is_inside).map(|p| p.1));
         let y = (seen.start / 10.0).min(0.1)..(seen.end * 10.0).max(10.0);
-        let label = format!("spectrum over {}^{:.3}", self.symbol(), law.slope);
+        let label = format!(
+            "spectrum over {}^{:.3}",
+            self.axis.of(["k", "f"]),
+            law.slope
+        );
         let (title, levels) = ("compensated spectrum", vec![Level::new(1.0, "the law")]);
         let series = vec![Series::line(title, BLUE, points)];
         Chart {
