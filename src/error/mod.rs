@@ -279,12 +279,12 @@ impl Error {
     pub fn request(
         option: &'static str,
         expected: impl Into<String>,
-        found: impl Into<String>,
+        found: impl ToString,
     ) -> Error {
         Error::Request {
             option,
             expected: expected.into(),
-            found: found.into(),
+            found: found.to_string(),
         }
     }
 

@@ -34,11 +34,11 @@ pub use parts::{
     BlockPlace, Combination, Combined, DividedRequest, Outline, Partial, PartialAbout, combine,
     join, outline, partial, partial_of_block,
 };
-pub(crate) use realisations::first_of;
 pub use realisations::{
     Averaging, Grid, Independence, Part, SIGNIFICANCE, SegmentsLeft, SpectrumInterval, Tapers,
     interval_factors,
 };
+pub(crate) use realisations::{check_significance, first_of};
 pub use slope::{BreakFit, PowerLaw, Slope, SlopeFrames, SlopeRequest, Steepening, slope};
 pub use spacetime::{SpaceTimeEstimate, SpaceTimeRequest, spacetime};
 pub(crate) use spectrum::no_noise;

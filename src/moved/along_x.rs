@@ -142,12 +142,7 @@ pub(crate) fn along_x(
 
 /// NaN of none; the upper of two in the middle.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    let middle = values.len() / 2;
-    match values.is_empty() {
-        true => f64::NAN,
-        false => *values.select_nth_unstable_by(middle, f64::total_cmp).1,
-    }
+    crate::numeric::median(values).unwrap_or(f64::NAN)
 }
 
 impl Fronts<'_> {

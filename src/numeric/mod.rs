@@ -1,4 +1,4 @@
-//! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots,
+//! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots, medians,
 //! quantiles, lines through points, complex least squares, eigenvalues of Hermitian matrices.
 
 mod angle;
@@ -9,6 +9,7 @@ pub(crate) mod hermitian;
 pub(crate) mod lanes;
 pub(crate) mod least_squares;
 mod logarithm;
+mod order;
 mod quantile;
 mod random;
 pub(crate) mod root;
@@ -19,6 +20,7 @@ pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
 pub(crate) use golden::GoldenSection;
 pub use least_squares::LineFit;
 pub(crate) use logarithm::ln_normal;
+pub(crate) use order::{median, sorted};
 pub(crate) use quantile::{
     chi_square_level, chi_square_quantile, fisher_level, fisher_tail, student_outside,
     student_two_sided,

@@ -31,11 +31,8 @@ pub(super) fn joined(peaks: &[Vec<Peak>], places: usize, fewest: usize) -> Vec<V
     let mut open: Vec<Vec<Peak>> = Vec::new();
     let mut closed: Vec<Vec<Peak>> = Vec::new();
     for (cut, found) in peaks.iter().enumerate() {
-        let (kept, ended): (Vec<_>, Vec<_>) = open
-            .into_iter()
-            .partition(|branch| branch.last().is_some_and(|last| cut - last.cut <= GAP + 1));
-        open = kept;
-        closed.extend(ended);
+        let is_ended = |branch: &mut Vec<Peak>| cut - branch[branch.len() - 1].cut > GAP + 1;
+        closed.extend(open.extract_if(.., is_ended));
         let mut pairs = Vec::new();
         for (b, branch) in open.iter().enumerate() {
             let (expected, reach) = continued(branch, cut, places);
@@ -80,10 +77,8 @@ fn continued(branch: &[Peak], cut: usize, places: usize) -> (f64, f64) {
     }
     let from = branch[count.saturating_sub(3)];
     let slope = (last.at - from.at) / (last.cut - from.cut) as f64;
-    (
-        last.at + slope * steps,
-        least.max(0.5 * slope.abs()) * steps,
-    )
+    let reach = least.max(0.5 * slope.abs()) * steps;
+    (last.at + slope * steps, reach)
 }
 
 /// Where the power is that the peaks of a branch show: a cut holds what the window spreads into it, most of it from the side on
@@ -121,19 +116,11 @@ pub(super) fn smooth(branch: &[Peak], variance: f64) -> Vec<Point> {
         let middle = place(i);
         let points: Vec<(f64, f64)> = about.map(|j| (place(j) - middle, branch[j].at)).collect();
         let order = if points.len() >= 6 { 3 } else { 2 };
-        let Some((value, covariance)) = polynomial(&points, order) else {
-            return Point {
-                peak: branch[i],
-                across: middle,
-                slope: f64::NAN,
-                slope_error: f64::NAN,
-            };
-        };
-        let squares: f64 = points
-            .iter()
-            .map(|(u, v)| (v - value[0] - u * (value[1] + u * value[2])).powi(2))
-            .sum();
-        let spread = (squares / (points.len() - order) as f64).sqrt();
+        // Without a slope the error of the place is its own.
+        let (value, covariance) = polynomial(&points, order).unwrap_or(([f64::NAN; 3], f64::NAN));
+        let off = |(u, v): &(f64, f64)| v - value[0] - u * (value[1] + u * value[2]);
+        let squares: f64 = points.iter().map(|point| off(point).powi(2)).sum();
+        let spread = (squares / (points.len() as f64 - order as f64)).sqrt();
         let formal = peaks.iter().map(|peak| peak.error.powi(2)).sum::<f64>() / peaks.len() as f64;
         let error = spread.max(formal.sqrt());
         let peak = Peak {

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::{RidgeCut, RidgePoint};
 use crate::analyze::{Constants, DispersionCurve, formula_values, parse_constants};
 use crate::error::{Error, Result};
+use crate::numeric::median;
 
 /// Intervals of k on which the fitted curve is given.
 const INTERVALS: usize = 960;
@@ -33,17 +34,14 @@ pub struct RidgeLaw {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
-    Monatomic {
-        spacing: Option<f64>,
-    },
-    Diatomic {
-        spacing: Option<f64>,
-    },
-    Formula {
-        text: String,
-        start: Vec<(String, f64)>,
-    },
+    /// Of bodies so far apart; `None`: as the sites.
+    Monatomic(Option<f64>),
+    Diatomic(Option<f64>),
+    /// With the values from which its constants start.
+    Formula(Constants),
 }
+
+type Rows = Vec<Vec<f64>>;
 
 /// A fitted parameter.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -75,142 +73,81 @@ impl RidgeLaw {
     /// # Errors
     /// [`Error::Request`] names the fault.
     pub fn parse(text: &str) -> Result<RidgeLaw> {
+        let found = format!("`{text}`");
         let (kind, values) = text.split_once(':').unwrap_or((text, ""));
-        let lattice = |spacing| match kind.trim() {
-            "monatomic" => Some(Kind::Monatomic { spacing }),
-            "diatomic" => Some(Kind::Diatomic { spacing }),
+        let lattice = match kind.trim() {
+            "monatomic" => Some(Kind::Monatomic as fn(_) -> Kind),
+            "diatomic" => Some(Kind::Diatomic as fn(_) -> Kind),
             _ => None,
         };
-        if lattice(None).is_some() {
-            let constants = match values.trim() {
-                "" => Constants::new(),
-                values => parse_constants(values).map_err(of_fit)?,
-            };
+        if let Some(lattice) = lattice {
+            let constants = constants(values)?;
             let spacing = constants.get("a").copied();
             let others = constants.keys().any(|name| name != "a");
             if others || spacing.is_some_and(|a| a <= 0.0) {
-                return Err(refuse(
-                    format!("`{kind}`, or `{kind}:a=DISTANCE` with a distance of bodies above 0"),
-                    format!("`{text}`"),
-                ));
+                let typed = format!("`{kind}`, or `{kind}:a=DISTANCE`");
+                let expected = format!("{typed} with a distance of bodies above 0");
+                return Err(refuse(expected, found));
             }
-            let kind = lattice(spacing).ok_or_else(|| refuse("a law".into(), text.into()))?;
             return Ok(RidgeLaw {
                 name: text.trim().into(),
-                kind,
+                kind: lattice(spacing),
             });
         }
         let (formula, start) = text.split_once(';').unwrap_or((text, ""));
-        let start: Vec<(String, f64)> = match start.trim() {
-            "" => Vec::new(),
-            start => parse_constants(start)
-                .map_err(of_fit)?
-                .into_iter()
-                .collect(),
-        };
+        let start = constants(start)?;
         if start.is_empty() {
-            return Err(refuse(
-                "monatomic, diatomic, or a formula with the values its constants start from, such as \
-                 `c*abs(k); c=1`"
-                    .into(),
-                format!("`{text}`"),
-            ));
+            let expected = "monatomic, diatomic, or a formula with the values its constants start from, such as \
+                            `c*abs(k); c=1`";
+            return Err(refuse(expected, found));
         }
-        let constants: Constants = start
-            .iter()
-            .cloned()
-            .chain(spacing_constant(&start, 1.0))
-            .collect();
-        formula_values(formula.trim(), &constants, &[1.0]).map_err(of_fit)?;
-        Ok(RidgeLaw {
+        let values: Vec<f64> = start.values().copied().collect();
+        let law = RidgeLaw {
             name: formula.trim().into(),
-            kind: Kind::Formula {
-                text: formula.trim().into(),
-                start,
-            },
-        })
+            kind: Kind::Formula(start),
+        };
+        law.frequencies(&values, &[1.0], 1.0).map_err(of_fit)?;
+        Ok(law)
     }
 
     fn names(&self) -> Vec<String> {
         match &self.kind {
-            Kind::Monatomic { .. } => vec!["c/m".into()],
-            Kind::Diatomic { .. } => vec!["c/m1".into(), "c/m2".into()],
-            Kind::Formula { start, .. } => start.iter().map(|(name, _)| name.clone()).collect(),
+            Kind::Monatomic(_) => vec!["c/m".into()],
+            Kind::Diatomic(_) => vec!["c/m1".into(), "c/m2".into()],
+            Kind::Formula(start) => start.keys().cloned().collect(),
         }
     }
 
     /// Frequencies in cycles of all branches at each k; NaN where there is none. Parameters of lattices are
     /// logarithms.
     fn frequencies(&self, parameters: &[f64], k: &[f64], site: f64) -> Result<Vec<[f64; 2]>> {
-        let of = |omega: [f64; 2]| omega.map(|w| w / TAU);
-        Ok(match &self.kind {
-            Kind::Monatomic { spacing } => {
+        let omega: Vec<[f64; 2]> = match &self.kind {
+            Kind::Monatomic(spacing) => {
                 let (root, a) = ((0.5 * parameters[0]).exp(), spacing.unwrap_or(site));
-                let at = |k: &f64| of([2.0 * root * (0.5 * k * a).sin().abs(), f64::NAN]);
+                let at = |k: &f64| [2.0 * root * (0.5 * k * a).sin().abs(), f64::NAN];
                 k.iter().map(at).collect()
             }
-            Kind::Diatomic { spacing } => {
+            Kind::Diatomic(spacing) => {
                 let (p, q) = (parameters[0].exp(), parameters[1].exp());
                 let a = spacing.unwrap_or(site);
-                k.iter().map(|k| of(diatomic(p, q, k * a))).collect()
+                k.iter().map(|k| diatomic(p, q, k * a)).collect()
             }
-            Kind::Formula { text, start } => {
-                let named = start.iter().zip(parameters);
-                let constants: Constants = named
-                    .map(|((name, _), value)| (name.clone(), *value))
-                    .chain(spacing_constant(start, site))
-                    .collect();
+            Kind::Formula(start) => {
+                let named = start.keys().cloned().zip(parameters.iter().copied());
+                let mut constants: Constants = named.collect();
+                // The distance of sites, where it is no parameter.
+                constants.entry("a".into()).or_insert(site);
                 let mirrored: Vec<f64> = k.iter().map(|k| -k).collect();
-                let forward = formula_values(text, &constants, k)?;
-                let backward = formula_values(text, &constants, &mirrored)?;
+                let forward = formula_values(&self.name, &constants, k)?;
+                let backward = formula_values(&self.name, &constants, &mirrored)?;
                 // A real wave of negative omega at -k is one of positive omega at k.
-                let known = |w: f64| {
-                    if w >= 0.0 && w.is_finite() {
-                        w
-                    } else {
-                        f64::NAN
-                    }
-                };
+                let is_known = |w: f64| w >= 0.0 && w.is_finite();
+                let known = |w: f64| if is_known(w) { w } else { f64::NAN };
                 let pairs = forward.iter().zip(&backward);
-                pairs.map(|(f, b)| of([known(*f), known(-b)])).collect()
+                pairs.map(|(f, b)| [known(*f), known(-b)]).collect()
             }
-        })
-    }
-
-    /// Where the search begins.
-    fn start(&self, points: &Points<'_>) -> Result<Vec<f64>> {
-        Ok(match &self.kind {
-            Kind::Formula { start, .. } => start.iter().map(|(_, value)| *value).collect(),
-            Kind::Monatomic { spacing } => {
-                let a = spacing.unwrap_or(points.site);
-                let of = |point: &RidgePoint| {
-                    let sine = (0.5 * point.wavenumber * a).sin().abs();
-                    (sine > 0.05).then(|| 2.0 * (PI * point.frequency / sine).ln())
-                };
-                let mut all: Vec<f64> = points.all.iter().filter_map(of).collect();
-                all.sort_by(f64::total_cmp);
-                vec![all.get(all.len() / 2).copied().unwrap_or(0.0)]
-            }
-            Kind::Diatomic { .. } => {
-                let highest = points.all.iter().fold(0.0, |m: f64, p| m.max(p.frequency));
-                let mut best = (f64::INFINITY, Vec::new());
-                // The highest frequency is that of opposite motion, 2 c (1/m1 + 1/m2), or below it.
-                for ratio in 0..24 {
-                    let ratio = 1.02 * 1.15f64.powi(ratio);
-                    for above in 0..24 {
-                        let sum = 0.5 * (TAU * highest).powi(2) * 0.9 * 1.03f64.powi(above);
-                        let light = sum * ratio / (1.0 + ratio);
-                        let tried = vec![(sum - light).ln(), light.ln()];
-                        let squares: f64 =
-                            points.residuals(self, &tried)?.iter().map(|r| r * r).sum();
-                        if squares < best.0 {
-                            best = (squares, tried);
-                        }
-                    }
-                }
-                best.1
-            }
-        })
+        };
+        Ok(omega.iter().map(|omega| omega.map(|w| w / TAU)).collect())
     }
 
     /// Fits the law to `points`; `site` is the distance of sites, `bins` the distance of bins in f and in k.
@@ -219,94 +156,80 @@ impl RidgeLaw {
     /// [`Error::Request`] for fewer points than parameters, for a law that is not defined at the points, and
     /// for parameters that the points do not tell apart.
     pub(super) fn fit(&self, points: &[RidgePoint], site: f64, bins: [f64; 2]) -> Result<RidgeFit> {
-        let names = self.names();
-        let points = Points::new(points, site, bins);
-        let freedom = points.all.len() as f64 - names.len() as f64;
-        if freedom < 1.0 {
-            return Err(refuse(
-                format!(
-                    "more points than the {} parameters of `{}`",
-                    names.len(),
-                    self.name
-                ),
-                format!("{} points of ridges", points.all.len()),
-            ));
+        let (name, names) = (&self.name, self.names());
+        let (parameters, all) = (names.len(), points.len());
+        if all <= parameters {
+            let expected = format!("more points than the {parameters} parameters of `{name}`");
+            return Err(refuse(expected, format!("{all} points of ridges")));
         }
-        let start = self.start(&points)?;
-        let (found, squares, normal) = points.least_squares(self, start)?;
-        let covariance = self.covariance(normal)?;
-        let reduced = squares / freedom;
-        let common = points.common_shift(self, &found, &covariance)?;
-        let is_log = !matches!(self.kind, Kind::Formula { .. });
-        let parameters = (names.into_iter().zip(&found).enumerate())
-            .map(|(i, (name, value))| {
-                let (value, unit) = if is_log {
-                    (value.exp(), value.exp())
-                } else {
-                    (*value, 1.0)
-                };
-                let variance = reduced.max(1.0) * covariance[i][i].max(0.0);
-                let error = unit * variance.sqrt().hypot(COMMON_ERROR * common[i]);
-                RidgeParameter { name, value, error }
-            })
-            .collect();
-        let distances = points.bins(&points.residuals(self, &found)?);
-        let deviation =
-            (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt();
-        let nyquist = PI / site;
-        let at = |n: usize| nyquist * (2.0 * n as f64 / INTERVALS as f64 - 1.0);
+        let points = Points::new(self, points, site, bins);
+        let (found, squares, normal) = points.least_squares()?;
+        let Some(covariance) = covariance(&normal) else {
+            let expected = format!(
+                "parameters that the ridges tell apart: of `{name}` only some combination of {} is known; \
+                 write the others as numbers",
+                names.join(", ")
+            );
+            let found = "parameters that change the curve in the same way";
+            return Err(refuse(expected, found));
+        };
+        let reduced = squares / (all as f64 - parameters as f64);
+        let common = points.common_shift(&found, &covariance)?;
+        let is_log = !matches!(self.kind, Kind::Formula(_));
+        let parameters = names.into_iter().zip(&found).enumerate();
+        let parameters = parameters.map(|(i, (name, value))| {
+            let value = if is_log { value.exp() } else { *value };
+            let unit = if is_log { value } else { 1.0 };
+            let variance = reduced.max(1.0) * covariance[i][i].max(0.0);
+            let error = unit * variance.sqrt().hypot(COMMON_ERROR * common[i]);
+            RidgeParameter { name, value, error }
+        });
+        let distances = points.residuals(&found)?.into_iter();
+        let distances = distances.zip(&points.errors).zip(&points.bin);
+        let squares = distances.map(|((r, error), bin)| (r * error / bin).powi(2));
+        let deviation = (squares.sum::<f64>() / all as f64).sqrt();
+        let at = |n: usize| PI / site * (2.0 * n as f64 / INTERVALS as f64 - 1.0);
         let wavenumber: Vec<f64> = (0..=INTERVALS).map(at).collect();
         let curve = self.frequencies(&found, &wavenumber, site)?;
-        let branch = |b: usize| curve.iter().map(|f| f[b]).collect::<Vec<f64>>();
-        let branches = [branch(0), branch(1)].into_iter();
+        let branches = (0..2).map(|b| curve.iter().map(|f| f[b]).collect());
+        let is_there = |branch: &Vec<f64>| branch.iter().any(|f| f.is_finite());
         Ok(RidgeFit {
-            name: self.name.clone(),
-            parameters,
-            points: points.all.len(),
+            name: name.clone(),
+            parameters: parameters.collect(),
+            points: all,
             deviation,
             reduced,
             curve: DispersionCurve {
-                name: format!("{}, fitted", self.name),
+                name: format!("{name}, fitted"),
                 wavenumber,
-                branches: branches
-                    .filter(|b| b.iter().any(|f| f.is_finite()))
-                    .collect(),
+                branches: branches.filter(is_there).collect(),
             },
         })
     }
-
-    fn covariance(&self, normal: Vec<Vec<f64>>) -> Result<Vec<Vec<f64>>> {
-        let n = normal.len();
-        let scale: Vec<f64> = (0..n).map(|i| normal[i][i].sqrt()).collect();
-        let scaled = (0..n).map(|i| {
-            let row = (0..n).map(|j| normal[i][j] / scale[i] / scale[j]);
-            row.chain((0..n).map(|j| f64::from(u8::from(i == j))))
-                .collect()
-        });
-        let inverse = eliminated(scaled.collect(), DEGENERATE).ok_or_else(|| {
-            refuse(
-                format!(
-                    "parameters that the ridges tell apart: of `{}` only some combination of {} is known; \
-                     write the others as numbers",
-                    self.name,
-                    self.names().join(", ")
-                ),
-                "parameters that change the curve in the same way".into(),
-            )
-        })?;
-        let of = |i: usize| {
-            (0..n)
-                .map(|j| inverse[i][j] / scale[i] / scale[j])
-                .collect()
-        };
-        Ok((0..n).map(of).collect())
-    }
 }
 
-/// `a`, the distance of sites, where it is no parameter.
-fn spacing_constant(start: &[(String, f64)], site: f64) -> Option<(String, f64)> {
-    let is_free = start.iter().any(|(name, _)| name == "a");
-    (!is_free).then(|| ("a".to_owned(), site))
+/// The inverse of a normal matrix; `None` where its parameters are not told apart.
+fn covariance(normal: &Rows) -> Option<Rows> {
+    let n = normal.len();
+    let scale: Vec<f64> = (0..n).map(|i| normal[i][i].sqrt()).collect();
+    let scaled = (0..n).map(|i| {
+        let row = (0..n).map(|j| normal[i][j] / scale[i] / scale[j]);
+        let unit = (0..n).map(|j| f64::from(i == j));
+        row.chain(unit).collect()
+    });
+    let mut inverse = eliminated(scaled.collect(), DEGENERATE)?;
+    for (i, row) in inverse.iter_mut().enumerate() {
+        let cells = row.iter_mut().zip(&scale);
+        cells.for_each(|(cell, other)| *cell = *cell / scale[i] / other);
+    }
+    Some(inverse)
+}
+
+fn constants(text: &str) -> Result<Constants> {
+    match text.trim() {
+        "" => Ok(Constants::new()),
+        text => parse_constants(text).map_err(of_fit),
+    }
 }
 
 /// A fault of a formula is one of the option that gives it.
@@ -319,12 +242,8 @@ fn of_fit(error: Error) -> Error {
     }
 }
 
-fn refuse(expected: String, found: String) -> Error {
-    Error::Request {
-        option: "fit",
-        expected,
-        found,
-    }
+fn refuse(expected: impl Into<String>, found: impl ToString) -> Error {
+    Error::request("fit", expected, found)
 }
 
 /// Both omega of a chain of two masses and one spring: `w^2 = s -+ sqrt(s^2 - 4 p q sin^2 phase)`, with
@@ -336,8 +255,9 @@ fn diatomic(p: f64, q: f64, phase: f64) -> [f64; 2] {
     [(product / high).sqrt(), high.sqrt()]
 }
 
-/// The points to fit, with their errors as errors of the frequency.
+/// The points to fit a law to, with their errors as errors of the frequency.
 struct Points<'a> {
+    law: &'a RidgeLaw,
     all: &'a [RidgePoint],
     wavenumbers: Vec<f64>,
     errors: Vec<f64>,
@@ -346,71 +266,95 @@ struct Points<'a> {
     site: f64,
 }
 
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 impl<'a> Points<'a> {
-    fn new(all: &'a [RidgePoint], site: f64, [df, dk]: [f64; 2]) -> Self {
-        let in_frequency = |point: &RidgePoint| match point.cut {
-            RidgeCut::Wavenumber => (point.frequency_error, df),
-            RidgeCut::Frequency => {
-                let slope = (point.group_velocity / TAU).abs();
-                // A branch whose slope is not known counts as one that crosses a bin in a bin.
-                let slope = if slope > 0.0 && slope.is_finite() {
-                    slope
-                } else {
-                    df / dk
-                };
-                (point.wavenumber_error * slope, dk * slope)
-            }
+    fn new(law: &'a RidgeLaw, all: &'a [RidgePoint], site: f64, [df, dk]: [f64; 2]) -> Self {
+        let in_frequency = |point: &RidgePoint| {
+            let (error, bin) = match point.cut {
+                RidgeCut::Wavenumber => (point.frequency_error, df),
+                RidgeCut::Frequency => {
+                    let slope = (point.group_velocity / TAU).abs();
+                    // A branch whose slope is not known counts as one that crosses a bin in a bin.
+                    let is_known = slope > 0.0 && slope.is_finite();
+                    let slope = if is_known { slope } else { df / dk };
+                    (point.wavenumber_error * slope, dk * slope)
+                }
+            };
+            (error.max(LEAST_ERROR * bin), bin)
         };
-        let (errors, bin): (Vec<f64>, Vec<f64>) = all.iter().map(in_frequency).unzip();
-        let errors = errors.iter().zip(&bin).map(|(e, b)| e.max(LEAST_ERROR * b));
+        let (errors, bin) = all.iter().map(in_frequency).unzip();
         Points {
+            law,
             all,
             wavenumbers: all.iter().map(|point| point.wavenumber).collect(),
-            errors: errors.collect(),
+            errors,
             bin,
             site,
         }
     }
 
     /// Distances from the nearest branch over their errors.
-    fn residuals(&self, law: &RidgeLaw, parameters: &[f64]) -> Result<Vec<f64>> {
+    fn residuals(&self, parameters: &[f64]) -> Result<Vec<f64>> {
+        let law = self.law;
         let branches = law.frequencies(parameters, &self.wavenumbers, self.site)?;
         let of = |((point, error), branches): ((&RidgePoint, &f64), &[f64; 2])| {
             let distances = branches.map(|f| point.frequency - f);
             let known = distances.into_iter().filter(|d| d.is_finite());
-            known
-                .min_by(|a, b| a.abs().total_cmp(&b.abs()))
-                .map(|d| d / error)
+            let nearest = known.min_by(|a, b| a.abs().total_cmp(&b.abs()));
+            nearest.map(|d| d / error)
         };
         let found = self.all.iter().zip(&self.errors).zip(&branches).map(of);
-        found.collect::<Option<Vec<f64>>>().ok_or_else(|| {
-            refuse(
-                format!("a frequency of `{}` at all ridges", law.name),
-                "none at some".into(),
-            )
+        let found: Option<Vec<f64>> = found.collect();
+        found.ok_or_else(|| {
+            let expected = format!("a frequency of `{}` at all ridges", law.name);
+            refuse(expected, "none at some")
         })
     }
 
-    fn bins(&self, residuals: &[f64]) -> Vec<f64> {
-        let scaled = residuals.iter().zip(&self.errors).zip(&self.bin);
-        scaled.map(|((r, error), bin)| r * error / bin).collect()
+    /// Where the search begins.
+    fn start(&self) -> Result<Vec<f64>> {
+        Ok(match &self.law.kind {
+            Kind::Formula(start) => start.values().copied().collect(),
+            Kind::Monatomic(spacing) => {
+                let a = spacing.unwrap_or(self.site);
+                let of = |point: &RidgePoint| {
+                    let sine = (0.5 * point.wavenumber * a).sin().abs();
+                    (sine > 0.05).then(|| 2.0 * (PI * point.frequency / sine).ln())
+                };
+                vec![median(self.all.iter().filter_map(of)).unwrap_or(0.0)]
+            }
+            Kind::Diatomic(_) => {
+                let highest = self.all.iter().fold(0.0, |m: f64, p| m.max(p.frequency));
+                let mut best = (f64::INFINITY, Vec::new());
+                // The highest frequency is that of opposite motion, 2 c (1/m1 + 1/m2), or below it.
+                for (ratio, above) in (0..24 * 24).map(|n| (n / 24, n % 24)) {
+                    let ratio = 1.02 * 1.15f64.powi(ratio);
+                    let sum = 0.5 * (TAU * highest).powi(2) * 0.9 * 1.03f64.powi(above);
+                    let light = sum * ratio / (1.0 + ratio);
+                    let tried = vec![(sum - light).ln(), light.ln()];
+                    let residuals = self.residuals(&tried)?;
+                    let squares = dot(&residuals, &residuals);
+                    if squares < best.0 {
+                        best = (squares, tried);
+                    }
+                }
+                best.1
+            }
+        })
     }
 
     /// Parameters, the sum of squares, and the normal matrix, by the method of Levenberg and Marquardt.
-    fn least_squares(
-        &self,
-        law: &RidgeLaw,
-        start: Vec<f64>,
-    ) -> Result<(Vec<f64>, f64, Vec<Vec<f64>>)> {
-        let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
-        let mut at = start;
-        let mut residuals = self.residuals(law, &at)?;
-        let mut squares = square(&residuals);
+    fn least_squares(&self) -> Result<(Vec<f64>, f64, Rows)> {
+        let mut at = self.start()?;
+        let residuals = self.residuals(&at)?;
+        let mut squares = dot(&residuals, &residuals);
         let mut damping = 1e-3;
         let n = at.len();
-        let mut normal = self.normal(law, &at, &residuals)?;
+        let (mut matrix, mut gradient) = self.normal(&at, &residuals)?;
         for _ in 0..ITERATIONS {
-            let (matrix, gradient) = &normal;
             let damped = (0..n).map(|i| {
                 let row = (0..n).map(|j| matrix[i][j] * if i == j { 1.0 + damping } else { 1.0 });
                 row.chain([-gradient[i]]).collect()
@@ -419,16 +363,14 @@ impl<'a> Points<'a> {
                 break;
             };
             let tried: Vec<f64> = at.iter().zip(&step).map(|(a, s)| a + s[0]).collect();
-            let found = self.residuals(law, &tried).ok().map(|r| (square(&r), r));
+            let found = self.residuals(&tried).ok().map(|r| (dot(&r, &r), r));
             match found.filter(|(sum, _)| *sum <= squares) {
                 Some((sum, found)) => {
-                    let small = at
-                        .iter()
-                        .zip(&tried)
-                        .all(|(a, b)| (a - b).abs() <= 1e-12 * (1e-6 + a.abs()));
+                    let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-12 * (1e-6 + a.abs());
+                    let small = at.iter().zip(&tried).all(near);
                     let done = small || squares - sum <= 1e-14 * squares;
-                    (at, squares, residuals) = (tried, sum, found);
-                    normal = self.normal(law, &at, &residuals)?;
+                    (at, squares) = (tried, sum);
+                    (matrix, gradient) = self.normal(&at, &found)?;
                     damping = (damping / 10.0).max(1e-12);
                     if done {
                         break;
@@ -438,66 +380,49 @@ impl<'a> Points<'a> {
                 None => damping *= 10.0,
             }
         }
-        Ok((at, squares, normal.0))
+        Ok((at, squares, matrix))
     }
 
     /// By what the parameters change if all points move by a bin to higher frequencies.
-    fn common_shift(
-        &self,
-        law: &RidgeLaw,
-        at: &[f64],
-        covariance: &[Vec<f64>],
-    ) -> Result<Vec<f64>> {
+    fn common_shift(&self, at: &[f64], covariance: &Rows) -> Result<Vec<f64>> {
         let shifts = self.bin.iter().zip(&self.errors).map(|(b, e)| b / e);
         let shifts: Vec<f64> = shifts.collect();
-        let derivatives = self.derivatives(law, at)?;
-        let pull = |row: &Vec<f64>| row.iter().zip(&shifts).map(|(d, s)| d * s).sum::<f64>();
-        let pulls: Vec<f64> = derivatives.iter().map(pull).collect();
-        let moved = |row: &Vec<f64>| row.iter().zip(&pulls).map(|(c, p)| c * p).sum::<f64>();
-        Ok(covariance.iter().map(moved).collect())
+        let derivatives = self.derivatives(at)?;
+        let pulls: Vec<f64> = derivatives.iter().map(|row| dot(row, &shifts)).collect();
+        Ok(covariance.iter().map(|row| dot(row, &pulls)).collect())
     }
 
     /// Of the residuals, by each parameter.
-    fn derivatives(&self, law: &RidgeLaw, at: &[f64]) -> Result<Vec<Vec<f64>>> {
+    fn derivatives(&self, at: &[f64]) -> Result<Rows> {
         let derivative = |i: usize| -> Result<Vec<f64>> {
             let step = STEP * at[i].abs().max(1e-3);
             let side = |sign: f64| {
                 let mut moved = at.to_vec();
                 moved[i] += sign * step;
-                self.residuals(law, &moved)
+                self.residuals(&moved)
             };
             let (above, below) = (side(1.0)?, side(-1.0)?);
-            Ok(above
-                .iter()
-                .zip(&below)
-                .map(|(a, b)| (a - b) / (2.0 * step))
-                .collect())
+            let pairs = above.iter().zip(&below);
+            Ok(pairs.map(|(a, b)| (a - b) / (2.0 * step)).collect())
         };
         (0..at.len()).map(derivative).collect()
     }
 
-    fn normal(
-        &self,
-        law: &RidgeLaw,
-        at: &[f64],
-        residuals: &[f64],
-    ) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
-        let n = at.len();
-        let derivatives = self.derivatives(law, at)?;
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let row = |i: usize| {
-            (0..n)
-                .map(|j| dot(&derivatives[i], &derivatives[j]))
-                .collect()
-        };
-        let gradient = (0..n).map(|i| dot(&derivatives[i], residuals)).collect();
-        Ok(((0..n).map(row).collect(), gradient))
+    /// The normal matrix, and half of the gradient of the sum of squares.
+    fn normal(&self, at: &[f64], residuals: &[f64]) -> Result<(Rows, Vec<f64>)> {
+        let derivatives = self.derivatives(at)?;
+        let products = |row: &Vec<f64>| derivatives.iter().map(|other| dot(row, other)).collect();
+        let gradient = derivatives.iter().map(|row| dot(row, residuals));
+        Ok((
+            derivatives.iter().map(products).collect(),
+            gradient.collect(),
+        ))
     }
 }
 
 /// Solves linear equations with several right sides, which stand behind the square matrix; `None` where a pivot is
 /// at most the share `least` of its row.
-pub(super) fn eliminated(mut rows: Vec<Vec<f64>>, least: f64) -> Option<Vec<Vec<f64>>> {
+pub(super) fn eliminated(mut rows: Rows, least: f64) -> Option<Rows> {
     let n = rows.len();
     let size = |row: &Vec<f64>| row[..n].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let mut sizes: Vec<f64> = rows.iter().map(size).collect();
@@ -514,10 +439,8 @@ pub(super) fn eliminated(mut rows: Vec<Vec<f64>>, least: f64) -> Option<Vec<Vec<
         for (j, other) in rows.iter_mut().enumerate() {
             let factor = other[i];
             if j != i {
-                other
-                    .iter_mut()
-                    .zip(&row)
-                    .for_each(|(v, r)| *v -= factor * r);
+                let cells = other.iter_mut().zip(&row);
+                cells.for_each(|(v, r)| *v -= factor * r);
             }
         }
     }

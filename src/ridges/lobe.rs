@@ -38,11 +38,9 @@ impl Lobe {
     /// Of `window` over `length` samples.
     pub fn new(window: Window, length: usize) -> Lobe {
         let samples = window.samples(length.min(LONGEST));
-        let power: Vec<f64> = (0..=REACH * FINE)
-            .map(|i| transform(&samples, i as f64 / FINE as f64))
-            .collect();
-        let top = power[0];
-        let power: Vec<f64> = power.iter().map(|p| p / top).collect();
+        let of = |i: usize| transform(&samples, i as f64 / FINE as f64);
+        let top = of(0);
+        let power: Vec<f64> = (0..=REACH * FINE).map(|i| of(i) / top).collect();
         let mut envelope = power.clone();
         for i in (0..envelope.len() - 1).rev() {
             envelope[i] = envelope[i].max(envelope[i + 1]);
@@ -53,18 +51,14 @@ impl Lobe {
         let crossing = below as f64 - 1.0 + (high - 0.5) / (high - low);
         let periodic = window == Window::None;
         let beside = samples.iter().cycle().skip(1);
-        let rises: f64 = samples
-            .iter()
-            .zip(beside)
-            .map(|(a, b)| (b - a).powi(2))
-            .sum();
+        let rises = samples.iter().zip(beside).map(|(a, b)| (b - a).powi(2));
+        let rises: f64 = rises.sum();
         let energy: f64 = samples.iter().map(|w| w * w).sum();
         let bin = TAU / samples.len() as f64;
+        let variance = (rises / energy / (bin * bin)).min(WIDEST);
+        let variance = if periodic { 0.0 } else { variance };
         let mut lobe = Lobe {
-            variance: match periodic {
-                true => 0.0,
-                false => (rises / energy / (bin * bin)).min(WIDEST),
-            },
+            variance,
             half: first_rise.unwrap_or(FINE) as f64 / FINE as f64,
             width: 2.0 * crossing / FINE as f64,
             periodic,
@@ -72,12 +66,11 @@ impl Lobe {
             envelope,
             tops: Vec::new(),
         };
-        lobe.tops = (0..=PLACES)
-            .map(|i| {
-                let d = i as f64 / (2 * PLACES) as f64;
-                parabola([1.0 + d, d, 1.0 - d].map(|d| lobe.at(d)))
-            })
-            .collect();
+        let top = |i: usize| {
+            let d = i as f64 / (2 * PLACES) as f64;
+            parabola([1.0 + d, d, 1.0 - d].map(|d| lobe.at(d)))[0]
+        };
+        lobe.tops = (0..=PLACES).map(top).collect();
         lobe
     }
 
@@ -96,19 +89,16 @@ impl Lobe {
             return 0.0;
         }
         let place = (d * FINE as f64) as usize;
-        match self.envelope.get(place) {
-            Some(share) => *share,
-            None => {
-                let last = self.envelope.len() - FINE;
-                self.envelope[last] * ((last as f64 / FINE as f64) / d).powi(2)
-            }
-        }
+        let last = self.envelope.len() - FINE;
+        let beyond = || self.envelope[last] * ((last as f64 / FINE as f64) / d).powi(2);
+        let within = self.envelope.get(place).copied();
+        within.unwrap_or_else(beyond)
     }
 
     /// How far the wave lies from the middle of three bins with these powers, between -1/2 and 1/2: the top
     /// of the parabola through their logarithms, corrected for this window.
     pub fn offset(&self, powers: [f64; 3]) -> f64 {
-        let top = parabola(powers);
+        let [top, _] = parabola(powers);
         let size = top.abs();
         let after = self.tops.partition_point(|t| *t < size).clamp(1, PLACES);
         let (low, high) = (self.tops[after - 1], self.tops[after]);
@@ -120,22 +110,17 @@ impl Lobe {
     }
 }
 
-/// The top of the parabola through the logarithms of three neighbouring powers, from the middle one.
-pub(super) fn parabola(powers: [f64; 3]) -> f64 {
+/// The top of the parabola through the logarithms of three neighbouring powers, from the middle one, and the
+/// logarithm of the power there.
+pub(super) fn parabola(powers: [f64; 3]) -> [f64; 2] {
     let least = (powers[1] * 1e-30).max(f64::MIN_POSITIVE);
     let [a, b, c] = powers.map(|p| p.max(least).ln());
     let curvature = 2.0 * b - a - c;
-    match curvature > 0.0 {
+    let top = match curvature > 0.0 {
         true => (0.5 * (c - a) / curvature).clamp(-0.5, 0.5),
         false => 0.0,
-    }
-}
-
-/// The logarithm of the power at that top.
-pub(super) fn top_of(powers: [f64; 3]) -> f64 {
-    let least = (powers[1] * 1e-30).max(f64::MIN_POSITIVE);
-    let [a, b, c] = powers.map(|p| p.max(least).ln());
-    b + 0.25 * (c - a) * parabola(powers)
+    };
+    [top, b + 0.25 * (c - a) * top]
 }
 
 fn transform(samples: &[f64], bins: f64) -> f64 {
@@ -170,7 +155,7 @@ mod tests {
                 let d = f64::from(i) / 41.0;
                 let powers = [-1.0 - d, -d, 1.0 - d].map(|at| transform(&samples, at));
                 let found = lobe.offset(powers);
-                plain = plain.max((parabola(powers) - d).abs());
+                plain = plain.max((parabola(powers)[0] - d).abs());
                 assert!((found - d).abs() < within, "{window}, {d}: {found}");
             }
             println!("{window}: the plain parabola is off by {plain}");

@@ -16,7 +16,6 @@ mod sheet;
 mod single;
 
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 use ndarray::Array2;
 
@@ -24,7 +23,7 @@ use crate::analyze::{self, Analysis, DispersionCurve, Request, Results, Scaling,
 use crate::arrays::{Collect, LargeArray};
 use crate::diagnostics::{MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
-use crate::estimates::{Averaging, Independence};
+use crate::estimates::{Averaging, Independence, Tapers, check_significance, first_of};
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Window};
@@ -34,7 +33,7 @@ use branches::Point;
 pub use fit::{RidgeFit, RidgeLaw, RidgeParameter};
 use lobe::Lobe;
 use peaks::{Cuts, Peak};
-use single::{is_single, steadiness, without_errors};
+use single::steadiness;
 
 /// Bins that the ends of two ridges of one branch are apart at most.
 const JOINED: f64 = 3.0;
@@ -49,6 +48,16 @@ pub enum RidgeCut {
     Frequency,
     /// Along f, at each wavenumber: for branches that are flat in bins.
     Wavenumber,
+}
+
+impl RidgeCut {
+    /// Of what is so across the cuts and along them, what is so of frequencies and of wavenumbers; and the other way around.
+    fn sorted<T>(self, [across, along]: [T; 2]) -> [T; 2] {
+        match self {
+            RidgeCut::Frequency => [across, along],
+            RidgeCut::Wavenumber => [along, across],
+        }
+    }
 }
 
 /// What ridges are read off, and how.
@@ -161,18 +170,10 @@ pub struct Ridges {
 }
 
 impl Ridges {
-    /// Whether the fields are one realisation, such as a transient: then nothing has an error.
-    pub fn is_single(&self) -> bool {
-        is_single(&self.independence)
-    }
-
     /// How many branches there are.
     pub fn branches(&self) -> usize {
-        self.ridges
-            .iter()
-            .map(|ridge| ridge.branch + 1)
-            .max()
-            .unwrap_or(0)
+        let numbers = self.ridges.iter().map(|ridge| ridge.branch + 1);
+        numbers.max().unwrap_or(0)
     }
 
     pub fn points(&self) -> impl Iterator<Item = &RidgePoint> {
@@ -209,26 +210,37 @@ pub fn ridges(
     request: &RidgesRequest,
     observer: &dyn Observer,
 ) -> Result<Ridges> {
-    let first = checked(fields, request)?;
+    let first = first_of(fields)?;
+    if first.n_sites() < 8 {
+        let found = format!("{} in {}", first.n_sites(), first.name);
+        return Err(Error::request("field", "at least 8 sites", found));
+    }
+    check_significance(request.alpha)?;
+    if !(request.range > 0.0 && request.range <= 300.0) {
+        let expected = "a range above 0 and up to 300 dB";
+        return Err(Error::request("range", expected, request.range));
+    }
+    if request.fewest < 5 {
+        let expected = "at least 5 points, which a slope needs";
+        return Err(Error::request("points", expected, request.fewest));
+    }
     let averaging = Averaging {
         segment: Some(request.segment.unwrap_or(match first.n_times() {
             short @ ..512 => short,
             long => 1 << (long / 4).ilog2(),
         })),
         overlap: request.overlap,
-        tapers: crate::estimates::Tapers::Window(request.window_time),
+        tapers: Tapers::Window(request.window_time),
         detrend: request.detrend,
     };
     let (segments, effective) = averaging.independent(first.n_times())?;
-    let realisations = effective * fields.len() as f64;
     let cells = (segments.length / 2 + 1) as u64 * first.n_sites() as u64;
     let allowed = request.memory.unwrap_or_else(half_of_free_memory);
     // The spectrum, its transpose, and that of another field.
     let held = 8 * cells * (2 + u64::from(fields.len() > 1));
     if held >= allowed {
-        let what = "the space-time spectrum, which is held (shorter segments need less),";
         return Err(Error::Memory {
-            what,
+            what: "the space-time spectrum, which is held (shorter segments need less),",
             needed: held,
             allowed,
         });
@@ -252,104 +264,38 @@ pub fn ridges(
         memory: Some(allowed - held),
         ..Request::default()
     };
-    let mut sum: Option<(Analysis, Array2<f64>)> = None;
-    for field in fields {
+    let spectrum_of = |field: &Field| -> Result<(Analysis, Array2<f64>)> {
         let collect = Collect::default();
         let plan = analyze::plan(field, &asked)?;
         let analysis = analyze::run(field, &plan, &collect, observer)?;
-        let spectrum = collect
-            .into_arrays()
-            .remove(&LargeArray::SPACETIME_SPECTRUM);
-        let spectrum = spectrum.unwrap_or_default();
-        // Powers are stored in units of its square.
-        let unit = |analysis: &Analysis| analysis.accuracy.amplitude_unit;
-        match &mut sum {
-            None => sum = Some((analysis, spectrum)),
-            Some((first, sum)) => {
-                let factor = (unit(&analysis) / unit(first)).powi(2);
-                sum.zip_mut_with(&spectrum, |a, b| *a += factor * b);
-            }
-        }
-    }
-    let Some((mut analysis, mut power)) = sum else {
-        return Err(refuse("field", "at least one field".into(), "none".into()));
+        let mut arrays = collect.into_arrays();
+        let spectrum = arrays.remove(&LargeArray::SPACETIME_SPECTRUM);
+        Ok((analysis, spectrum.unwrap_or_default()))
     };
+    let (mut analysis, mut power) = spectrum_of(first)?;
+    for field in &fields[1..] {
+        let (other, spectrum) = spectrum_of(field)?;
+        // Powers are stored in units of its square.
+        let [unit, own] = [&other, &analysis].map(|of| of.accuracy.amplitude_unit);
+        let factor = (unit / own).powi(2);
+        power.zip_mut_with(&spectrum, |a, b| *a += factor * b);
+    }
     if fields.len() > 1 {
         let count = fields.len() as f64;
         power.par_mapv_inplace(|p| p / count);
-        remap(&mut analysis, &power);
-    }
-    in_pool(request.threads, || {
-        Search {
-            request,
-            analysis,
-            power,
-            realisations,
-            independence: Independence::new(
-                [fields.len(), segments.count(), 1],
-                effective,
-                steadiness(fields),
-            ),
-            segment: segments.length,
+        if let Some(map) = &mut analysis.spacetime_map {
+            let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
+            builder.add(0, 0, power.view());
+            let [y, x] = [&map.y, &map.x].map(|axis| (&axis.label[..], axis.low, axis.high));
+            *map = builder.finish(map.label.clone(), y, x);
         }
-        .run()
+        analysis.direction_by_frequency = None;
+    }
+    let number = [fields.len(), segments.count(), 1];
+    in_pool(request.threads, || {
+        let independence = Independence::new(number, effective, steadiness(fields));
+        search(request, analysis, &power, independence)
     })
-}
-
-/// The map of an average.
-fn remap(analysis: &mut Analysis, power: &Array2<f64>) {
-    if let Some(map) = &mut analysis.spacetime_map {
-        let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
-        builder.add(0, 0, power.view());
-        let (x, y) = (&map.x, &map.y);
-        *map = builder.finish(
-            map.label.clone(),
-            (&y.label, y.low, y.high),
-            (&x.label, x.low, x.high),
-        );
-    }
-    analysis.direction_by_frequency = None;
-}
-
-fn refuse(option: &'static str, expected: String, found: String) -> Error {
-    Error::Request {
-        option,
-        expected,
-        found,
-    }
-}
-
-fn checked<'a>(fields: &[&'a Field], request: &RidgesRequest) -> Result<&'a Field> {
-    let first = crate::estimates::first_of(fields)?;
-    if first.n_sites() < 8 {
-        let found = format!("{} in {}", first.n_sites(), first.name);
-        return Err(refuse("field", "at least 8 sites".into(), found));
-    }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        let expected = "a probability between 0 and 1".to_owned();
-        return Err(refuse("significance", expected, request.alpha.to_string()));
-    }
-    if !(request.range > 0.0 && request.range <= 300.0) {
-        let expected = "a range above 0 and up to 300 dB".to_owned();
-        return Err(refuse("range", expected, request.range.to_string()));
-    }
-    if request.fewest < 5 {
-        let expected = "at least 5 points, which a slope needs".to_owned();
-        return Err(refuse("points", expected, request.fewest.to_string()));
-    }
-    Ok(first)
-}
-
-/// The search for ridges of a spectrum.
-struct Search<'a> {
-    request: &'a RidgesRequest,
-    analysis: Analysis,
-    /// `[frequency, signed wavenumber]`
-    power: Array2<f64>,
-    realisations: f64,
-    independence: Independence,
-    /// Samples a transform along time.
-    segment: usize,
 }
 
 /// A ridge in bins, and what it is read off.
@@ -358,173 +304,123 @@ struct Found {
     points: Vec<Point>,
 }
 
-impl Search<'_> {
-    fn run(mut self) -> Result<Ridges> {
-        let axes = &self.analysis.axes;
-        let (nf, nk) = self.power.dim();
-        let df = 1.0 / (self.segment as f64 * axes.time.step.abs());
-        let dk = TAU / (nk as f64 * axes.space.step.abs());
-        let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
-        let along_f = Lobe::new(self.request.window_time, self.segment);
-        let along_k = Lobe::new(self.request.window_space, axes.n_sites);
-        // Neither the mean with its main lobe nor the Nyquist lines, which have no direction.
-        let frequencies =
-            (along_f.half.ceil() as usize).min(nf)..(self.segment.div_ceil(2)).min(nf);
-        let wavenumbers = usize::from(nk.is_multiple_of(2))..nk;
-        let (by_frequency, by_wavenumber) = match self.request.cut {
-            Some(cut) => (cut == RidgeCut::Frequency, cut == RidgeCut::Wavenumber),
-            None => (self.request.window_space != Window::None, true),
-        };
-        let least = 10f64.powf(-0.1 * self.request.range);
-        let cuts =
-            |power, along, across, cuts: &Range<usize>, places: &Range<usize>, around| Cuts {
-                power,
-                along,
-                across,
-                realisations: self.realisations,
-                alpha: self.request.alpha,
-                least,
-                around,
-                cuts: cuts.clone(),
-                places: places.clone(),
-            };
-        let around = [Some(nk), None];
-        let at_frequencies = cuts(
-            self.power.view(),
-            &along_k,
-            &along_f,
-            &frequencies,
-            &wavenumbers,
-            around,
-        );
-        let level = at_frequencies.level();
-        let (mut found, mut lone) = (Vec::new(), Vec::new());
-        if by_frequency {
-            let (ridges, peaks) = self.found(&at_frequencies, RidgeCut::Frequency);
-            found.extend(ridges);
-            lone.extend(peaks);
-        }
-        if by_wavenumber {
-            let transposed = self.power.t();
-            let transposed = transposed.as_standard_layout();
-            let around = [None, Some(nk)];
-            let at_wavenumbers = cuts(
-                transposed.view(),
-                &along_f,
-                &along_k,
-                &wavenumbers,
-                &frequencies,
-                around,
-            );
-            let (ridges, peaks) = self.found(&at_wavenumbers, RidgeCut::Wavenumber);
-            found.extend(ridges);
-            if !by_frequency {
-                lone.extend(peaks);
-            }
-        }
-        if !found.is_empty() {
-            lone.clear();
-        }
-        lone.sort_by(|a, b| b.1.power.total_cmp(&a.1.power));
-        let lone = lone.iter().map(|(cut, peak)| {
-            let (across, at) = (peak.cut as f64, peak.at);
-            let [m, j] = match cut {
-                RidgeCut::Frequency => [across, at],
-                RidgeCut::Wavenumber => [at, across],
-            };
-            [m * df, lowest + j * dk]
-        });
-        let lone: Vec<[f64; 2]> = lone.collect();
-        if by_frequency && by_wavenumber {
-            found = sharpest(found, self.request.fewest);
-        }
-        let branches = numbered(&found);
-        let place = |cut, point: &Point| placed(cut, point, [df, dk], lowest);
-        let ridges: Vec<Ridge> = found
-            .iter()
-            .zip(branches)
-            .map(|(found, branch)| Ridge {
-                branch,
-                cut: found.cut,
-                points: found
-                    .points
-                    .iter()
-                    .map(|point| place(found.cut, point))
-                    .collect(),
-            })
-            .collect();
-        let all: Vec<RidgePoint> = ridges
-            .iter()
-            .flat_map(|r| r.points.iter().copied())
-            .collect();
-        let site = axes.space.step.abs();
-        let fits = self
-            .request
-            .laws
-            .iter()
-            .map(|law| law.fit(&all, site, [df, dk]));
-        let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
-        let (mut ridges, mut fits) = (ridges, fits);
-        if is_single(&self.independence) {
-            without_errors(&mut ridges, &mut fits);
-        }
-        self.analysis.dispersion = curves(&ridges);
-        self.analysis
-            .dispersion
-            .extend(fits.iter().map(|fit| fit.curve.clone()));
-        Ok(Ridges {
-            analysis: self.analysis,
-            records: self.independence.records,
-            realisations: self.realisations,
-            independence: self.independence,
-            alpha: self.request.alpha,
+/// Ridges of the spectrum `[frequency, signed wavenumber]`.
+fn search(
+    request: &RidgesRequest,
+    mut analysis: Analysis,
+    power: &Array2<f64>,
+    independence: Independence,
+) -> Result<Ridges> {
+    let (axes, segment) = (&analysis.axes, analysis.conventions.segment);
+    let realisations = independence.effective;
+    let (nf, nk) = power.dim();
+    let df = 1.0 / (segment as f64 * axes.time.step.abs());
+    let dk = TAU / (nk as f64 * axes.space.step.abs());
+    let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
+    let along_f = Lobe::new(request.window_time, segment);
+    let along_k = Lobe::new(request.window_space, axes.n_sites);
+    // Neither the mean with its main lobe nor the Nyquist lines, which have no direction.
+    let frequencies = (along_f.half.ceil() as usize).min(nf)..(segment.div_ceil(2)).min(nf);
+    let wavenumbers = usize::from(nk.is_multiple_of(2))..nk;
+    let tried = match request.cut {
+        Some(cut) => vec![cut],
+        None if request.window_space == Window::None => vec![RidgeCut::Wavenumber],
+        None => vec![RidgeCut::Frequency, RidgeCut::Wavenumber],
+    };
+    let level = peaks::level(power.len(), request.alpha, realisations);
+    let (mut found, mut lone) = (Vec::new(), Vec::new());
+    for cut in &tried {
+        let [power, _] = cut.sorted([power.view(), power.t()]);
+        let power = power.as_standard_layout();
+        let [across, along] = cut.sorted([&along_f, &along_k]);
+        let [cuts, places] = cut.sorted([frequencies.clone(), wavenumbers.clone()]);
+        let [around_across, around_along] = cut.sorted([None, Some(nk)]);
+        let cuts = Cuts {
+            power: power.view(),
+            along,
+            across,
+            realisations,
             level,
-            bins: [df, dk],
-            resolution: [along_f.width * df, along_k.width * dk],
-            ridges,
-            lone,
-            fits,
-        })
+            least: 10f64.powf(-0.1 * request.range),
+            around: [around_along, around_across],
+            cuts,
+            places,
+        };
+        let rows = branches::joined(&cuts.peaks(), power.ncols(), 1).into_iter();
+        let (ridges, short): (Vec<_>, Vec<_>) = rows.partition(|row| row.len() >= request.fewest);
+        found.extend(ridges.iter().map(|branch| Found {
+            cut: *cut,
+            points: branches::smooth(branch, across.variance),
+        }));
+        // The largest of each row that is too short to be a ridge.
+        let by_power = |a: &Peak, b: &Peak| a.power.total_cmp(&b.power);
+        let largest = |row: Vec<Peak>| row.into_iter().max_by(by_power);
+        if *cut == tried[0] {
+            lone = short.into_iter().filter_map(largest).collect();
+        }
     }
-
-    /// Ridges, and the largest peak of each row of peaks that is too short to be one.
-    fn found(&self, cuts: &Cuts<'_>, cut: RidgeCut) -> (Vec<Found>, Vec<(RidgeCut, Peak)>) {
-        let places = cuts.power.ncols();
-        let rows = branches::joined(&cuts.peaks(), places, 1).into_iter();
-        let (ridges, lone): (Vec<_>, Vec<_>) =
-            rows.partition(|row| row.len() >= self.request.fewest);
-        let smooth = ridges
-            .iter()
-            .map(|branch| branches::smooth(branch, cuts.across.variance));
-        let largest = lone.iter().filter_map(|row| {
-            let largest = row.iter().max_by(|a, b| a.power.total_cmp(&b.power));
-            Some((cut, *largest?))
-        });
-        (
-            smooth.map(|points| Found { cut, points }).collect(),
-            largest.collect(),
-        )
+    if !found.is_empty() {
+        lone.clear();
     }
+    lone.sort_by(|a, b| b.power.total_cmp(&a.power));
+    let lone = lone.iter().map(|peak| {
+        let [m, j] = tried[0].sorted([peak.cut as f64, peak.at]);
+        [m * df, lowest + j * dk]
+    });
+    let lone: Vec<[f64; 2]> = lone.collect();
+    if tried.len() > 1 {
+        found = sharpest(found, request.fewest);
+    }
+    let branches = numbered(&found).into_iter();
+    let ridges = found.iter().zip(branches).map(|(found, branch)| {
+        let place = |point| placed(found.cut, point, [df, dk], lowest);
+        Ridge {
+            branch,
+            cut: found.cut,
+            points: found.points.iter().map(place).collect(),
+        }
+    });
+    let ridges: Vec<Ridge> = ridges.collect();
+    let all: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.clone()).collect();
+    let site = axes.space.step.abs();
+    let fits = request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
+    let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
+    let fitted = fits.iter().map(|fit| fit.curve.clone());
+    analysis.dispersion = curve(&ridges).into_iter().chain(fitted).collect();
+    let mut found = Ridges {
+        analysis,
+        records: independence.records,
+        realisations,
+        independence,
+        alpha: request.alpha,
+        level,
+        bins: [df, dk],
+        resolution: [along_f.width * df, along_k.width * dk],
+        ridges,
+        lone,
+        fits,
+    };
+    if found.is_single() {
+        found.strike_errors();
+    }
+    Ok(found)
 }
 
 /// A point of a ridge in the units of the axes.
 fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> RidgePoint {
-    let Point {
-        peak,
-        across,
-        slope,
-        slope_error,
-    } = *point;
-    let (at, error) = (peak.at, peak.error);
-    let (m, j, f_error, k_error, bin) = match cut {
-        RidgeCut::Frequency => (across, at, 0.0, error * dk, dk),
-        RidgeCut::Wavenumber => (at, across, error * df, 0.0, df),
-    };
+    let (peak, slope, slope_error) = (point.peak, point.slope, point.slope_error);
+    let [m, j] = bins_of(cut, point);
+    let [m_error, j_error] = cut.sorted([0.0, peak.error]);
+    let [_, bin] = cut.sorted([df, dk]);
     let (frequency, wavenumber) = (m * df, lowest + j * dk);
-    let phase_velocity = TAU * frequency / wavenumber;
-    let relative = (f_error / frequency).hypot(k_error / wavenumber);
+    let (frequency_error, wavenumber_error) = (m_error * df, j_error * dk);
     // Where k is no different from 0, there is no velocity.
-    let known = wavenumber.abs() > (2.0 * k_error).max(1e-9 * dk);
+    let known = wavenumber.abs() > (2.0 * wavenumber_error).max(1e-9 * dk);
+    let phase_velocity = match known {
+        true => TAU * frequency / wavenumber,
+        false => f64::NAN,
+    };
+    let relative = (frequency_error / frequency).hypot(wavenumber_error / wavenumber);
     let (group_velocity, group_velocity_error) = match cut {
         RidgeCut::Wavenumber => (TAU * slope * df / dk, TAU * slope_error * df / dk),
         RidgeCut::Frequency if slope.abs() > 2.0 * slope_error => {
@@ -536,18 +432,14 @@ fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> Ridg
     RidgePoint {
         cut,
         frequency,
-        frequency_error: f_error,
+        frequency_error,
         wavenumber,
-        wavenumber_error: k_error,
+        wavenumber_error,
         power: peak.power,
         noise: peak.noise,
         width: peak.width * bin,
-        phase_velocity: if known { phase_velocity } else { f64::NAN },
-        phase_velocity_error: if known {
-            phase_velocity.abs() * relative
-        } else {
-            f64::NAN
-        },
+        phase_velocity,
+        phase_velocity_error: phase_velocity.abs() * relative,
         group_velocity,
         group_velocity_error,
     }
@@ -555,47 +447,42 @@ fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> Ridg
 
 /// Place of a point in bins: of frequency, of wavenumber.
 fn bins_of(cut: RidgeCut, point: &Point) -> [f64; 2] {
-    match cut {
-        RidgeCut::Frequency => [point.across, point.peak.at],
-        RidgeCut::Wavenumber => [point.peak.at, point.across],
+    cut.sorted([point.across, point.peak.at])
+}
+
+impl Found {
+    fn places(&self) -> Vec<[f64; 2]> {
+        let place = |point| bins_of(self.cut, point);
+        self.points.iter().map(place).collect()
     }
+}
+
+/// Whether two places are as near as this in both bins.
+fn are_near(a: [f64; 2], b: [f64; 2], within: [f64; 2]) -> bool {
+    (0..2).all(|i| (a[i] - b[i]).abs() <= within[i])
 }
 
 /// Of ridges of both cuts the parts that cross at most a bin from one cut to the next, which are the sharper
 /// ones; and others that these do not follow.
 fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
+    let is_sharp = |point: &Point| point.slope.abs() <= 1.0;
     let (mut kept, mut others) = (Vec::new(), Vec::new());
     for Found { cut, points } in found {
-        for run in points.chunk_by(|a, b| (a.slope.abs() <= 1.0) == (b.slope.abs() <= 1.0)) {
-            let is_sharp = run[0].slope.abs() <= 1.0;
-            if run.len() >= fewest {
-                let part = Found {
-                    cut,
-                    points: run.to_vec(),
-                };
-                if is_sharp {
-                    kept.push(part)
-                } else {
-                    others.push(part)
-                }
+        let runs = points.chunk_by(|a, b| is_sharp(a) == is_sharp(b));
+        for run in runs.filter(|run| run.len() >= fewest) {
+            let points = run.to_vec();
+            match is_sharp(&run[0]) {
+                true => kept.push(Found { cut, points }),
+                false => others.push(Found { cut, points }),
             }
         }
     }
-    let sharp: Vec<[f64; 2]> = kept
-        .iter()
-        .flat_map(|part: &Found| part.points.iter().map(|point| bins_of(part.cut, point)))
-        .collect();
+    let sharp: Vec<[f64; 2]> = kept.iter().flat_map(Found::places).collect();
     let is_new = |part: &Found| {
         let followed = |point: &&Point| {
-            let [m, j] = bins_of(part.cut, point);
-            let slope = point.slope.abs().max(1.0);
-            let (wide_m, wide_j) = match part.cut {
-                RidgeCut::Frequency => (1.5, 1.5 * slope),
-                RidgeCut::Wavenumber => (1.5 * slope, 1.5),
-            };
-            sharp
-                .iter()
-                .any(|at| (at[0] - m).abs() <= wide_m && (at[1] - j).abs() <= wide_j)
+            let wide = part.cut.sorted([1.5, 1.5 * point.slope.abs().max(1.0)]);
+            let at = bins_of(part.cut, point);
+            sharp.iter().any(|sharp| are_near(*sharp, at, wide))
         };
         (part.points.iter().filter(followed).count() as f64) < COVERED * part.points.len() as f64
     };
@@ -605,61 +492,44 @@ fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
 
 /// Numbers of branches: ridges whose ends meet share one.
 fn numbered(found: &[Found]) -> Vec<usize> {
-    let mut number: Vec<usize> = (0..found.len()).collect();
     let ends = |part: &Found| {
-        let ends = [part.points.first(), part.points.last()]
-            .into_iter()
-            .flatten();
-        ends.map(|point| bins_of(part.cut, point))
-            .collect::<Vec<_>>()
+        let places = part.places();
+        [places.first().copied(), places.last().copied()]
     };
+    let meet = |a: &Found, b: &Found| {
+        let (own, others) = (ends(a), ends(b));
+        let is_met = |p: &[f64; 2]| {
+            others
+                .iter()
+                .flatten()
+                .any(|q| are_near(*p, *q, [JOINED; 2]))
+        };
+        a.cut != b.cut && own.iter().flatten().any(is_met)
+    };
+    // That of the first ridge of each branch.
+    let mut first: Vec<usize> = (0..found.len()).collect();
     for a in 0..found.len() {
-        for b in 0..a {
-            let (one, other) = (ends(&found[a]), ends(&found[b]));
-            let meet = one.iter().any(|p| {
-                other
-                    .iter()
-                    .any(|q| (p[0] - q[0]).abs() <= JOINED && (p[1] - q[1]).abs() <= JOINED)
-            });
-            if meet && found[a].cut != found[b].cut && number[a] != number[b] {
-                let (from, to) = (number[a].max(number[b]), number[a].min(number[b]));
-                number
-                    .iter_mut()
-                    .filter(|n| **n == from)
-                    .for_each(|n| *n = to);
-            }
+        for b in (0..a).filter(|b| meet(&found[a], &found[*b])) {
+            let (from, to) = (first[a].max(first[b]), first[a].min(first[b]));
+            let joined = first.iter_mut().filter(|n| **n == from);
+            joined.for_each(|n| *n = to);
         }
     }
-    let mut order: Vec<usize> = Vec::new();
-    for n in &number {
-        if !order.contains(n) {
-            order.push(*n);
-        }
-    }
-    let rank = |n: &usize| order.iter().position(|o| o == n).unwrap_or_default();
-    number.iter().map(rank).collect()
+    let rank = |n: &usize| (0..*n).filter(|i| first[*i] == *i).count();
+    first.iter().map(rank).collect()
 }
 
-/// Ridges as curves over the spectrum, all under one name.
-fn curves(ridges: &[Ridge]) -> Vec<DispersionCurve> {
-    let points: usize = ridges.iter().map(|ridge| ridge.points.len() + 1).sum();
-    let mut wavenumber = Vec::with_capacity(points);
-    let mut frequency = Vec::with_capacity(points);
-    for ridge in ridges {
-        for point in &ridge.points {
-            wavenumber.push(point.wavenumber);
-            frequency.push(point.frequency);
-        }
+/// Ridges as one curve over the spectrum.
+fn curve(ridges: &[Ridge]) -> Option<DispersionCurve> {
+    let places = |ridge: &Ridge| {
+        let points = ridge.points.iter().map(|p| (p.wavenumber, p.frequency));
         // A gap to the next one.
-        wavenumber.push(f64::NAN);
-        frequency.push(f64::NAN);
-    }
-    match ridges.is_empty() {
-        true => Vec::new(),
-        false => vec![DispersionCurve {
-            name: "ridges".into(),
-            wavenumber,
-            branches: vec![frequency],
-        }],
-    }
+        points.chain([(f64::NAN, f64::NAN)]).collect::<Vec<_>>()
+    };
+    let (wavenumber, frequency) = ridges.iter().flat_map(places).unzip();
+    (!ridges.is_empty()).then(|| DispersionCurve {
+        name: "ridges".into(),
+        wavenumber,
+        branches: vec![frequency],
+    })
 }

@@ -3,8 +3,8 @@
 use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 
-use super::lobe::{Lobe, parabola, top_of};
-use crate::numeric::chi_square_level;
+use super::lobe::{Lobe, parabola};
+use crate::numeric::{chi_square_level, median};
 
 /// Cells of a cut over which the median is taken, and the distance from one median to the next.
 const MEDIAN: usize = 64;
@@ -46,8 +46,8 @@ pub(super) struct Cuts<'a> {
     pub across: &'a Lobe,
     /// Independent realisations of the average.
     pub realisations: f64,
-    /// Probability by which noise has a peak anywhere in the spectrum.
-    pub alpha: f64,
+    /// See [`level`].
+    pub level: f64,
     /// The least peak, over the largest power.
     pub least: f64,
     /// Bins around the axis along a cut, and around the other, where one ends where it begins.
@@ -62,52 +62,37 @@ fn exceeded(alpha: f64, degrees: f64) -> f64 {
     chi_square_level(alpha, degrees) / degrees
 }
 
-impl Cuts<'_> {
-    /// The level over the mean of the noise: noise exceeds it in one of all cells with probability alpha.
-    pub fn level(&self) -> f64 {
-        let cells = self.power.len().max(1) as f64;
-        exceeded(self.alpha / cells, 2.0 * self.realisations)
-    }
+/// The level over the mean of the noise: noise exceeds it in one of all cells with probability alpha.
+pub(super) fn level(cells: usize, alpha: f64, realisations: f64) -> f64 {
+    exceeded(alpha / cells.max(1) as f64, 2.0 * realisations)
+}
 
+impl Cuts<'_> {
     /// The peaks of all cuts, cut by cut.
     pub fn peaks(&self) -> Vec<Vec<Peak>> {
-        let strongest = self.strongest();
         let largest = self.power.iter().fold(0.0, |m: f64, p| m.max(*p));
-        let level = self.level();
-        let median = exceeded(0.5, 2.0 * self.realisations);
-        let background = self.background();
         let judge = Judge {
             cuts: self,
-            strongest: &strongest,
-            level,
-            median,
-            background: &background,
+            strongest: self.strongest(),
+            median: exceeded(0.5, 2.0 * self.realisations),
+            background: self.background(),
             least: largest * self.least,
             speckle: self.speckle(),
         };
-        (0..self.power.nrows())
-            .into_par_iter()
-            .map(|cut| match self.cuts.contains(&cut) {
-                true => judge.peaks(cut),
-                false => Vec::new(),
-            })
-            .collect()
+        let of_cut = |cut: usize| match self.cuts.contains(&cut) {
+            true => judge.peaks(cut),
+            false => Vec::new(),
+        };
+        let cuts = (0..self.power.nrows()).into_par_iter();
+        cuts.map(of_cut).collect()
     }
 
     /// What the spectrum has along a cut whatever the cut: medians over the cuts, smoothed by running medians over four main lobes, so
     /// that a branch along a cut is no background. Noise that is correlated in time or along x has such a shape.
     fn background(&self) -> Vec<f64> {
-        let middle = |values: &mut Vec<f64>| {
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
         let of_place = |place: usize| {
             let column = self.power.index_axis(Axis(1), place);
-            let mut inside: Vec<f64> = self.cuts.clone().map(|cut| column[cut]).collect();
-            match inside.is_empty() {
-                true => 1.0,
-                false => middle(&mut inside),
-            }
+            median(self.cuts.clone().map(|cut| column[cut])).unwrap_or(1.0)
         };
         let n = self.power.ncols();
         let medians: Vec<f64> = (0..n).into_par_iter().map(of_place).collect();
@@ -115,18 +100,14 @@ impl Cuts<'_> {
         let at = |i: isize| match self.around[0] {
             Some(_) => i.rem_euclid(n as isize) as usize,
             // Mirrored at the ends.
-            None => {
-                let i = i.unsigned_abs();
-                if i < n {
-                    i
-                } else {
-                    (2 * (n - 1)).saturating_sub(i)
-                }
-            }
+            None => match i.unsigned_abs() {
+                i if i < n => i,
+                i => (2 * (n - 1)).saturating_sub(i),
+            },
         };
         let smooth = |i: usize| {
             let about = (-reach..=reach).map(|d| medians[at(i as isize + d)]);
-            middle(&mut about.collect()).max(f64::MIN_POSITIVE)
+            median(about).map_or(f64::MIN_POSITIVE, |m| m.max(f64::MIN_POSITIVE))
         };
         (0..n).map(smooth).collect()
     }
@@ -141,16 +122,15 @@ impl Cuts<'_> {
 
     /// The strongest waves along the other axis, at each place.
     fn strongest(&self) -> Vec<Vec<(usize, f64)>> {
-        (0..self.power.ncols())
-            .into_par_iter()
-            .map(|place| {
-                let column = self.power.index_axis(Axis(1), place);
-                let mut tops: Vec<(usize, f64)> = tops(column).map(|i| (i, column[i])).collect();
-                tops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-                tops.truncate(STRONGEST);
-                tops
-            })
-            .collect()
+        let of_place = |place: usize| {
+            let column = self.power.index_axis(Axis(1), place);
+            let mut tops: Vec<(usize, f64)> = tops(column).map(|i| (i, column[i])).collect();
+            tops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+            tops.truncate(STRONGEST);
+            tops
+        };
+        let places = (0..self.power.ncols()).into_par_iter();
+        places.map(of_place).collect()
     }
 }
 
@@ -171,12 +151,11 @@ fn distance(a: usize, b: usize, around: Option<usize>) -> f64 {
 /// What peaks are judged by.
 struct Judge<'a, 'c> {
     cuts: &'a Cuts<'c>,
-    strongest: &'a [Vec<(usize, f64)>],
-    level: f64,
+    strongest: Vec<Vec<(usize, f64)>>,
     /// The median of noise over its mean.
     median: f64,
     /// How noise is distributed along a cut.
-    background: &'a [f64],
+    background: Vec<f64>,
     least: f64,
     speckle: f64,
 }
@@ -188,17 +167,15 @@ impl Judge<'_, '_> {
         let at = |i: usize| self.background[i] * noise[(i / STRIDE).min(noise.len() - 1)];
         let mut candidates: Vec<usize> = tops(powers)
             .filter(|i| *i > 0 && *i + 1 < powers.len() && self.cuts.places.contains(i))
-            .filter(|i| powers[*i] > self.level * at(*i) && powers[*i] > self.least)
+            .filter(|i| powers[*i] > self.cuts.level * at(*i) && powers[*i] > self.least)
             .filter(|i| self.is_no_leak(cut, *i, powers[*i]))
             .collect();
         candidates.sort_by(|a, b| powers[*b].total_cmp(&powers[*a]).then(a.cmp(b)));
         let mut accepted: Vec<usize> = Vec::new();
         for i in candidates {
-            if accepted.iter().all(|j| self.is_apart(powers, i, *j)) {
+            let is_apart = |j: &usize| self.is_apart(powers, i, *j);
+            if accepted.len() < MOST && accepted.iter().all(is_apart) {
                 accepted.push(i);
-            }
-            if accepted.len() == MOST {
-                break;
             }
         }
         accepted.sort_unstable();
@@ -209,38 +186,30 @@ impl Judge<'_, '_> {
     /// The mean power of the noise over the background, from medians, one every [`STRIDE`] cells.
     fn noise(&self, powers: ArrayView1<'_, f64>) -> Vec<f64> {
         let n = powers.len();
-        let mut sorted = Vec::with_capacity(MEDIAN);
-        let of = |middle: usize, sorted: &mut Vec<f64>| {
-            let from = middle
-                .saturating_sub(MEDIAN / 2)
-                .min(n.saturating_sub(MEDIAN));
-            sorted.clear();
-            let about = powers.iter().zip(self.background).skip(from).take(MEDIAN);
-            sorted.extend(about.map(|(power, background)| power / background));
-            sorted.sort_by(f64::total_cmp);
-            sorted[sorted.len() / 2] / self.median
+        let of = |middle: usize| {
+            let from = middle.saturating_sub(MEDIAN / 2);
+            let from = from.min(n.saturating_sub(MEDIAN));
+            let about = powers.iter().zip(&self.background).skip(from).take(MEDIAN);
+            let ratios = about.map(|(power, background)| power / background);
+            median(ratios).map_or(f64::NAN, |ratio| ratio / self.median)
         };
         let middles = (0..n.div_ceil(STRIDE)).map(|block| block * STRIDE + STRIDE / 2);
-        middles.map(|middle| of(middle, &mut sorted)).collect()
+        middles.map(of).collect()
     }
 
     /// Whether the peak stands above what the strongest waves of other cuts leak into this one.
     fn is_no_leak(&self, cut: usize, place: usize, power: f64) -> bool {
         self.strongest[place].iter().all(|(from, strong)| {
-            let leak = self
-                .cuts
-                .across
-                .leak(distance(cut, *from, self.cuts.around[1]));
+            let apart = distance(cut, *from, self.cuts.around[1]);
+            let leak = self.cuts.across.leak(apart);
             power > ABOVE_LEAK * leak * strong
         })
     }
 
     /// Whether a peak is none of a stronger one's side lobes, nor a bump of the same broad ridge.
     fn is_apart(&self, powers: ArrayView1<'_, f64>, weak: usize, strong: usize) -> bool {
-        let leak = self
-            .cuts
-            .along
-            .leak(distance(weak, strong, self.cuts.around[0]));
+        let apart = distance(weak, strong, self.cuts.around[0]);
+        let leak = self.cuts.along.leak(apart);
         let between = weak.min(strong)..=weak.max(strong);
         let valley = between.map(|i| powers[i]).fold(f64::INFINITY, f64::min);
         powers[weak] > ABOVE_LEAK * leak * powers[strong] && powers[weak] > self.speckle * valley
@@ -273,10 +242,8 @@ impl Judge<'_, '_> {
             let moment: f64 = region.map(|j| powers[j] * (j as f64 - i as f64)).sum();
             // Of a box as wide, of which each bin is known to 1/sqrt(K).
             let spread = width / 12f64.sqrt();
-            (
-                moment / sum,
-                spread / (k * (last - first + 1) as f64).sqrt(),
-            )
+            let count = (last - first + 1) as f64;
+            (moment / sum, spread / (k * count).sqrt())
         } else {
             (one.offset(three), self.line_error(three, noise))
         };
@@ -285,7 +252,7 @@ impl Judge<'_, '_> {
             at: i as f64 + at,
             error,
             power: powers[i],
-            height: top_of(three),
+            height: parabola(three)[1],
             noise,
             width,
         }
@@ -293,15 +260,13 @@ impl Judge<'_, '_> {
 
     /// The standard error of the top of a wave in noise, by the spread of each of three powers.
     fn line_error(&self, powers: [f64; 3], noise: f64) -> f64 {
-        let middle = parabola(powers);
+        let [middle, _] = parabola(powers);
         let squares = (0..3).map(|n| {
             let ratio = noise / powers[n].max(f64::MIN_POSITIVE);
-            let spread = ((2.0 * ratio + ratio * ratio) / self.cuts.realisations)
-                .min(1.0)
-                .sqrt();
+            let square = (2.0 * ratio + ratio * ratio) / self.cuts.realisations;
             let mut moved = powers;
-            moved[n] *= spread.exp();
-            (parabola(moved) - middle).powi(2)
+            moved[n] *= square.min(1.0).sqrt().exp();
+            (parabola(moved)[0] - middle).powi(2)
         });
         squares.sum::<f64>().sqrt()
     }

@@ -4,9 +4,10 @@ use serde_json::json;
 
 use super::{Ridge, RidgeCut, RidgeFit, RidgeParameter, RidgePoint, Ridges};
 use crate::analyze::{DispersionCurve, labels};
+use crate::numeric::median;
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, PALETTE, PlotRow, Role, Series,
-    Sheet, Table, Units, VERMILLION, extent, number, percent, with_half,
+    BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, PALETTE, PlotRow, Role, Series, Sheet,
+    Table, Units, VERMILLION, extent, name_of, number, percent, with_half, with_unit,
 };
 use crate::unit::{self, label};
 
@@ -66,47 +67,57 @@ impl Describe for Ridges {
         let axes = &self.analysis.axes;
         let conventions = &self.analysis.conventions;
         let (time_unit, space_unit) = (axes.time_unit(), axes.space_unit());
-        let level = number(self.level);
+        let (level, chance) = (number(self.level), percent(self.alpha));
+        let above = format!("Peaks exceed {level} times the");
+        let (note, of_level) = match self.is_single() {
+            true => {
+                let why = self.independence.why();
+                (
+                    format!("{above} background about them."),
+                    format!("{level}: {why}"),
+                )
+            }
+            false => {
+                let by_chance = format!("noise does so anywhere with probability {chance}.");
+                (
+                    format!("{above} noise about them; {by_chance}"),
+                    format!("{level} at {chance}"),
+                )
+            }
+        };
         let mut sheet = Sheet {
-            name: "ridges",
-            version: 1,
-            title: "Ridges of S(k, f)".into(),
             about: format!("dispersion, times in {time_unit}, lengths in {space_unit}"),
             answer: self.answer(),
-            note: match self.is_single() {
-                true => format!("Peaks exceed {level} times the background about them."),
-                false => format!(
-                    "Peaks exceed {level} times the noise about them; noise does so anywhere with probability {}.",
-                    percent(self.alpha)
-                ),
-            },
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            note,
+            ..Sheet::of("ridges", "Ridges of S(k, f)", &DEFINITIONS)
         };
-        self.facts(&mut sheet);
+        if !self.ridges.is_empty() {
+            let ridges = format!("{} of {} branches", self.ridges.len(), self.branches());
+            let points = self.points().count();
+            let text = format!("{ridges} with {points} points above {level} times the noise");
+            sheet.fact("ridges", text);
+        }
+        for fit in &self.fits {
+            let law = format!("{}: {}", fit.name, fit.parameters_in_words());
+            let [off, chi] = [fit.deviation, fit.reduced].map(number);
+            let text = format!("{law}; deviation {off} bins, reduced chi-square {chi}");
+            sheet.fact("fit", text);
+        }
         if self.is_single() {
             sheet.warnings.push(self.independence.transient("field"));
         }
         sheet.warnings.extend_from_slice(&self.analysis.warnings);
-        let level = match self.is_single() {
-            true => format!("{level}: {}", self.independence.why()),
-            false => format!("{level} at {}", percent(self.alpha)),
-        };
-        let [frequency_bin, wavenumber_bin] = self.bins.map(number);
+        let [df, dk] = self.bins;
+        let df = with_unit(df, &axes.frequency_unit());
+        let dk = with_unit(dk, &axes.wavenumber_unit());
         let rows = [
             ("records", self.records.to_string()),
             ("segments of a record", conventions.segments.to_string()),
             ("samples a segment", conventions.segment.to_string()),
             ("effective realisations", number(self.realisations)),
-            ("level over the noise", level),
-            (
-                "bin of frequency",
-                format!("{frequency_bin} {}", axes.frequency_unit()),
-            ),
-            (
-                "bin of wavenumber",
-                format!("{wavenumber_bin} {}", axes.wavenumber_unit()),
-            ),
+            ("level over the noise", of_level),
+            ("bin of frequency", df),
+            ("bin of wavenumber", dk),
         ];
         sheet.tables.push(Table::of_values("Spectrum", rows));
         sheet.tables.extend(self.fit_table());
@@ -148,8 +159,9 @@ impl Describe for Ridges {
 impl Ridge {
     fn numbers(&self) -> serde_json::Value {
         let ends = |of: fn(&RidgePoint) -> f64| {
-            let all = extent_of(self.points.iter().map(of));
-            [all.0, all.1]
+            let all = self.points.iter().map(of);
+            let low = all.clone().fold(f64::INFINITY, f64::min);
+            [low, all.fold(f64::NEG_INFINITY, f64::max)]
         };
         json!({
             "branch": self.branch,
@@ -159,12 +171,6 @@ impl Ridge {
             "wavenumber": ends(|point| point.wavenumber),
         })
     }
-}
-
-fn extent_of(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    })
 }
 
 impl RidgeFit {
@@ -197,36 +203,30 @@ impl Ridges {
 
     /// The law, or the velocity, in words.
     fn answer(&self) -> String {
-        if let (true, Some([frequency, wavenumber])) = (self.ridges.is_empty(), self.lone.first()) {
+        if self.ridges.is_empty() {
+            let Some(lone) = self.lone.first() else {
+                return "no ridge stands above the noise".into();
+            };
             let axes = &self.analysis.axes;
             let peaks = match self.lone.len() {
                 1 => "one lone peak stands above the noise, near".to_owned(),
                 count => format!("{count} lone peaks stand above the noise, the largest near"),
             };
-            return format!(
-                "no ridge: {peaks} {} {}, {} {}",
-                number(*frequency),
-                axes.frequency_unit(),
-                number(*wavenumber),
-                axes.wavenumber_unit()
-            );
-        }
-        if self.ridges.is_empty() {
-            return "no ridge stands above the noise".into();
+            let frequency = with_unit(lone[0], &axes.frequency_unit());
+            let wavenumber = with_unit(lone[1], &axes.wavenumber_unit());
+            return format!("no ridge: {peaks} {frequency}, {wavenumber}");
         }
         // Relative to the number of free points.
         let fits = self.fits.iter().filter(|fit| fit.deviation < 1.0);
         if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
-            let errors = match fit.parameters.iter().all(|p| p.error.is_finite()) {
-                true => " (standard errors)",
-                false => "",
+            let have_errors = fit.parameters.iter().all(|p| p.error.is_finite());
+            let errors = if have_errors {
+                " (standard errors)"
+            } else {
+                ""
             };
-            return format!(
-                "{} with {}{errors}, within {} bins",
-                fit.name,
-                fit.parameters_in_words(),
-                number(fit.deviation)
-            );
+            let (words, off) = (fit.parameters_in_words(), number(fit.deviation));
+            return format!("{} with {words}{errors}, within {off} bins", fit.name);
         }
         let unit = self.velocity_unit();
         let branches = match self.branches() {
@@ -235,12 +235,9 @@ impl Ridges {
         };
         if self.is_single() {
             let speeds = self.points().map(|p| p.group_velocity.abs());
-            let mut speeds: Vec<f64> = speeds.filter(|speed| speed.is_finite()).collect();
-            speeds.sort_by(f64::total_cmp);
-            let around = match speeds.get(speeds.len() / 2) {
-                Some(speed) => format!(", group velocity around {} {unit}", number(*speed)),
-                None => String::new(),
-            };
+            let around = median(speeds.filter(|speed| speed.is_finite()))
+                .map(|speed| format!(", group velocity around {} {unit}", number(speed)));
+            let around = around.unwrap_or_default();
             return format!("{branches}{around}; of a single transient no error is stated");
         }
         let magnitudes = |of: fn(&RidgePoint) -> [f64; 2]| {
@@ -253,79 +250,43 @@ impl Ridges {
                 let [low, middle, high] = [0.05, 0.5, 0.95].map(at);
                 let off = speeds.iter().map(|[v, e]| ((v - middle) / e).powi(2));
                 let by_errors = off.sum::<f64>() < DIFFERENT * speeds.len() as f64;
-                (
-                    [low, middle, high],
-                    by_errors || high - low < ALIKE * middle,
-                )
+                let are_alike = by_errors || high - low < ALIKE * middle;
+                ([low, middle, high], are_alike)
             })
         };
         // Folded wavenumbers have other phase velocities, but the same group velocity.
         let group = magnitudes(|p| [p.group_velocity, p.group_velocity_error]);
         if let Some(([low, middle, high], true)) = group {
-            let [forwards, backwards] = [1.0, -1.0].map(|sign| {
+            let [plus, minus] = [1.0, -1.0].map(|sign| {
                 let signed = self.points().filter(|p| sign * p.group_velocity > 0.0);
                 signed.count()
             });
-            let ways = match (forwards, backwards) {
-                (plus, minus) if minus * 20 < plus => "towards +x",
-                (plus, minus) if plus * 20 < minus => "towards -x",
-                _ => "both ways",
+            let ways = match minus * 20 < plus {
+                true => "towards +x",
+                false if plus * 20 < minus => "towards -x",
+                false => "both ways",
             };
             let speed = with_half(middle, 0.5 * (high - low), &unit);
             return format!("waves {ways} at a group velocity of {speed} ({branches})");
         }
         let phase = magnitudes(|p| [p.phase_velocity, p.phase_velocity_error]);
-        match (group, phase) {
-            (Some(([low, _, high], _)), _) => format!(
-                "{branches}, group velocity from {} to {} {unit}",
-                number(low),
-                number(high)
-            ),
-            (None, Some(([low, _, high], _))) => format!(
-                "{branches}, phase velocity from {} to {} {unit}",
-                number(low),
-                number(high)
-            ),
-            (None, None) => format!("{branches}, no velocity of which is known to a tenth"),
-        }
-    }
-
-    fn facts(&self, sheet: &mut Sheet) {
-        if !self.ridges.is_empty() {
-            let text = format!(
-                "{} of {} branches with {} points above {} times the noise",
-                self.ridges.len(),
-                self.branches(),
-                self.points().count(),
-                number(self.level)
-            );
-            sheet.fact("ridges", text);
-        }
-        for fit in &self.fits {
-            let text = format!(
-                "{}: {}; deviation {} bins, reduced chi-square {}",
-                fit.name,
-                fit.parameters_in_words(),
-                number(fit.deviation),
-                number(fit.reduced)
-            );
-            sheet.fact("fit", text);
+        let known = group.map(|known| ("group", known));
+        match known.or(phase.map(|known| ("phase", known))) {
+            Some((name, ([low, _, high], _))) => {
+                let [low, high] = [low, high].map(number);
+                format!("{branches}, {name} velocity from {low} to {high} {unit}")
+            }
+            None => format!("{branches}, no velocity of which is known to a tenth"),
         }
     }
 
     fn fit_table(&self) -> Option<Table> {
         let rows = self.fits.iter().flat_map(|fit| {
-            let row = |parameter: &RidgeParameter| {
-                vec![
-                    fit.name.clone(),
-                    parameter.name.clone(),
-                    number(parameter.value),
-                    number(parameter.error),
-                    number(fit.deviation),
-                    number(fit.reduced),
-                ]
-            };
-            fit.parameters.iter().map(row)
+            fit.parameters.iter().map(|parameter| {
+                let numbers = [parameter.value, parameter.error, fit.deviation, fit.reduced];
+                let names = [fit.name.clone(), parameter.name.clone()];
+                names.into_iter().chain(numbers.map(number)).collect()
+            })
         });
         let head = [
             "law",
@@ -335,33 +296,21 @@ impl Ridges {
             "deviation (bins)",
             "reduced χ²",
         ];
-        (!self.fits.is_empty()).then(|| Table {
-            title: "Fitted laws".into(),
-            head: head.map(str::to_owned).to_vec(),
-            rows: rows.collect(),
-            ..Table::default()
-        })
+        (!self.fits.is_empty()).then(|| Table::of("Fitted laws", &head, rows))
     }
 
     /// The points as a table, a row each: `branch`, `cut`, then the numbers; empty cells where one is not defined.
     pub fn csv(&self) -> String {
-        let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
+        let names = COLUMNS.map(|(name, _)| name);
         let mut text = format!("branch,cut,{}\n", names.join(","));
         for ridge in &self.ridges {
-            let cut = match ridge.cut {
-                RidgeCut::Frequency => "frequency",
-                RidgeCut::Wavenumber => "wavenumber",
-            };
             for point in &ridge.points {
-                text.push_str(&format!("{},{cut}", ridge.branch));
-                for (_, of) in COLUMNS {
-                    text.push(',');
-                    let value = of(point);
-                    if value.is_finite() {
-                        text.push_str(&value.to_string());
-                    }
-                }
-                text.push('\n');
+                let cells = COLUMNS.map(|(_, of)| match of(point) {
+                    value if value.is_finite() => value.to_string(),
+                    _ => String::new(),
+                });
+                let (branch, cut) = (ridge.branch, name_of(&ridge.cut));
+                text += &format!("{branch},{cut},{}\n", cells.join(","));
             }
         }
         text
@@ -370,20 +319,15 @@ impl Ridges {
     fn variables(&self, sheet: &mut Sheet) {
         let (axes, sample) = (&self.analysis.axes, self.analysis.unit.as_deref());
         let units = Units::of(&axes.time, &axes.space, sample);
-        let of_ridges: [Column<Ridge>; 2] = [
-            ("branch", "", |ridge| ridge.branch as f64),
-            ("at_frequency", "", |ridge| {
-                f64::from(u8::from(ridge.cut == RidgeCut::Frequency))
-            }),
-        ];
-        for (name, unit, of) in of_ridges {
-            let ridges = self.ridges.iter();
-            let values =
-                ridges.flat_map(|ridge| std::iter::repeat_n(of(ridge), ridge.points.len()));
-            sheet.line(name, "point", unit, values.collect::<Vec<f64>>());
-        }
         let density = labels::Power::of(&self.analysis).over_both(axes);
         let density = unit::split(&density).1;
+        let mut line = |name, unit: &str, values: Vec<f64>| sheet.line(name, "point", unit, values);
+        let points = self.ridges.iter();
+        let ridges = points.flat_map(|ridge| ridge.points.iter().map(move |_| ridge));
+        let is_cut = |ridge: &Ridge| f64::from(u8::from(ridge.cut == RidgeCut::Frequency));
+        let branch = |ridge: &Ridge| ridge.branch as f64;
+        line("branch", "", ridges.clone().map(branch).collect());
+        line("at_frequency", "", ridges.map(is_cut).collect());
         for (name, of) in COLUMNS {
             let of_column = match name {
                 "frequency" | "frequency_error" => &units.frequency,
@@ -393,23 +337,17 @@ impl Ridges {
                 "width" => "",
                 _ => &units.velocity,
             };
-            sheet.line(
-                name,
-                "point",
-                of_column,
-                self.points().map(of).collect::<Vec<f64>>(),
-            );
+            line(name, of_column, self.points().map(of).collect());
         }
         for (n, fit) in self.fits.iter().enumerate() {
             let curve = &fit.curve;
-            let axis = format!("fit_{n}_wavenumber");
+            let [axis, branches, name] =
+                ["wavenumber", "branch", "frequency"].map(|name| format!("fit_{n}_{name}"));
             sheet.line(&axis, &axis, &units.wavenumber, curve.wavenumber.clone());
-            let branches = format!("fit_{n}_branch");
             let axes = [
                 (&branches[..], curve.branches.len()),
                 (&axis, curve.wavenumber.len()),
             ];
-            let name = format!("fit_{n}_frequency");
             sheet.variable(&name, &axes, &units.frequency, curve.branches.concat());
         }
     }
@@ -448,53 +386,40 @@ impl Ridges {
             let points = points.map(|p| (p.wavenumber, p.frequency));
             Series::line(name, branch % colours, points.collect()).with(Look::Dots)
         };
-        let fitted = self
-            .fits
-            .iter()
-            .flat_map(|fit| DispersionCurve::curves(std::slice::from_ref(&fit.curve)));
+        let laws: Vec<DispersionCurve> = self.fits.iter().map(|fit| fit.curve.clone()).collect();
+        let fitted = DispersionCurve::curves(&laws).into_iter();
         let fitted = fitted.map(|curve| Series::line(curve.label, BLACK, curve.points));
         let fitted = fitted.map(|series| series.with(Look::Dashed));
+        let series = (0..self.branches()).map(branch).chain(fitted).collect();
+        let (k, f) = (labels::wavenumber(axes), labels::frequency(axes));
         Chart {
             x: extent(axes.wavenumber_signed.iter().copied()),
-            ..Chart::of(
-                "ridges",
-                labels::wavenumber(axes),
-                labels::frequency(axes),
-                (0..self.branches()).map(branch).chain(fitted).collect(),
-            )
+            ..Chart::of("ridges", k, f, series)
         }
     }
 
     /// Phase and group velocity over frequency, where they are known.
     fn velocity_charts(&self) -> Vec<Chart> {
-        let phase = |p: &RidgePoint| match self.is_single() {
-            // That of a transient is as good as the place of its peak, without an error; slopes are not.
-            true => [p.phase_velocity, 0.0],
-            false => [p.phase_velocity, p.phase_velocity_error],
-        };
-        let group = |p: &RidgePoint| [p.group_velocity, p.group_velocity_error];
         let chart = |title: &str, colour, of: &dyn Fn(&RidgePoint) -> [f64; 2]| {
             let known = self.points().map(|point| (point.frequency, of(point)));
             let known = known.filter(|(_, [value, error])| *error < RESOLVED * value.abs());
-            let (points, errors): (Vec<_>, Vec<f64>) =
-                known.map(|(f, [value, error])| ((f, value), error)).unzip();
-            (points.len() > 1).then(|| Chart {
+            let points = known.map(|(f, [value, error])| [f, value, error]);
+            let series = Series::with_errors("", colour, points).with(Look::Dots);
+            let frequency = labels::frequency(&self.analysis.axes);
+            let velocity = label("velocity", &self.velocity_unit());
+            (series.points.len() > 1).then(|| Chart {
                 levels: vec![Level::zero()],
-                ..Chart::of(
-                    title,
-                    labels::frequency(&self.analysis.axes),
-                    label("velocity", &self.velocity_unit()),
-                    vec![Series {
-                        errors,
-                        ..Series::line("", colour, points).with(Look::Dots)
-                    }],
-                )
+                ..Chart::of(title, frequency, velocity, vec![series])
             })
         };
-        let charts = [
-            chart("phase velocity", BLUE, &phase),
-            chart("group velocity", VERMILLION, &group),
-        ];
-        charts.into_iter().flatten().collect()
+        let phase = chart("phase velocity", BLUE, &|p| match self.is_single() {
+            // That of a transient is as good as the place of its peak, without an error; slopes are not.
+            true => [p.phase_velocity, 0.0],
+            false => [p.phase_velocity, p.phase_velocity_error],
+        });
+        let group = chart("group velocity", VERMILLION, &|p| {
+            [p.group_velocity, p.group_velocity_error]
+        });
+        phase.into_iter().chain(group).collect()
     }
 }

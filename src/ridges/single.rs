@@ -1,14 +1,13 @@
 //! Fields that are one realisation, such as a transient: nothing read off them has an error.
 
-use super::{Ridge, RidgeFit};
-use crate::estimates::Independence;
+use super::Ridges;
 use crate::estimates::realisations::{FILLED, TOGETHER, steadiness_of_sites, steadiness_without};
 use crate::field::Field;
 
 /// Steadiness below which a field is a transient, whose waves come and go: half, as of narrow-band noise at the least.
 const STEADY: f64 = 0.5;
 
-/// How steady the fields are; see [`Independence::steadiness`].
+/// How steady the fields are; see [`crate::estimates::Independence::steadiness`].
 pub(super) fn steadiness(fields: &[&Field]) -> f64 {
     let of = |field: &&Field| {
         let times = field.n_times();
@@ -36,32 +35,30 @@ pub(super) fn steadiness(fields: &[&Field]) -> f64 {
                 sites.push((steadiness, crate::numeric::sum_of_squares(record), largest));
             }
         }
-        let relative = |(steadiness, energy, largest): (f64, f64, f64)| {
-            (steadiness, energy * (largest / most).powi(2))
-        };
+        let relative = |(s, energy, own): (f64, f64, f64)| (s, energy * (own / most).powi(2));
         steadiness_of_sites(sites.into_iter().map(relative).collect())
     };
     fields.iter().map(of).sum::<f64>() / fields.len() as f64
 }
 
-pub(super) fn is_single(independence: &Independence) -> bool {
-    independence.records < 2
-        && (independence.steadiness.is_nan() || independence.steadiness < STEADY)
-}
-
-/// Errors by noise and spread are none of a single transient's, which is as it is.
-pub(super) fn without_errors(ridges: &mut [Ridge], fits: &mut [RidgeFit]) {
-    for point in ridges.iter_mut().flat_map(|ridge| &mut ridge.points) {
-        let errors = [
-            &mut point.frequency_error,
-            &mut point.wavenumber_error,
-            &mut point.phase_velocity_error,
-            &mut point.group_velocity_error,
-        ];
-        errors.into_iter().for_each(|error| *error = f64::NAN);
+impl Ridges {
+    /// Whether the fields are one realisation, such as a transient: then nothing has an error.
+    pub fn is_single(&self) -> bool {
+        let steadiness = self.independence.steadiness;
+        self.records < 2 && (steadiness.is_nan() || steadiness < STEADY)
     }
-    for fit in fits {
-        fit.reduced = f64::NAN;
-        fit.parameters.iter_mut().for_each(|p| p.error = f64::NAN);
+
+    /// Errors by noise and spread are none of a single transient's, which is as it is.
+    pub(super) fn strike_errors(&mut self) {
+        for point in self.ridges.iter_mut().flat_map(|ridge| &mut ridge.points) {
+            point.frequency_error = f64::NAN;
+            point.wavenumber_error = f64::NAN;
+            point.phase_velocity_error = f64::NAN;
+            point.group_velocity_error = f64::NAN;
+        }
+        for fit in &mut self.fits {
+            fit.reduced = f64::NAN;
+            fit.parameters.iter_mut().for_each(|p| p.error = f64::NAN);
+        }
     }
 }

@@ -32,6 +32,13 @@ pub struct Mark {
     pub label: String,
 }
 
+impl Mark {
+    pub fn new(at: f64, label: impl Into<String>) -> Mark {
+        let label = label.into();
+        Mark { at, label }
+    }
+}
+
 /// A symbol at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
@@ -96,6 +103,21 @@ impl Series {
         Series::line(label, colour, points.collect())
     }
 
+    /// Points with their errors, x, y and error of each; an error that is not finite is none.
+    pub fn with_errors(
+        label: impl Into<String>,
+        colour: usize,
+        points: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Series {
+        let bar = |error: f64| if error.is_finite() { error } else { 0.0 };
+        let points = points.into_iter();
+        let (points, errors) = points.map(|[x, y, e]| ((x, y), bar(e))).unzip();
+        Series {
+            errors,
+            ..Series::line(label, colour, points)
+        }
+    }
+
     pub fn with(self, look: Look) -> Series {
         Series { look, ..self }
     }
@@ -127,12 +149,14 @@ pub struct Level {
 }
 
 impl Level {
+    pub fn new(at: f64, label: impl Into<String>) -> Level {
+        let label = label.into();
+        Level { at, label }
+    }
+
     /// The line at 0, without a name.
     pub fn zero() -> Level {
-        Level {
-            at: 0.0,
-            label: String::new(),
-        }
+        Level::new(0.0, "")
     }
 }
 

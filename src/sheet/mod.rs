@@ -256,6 +256,21 @@ impl PlotRow {
 }
 
 impl<'a> Sheet<'a> {
+    /// An empty one, the first version of its schema.
+    pub(crate) fn of(
+        name: &'static str,
+        title: &str,
+        definitions: &[[&'static str; 2]],
+    ) -> Sheet<'a> {
+        Sheet {
+            name,
+            version: 1,
+            title: title.into(),
+            definitions: definitions.to_vec(),
+            ..Sheet::default()
+        }
+    }
+
     pub fn fact(&mut self, name: impl Into<String>, text: impl Into<String>) {
         self.facts.push(Fact::new(name, text));
     }

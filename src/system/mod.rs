@@ -5,3 +5,21 @@ pub(crate) mod journal;
 pub(crate) mod threads;
 
 pub(crate) use wavecascade_system::{file_io, memory, prefetch, publish, scratch_pool, signals};
+
+use crate::error::{Error, Result};
+
+/// Whether the bytes `needed` are `allowed`, by default half of the free memory.
+///
+/// # Errors
+/// [`Error::Memory`], of `what`.
+pub(crate) fn check_memory(what: &'static str, needed: u64, allowed: Option<u64>) -> Result<()> {
+    let allowed = allowed.unwrap_or_else(memory::half_of_free_memory);
+    match needed > allowed {
+        true => Err(Error::Memory {
+            what,
+            needed,
+            allowed,
+        }),
+        false => Ok(()),
+    }
+}

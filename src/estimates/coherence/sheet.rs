@@ -46,9 +46,6 @@ impl Describe for Coherence {
         let reference = self.reference;
         let position = number(self.space.at(reference));
         let mut sheet = Sheet {
-            name: "coherence",
-            version: 1,
-            title: "Coherence with a reference site".into(),
             about: format!(
                 "all sites against site {reference} at {position} {space_unit}, times in {time_unit}"
             ),
@@ -64,8 +61,7 @@ impl Describe for Coherence {
                     self.independence.why_none()
                 ),
             },
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("coherence", "Coherence with a reference site", &DEFINITIONS)
         };
         sheet.numbers(json!({
             "time_unit": time_unit,
@@ -357,10 +353,7 @@ impl Coherence {
             y: edges_from_zero(&self.frequency),
             values: self.coherence.clone(),
             colors: Colors::Between(0.0..1.0),
-            marks: vec![Mark {
-                at: positions[self.reference],
-                label: "reference".into(),
-            }],
+            marks: vec![Mark::new(positions[self.reference], "reference")],
             roles: Some([Role::Position, Role::Frequency]),
             ..HeatChart::default()
         }
@@ -374,10 +367,7 @@ impl Coherence {
             known.iter().sum::<f64>() / known.len() as f64
         };
         let means: Vec<f64> = self.coherence.axis_iter(Along(0)).map(mean).collect();
-        let levels = self.level().map(|at| Level {
-            at,
-            label: "level of one cell".into(),
-        });
+        let levels = self.level().map(|at| Level::new(at, "level of one cell"));
         Chart {
             y: 0.0..1.0,
             levels: levels.into_iter().collect(),
@@ -393,21 +383,15 @@ impl Coherence {
     fn delay_chart(&self) -> Option<Chart> {
         let (time_unit, space_unit) = self.units();
         let delays = self.delays.iter().zip(self.positions());
-        let delays = delays.filter_map(|(delay, x)| delay.map(|delay| (x, delay)));
-        let (points, errors): (Vec<_>, Vec<f64>) = delays
-            .map(|(x, delay)| ((x, delay.delay), delay.error))
-            .unzip();
-        let zero = Level::zero();
-        (points.len() > 1).then(|| Chart {
-            levels: vec![zero],
+        let delays = delays.filter_map(|(delay, x)| delay.map(|d| [x, d.delay, d.error]));
+        let series = Series::with_errors("", BLUE, delays).with(Look::Dots);
+        (series.points.len() > 1).then(|| Chart {
+            levels: vec![Level::zero()],
             ..Chart::of(
                 "delay behind the reference",
                 label("position x", &space_unit),
                 label("delay", &time_unit),
-                vec![Series {
-                    errors,
-                    ..Series::line("", BLUE, points).with(Look::Dots)
-                }],
+                vec![series],
             )
         })
     }
@@ -417,18 +401,14 @@ impl Coherence {
         let (time_unit, space_unit) = self.units();
         let resolved = self.speeds.iter();
         let resolved = resolved.filter(|speed| speed.velocity_error < 0.5 * speed.velocity.abs());
-        let (points, errors): (Vec<_>, Vec<f64>) = resolved
-            .map(|speed| ((speed.frequency, speed.velocity), speed.velocity_error))
-            .unzip();
-        (points.len() > 1).then(|| {
+        let points = resolved.map(|speed| [speed.frequency, speed.velocity, speed.velocity_error]);
+        let series = Series::with_errors("", BLUE, points).with(Look::Dots);
+        (series.points.len() > 1).then(|| {
             Chart::of(
                 "phase velocity",
                 self.frequency_label(),
                 label("velocity", &format!("{space_unit}/{time_unit}")),
-                vec![Series {
-                    errors,
-                    ..Series::line("", BLUE, points).with(Look::Dots)
-                }],
+                vec![series],
             )
         })
     }

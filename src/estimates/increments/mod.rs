@@ -13,15 +13,15 @@ pub use sums::FieldAxis;
 
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    LEAST_STEADINESS, first_of, steadiness_of_sites, steadiness_without,
+    LEAST_STEADINESS, check_significance, first_of, steadiness_of_sites, steadiness_without,
 };
 use crate::field::Field;
-use crate::numeric::at_or_below;
 use crate::numeric::least_squares::LineFit;
+use crate::numeric::{in_band, student_two_sided};
 use crate::observer::Observer;
 use crate::system::threads::in_pool;
-use moments::{ORDERS, Sums, added, jackknife, statistics};
-use sums::{CELLS, Counts, IncrementPass, PARTS, PartSums, REACH};
+use moments::{ORDERS, Sums, added, statistics};
+use sums::{CELLS, Counts, PARTS, REACH, add_counts};
 
 /// Structure functions, flatness and histograms of the increments of a field.
 ///
@@ -64,41 +64,35 @@ pub fn increments(
     observer: &dyn Observer,
 ) -> Result<Increments> {
     let first = first_of(fields)?;
-    let alpha = request.alpha;
-    if !(alpha > 0.0 && alpha < 1.0) {
-        let expected = "a probability between 0 and 1".to_owned();
-        return refuse("significance", expected, alpha.to_string());
-    }
+    check_significance(request.alpha)?;
+    let (n_times, n_sites) = (first.n_times(), first.n_sites());
     let steps = [
-        steps_of(&request.separations, first.n_sites(), "separations")?,
-        steps_of(&request.lags, first.n_times(), "lags")?,
+        steps_of(&request.separations, n_sites, "separations")?,
+        steps_of(&request.lags, n_times, "lags")?,
     ];
     if steps.iter().all(Vec::is_empty) {
-        let found = format!("{} times by {} sites", first.n_times(), first.n_sites());
-        return refuse("field", "at least two times or sites".into(), found);
+        let expected = "at least two times or sites";
+        let found = format!("{n_times} times by {n_sites} sites");
+        return Err(Error::request("field", expected, found));
     }
     in_pool(request.threads, || {
         let steadiness = steadiness_at_sites(first);
-        let is_steady = steadiness >= LEAST_STEADINESS && first.n_times() >= 2 * PARTS;
+        let is_steady = steadiness >= LEAST_STEADINESS && n_times >= 2 * PARTS;
         let basis = match fields.len() > 1 {
             true => IntervalBasis::Shots,
             false if is_steady => IntervalBasis::Parts,
             false => IntervalBasis::None,
         };
-        let mut axes = Vec::new();
-        for (axis, steps) in [FieldAxis::Space, FieldAxis::Time].into_iter().zip(&steps) {
-            if !steps.is_empty() {
-                let along = Along {
-                    fields,
-                    axis,
-                    steps,
-                    basis,
-                    request,
-                    observer,
-                };
-                axes.push(along.run()?);
-            }
-        }
+        let axes = [FieldAxis::Space, FieldAxis::Time].into_iter().zip(&steps);
+        let along = axes.filter(|(_, steps)| !steps.is_empty());
+        let along = along.map(|(axis, steps)| Along {
+            fields,
+            axis,
+            steps,
+            basis,
+            request,
+            observer,
+        });
         Ok(Increments {
             time: first.time.clone(),
             space: first.space.clone(),
@@ -106,8 +100,8 @@ pub fn increments(
             shots: fields.len(),
             steadiness,
             basis,
-            alpha,
-            axes,
+            alpha: request.alpha,
+            axes: along.map(|along| along.run()).collect::<Result<_>>()?,
         })
     })
 }
@@ -130,14 +124,6 @@ fn steadiness_at_sites(field: &Field) -> f64 {
     steadiness_of_sites(each.collect())
 }
 
-fn refuse<T>(option: &'static str, expected: String, found: String) -> Result<T> {
-    Err(Error::Request {
-        option,
-        expected,
-        found,
-    })
-}
-
 /// Steps along an axis of `n` samples, ascending.
 fn steps_of(typed: &Option<Vec<usize>>, n: usize, option: &'static str) -> Result<Vec<usize>> {
     let half_octaves = (0..128).map(|i| 2f64.powf(0.5 * f64::from(i)).round() as usize);
@@ -146,7 +132,10 @@ fn steps_of(typed: &Option<Vec<usize>>, n: usize, option: &'static str) -> Resul
     steps.sort_unstable();
     steps.dedup();
     match steps.iter().find(|step| **step == 0 || **step >= n) {
-        Some(step) => refuse(option, format!("steps of 1 to {}", n - 1), step.to_string()),
+        Some(step) => {
+            let expected = format!("steps of 1 to {}", n - 1);
+            Err(Error::request(option, expected, step))
+        }
         None => Ok(steps),
     }
 }
@@ -155,6 +144,7 @@ fn steps_of(typed: &Option<Vec<usize>>, n: usize, option: &'static str) -> Resul
 struct Along<'a> {
     fields: &'a [&'a Field],
     axis: FieldAxis,
+    /// Separations in sites, or lags in samples.
     steps: &'a [usize],
     basis: IntervalBasis,
     request: &'a IncrementsRequest,
@@ -171,69 +161,66 @@ struct Values {
 }
 
 impl Values {
-    /// Of the scales `used`: what `of` makes of their sums, half of its intervals, and the values these rest on.
+    /// Of the scales `used`: what `of` makes of their sums, half of its intervals, and the values these rest on: a
+    /// jackknife that leaves one of them out. Half is NaN for fewer than two values.
     fn find<const N: usize>(
         &self,
         used: &[usize],
         of: impl Fn(&[Sums]) -> [f64; N],
     ) -> ([f64; N], [f64; N], usize) {
         let pick = |sums: &Vec<Sums>| -> Vec<Sums> { used.iter().map(|i| sums[*i]).collect() };
-        let each: Vec<Vec<Sums>> = match used.iter().all(|i| *i < self.short) {
-            true => self.each.iter().map(pick).collect(),
-            false => Vec::new(),
-        };
-        let each: Vec<&[Sums]> = each.iter().map(Vec::as_slice).collect();
         let all = pick(&self.all);
-        let (half, count) = jackknife(&all, &each, self.alpha, &of);
-        (of(&all), half, count)
+        let are_short = used.iter().all(|i| *i < self.short);
+        let each = self.each.iter().filter(|_| are_short).map(pick);
+        let there = each.filter(|one| one.iter().all(|sums| sums[0] > 0.0));
+        let without = there.map(|one| {
+            let pairs = all.iter().zip(&one);
+            let rest = pairs.map(|(all, one)| std::array::from_fn(|i| all[i] - one[i]));
+            of(&rest.collect::<Vec<Sums>>())
+        });
+        let without: Vec<[f64; N]> = without.collect();
+        let n = without.len() as f64;
+        let within = match without.len() {
+            0 | 1 => f64::NAN,
+            _ => student_two_sided(self.alpha, n - 1.0) * ((n - 1.0) / n).sqrt(),
+        };
+        let half = |i: usize| {
+            let mean = without.iter().map(|one| one[i]).sum::<f64>() / n;
+            let squares: f64 = without.iter().map(|one| (one[i] - mean).powi(2)).sum();
+            within * squares.sqrt()
+        };
+        (of(&all), std::array::from_fn(half), without.len())
     }
 }
 
 impl Along<'_> {
-    fn pass<'p>(&'p self, field: &'p Field, steps: &'p [usize]) -> IncrementPass<'p> {
-        IncrementPass {
-            field,
-            axis: self.axis,
-            steps,
-            observer: self.observer,
-        }
-    }
-
     fn run(&self) -> Result<AxisIncrements> {
-        let sums = |field: &&Field| {
-            let pass = self.pass(field, self.steps);
-            pass.check_memory(self.request.memory)?;
-            pass.sums()
+        let shots = self.fields.iter().map(|field| self.sums(field));
+        let shots: Vec<Vec<Vec<Sums>>> = shots.collect::<Result<_>>()?;
+        let total = |values: &Vec<Vec<Sums>>| -> Vec<Sums> {
+            let zero = vec![Sums::default(); self.steps.len()];
+            values.iter().fold(zero, |sums, one| {
+                sums.iter().zip(one).map(|(a, b)| added(a, b)).collect()
+            })
         };
-        let shots: Vec<PartSums> = self.fields.iter().map(sums).collect::<Result<_>>()?;
-        let total = |values: &[Vec<Sums>]| -> Vec<Sums> {
-            let of = |i: usize| {
-                values
-                    .iter()
-                    .fold(Sums::default(), |s, one| added(&s, &one[i]))
-            };
-            (0..self.steps.len()).map(of).collect()
+        let of_shots: Vec<Vec<Sums>> = shots.iter().map(total).collect();
+        let first = self.fields[0];
+        let longest = self.axis.of([usize::MAX, first.n_times() / (4 * PARTS)]);
+        let is_short = |step: &&usize| **step <= longest;
+        let short = self.steps.iter().take_while(is_short).count();
+        let all = total(&of_shots);
+        let (each, short) = match self.basis {
+            IntervalBasis::Shots => (of_shots, self.steps.len()),
+            IntervalBasis::Parts => (shots.into_iter().next().unwrap_or_default(), short),
+            IntervalBasis::None => (Vec::new(), short),
         };
-        let of_shots: Vec<Vec<Sums>> = shots.iter().map(|parts| total(parts)).collect();
-        let n_times = self.fields[0].n_times();
-        let is_short = |s: &&usize| self.axis == FieldAxis::Space || 4 * **s * PARTS <= n_times;
         let values = Values {
-            all: total(&of_shots),
-            short: match self.basis {
-                IntervalBasis::Shots => self.steps.len(),
-                _ => self.steps.iter().take_while(is_short).count(),
-            },
-            each: match self.basis {
-                IntervalBasis::Shots => of_shots,
-                IntervalBasis::Parts => shots.into_iter().next().unwrap_or_default(),
-                IntervalBasis::None => Vec::new(),
-            },
+            all,
+            each,
+            short,
             alpha: self.request.alpha,
         };
-        let length = match self.axis {
-            FieldAxis::Space => self.fields[0].space.step.abs(),
-            FieldAxis::Time => self.fields[0].time.step,
-        };
+        let length = self.axis.of([first.space.step.abs(), first.time.step]);
         let moments = |(i, step): (usize, &usize)| {
             let (mut found, mut half, realisations) =
                 values.find(&[i], |sums| statistics(&sums[0]));
@@ -268,43 +255,34 @@ impl Along<'_> {
         scales: &[ScaleMoments],
         values: &Values,
     ) -> Result<Option<ScalingExponents>> {
-        let (band, option) = match self.axis {
-            FieldAxis::Space => (self.request.band, "band"),
-            FieldAxis::Time => (self.request.lag_band, "lag-band"),
-        };
-        let Some((from, to)) = band else {
+        let (band, option) = self.axis.of([
+            (self.request.band, "band"),
+            (self.request.lag_band, "lag-band"),
+        ]);
+        let Some(band) = band else {
             return Ok(None);
         };
-        let inside = |scale: f64| at_or_below(scale, to) && at_or_below(from, scale);
-        let is_used = |m: &ScaleMoments| inside(m.scale) && m.pairs > 0 && m.structure[0] > 0.0;
+        let is_used =
+            |m: &ScaleMoments| in_band(m.scale, band) && m.pairs > 0 && m.structure[0] > 0.0;
         let used: Vec<usize> = (0..scales.len()).filter(|i| is_used(&scales[*i])).collect();
-        // Of order p against the scale, or against order 3.
-        let line = |sums: &[Sums], p: usize, against_third: bool| {
-            let point = |(i, sums): (&usize, &Sums)| {
-                let of = |p: usize| (sums[p + 1] / sums[0]).ln();
-                match against_third {
-                    true => (of(2), of(p)),
-                    false => (scales[*i].scale.ln(), of(p)),
-                }
-            };
-            LineFit::through(&used.iter().zip(sums).map(point).collect::<Vec<_>>())
+        // The logarithm of a structure function of order p + 1.
+        let ln = |sums: &Sums, p: usize| (sums[p + 1] / sums[0]).ln();
+        let line = |sums: &[Sums], p: usize| {
+            let scales = used.iter().map(|i| scales[*i].scale.ln());
+            line_of(scales.zip(sums.iter().map(|sums| ln(sums, p))))
         };
-        let slope = |sums: &[Sums], p: usize, against_third: bool| {
-            line(sums, p, against_third).map_or(f64::NAN, |line| line.slope)
-        };
+        let slope = |line: Option<LineFit>| line.map_or(f64::NAN, |line| line.slope);
         let (exponents, mut half, count) = values.find(&used, |sums| {
-            std::array::from_fn::<_, ORDERS, _>(|p| slope(sums, p, false))
+            std::array::from_fn::<_, ORDERS, _>(|p| slope(line(sums, p)))
         });
         let all: Vec<Sums> = used.iter().map(|i| values.all[*i]).collect();
-        let relative = std::array::from_fn(|p| slope(&all, p, true));
-        if exponents
-            .iter()
-            .chain(&relative)
-            .any(|slope| slope.is_nan())
-        {
+        let against_third = |p| slope(line_of(all.iter().map(|sums| (ln(sums, 2), ln(sums, p)))));
+        let relative: [f64; ORDERS] = std::array::from_fn(against_third);
+        let mut slopes = exponents.iter().chain(&relative);
+        if slopes.any(|slope| slope.is_nan()) {
             let expected = "a band with three or more scales at which the field varies";
-            let found = format!("{from}:{to} with {}", used.len());
-            return refuse(option, expected.into(), found);
+            let found = format!("{}:{} with {}", band.0, band.1, used.len());
+            return Err(Error::request(option, expected, found));
         }
         let basis = match (count > 1, self.basis) {
             (true, IntervalBasis::Shots) => ExponentBasis::Shots,
@@ -312,7 +290,7 @@ impl Along<'_> {
             (false, _) => ExponentBasis::Regression,
         };
         if basis == ExponentBasis::Regression {
-            let of = |p| line(&all, p, false).map_or(f64::NAN, |l| l.half_interval(values.alpha));
+            let of = |p| line(&all, p).map_or(f64::NAN, |l| l.half_interval(values.alpha));
             half = std::array::from_fn(of);
         }
         Ok(Some(ScalingExponents {
@@ -335,16 +313,15 @@ impl Along<'_> {
             return Ok(Vec::new());
         }
         let steps: Vec<usize> = chosen.iter().map(|i| self.steps[*i]).collect();
-        let sizes: Vec<f64> = chosen
-            .iter()
-            .map(|i| scales[*i].structure[1].sqrt())
-            .collect();
+        let sizes = chosen.iter().map(|i| scales[*i].structure[1].sqrt());
+        let sizes: Vec<f64> = sizes.collect();
         let mut sums: Vec<Counts> = vec![[0; CELLS + 2]; steps.len()];
         for field in self.fields {
-            let counts = self.pass(field, &steps).histograms(&sizes)?;
-            for (sum, count) in sums.iter_mut().flatten().zip(counts.iter().flatten()) {
-                *sum += count;
-            }
+            let some = Along {
+                steps: &steps,
+                ..*self
+            };
+            add_counts(&mut sums, &some.counts(field, &sizes)?);
         }
         let width = 2.0 * REACH / CELLS as f64;
         let of = |(index, counts): (&usize, &Counts)| {
@@ -361,17 +338,18 @@ impl Along<'_> {
     }
 }
 
+fn line_of(points: impl Iterator<Item = (f64, f64)>) -> Option<LineFit> {
+    LineFit::through(&points.collect::<Vec<_>>())
+}
+
 /// `- d ln F_local / d ln scale` with half of its interval, where three or more scales have one.
 fn growth(scales: &[ScaleMoments], values: &Values) -> Option<[f64; 2]> {
     let is_used = |i: &usize| scales[*i].local_flatness_half().is_finite();
     let used: Vec<usize> = (0..scales.len()).filter(is_used).collect();
     let ([exponent], [half], _) = values.find(&used, |sums| {
-        let point = |(i, sums): (&usize, &Sums)| {
-            let flatness = statistics(sums)[ORDERS + 3];
-            (scales[*i].scale.ln(), flatness.ln())
-        };
-        let points: Vec<_> = used.iter().zip(sums).map(point).collect();
-        [LineFit::through(&points).map_or(f64::NAN, |line| -line.slope)]
+        let flatness = sums.iter().map(|sums| statistics(sums)[ORDERS + 3].ln());
+        let scales = used.iter().map(|i| scales[*i].scale.ln());
+        [line_of(scales.zip(flatness)).map_or(f64::NAN, |line| -line.slope)]
     });
     half.is_finite().then_some([exponent, half])
 }

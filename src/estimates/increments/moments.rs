@@ -1,7 +1,6 @@
 //! Sums of powers of increments, and what they give with its interval.
 
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
-use crate::numeric::student_two_sided;
 
 /// The highest order.
 pub const ORDERS: usize = 6;
@@ -30,17 +29,13 @@ impl PowerSums {
     /// Adds the increments `b - a` that are finite.
     pub fn add(&mut self, a: &[f64], b: &[f64]) {
         for (a, b) in a.chunks(LEAF).zip(b.chunks(LEAF)) {
-            self.push(0, widest(Leaf(a, b)));
+            self.join(widest(Leaf(a, b)));
         }
     }
 
     /// Adds the total of other sums.
-    pub fn join(&mut self, total: &Sums) {
-        self.push(0, *total);
-    }
-
-    fn push(&mut self, level: u32, sums: Sums) {
-        let (mut level, mut sums) = (level, sums);
+    pub fn join(&mut self, mut sums: Sums) {
+        let mut level = 0;
         while let Some((top, before)) = self.stack.last()
             && *top == level
         {
@@ -70,36 +65,6 @@ pub(super) fn statistics(sums: &Sums) -> [f64; STATISTICS] {
     found[ORDERS + 2] = mean(SIGNED) / mean(2).powf(1.5);
     found[ORDERS + 3] = sums[LOCAL[0]] / sums[LOCAL[1]];
     found
-}
-
-/// Half of the intervals of what the sums `all` of some scales give, and the values that they rest on: a jackknife
-/// that leaves one of the `values` out, whose sums make up `all`. NaN for fewer than two values.
-pub(super) fn jackknife<const N: usize>(
-    all: &[Sums],
-    values: &[&[Sums]],
-    alpha: f64,
-    of: impl Fn(&[Sums]) -> [f64; N],
-) -> ([f64; N], usize) {
-    let is_there = |one: &&&[Sums]| one.iter().all(|sums| sums[0] > 0.0);
-    let without = values.iter().filter(is_there).map(|one| {
-        let pairs = all.iter().zip(one.iter());
-        let rest: Vec<Sums> = pairs
-            .map(|(all, one)| std::array::from_fn(|i| all[i] - one[i]))
-            .collect();
-        of(&rest)
-    });
-    let without: Vec<[f64; N]> = without.collect();
-    let n = without.len() as f64;
-    if without.len() < 2 {
-        return ([f64::NAN; N], without.len());
-    }
-    let within = student_two_sided(alpha, n - 1.0) * ((n - 1.0) / n).sqrt();
-    let half = |i: usize| {
-        let mean = without.iter().map(|one| one[i]).sum::<f64>() / n;
-        let squares: f64 = without.iter().map(|one| (one[i] - mean).powi(2)).sum();
-        within * squares.sqrt()
-    };
-    (std::array::from_fn(half), without.len())
 }
 
 struct Leaf<'a>(&'a [f64], &'a [f64]);

@@ -117,20 +117,23 @@ pub struct ScaleMoments {
 }
 
 impl ScaleMoments {
-    pub fn third_half(&self) -> f64 {
-        self.half[ORDERS]
-    }
-
     pub fn flatness_half(&self) -> f64 {
         self.half[ORDERS + 1]
     }
 
-    pub fn skewness_half(&self) -> f64 {
-        self.half[ORDERS + 2]
-    }
-
     pub fn local_flatness_half(&self) -> f64 {
         self.half[ORDERS + 3]
+    }
+
+    /// Third moment, flatness, local flatness and skewness, each with half of its interval.
+    pub(super) fn numbers(&self) -> [[f64; 2]; 4] {
+        let [third, flatness, skewness, local] = std::array::from_fn(|i| self.half[ORDERS + i]);
+        [
+            [self.third, third],
+            [self.flatness, flatness],
+            [self.local_flatness, local],
+            [self.skewness, skewness],
+        ]
     }
 }
 
@@ -160,11 +163,12 @@ impl AxisIncrements {
     /// Scales at which the third moment has a sign, with the sign: each interval leaves out 0 with the probability `1 - alpha /
     /// n` of n scales, so that chance makes none of them with `1 - alpha`.
     pub fn third_signs(&self, alpha: f64) -> Vec<(f64, f64)> {
-        let known = |m: &&ScaleMoments| m.third_half().is_finite() && m.realisations > 1;
-        let count = self.scales.iter().filter(known).count() as f64;
-        let signs = self.scales.iter().filter(known).filter_map(|m| {
+        let known = |m: &&ScaleMoments| m.half[ORDERS].is_finite() && m.realisations > 1;
+        let known = self.scales.iter().filter(known);
+        let count = known.clone().count() as f64;
+        let signs = known.filter_map(|m| {
             let within = |alpha: f64| student_two_sided(alpha, m.realisations as f64 - 1.0);
-            let half = m.third_half() * within(alpha / count) / within(alpha);
+            let half = m.half[ORDERS] * within(alpha / count) / within(alpha);
             (m.third.abs() > half).then(|| (m.scale, m.third.signum()))
         });
         signs.collect()

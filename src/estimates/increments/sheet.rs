@@ -2,13 +2,13 @@
 
 use serde_json::json;
 
+use super::moments::ORDERS;
 use super::{
-    AxisIncrements, ExponentBasis, FieldAxis, Increments, IntervalBasis, ScaleMoments,
-    ScalingExponents,
+    AxisIncrements, ExponentBasis, Increments, IntervalBasis, ScaleMoments, ScalingExponents,
 };
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table,
-    Units, VERMILLION, extent, number, with_half,
+    BLACK, BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, Units,
+    VERMILLION, extent, number, with_half,
 };
 use crate::unit::label;
 
@@ -52,24 +52,19 @@ impl Describe for Increments {
     /// `histogram_scale` (h), `histogram_edges` (cells + 1), `histogram_density` (h, cells).
     fn describe(&self) -> Sheet<'_> {
         let (time_unit, space_unit) = self.units();
-        let percent = 100.0 * (1.0 - self.alpha);
         let basis = match self.basis {
             IntervalBasis::Shots => format!("over {} shots", self.shots),
             IntervalBasis::Parts => "over 16 parts of the record, taken as stationary".into(),
             IntervalBasis::None => "none: one transient is one realisation".into(),
         };
         let mut sheet = Sheet {
-            name: "increments",
-            version: 1,
-            title: "Increments against scale".into(),
             about: format!("separations in {space_unit}, lags in {time_unit}"),
             answer: self.answer(),
             note: match self.basis {
                 IntervalBasis::None => format!("Intervals: {basis}."),
-                _ => format!("Bars: {percent} % intervals {basis}."),
+                _ => format!("Bars: {} % intervals {basis}.", 100.0 * (1.0 - self.alpha)),
             },
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("increments", "Increments against scale", &DEFINITIONS)
         };
         for axis in &self.axes {
             let name = axis.words()[0];
@@ -78,9 +73,7 @@ impl Describe for Increments {
             if let Some(fit) = &axis.exponents {
                 let words = axis.exponents_in_words(fit, self);
                 sheet.fact(format!("exponents, {name}"), words);
-                let relative = fit.relative.iter().zip(1..);
-                let relative = relative.map(|(value, p)| format!("{p}: {}", number(*value)));
-                let words = relative.collect::<Vec<_>>().join(", ");
+                let words = by_order(fit.relative.map(number));
                 sheet.detail(format!("exponents relative to order 3, {name}"), words);
             }
         }
@@ -93,11 +86,9 @@ impl Describe for Increments {
             sheet.detail(axis.words()[0], text);
         }
         if self.basis == IntervalBasis::None {
+            let steadiness = number(self.steadiness);
             sheet.warn(
-                format!(
-                    "the record is a transient (steadiness {}), one realisation: no interval is stated",
-                    number(self.steadiness)
-                ),
+                format!("the record is a transient (steadiness {steadiness}), one realisation: no interval is stated"),
                 "name several records of the same sites, one a shot",
             );
         }
@@ -125,17 +116,23 @@ impl Describe for Increments {
     }
 
     fn pictures(&self) -> Vec<PlotRow> {
-        let rows = self.axes.iter();
-        rows.flat_map(|axis| PlotRow::grid(2, axis.charts(self)))
-            .collect()
+        let charts = self.axes.iter().map(|axis| axis.charts(self));
+        charts.flat_map(|charts| PlotRow::grid(2, charts)).collect()
     }
+}
+
+/// `1: 0.33, 2: 0.66`, of the orders 1 to 6.
+fn by_order(words: [String; ORDERS]) -> String {
+    let words = words.iter().zip(1..);
+    let words: Vec<String> = words.map(|(word, p)| format!("{p}: {word}")).collect();
+    words.join(", ")
 }
 
 impl Increments {
     /// Whether large increments are rare and concentrated at small scales, in words.
     fn answer(&self) -> String {
         let still = self.axes.iter().find(|axis| !axis.moves());
-        let still = still.map(|axis| axis.words()[2].to_owned());
+        let still = still.map(|axis| format!("{}; ", axis.words()[2]));
         if !self.axes.iter().any(AxisIncrements::moves) {
             return "nothing moves".into();
         }
@@ -157,58 +154,48 @@ impl Increments {
         };
         let verdict = told(true).or_else(|| told(false));
         let verdict = verdict.unwrap_or_else(|| format!("intermittency cannot be told: {untold}"));
-        still
-            .into_iter()
-            .chain([verdict])
-            .collect::<Vec<_>>()
-            .join("; ")
+        format!("{}{verdict}", still.unwrap_or_default())
     }
 }
+
+/// Names of the arrays of [`ScaleMoments::numbers`].
+const NUMBERS: [&str; 4] = ["third", "flatness", "local_flatness", "skewness"];
+const FLATNESS: usize = 1;
+const LOCAL: usize = 2;
+const SKEWNESS: usize = 3;
 
 impl AxisIncrements {
     /// Name, place in a sentence, and that nothing differs along the axis.
     fn words(&self) -> [&'static str; 3] {
-        match self.axis {
-            FieldAxis::Space => {
-                let same = "no motion between sites: their records are the same";
-                ["x", "along x", same]
-            }
-            FieldAxis::Time => ["time", "in time", "nothing changes in time"],
-        }
+        let same = "no motion between sites: their records are the same";
+        self.axis.of([
+            ["x", "along x", same],
+            ["time", "in time", "nothing changes in time"],
+        ])
     }
 
     /// Of the scales.
     fn unit(&self, of: &Increments) -> String {
-        match self.axis {
-            FieldAxis::Space => of.units().1,
-            FieldAxis::Time => of.units().0,
-        }
+        let (time, space) = of.units();
+        self.axis.of([space, time])
     }
 
-    /// The two scales with a number each.
-    fn ends(
-        &self,
-        of: &Increments,
-        ends: [&ScaleMoments; 2],
-        value: [fn(&ScaleMoments) -> f64; 2],
-    ) -> String {
+    /// A number at two scales.
+    fn ends(&self, of: &Increments, ends: [&ScaleMoments; 2], number_of: usize) -> String {
         let unit = self.unit(of);
         let at = |m: &ScaleMoments| {
-            let flatness = with_half(value[0](m), value[1](m), "");
-            format!("{flatness} at {} {unit}", number(m.scale))
+            let [value, half] = m.numbers()[number_of];
+            let value = with_half(value, half, "");
+            format!("{value} at {} {unit}", number(m.scale))
         };
         match ends[0].step == ends[1].step {
             true => at(ends[0]),
-            false => format!("{}, {}", at(ends[0]), at(ends[1])),
+            false => ends.map(at).join(", "),
         }
     }
 
     fn local_flatness(&self, of: &Increments) -> Option<String> {
-        let value = [
-            |m: &ScaleMoments| m.local_flatness,
-            ScaleMoments::local_flatness_half,
-        ];
-        Some(self.ends(of, self.local_ends()?, value))
+        Some(self.ends(of, self.local_ends()?, LOCAL))
     }
 
     fn flatness(&self, of: &Increments) -> String {
@@ -217,18 +204,15 @@ impl AxisIncrements {
         else {
             return self.words()[2].into();
         };
-        let value = [|m: &ScaleMoments| m.flatness, ScaleMoments::flatness_half];
-        let all = self.ends(of, [first, last], value);
-        match (self.local_flatness(of), self.growth) {
-            (Some(local), Some([exponent, half])) => {
-                let exponent = with_half(exponent, half, "");
-                format!(
-                    "{all}; local {local}, growing by the power {exponent} towards small scales"
-                )
-            }
-            (Some(local), None) => format!("{all}; local {local}"),
-            (None, _) => all,
-        }
+        let all = self.ends(of, [first, last], FLATNESS);
+        let Some(local) = self.local_flatness(of) else {
+            return all;
+        };
+        let growing = self.growth.map(|[exponent, half]| {
+            let exponent = with_half(exponent, half, "");
+            format!(", growing by the power {exponent} towards small scales")
+        });
+        format!("{all}; local {local}{}", growing.unwrap_or_default())
     }
 
     fn third(&self, of: &Increments) -> String {
@@ -238,87 +222,75 @@ impl AxisIncrements {
             let scales: Vec<f64> = scales.map(|(x, _)| *x).collect();
             let (n, all) = (scales.len(), self.scales.len());
             let [first, last] = [scales.first()?, scales.last()?].map(|x| number(*x));
-            Some(format!(
-                "{name} at {n} of {all} scales from {first} to {last} {unit}"
-            ))
+            let scales = format!("{n} of {all} scales from {first} to {last}");
+            Some(format!("{name} at {scales} {unit}"))
         };
-        let signs = [(-1.0, "negative"), (1.0, "positive")]
-            .into_iter()
-            .filter_map(of_sign);
-        match signs.collect::<Vec<_>>().join("; ") {
-            none if none.is_empty() => "its sign is not resolved at any scale".into(),
-            words => words,
+        let signs = [(-1.0, "negative"), (1.0, "positive")];
+        let words: Vec<String> = signs.into_iter().filter_map(of_sign).collect();
+        match words.is_empty() {
+            true => "its sign is not resolved at any scale".into(),
+            false => words.join("; "),
         }
     }
 
     fn exponents_in_words(&self, fit: &ScalingExponents, of: &Increments) -> String {
-        let values = fit.exponents.iter().zip(&fit.half).zip(1..);
-        let text: Vec<String> = values
-            .map(|((value, half), p)| format!("{p}: {}", with_half(*value, *half, "")))
-            .collect();
+        let values = std::array::from_fn(|p| with_half(fit.exponents[p], fit.half[p], ""));
         let basis = match fit.basis {
             ExponentBasis::Shots => "over shots",
             ExponentBasis::Parts => "over 16 parts of the record",
             ExponentBasis::Regression => "of the regression",
         };
-        let (text, points, unit) = (text.join(", "), fit.points, self.unit(of));
+        let (text, points, unit) = (by_order(values), fit.points, self.unit(of));
         let [from, to] = fit.band.map(number);
         format!("{text}; {points} scales from {from} to {to} {unit}, intervals {basis}")
     }
 
     fn numbers(&self) -> serde_json::Value {
-        let all = |of: fn(&ScaleMoments) -> f64| self.scales.iter().map(of).collect::<Vec<f64>>();
-        json!({
+        let mut numbers = json!({
             "axis": self.axis,
-            "scale": all(|m| m.scale),
+            "scale": self.scales.iter().map(|m| m.scale).collect::<Vec<f64>>(),
             "pairs": self.scales.iter().map(|m| m.pairs).collect::<Vec<u64>>(),
-            "flatness": all(|m| m.flatness),
-            "flatness_half": all(ScaleMoments::flatness_half),
-            "local_flatness": all(|m| m.local_flatness),
-            "local_flatness_half": all(ScaleMoments::local_flatness_half),
             "growth": self.growth,
             "intermittent": self.is_intermittent(),
-            "third": all(|m| m.third),
-            "third_half": all(ScaleMoments::third_half),
             "exponents": self.exponents,
+        });
+        // Skewness is in the archive alone.
+        for (_, name, values) in self.lines().filter(|line| line.0 != SKEWNESS) {
+            numbers[name] = json!(values);
+        }
+        numbers
+    }
+
+    /// Each number of all scales, and half of its interval.
+    fn lines(&self) -> impl Iterator<Item = (usize, String, Vec<f64>)> {
+        let each = (0..NUMBERS.len()).flat_map(|number| [(number, 0), (number, 1)]);
+        each.map(|(number, part)| {
+            let values = self.scales.iter().map(|m| m.numbers()[number][part]);
+            let name = format!("{}{}", NUMBERS[number], ["", "_half"][part]);
+            (number, name, values.collect())
         })
     }
 
     fn variables(&self, units: &Units, sheet: &mut Sheet) {
-        let (prefix, length) = match self.axis {
-            FieldAxis::Space => ("space", &units.space),
-            FieldAxis::Time => ("time", &units.time),
-        };
+        let axes = [("space", &units.space), ("time", &units.time)];
+        let (prefix, length) = self.axis.of(axes);
         let n = self.scales.len();
         let named = |name: &str| format!("{prefix}_{name}");
+        let of_all = |of: fn(&ScaleMoments) -> f64| self.scales.iter().map(of).collect::<Vec<_>>();
         let scale = named("scale");
+        sheet.line(&scale, &scale, length, of_all(|m| m.scale));
+        sheet.line(&named("pairs"), &scale, "", of_all(|m| m.pairs as f64));
         let cubed = units.cubed();
-        let lines: [Column<ScaleMoments>; 10] = [
-            ("scale", length, |m| m.scale),
-            ("pairs", "", |m| m.pairs as f64),
-            ("third", &cubed, |m| m.third),
-            ("third_half", &cubed, ScaleMoments::third_half),
-            ("flatness", "", |m| m.flatness),
-            ("flatness_half", "", ScaleMoments::flatness_half),
-            ("local_flatness", "", |m| m.local_flatness),
-            ("local_flatness_half", "", ScaleMoments::local_flatness_half),
-            ("skewness", "", |m| m.skewness),
-            ("skewness_half", "", ScaleMoments::skewness_half),
-        ];
-        for (name, unit, of) in lines {
-            let values: Vec<f64> = self.scales.iter().map(of).collect();
-            sheet.line(&named(name), &scale, unit, values);
+        for (number, name, values) in self.lines() {
+            let unit = [&cubed, "", "", ""][number];
+            sheet.line(&named(&name), &scale, unit, values);
         }
         let structure: Vec<f64> = self.scales.iter().flat_map(|m| m.structure).collect();
         let orders = structure.len() / n.max(1);
         let half = self.scales.iter().flat_map(|m| m.half[..orders].to_vec());
+        let half: Vec<f64> = half.collect();
         let axes = [(&scale[..], n), ("order", orders)];
-        sheet.variable(
-            &named("structure_half"),
-            &axes,
-            "",
-            half.collect::<Vec<f64>>(),
-        );
+        sheet.variable(&named("structure_half"), &axes, "", half);
         sheet.variable(&named("structure"), &axes, "", structure);
         let scales = self.histograms.iter().map(|h| self.scales[h.index].scale);
         let scales: Vec<f64> = scales.collect();
@@ -338,115 +310,74 @@ impl AxisIncrements {
 
     /// Structure functions, flatness, skewness and histograms.
     fn charts(&self, of: &Increments) -> Vec<Chart> {
-        let unit = self.unit(of);
-        let (scale_label, along) = match self.axis {
-            FieldAxis::Space => (label("separation r", &unit), self.words()[1]),
-            FieldAxis::Time => (label("lag τ", &unit), self.words()[1]),
-        };
-        let points = |of: &dyn Fn(&ScaleMoments) -> f64| -> Vec<(f64, f64)> {
-            self.scales.iter().map(|m| (m.scale, of(m))).collect()
-        };
+        let along = self.words()[1];
+        let scale_label = label(self.axis.of(["separation r", "lag τ"]), &self.unit(of));
         let log_x = self.scales.len() > 3;
         let structure = (0..6).map(|p| {
             // The roots have the unit of the samples and one range.
             let root = 1.0 / (p + 1) as f64;
-            let points = points(&|m| m.structure[p].powf(root));
-            Series::line(format!("p = {}", p + 1), p, points)
+            let scales = self.scales.iter();
+            let points = scales.map(|m| (m.scale, m.structure[p].powf(root)));
+            Series::line(format!("p = {}", p + 1), p, points.collect())
         });
-        let mut structure: Vec<Series> = structure.collect();
-        if let Some(fit) = &self.exponents {
-            structure.extend((0..6).map(|p| self.law(fit, p)));
-        }
+        let fits = self.exponents.iter();
+        let laws = fits.flat_map(|fit| (0..6).map(move |p| self.law(fit, p)));
+        let structure: Vec<Series> = structure.chain(laws).collect();
         let values = structure.iter().flat_map(|s| &s.points).map(|p| p.1);
         let y = extent(values.filter(|v| *v > 0.0));
-        let sample = of.unit.as_deref().unwrap_or_default();
+        let title = format!("structure functions, {along}");
+        let root = label("⟨|d|ᵖ⟩^(1/p)", of.unit.as_deref().unwrap_or_default());
         let roots = Chart {
             log_x,
             log_y: true,
             y: y.start / 1.2..1.2 * y.end,
-            ..Chart::of(
-                format!("structure functions, {along}"),
-                &scale_label,
-                label("⟨|d|ᵖ⟩^(1/p)", sample),
-                structure,
-            )
+            ..Chart::of(title, &scale_label, root, structure)
         };
         let ratio = |title: &str, axis: &str, normal: Level, series: Vec<Series>| Chart {
             log_x,
             levels: vec![normal],
             ..Chart::of(format!("{title}, {along}"), &scale_label, axis, series)
         };
-        type Of = fn(&ScaleMoments) -> f64;
-        let with_bars = |name, colour, of: Of, half: Of| {
-            let known = self.scales.iter().filter(|m| of(m).is_finite());
-            let bar = |half: f64| if half.is_finite() { half } else { 0.0 };
-            let (points, errors) = known.map(|m| ((m.scale, of(m)), bar(half(m)))).unzip();
-            let series = Series::line(name, colour, points).marked(Marker::Circle);
-            Series { errors, ..series }
+        let with_bars = |name, colour, number: usize| {
+            let points = self.scales.iter().map(|m| (m.scale, m.numbers()[number]));
+            let known = points.filter(|(_, [value, _])| value.is_finite());
+            let points = known.map(|(scale, [value, half])| [scale, value, half]);
+            Series::with_errors(name, colour, points).marked(Marker::Circle)
         };
         let flatness = vec![
-            with_bars(
-                "all together",
-                BLUE,
-                |m| m.flatness,
-                ScaleMoments::flatness_half,
-            ),
-            with_bars(
-                "local",
-                VERMILLION,
-                |m| m.local_flatness,
-                ScaleMoments::local_flatness_half,
-            ),
+            with_bars("all together", BLUE, FLATNESS),
+            with_bars("local", VERMILLION, LOCAL),
         ];
-        let at = |at, label: &str| Level {
-            at,
-            label: label.into(),
-        };
-        let normal = at(3.0, "normal distribution");
+        let normal = Level::new(3.0, "normal distribution");
         let mut flat = ratio("flatness", "flatness ⟨d⁴⟩/⟨d²⟩²", normal, flatness);
         flat.y = 0.0..flat.y.end.max(3.5);
-        let skewness = vec![with_bars(
-            "",
-            BLUE,
-            |m| m.skewness,
-            ScaleMoments::skewness_half,
-        )];
+        let skewness = vec![with_bars("", BLUE, SKEWNESS)];
         let title = "third moment with its sign";
-        let mut skew = ratio(title, "skewness ⟨d³⟩/⟨d²⟩^(3/2)", at(0.0, ""), skewness);
+        let mut skew = ratio(title, "skewness ⟨d³⟩/⟨d²⟩^(3/2)", Level::zero(), skewness);
         let most = skew.y.start.abs().max(skew.y.end.abs()).max(0.1);
         skew.y = -most..most;
-        let charts = [Some(roots), Some(flat), Some(skew), self.histograms(of)];
-        charts.into_iter().flatten().collect()
+        let mut charts = vec![roots, flat, skew];
+        charts.extend(self.histograms(of));
+        charts
     }
 
     /// The power law of an order over its band.
     fn law(&self, fit: &ScalingExponents, p: usize) -> Series {
         let in_band = |m: &&ScaleMoments| (fit.band[0]..=fit.band[1]).contains(&m.scale);
         let scales = self.scales.iter().filter(in_band);
-        let logs: Vec<(f64, f64)> = scales
-            .map(|m| (m.scale.ln(), m.structure[p].ln()))
-            .collect();
-        let n = logs.len() as f64;
-        let sums = logs.iter();
-        let (x, y) = sums.fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+        let logs = scales.map(|m| (m.scale.ln(), m.structure[p].ln()));
+        let n = logs.clone().count() as f64;
+        let (x, y) = logs.fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
         let at = |scale: f64| {
             let power = y + fit.exponents[p] * (scale.ln() - x);
             (scale, (power / (p + 1) as f64).exp())
         };
-        let name = if p == 0 {
-            "power laws over the band"
-        } else {
-            ""
-        };
+        let name = ["power laws over the band", ""][p.min(1)];
         Series::line(name, BLACK, fit.band.map(at).to_vec()).with(Look::Dashed)
     }
 
     fn histograms(&self, of: &Increments) -> Option<Chart> {
-        let unit = self.unit(of);
-        let symbol = match self.axis {
-            FieldAxis::Space => "r",
-            FieldAxis::Time => "τ",
-        };
+        let (symbol, unit) = (self.axis.of(["r", "τ"]), self.unit(of));
         let centres = |edges: &[f64]| -> Vec<f64> {
             let pairs = edges.windows(2);
             pairs.map(|pair| 0.5 * (pair[0] + pair[1])).collect()
@@ -458,26 +389,20 @@ impl AxisIncrements {
             let there = points.filter(|(_, density)| *density > 0.0);
             Series::line(format!("{symbol} = {scale:.4} {unit}"), i, there.collect())
         });
-        let mut series: Vec<Series> = series.collect();
-        let first = self.histograms.first()?;
-        let normal = centres(&first.edges).into_iter().map(|x| {
-            let density = (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
-            (x, density)
-        });
-        let normal = Series::line("normal distribution", BLACK, normal.collect());
-        series.push(normal.with(Look::Dashed));
+        let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+        let first = centres(&self.histograms.first()?.edges).into_iter();
+        let normal = first.map(|x| (x, density(x))).collect();
+        let normal = Series::line("normal distribution", BLACK, normal).with(Look::Dashed);
+        let series = series.chain([normal]).collect();
         let densities = self.histograms.iter().flat_map(|h| &h.density);
         let seen = extent(densities.copied().filter(|v| *v > 0.0));
+        let title = format!("histograms of increments, {}", self.words()[1]);
+        let x_label = "increment over its root mean square";
         Some(Chart {
             log_y: true,
             x: -10.0..10.0,
             y: seen.start.max(DEEPEST) / 2.0..2.0 * seen.end.max(0.4),
-            ..Chart::of(
-                format!("histograms of increments, {}", self.words()[1]),
-                "increment over its root mean square",
-                "probability density",
-                series,
-            )
+            ..Chart::of(title, x_label, "probability density", series)
         })
     }
 }

@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::Along;
 use super::moments::{LOCAL, MOVED, ORDERS, PowerSums, Sums};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::TOGETHER;
 use crate::field::Field;
-use crate::observer::Observer;
-use crate::system::memory::half_of_free_memory;
+use crate::system::check_memory;
 
 /// Parts of the times whose sums are kept apart.
 pub(super) const PARTS: usize = 16;
@@ -34,17 +34,15 @@ pub enum FieldAxis {
     Time,
 }
 
-/// Increments of one field along one axis.
-pub(super) struct IncrementPass<'a> {
-    pub field: &'a Field,
-    pub axis: FieldAxis,
-    /// Separations in sites, or lags in samples.
-    pub steps: &'a [usize],
-    pub observer: &'a dyn Observer,
+impl FieldAxis {
+    /// The one of this axis, of one along x and one in time.
+    pub(crate) fn of<T>(self, [space, time]: [T; 2]) -> T {
+        match self {
+            FieldAxis::Space => space,
+            FieldAxis::Time => time,
+        }
+    }
 }
-
-/// `[part][step]`.
-pub(super) type PartSums = Vec<Vec<Sums>>;
 
 /// Of a pair of sites, or of a record and itself a lag on, over a block of times: increments, those that are not 0, sums
 /// of squares and of fourth powers.
@@ -59,9 +57,8 @@ type Cell = [f64; 4];
 /// powers as many times smaller as held samples can make them larger.
 fn local(blocks: [Cell; QUARTERS]) -> Sums {
     let product = |of: usize| {
-        blocks[0][of] * blocks[2][of]
-            + blocks[0][of] * blocks[3][of]
-            + blocks[1][of] * blocks[3][of]
+        let [a, b, c, d] = blocks.map(|cell| cell[of]);
+        a * c + a * d + b * d
     };
     let all = |of: usize| blocks.iter().map(|cell| cell[of]).sum::<f64>();
     let mut sums = Sums::default();
@@ -81,41 +78,29 @@ struct Tally {
 /// Counts of a histogram, and of what is beyond its ends.
 pub(super) type Counts = [u64; CELLS + 2];
 
-impl IncrementPass<'_> {
-    /// # Errors
-    /// [`Error::Memory`].
-    pub fn check_memory(&self, memory: Option<u64>) -> Result<()> {
-        let threads = rayon::current_num_threads() as u64;
-        let (times, sites) = (self.field.n_times() as u64, self.field.n_sites() as u64);
-        let samples = match self.axis {
-            FieldAxis::Space => sites.max(READ as u64),
-            FieldAxis::Time => times * TOGETHER as u64,
-        };
-        let sums = (16 * PARTS * self.steps.len() * size_of::<Sums>()) as u64;
-        let cells = (BLOCKS * self.steps.len() * PAIRS * size_of::<Cell>()) as u64;
-        let needed = threads * (8 * samples + sums) + cells;
-        let allowed = memory.unwrap_or_else(half_of_free_memory);
-        match needed > allowed {
-            true => Err(Error::Memory {
-                what: "the records of a few sites",
-                needed,
-                allowed,
-            }),
-            false => Ok(()),
-        }
-    }
+/// Adds the counts of histograms.
+pub(super) fn add_counts(sums: &mut [Counts], counts: &[Counts]) {
+    let cells = sums.iter_mut().flatten().zip(counts.iter().flatten());
+    cells.for_each(|(sum, count)| *sum += count);
+}
 
-    /// Sums of powers, of the increments that begin in each part of the times.
+impl Along<'_> {
+    /// Sums of powers `[part][step]`, of the increments of a field that begin in each part of the times.
     ///
     /// # Errors
-    /// [`Error::Cancelled`].
-    pub fn sums(&self) -> Result<PartSums> {
+    /// [`Error::Memory`]; [`Error::Cancelled`].
+    pub fn sums(&self, field: &Field) -> Result<Vec<Vec<Sums>>> {
+        let count = self.steps.len();
+        let threads = rayon::current_num_threads() as u64;
+        let (times, sites) = (field.n_times() as u64, field.n_sites() as u64);
+        let samples = [sites.max(READ as u64), times * TOGETHER as u64];
+        let sums = (16 * PARTS * count * size_of::<Sums>()) as u64;
+        let cells = (BLOCKS * count * PAIRS * size_of::<Cell>()) as u64;
+        let needed = threads * (8 * self.axis.of(samples) + sums) + cells;
+        check_memory("the records of a few sites", needed, self.request.memory)?;
         let empty = || Tally {
-            parts: vec![vec![PowerSums::default(); self.steps.len()]; PARTS],
-            cells: match self.axis {
-                FieldAxis::Space => vec![Cell::default(); self.steps.len() * PAIRS],
-                FieldAxis::Time => Vec::new(),
-            },
+            parts: vec![vec![PowerSums::default(); count]; PARTS],
+            cells: vec![Cell::default(); self.axis.of([count * PAIRS, 0])],
         };
         let visit = |tally: &mut Tally, block: usize, step: usize, a: &[f64], b: &[f64]| {
             let sums = &mut tally.parts[block / QUARTERS][step];
@@ -135,30 +120,25 @@ impl IncrementPass<'_> {
             let mut of_block = PowerSums::default();
             of_block.add(a, b);
             let total = of_block.total();
-            sums.join(&total);
-            tally
-                .cells
-                .push([total[0], total[MOVED], total[2], total[4]]);
+            sums.join(total);
+            tally.cells.push([0, MOVED, 2, 4].map(|i| total[i]));
             if let Ok(blocks) = tally.cells.as_slice().try_into() {
-                sums.join(&local(blocks));
+                sums.join(local(blocks));
                 tally.cells.clear();
             }
         };
-        let all = self.each(empty, visit)?;
+        let all = self.each(field, empty, visit)?;
         let mut joined = empty().parts;
         for tally in &all {
-            for (joined, sums) in joined
-                .iter_mut()
-                .flatten()
-                .zip(tally.parts.iter().flatten())
-            {
-                joined.join(&sums.total());
+            let parts = joined.iter_mut().zip(&tally.parts);
+            for (joined, sums) in parts.flat_map(|(joined, sums)| joined.iter_mut().zip(sums)) {
+                joined.join(sums.total());
             }
         }
         if self.axis == FieldAxis::Space {
             for (part, blocks) in joined.iter_mut().zip(all.chunks_exact(QUARTERS)) {
-                for (i, _) in blocks[0].cells.iter().enumerate() {
-                    part[i / PAIRS].join(&local(std::array::from_fn(|b| blocks[b].cells[i])));
+                for i in 0..count * PAIRS {
+                    part[i / PAIRS].join(local(std::array::from_fn(|b| blocks[b].cells[i])));
                 }
             }
         }
@@ -172,30 +152,27 @@ impl IncrementPass<'_> {
             total
         };
         let found = joined.iter().map(|part| part.iter().map(totals).collect());
-        let found: PartSums = found.collect();
+        let found: Vec<Vec<Sums>> = found.collect();
         // Of every sum of magnitudes, there is one of their sixth powers.
         let is_number = |step: usize| {
             let all = |order: usize| found.iter().map(|part| part[step][order]).sum::<f64>();
             let sixth = all(ORDERS);
             sixth.is_finite() && (sixth > 0.0 || all(1) == 0.0)
         };
-        if !(0..self.steps.len()).all(is_number) {
-            return Err(Error::Request {
-                option: "field",
-                expected:
-                    "increments from 1e-50 to 1e50, whose sixth powers are numbers: another unit"
-                        .into(),
-                found: format!("larger or smaller ones in {}", self.field.name),
-            });
+        if (0..count).all(is_number) {
+            return Ok(found);
         }
-        Ok(found)
+        let expected =
+            "increments from 1e-50 to 1e50, whose sixth powers are numbers: another unit";
+        let found = format!("larger or smaller ones in {}", field.name);
+        Err(Error::request("field", expected, found))
     }
 
-    /// Histograms of the increments over `scales[step]`.
+    /// Histograms of the increments of a field over `scales[step]`.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub fn histograms(&self, scales: &[f64]) -> Result<Vec<Counts>> {
+    pub fn counts(&self, field: &Field, scales: &[f64]) -> Result<Vec<Counts>> {
         let empty = || vec![[0; CELLS + 2]; self.steps.len()];
         let visit = |counts: &mut Vec<Counts>, _: usize, step: usize, a: &[f64], b: &[f64]| {
             let scale = CELLS as f64 / (2.0 * REACH) / scales[step];
@@ -208,12 +185,9 @@ impl IncrementPass<'_> {
                 }
             }
         };
-        let all = self.each(empty, visit)?;
         let mut sum = empty();
-        for counts in &all {
-            for (sum, count) in sum.iter_mut().flatten().zip(counts.iter().flatten()) {
-                *sum += count;
-            }
+        for counts in self.each(field, empty, visit)? {
+            add_counts(&mut sum, &counts);
         }
         Ok(sum)
     }
@@ -222,34 +196,24 @@ impl IncrementPass<'_> {
     /// one after another.
     fn each<T: Send>(
         &self,
+        field: &Field,
         empty: impl Fn() -> T + Sync,
         visit: impl Fn(&mut T, usize, usize, &[f64], &[f64]) + Sync,
     ) -> Result<Vec<T>> {
-        let field = self.field;
-        let count = match self.axis {
-            FieldAxis::Space => BLOCKS,
-            FieldAxis::Time => field.n_sites().div_ceil(TOGETHER),
-        };
-        let stage = match self.axis {
-            FieldAxis::Space => "increments along x",
-            FieldAxis::Time => "increments in time",
-        };
+        let count = self.axis.of([BLOCKS, field.n_sites().div_ceil(TOGETHER)]);
+        let stage = self.axis.of(["increments along x", "increments in time"]);
         self.observer.stage(stage, count as u64);
         let done = (0..count).into_par_iter().map_init(Vec::new, |samples, i| {
             if self.observer.cancelled() {
                 return Err(Error::Cancelled);
             }
             let mut found = empty();
+            let mut visit = |block: usize, step: usize, a: &[f64], b: &[f64]| {
+                visit(&mut found, block, step, a, b);
+            };
             match self.axis {
-                FieldAxis::Space => {
-                    let times = split(field.n_times(), BLOCKS, i);
-                    self.rows(times, samples, |step, a, b| {
-                        visit(&mut found, i, step, a, b);
-                    });
-                }
-                FieldAxis::Time => self.records(i, samples, |block, step, a, b| {
-                    visit(&mut found, block, step, a, b);
-                }),
+                FieldAxis::Space => self.rows(field, i, samples, &mut visit),
+                FieldAxis::Time => self.records(field, i, samples, &mut visit),
             }
             self.observer.advance(1);
             Ok(found)
@@ -259,49 +223,36 @@ impl IncrementPass<'_> {
         done
     }
 
-    fn rows(
-        &self,
-        times: Range<usize>,
-        samples: &mut Vec<f64>,
-        mut visit: impl FnMut(usize, &[f64], &[f64]),
-    ) {
-        let sites = self.field.n_sites();
+    fn rows(&self, field: &Field, block: usize, samples: &mut Vec<f64>, visit: Visit<'_>) {
+        let sites = field.n_sites();
         let together = (READ / sites).max(1);
+        let times = split(field.n_times(), block);
         for from in times.clone().step_by(together) {
             let some = from..times.end.min(from + together);
             samples.resize(some.len() * sites, 0.0);
-            self.field.read_time_major(some, 0..sites, samples);
+            field.read_time_major(some, 0..sites, samples);
             for row in samples.chunks_exact(sites) {
                 for (step, separation) in self.steps.iter().enumerate() {
-                    visit(step, &row[..sites - separation], &row[*separation..]);
+                    visit(block, step, &row[..sites - separation], &row[*separation..]);
                 }
             }
         }
     }
 
-    fn records(
-        &self,
-        tile: usize,
-        samples: &mut Vec<f64>,
-        mut visit: impl FnMut(usize, usize, &[f64], &[f64]),
-    ) {
-        let (times, n_sites) = (self.field.n_times(), self.field.n_sites());
+    fn records(&self, field: &Field, tile: usize, samples: &mut Vec<f64>, visit: Visit<'_>) {
+        let times = field.n_times();
         let from = tile * TOGETHER;
-        let sites = from..n_sites.min(from + TOGETHER);
+        let sites = from..field.n_sites().min(from + TOGETHER);
         samples.resize(sites.len() * times, 0.0);
-        self.field.read_site_major(0..times, sites, samples);
+        field.read_site_major(0..times, sites, samples);
         for record in samples.chunks_exact(times) {
             for part in 0..PARTS {
                 for (step, lag) in self.steps.iter().enumerate() {
                     for block in part * QUARTERS..(part + 1) * QUARTERS {
-                        let Range { start, end } = split(times, BLOCKS, block);
+                        let Range { start, end } = split(times, block);
                         let [start, end] = [start, end].map(|i| i.min(times - lag));
-                        visit(
-                            block,
-                            step,
-                            &record[start..end],
-                            &record[start + lag..end + lag],
-                        );
+                        let (a, b) = (&record[start..end], &record[start + lag..end + lag]);
+                        visit(block, step, a, b);
                     }
                 }
             }
@@ -309,7 +260,10 @@ impl IncrementPass<'_> {
     }
 }
 
-/// Part `i` of `count` nearly equal ones.
-fn split(n: usize, count: usize, i: usize) -> Range<usize> {
-    i * n / count..(i + 1) * n / count
+/// What visits pairs.
+type Visit<'v> = &'v mut dyn FnMut(usize, usize, &[f64], &[f64]);
+
+/// A block of the times.
+fn split(n: usize, block: usize) -> Range<usize> {
+    block * n / BLOCKS..(block + 1) * n / BLOCKS
 }

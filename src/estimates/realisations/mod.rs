@@ -31,5 +31,7 @@ pub use part::Part;
 pub(crate) use part::Portion;
 pub(crate) use records::Records;
 pub(crate) use sheet::{REALISATIONS, TRANSIENT, degrees_as_numbers, interval_in_words};
-pub(crate) use shots::{FILLED, Shot, Shots, TOGETHER, check_squares, first_of, refuse_left_out};
+pub(crate) use shots::{
+    FILLED, Shot, Shots, TOGETHER, check_significance, check_squares, first_of, refuse_left_out,
+};
 pub(crate) use sums::{Sums, SumsShape};

@@ -519,20 +519,25 @@ pub(crate) fn refuse_left_out(gaps: Gaps, what: &str) -> Result<()> {
     }
 }
 
+/// # Errors
+/// [`Error::Request`] for a significance that is no probability.
+pub(crate) fn check_significance(alpha: f64) -> Result<()> {
+    match alpha > 0.0 && alpha < 1.0 {
+        true => Ok(()),
+        false => {
+            let expected = "a probability between 0 and 1";
+            Err(Error::request("significance", expected, alpha))
+        }
+    }
+}
+
 /// The first of the fields, whose axes all have.
 ///
 /// # Errors
 /// [`Error::Request`].
 pub(crate) fn first_of<'a>(fields: &[&'a Field]) -> Result<&'a Field> {
-    let refuse = |expected: String, found: String| {
-        Err(Error::Request {
-            option: "field",
-            expected,
-            found,
-        })
-    };
     let Some((first, others)) = fields.split_first() else {
-        return refuse("at least one field".into(), "none".into());
+        return Err(Error::request("field", "at least one field", "none"));
     };
     first.check_axes()?;
     let axes = |field: &Field| {
@@ -556,5 +561,5 @@ pub(crate) fn first_of<'a>(fields: &[&'a Field]) -> Result<&'a Field> {
         other.n_sites(),
         other.name
     );
-    refuse(expected, found)
+    Err(Error::request("field", expected, found))
 }

@@ -28,11 +28,8 @@ impl BreakFit {
     /// `ln S` of the line at `ln x`.
     pub fn at_logarithm(&self, x: f64) -> f64 {
         let [mut from, mut y] = self.start;
-        for (slope, end) in self
-            .slopes
-            .iter()
-            .zip(self.at.iter().map(|b| b.ln()).chain([f64::INFINITY]))
-        {
+        let ends = self.at.iter().map(|b| b.ln()).chain([f64::INFINITY]);
+        for (slope, end) in self.slopes.iter().zip(ends) {
             if x <= end {
                 return y + slope * (x - from);
             }
@@ -62,10 +59,8 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
     let far = |a: f64, b: f64| points.iter().filter(|p| p.0 > a && p.0 <= b).count() >= MARGIN;
     let later = |a: f64| places.iter().filter(move |b| **b > a);
     let pairs = places.iter().flat_map(|a| later(*a).map(|b| vec![*a, *b]));
-    let pairs: Vec<Vec<f64>> = match most > 1 {
-        true => pairs.filter(|pair| far(pair[0], pair[1])).collect(),
-        false => Vec::new(),
-    };
+    let pairs = pairs.filter(|pair| most > 1 && far(pair[0], pair[1]));
+    let pairs: Vec<Vec<f64>> = pairs.collect();
     let singles: Vec<Vec<f64>> = places.iter().map(|b| vec![*b]).collect();
     let chance = |worse: &Hinges, better: &Hinges, tried: usize| {
         let freedom = better.freedom();
@@ -96,14 +91,12 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
         let about = fit.breaks[k] - step;
         for i in 0..=2 * FINER {
             let other = moved(&fit, k, about + fine * i as f64);
-            fit = match other {
-                Some(other) if other.squares < fit.squares => other,
-                _ => fit,
-            };
+            let better = other.filter(|other| other.squares < fit.squares);
+            fit = better.unwrap_or(fit);
         }
     }
-    let limit =
-        fit.squares * (1.0 + student_two_sided(alpha, fit.freedom()).powi(2) / fit.freedom());
+    let freedom = fit.freedom();
+    let limit = fit.squares * (1.0 + student_two_sided(alpha, freedom).powi(2) / freedom);
     // As far as the residuals stay below the limit.
     let reach = |k: usize, sign: f64| {
         let mut x = fit.breaks[k];
@@ -114,18 +107,15 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
     };
     let ends = [&[f64::NEG_INFINITY], &fit.breaks[..], &[f64::INFINITY]].concat();
     let slope = |ends: &[f64]| {
-        let mut inside = points
-            .iter()
-            .zip(&fit.fitted)
-            .filter(|(p, _)| ends[0] <= p.0 && p.0 <= ends[1]);
+        let fitted = points.iter().zip(&fit.fitted);
+        let mut inside = fitted.filter(|(p, _)| ends[0] <= p.0 && p.0 <= ends[1]);
         let (from, to) = (inside.next()?, inside.next_back()?);
         Some((to.1 - from.1) / (to.0.0 - from.0.0))
     };
+    let interval = |k: usize| [-1.0, 1.0].map(|sign| reach(k, sign));
     Some(BreakFit {
         at: fit.breaks.iter().map(|b| b.exp()).collect(),
-        intervals: (0..fit.breaks.len())
-            .map(|k| [-1.0, 1.0].map(|sign| reach(k, sign)))
-            .collect(),
+        intervals: (0..fit.breaks.len()).map(interval).collect(),
         slopes: ends.windows(2).map(slope).collect::<Option<_>>()?,
         probabilities,
         start: [points[0].0, fit.fitted[0]],

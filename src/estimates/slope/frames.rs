@@ -1,88 +1,73 @@
 //! Spectra over wavenumbers, frame by frame of the times.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
+use super::{Work, add_powers, mean_spectrum};
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{Realisations, Records, SegmentScratch};
+use crate::estimates::realisations::{Records, SegmentScratch};
 use crate::field::Field;
 use crate::numeric::least_squares::LineFit;
-use crate::observer::Observer;
-use crate::system::memory::half_of_free_memory;
+use crate::system::check_memory;
 use crate::transform::{RecordTransform, fold};
 
+/// Powers below this share of the largest of their spectrum are rounding.
+const ROUNDING: f64 = 1e-26;
 /// Snapshots that are transformed together.
 const TOGETHER: usize = 8;
 
-/// How the times are split.
-pub(super) struct Frames<'a> {
-    pub first: &'a Field,
-    pub realisations: &'a Realisations,
-    pub count: usize,
-    pub memory: Option<u64>,
-    pub observer: &'a dyn Observer,
+/// A part of the times of one field.
+pub(super) struct Frame {
+    spectrum: Vec<f64>,
+    pub snapshots: u64,
+    /// Mean of the snapshots' `1 / max |dv/dx|`.
+    flatness: f64,
 }
 
-/// One field in frames.
-pub(super) struct FieldFrames {
-    /// Spectra of the frames.
-    spectra: Vec<Vec<f64>>,
-    /// Snapshots of each.
-    snapshots: Vec<u64>,
-    /// Mean of the snapshots' `1 / max |dv/dx|`, of each.
-    flatness: Vec<f64>,
-    pub left_out: u64,
-}
-
-impl FieldFrames {
-    /// Over all snapshots.
-    pub fn mean(&self) -> Vec<f64> {
-        let bins = self.spectra.first().map_or(0, Vec::len);
-        let all = self.snapshots.iter().sum::<u64>() as f64;
-        let mut mean = vec![0.0; bins];
-        for (spectrum, count) in self.spectra.iter().zip(&self.snapshots) {
-            if *count > 0 {
-                for (sum, value) in mean.iter_mut().zip(spectrum) {
-                    *sum += value * *count as f64 / all;
-                }
+impl Frame {
+    /// The spectrum of all snapshots.
+    pub fn mean(frames: &[Frame]) -> Vec<f64> {
+        let all = frames.iter().map(|frame| frame.snapshots).sum::<u64>() as f64;
+        let mut mean = vec![0.0; frames.first().map_or(0, |frame| frame.spectrum.len())];
+        for frame in frames.iter().filter(|frame| frame.snapshots > 0) {
+            for (sum, value) in mean.iter_mut().zip(&frame.spectrum) {
+                *sum += value * frame.snapshots as f64 / all;
             }
         }
         mean
     }
 }
 
-impl Frames<'_> {
-    fn frames(&self) -> usize {
-        self.count.clamp(1, self.first.n_times())
+impl Work<'_> {
+    pub fn frames(&self) -> usize {
+        self.request.frames.clamp(1, self.first.n_times())
+    }
+
+    /// Snapshots of a frame.
+    pub fn times(&self, frame: usize) -> Range<usize> {
+        let (n_times, frames) = (self.first.n_times(), self.frames());
+        frame * n_times / frames..(frame + 1) * n_times / frames
     }
 
     /// # Errors
     /// [`Error::Memory`]; [`Error::Cancelled`].
-    pub fn of(&self, field: &Field) -> Result<FieldFrames> {
+    pub fn in_frames(&self, field: &Field) -> Result<Vec<Frame>> {
         let (n_times, n_sites) = (field.n_times(), field.n_sites());
         let (frames, bins) = (self.frames(), self.realisations.bins());
         let length = self.realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
-        let together = TOGETHER as u64;
-        let needed = threads
-            * (together * (16 * n_sites + 16 * bins) as u64
-                + RecordTransform::<f64>::working_bytes(length, length, TOGETHER))
-            + 16 * (frames * bins * 2) as u64;
-        let allowed = self.memory.unwrap_or_else(half_of_free_memory);
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "the spectra of all frames",
-                needed,
-                allowed,
-            });
-        }
+        let of_thread = (TOGETHER * (16 * n_sites + 16 * bins)) as u64
+            + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let needed = threads * of_thread + 16 * (frames * bins * 2) as u64;
+        check_memory("the spectra of all frames", needed, self.request.memory)?;
         self.observer.stage("spectra along x", n_times as u64);
-        let density =
-            field.space.step.abs() / std::f64::consts::TAU / self.realisations.count() as f64;
         let step = field.space.step.abs();
+        let density = step / std::f64::consts::TAU / self.realisations.count() as f64;
         let one = |scratch: &mut (SegmentScratch, Vec<f64>), i: usize| {
             let (segments, rows) = scratch;
-            let times = i * n_times / frames..(i + 1) * n_times / frames;
-            let (mut sums, mut count, mut inverse) = (vec![0.0; bins], 0u64, 0.0f64);
+            let times = self.times(i);
+            let (mut spectrum, mut count, mut inverse) = (vec![0.0; bins], 0u64, 0.0f64);
             for from in times.clone().step_by(TOGETHER) {
                 if self.observer.cancelled() {
                     return Err(Error::Cancelled);
@@ -91,12 +76,9 @@ impl Frames<'_> {
                 self.observer.advance(some.len() as u64);
                 rows.resize(some.len() * n_sites, 0.0);
                 field.read_time_major(some, 0..n_sites, rows);
-                let whole: Vec<f64> = rows
-                    .chunks_exact(n_sites)
-                    .filter(|row| row.iter().all(|v| v.is_finite()))
-                    .flatten()
-                    .copied()
-                    .collect();
+                let is_whole = |row: &&[f64]| row.iter().all(|v| v.is_finite());
+                let whole = rows.chunks_exact(n_sites).filter(is_whole);
+                let whole: Vec<f64> = whole.flatten().copied().collect();
                 let width = whole.len() / n_sites;
                 if width == 0 {
                     continue;
@@ -108,61 +90,50 @@ impl Frames<'_> {
                 }
                 let whole = Records::one_after_another(&whole, n_sites);
                 self.realisations.each(whole, segments, |_, spectra| {
-                    for (sum, row) in sums.iter_mut().zip(spectra.chunks_exact(width)) {
-                        *sum += row.iter().map(|x| x.norm_sqr()).sum::<f64>();
-                    }
+                    add_powers(&mut spectrum, spectra, width);
                 });
             }
-            for (m, sum) in sums.iter_mut().enumerate() {
+            for (m, sum) in spectrum.iter_mut().enumerate() {
                 *sum *= density * fold(m, length) / count as f64;
             }
-            Ok((sums, count, inverse / count as f64))
+            Ok(Frame {
+                spectrum,
+                snapshots: count,
+                flatness: inverse / count as f64,
+            })
         };
-        let found: Vec<(Vec<f64>, u64, f64)> = (0..frames)
-            .into_par_iter()
-            .map_init(<(SegmentScratch, Vec<f64>)>::default, one)
-            .collect::<Result<_>>()?;
+        let scratch = <(SegmentScratch, Vec<f64>)>::default;
+        let found = (0..frames).into_par_iter().map_init(scratch, one);
+        let found = found.collect::<Result<_>>()?;
         field.release_pages();
-        let snapshots: Vec<u64> = found.iter().map(|one| one.1).collect();
-        Ok(FieldFrames {
-            left_out: n_times as u64 - snapshots.iter().sum::<u64>(),
-            flatness: found.iter().map(|one| one.2).collect(),
-            spectra: found.into_iter().map(|one| one.0).collect(),
-            snapshots,
-        })
+        Ok(found)
     }
 
-    /// Frames of all shots: mean times, slopes of mean spectra by `fit`, largest gradients.
-    pub fn joined(
-        &self,
-        shots: &[FieldFrames],
-        alpha: f64,
-        fit: impl Fn(&[f64]) -> Option<LineFit>,
-    ) -> SlopeFrames {
-        let (frames, n_times) = (self.frames(), self.first.n_times());
+    /// Frames of all shots: mean times, slopes of mean spectra, largest gradients.
+    pub fn joined(&self, shots: &[Vec<Frame>]) -> SlopeFrames {
+        let frames = 0..self.frames();
         let time = |i: usize| {
-            let last = (i + 1) * n_times / frames - 1;
-            0.5 * (self.first.time.at(i * n_times / frames) + self.first.time.at(last))
+            let times = self.times(i);
+            0.5 * (self.first.time.at(times.start) + self.first.time.at(times.end - 1))
         };
-        let count = shots.len() as f64;
-        let fit_of = |i: usize| {
-            let mean = |m: usize| shots.iter().map(|shot| shot.spectra[i][m]).sum::<f64>() / count;
-            fit(&(0..self.realisations.bins())
-                .map(mean)
-                .collect::<Vec<f64>>())
-        };
-        let gradient = |i: usize| count / shots.iter().map(|shot| shot.flatness[i]).sum::<f64>();
+        let gradient =
+            |i: usize| shots.len() as f64 / shots.iter().map(|shot| shot[i].flatness).sum::<f64>();
         let shared = self.realisations.shared_bins();
-        let of_fit = |fit: Option<LineFit>| match fit {
-            Some(fit) => (fit.slope, fit.half_interval_of(alpha, shared)),
-            None => (f64::NAN, f64::NAN),
+        let fit_of = |i: usize| {
+            let spectra: Vec<&[f64]> = shots.iter().map(|shot| &shot[i].spectrum[..]).collect();
+            let spectrum = mean_spectrum(&spectra);
+            let largest = spectrum.iter().copied().fold(0.0, f64::max);
+            let is_whole = self.bins.iter().all(|m| spectrum[*m] > ROUNDING * largest);
+            let line = LineFit::through(&self.points(&spectrum)).filter(|_| is_whole);
+            let half = |line: LineFit| line.half_interval_of(self.request.alpha, shared);
+            line.map_or((f64::NAN, f64::NAN), |line| (line.slope, half(line)))
         };
-        let (slope, half) = (0..frames).map(fit_of).map(of_fit).unzip();
+        let (slope, half) = frames.clone().map(fit_of).unzip();
         SlopeFrames {
-            time: (0..frames).map(time).collect(),
+            time: frames.clone().map(time).collect(),
             slope,
             half,
-            gradient: (0..frames).map(gradient).collect(),
+            gradient: frames.map(gradient).collect(),
         }
     }
 }

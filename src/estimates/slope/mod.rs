@@ -9,12 +9,14 @@ pub use breaks::BreakFit;
 pub use frames::SlopeFrames;
 pub use steepening::Steepening;
 
+use num_complex::Complex;
+
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::increments::{ExponentBasis, FieldAxis};
 use crate::estimates::realisations::{
-    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, check_squares, first_of,
-    refuse_left_out,
+    Averaging, Realisations, SegmentScratch, Shots, TOGETHER, Tapers, check_significance,
+    check_squares, first_of, refuse_left_out,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::at_or_below;
@@ -24,7 +26,7 @@ use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 use crate::transform::{RecordTransform, fold, frequencies, wavenumbers};
 use breaks::breaks;
-use frames::Frames;
+use frames::Frame;
 
 /// All choices of [`slope`].
 #[derive(Debug, Clone, PartialEq)]
@@ -150,68 +152,45 @@ impl Slope {
 /// (2003) for lines with breaks.
 pub fn slope(fields: &[&Field], request: &SlopeRequest, observer: &dyn Observer) -> Result<Slope> {
     let first = first_of(fields)?;
-    let n = match request.axis {
-        FieldAxis::Space => first.n_sites(),
-        FieldAxis::Time => first.n_times(),
-    };
+    let n = request.axis.of([first.n_sites(), first.n_times()]);
     let mut averaging = request.averaging.clone();
     if request.axis == FieldAxis::Space && matches!(averaging.tapers, Tapers::Window(_)) {
         averaging.segment = averaging.segment.or(Some(n));
     }
-    let realisations = Realisations::new(&averaging, n)?;
+    let realisations = &Realisations::new(&averaging, n)?;
     if request.breaks > 2 {
-        return refuse(
-            "breaks",
-            "0, 1 or 2 breaks".into(),
-            request.breaks.to_string(),
-        );
+        return Err(Error::request("breaks", "0, 1 or 2 breaks", request.breaks));
     }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        let expected = "a probability between 0 and 1".to_owned();
-        return refuse("significance", expected, request.alpha.to_string());
-    }
+    check_significance(request.alpha)?;
     let length = realisations.segments.length;
-    let abscissa = match request.axis {
-        FieldAxis::Space => wavenumbers(length, first.space.step.abs()),
-        FieldAxis::Time => frequencies(length, first.time.step),
-    };
+    let abscissa = request.axis.of([
+        wavenumbers(length, first.space.step.abs()),
+        frequencies(length, first.time.step),
+    ]);
     let (from, to) = request.band;
     let is_inside = |x: f64| at_or_below(from, x) && at_or_below(x, to) && x > 0.0;
-    let bins: Vec<usize> = (0..abscissa.len())
-        .filter(|m| is_inside(abscissa[*m]))
-        .collect();
+    let bins = (0..abscissa.len()).filter(|m| is_inside(abscissa[*m]));
+    let bins: Vec<usize> = bins.collect();
     if bins.len() < 3 {
         let expected = format!(
             "a band with three or more of the bins, which are {} apart, up to {}",
             abscissa[1],
             abscissa[abscissa.len() - 1]
         );
-        return refuse("band", expected, format!("{from}:{to} with {}", bins.len()));
+        let found = format!("{from}:{to} with {}", bins.len());
+        return Err(Error::request("band", expected, found));
     }
-    in_pool(request.threads, || {
-        let work = Work {
-            fields,
-            first,
-            request,
-            realisations: &realisations,
-            abscissa: &abscissa,
-            bins: &bins,
-            observer,
-        };
-        work.run()
-    })
+    let work = Work {
+        fields,
+        first,
+        request,
+        realisations,
+        abscissa: &abscissa,
+        bins: &bins,
+        observer,
+    };
+    in_pool(request.threads, || work.run())
 }
-
-fn refuse<T>(option: &'static str, expected: String, found: String) -> Result<T> {
-    Err(Error::Request {
-        option,
-        expected,
-        found,
-    })
-}
-
-/// Powers below this share of the largest of their spectrum are rounding.
-const ROUNDING: f64 = 1e-26;
 
 struct Work<'a> {
     fields: &'a [&'a Field],
@@ -225,74 +204,61 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
+    /// Logarithms of the bins of the band, and of the powers there.
+    fn points(&self, spectrum: &[f64]) -> Vec<(f64, f64)> {
+        let bins = self.bins.iter().filter(|m| spectrum[**m] > 0.0);
+        let logs = bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()));
+        logs.collect()
+    }
+
     fn run(&self) -> Result<Slope> {
-        let points = |spectrum: &[f64]| -> Vec<(f64, f64)> {
-            let bins = self.bins.iter().filter(|m| spectrum[**m] > 0.0);
-            bins.map(|m| (self.abscissa[*m].ln(), spectrum[*m].ln()))
-                .collect()
-        };
+        let alpha = self.request.alpha;
         let (spectra, frames, left_out) = match self.request.axis {
             FieldAxis::Time => (self.in_time()?, None, 0),
             FieldAxis::Space => {
-                let frames = Frames {
-                    first: self.first,
-                    realisations: self.realisations,
-                    count: self.request.frames,
-                    memory: self.request.memory,
-                    observer: self.observer,
-                };
-                let found = self.fields.iter().map(|field| frames.of(field));
-                let found: Vec<_> = found.collect::<Result<_>>()?;
-                let of_frame = |row: &[f64]| {
-                    let largest = row.iter().copied().fold(0.0, f64::max);
-                    let is_known = |m: &usize| row[*m] > ROUNDING * largest;
-                    let is_whole = self.bins.iter().all(is_known);
-                    is_whole.then(|| LineFit::through(&points(row)))?
-                };
-                let spectra = found.iter().map(|one| one.mean()).collect();
-                let left_out = found.iter().map(|one| one.left_out).sum();
-                let joined = frames.joined(&found, self.request.alpha, of_frame);
-                (spectra, Some(joined), left_out)
+                let found = self.fields.iter().map(|field| self.in_frames(field));
+                let found: Vec<Vec<Frame>> = found.collect::<Result<_>>()?;
+                let spectra: Vec<Vec<f64>> = found.iter().map(|one| Frame::mean(one)).collect();
+                let used: u64 = found.iter().flatten().map(|frame| frame.snapshots).sum();
+                let all = self.fields.len() * self.first.n_times();
+                let left_out = all as u64 - used;
+                (spectra, Some(self.joined(&found)), left_out)
             }
         };
         let spectrum = mean_spectrum(&spectra);
-        let all = points(&spectrum);
+        let all = self.points(&spectrum);
         let Some(line) = LineFit::through(&all) else {
-            let expected = "a band with three or more bins of power".to_owned();
-            return refuse("band", expected, format!("{} of them", all.len()));
+            let found = format!("{} of them", all.len());
+            let expected = "a band with three or more bins of power";
+            return Err(Error::request("band", expected, found));
         };
-        let of_shots: Vec<f64> = spectra
-            .iter()
-            .filter_map(|one| LineFit::through(&points(one)).map(|line| line.slope))
-            .collect();
-        let (half, basis) = match mean_of(&of_shots, self.request.alpha) {
+        let lines = spectra.iter();
+        let lines = lines.map(|one| LineFit::through(&self.points(one)));
+        let of_shots: Vec<f64> = lines.flatten().map(|line| line.slope).collect();
+        let (half, basis) = match mean_of(&of_shots, alpha) {
             Some((_, half)) => (half, ExponentBasis::Shots),
             None => (
                 // A window gives neighbouring bins a part in common.
-                line.half_interval_of(self.request.alpha, self.realisations.shared_bins()),
+                line.half_interval_of(alpha, self.realisations.shared_bins()),
                 ExponentBasis::Regression,
             ),
         };
-        let ends = [all[0].0.exp(), all[all.len() - 1].0.exp()];
-        let steepening = frames
-            .as_ref()
-            .and_then(|frames| Steepening::of(frames, self.fields, self.request.alpha));
+        let steepening = frames.as_ref();
+        let steepening = steepening.and_then(|frames| Steepening::of(frames, self));
+        let segments = self.realisations.segments;
         Ok(Slope {
             axis: self.request.axis,
             time: self.first.time.clone(),
             space: self.first.space.clone(),
             unit: self.first.unit.clone(),
             shots: self.fields.len(),
-            alpha: self.request.alpha,
-            segment: [
-                self.realisations.segments.length,
-                self.realisations.segments.length - self.realisations.segments.hop,
-            ],
+            alpha,
+            segment: [segments.length, segments.length - segments.hop],
             left_out,
             abscissa: self.abscissa.to_vec(),
             spectrum,
             law: PowerLaw {
-                band: ends,
+                band: [all[0].0.exp(), all[all.len() - 1].0.exp()],
                 points: line.points,
                 slope: line.slope,
                 half,
@@ -300,7 +266,7 @@ impl Work<'_> {
                 prefactor: line.intercept.exp(),
                 scatter: (line.squares / line.points as f64).sqrt(),
             },
-            breaks: breaks(&all, self.request.breaks, self.request.alpha),
+            breaks: breaks(&all, self.request.breaks, alpha),
             frames,
             steepening,
         })
@@ -316,8 +282,7 @@ impl Work<'_> {
         let (bins, samples) = (realisations.bins(), self.first.n_times() as u64);
         let length = realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
-        let together = TOGETHER as u64;
-        let tile = together * (8 * samples + 16 * bins as u64)
+        let tile = TOGETHER as u64 * (8 * samples + 16 * bins as u64)
             + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
         let held = threads * tile + 8 * (bins * (shots.tiles() + self.fields.len())) as u64;
         let block = shots.block("the spectra of this field", held)?;
@@ -329,19 +294,13 @@ impl Work<'_> {
                 &mut tiles,
                 |scratch: &mut SegmentScratch, sites, records, sums| {
                     realisations.each(records, scratch, |_, spectra| {
-                        for (sum, row) in sums.iter_mut().zip(spectra.chunks_exact(sites.len())) {
-                            *sum += row.iter().map(|x| x.norm_sqr()).sum::<f64>();
-                        }
+                        add_powers(sums, spectra, sites.len());
                     });
                 },
             )?;
-            let mut sums = vec![0.0; bins];
-            for tile in &tiles {
-                for (sum, part) in sums.iter_mut().zip(tile) {
-                    *sum += part * shot.scale * shot.scale;
-                }
-            }
-            found.push(sums);
+            let power = |tile: &Vec<f64>, m: usize| tile[m] * shot.scale * shot.scale;
+            let of_bin = |m: usize| tiles.iter().map(|tile| power(tile, m)).sum::<f64>();
+            found.push((0..bins).map(of_bin).collect::<Vec<f64>>());
             Ok(())
         })?;
         let count = (realisations.count() * self.first.n_sites()) as f64;
@@ -356,8 +315,15 @@ impl Work<'_> {
     }
 }
 
-fn mean_spectrum(spectra: &[Vec<f64>]) -> Vec<f64> {
-    let bins = 0..spectra.first().map_or(0, Vec::len);
-    let mean = |m: usize| spectra.iter().map(|one| one[m]).sum::<f64>() / spectra.len() as f64;
-    bins.map(mean).collect()
+/// Adds the powers of `width` records to the sum of each bin.
+fn add_powers(sums: &mut [f64], spectra: &[Complex<f64>], width: usize) {
+    for (sum, row) in sums.iter_mut().zip(spectra.chunks_exact(width)) {
+        *sum += row.iter().map(|x| x.norm_sqr()).sum::<f64>();
+    }
+}
+
+fn mean_spectrum(spectra: &[impl AsRef<[f64]>]) -> Vec<f64> {
+    let bins = 0..spectra.first().map_or(0, |one| one.as_ref().len());
+    let sum = |m: usize| spectra.iter().map(|one| one.as_ref()[m]).sum::<f64>();
+    bins.map(|m| sum(m) / spectra.len() as f64).collect()
 }

@@ -1,8 +1,10 @@
 //! What a slope says.
 
+use std::ops::Range;
+
 use serde_json::json;
 
-use super::{ExponentBasis, FieldAxis, Slope};
+use super::{ExponentBasis, Slope};
 use crate::measure::cycles_per;
 use crate::sheet::{
     BLACK, BLUE, Chart, Describe, GREEN, Level, Look, Mark, Marker, PlotRow, Series, Sheet, Table,
@@ -44,33 +46,20 @@ impl Describe for Slope {
     fn describe(&self) -> Sheet<'_> {
         let (time_unit, space_unit) = self.units();
         let law = &self.law;
+        let interval = format!("{} % interval {}", 100.0 * (1.0 - self.alpha), self.basis());
+        let slope = format!("Slope {:.3} ± {:.3}", law.slope, law.half);
+        let over = self.axis.of(["wavenumbers", "frequencies"]);
         let mut sheet = Sheet {
-            name: "slope",
-            version: 1,
-            title: "Slope of the spectrum".into(),
-            about: match self.axis {
-                FieldAxis::Space => "spectrum over wavenumbers".into(),
-                FieldAxis::Time => "spectrum over frequencies".into(),
-            },
+            about: format!("spectrum over {over}"),
             answer: self.answer(),
-            note: format!(
-                "Slope {:.3} ± {:.3}: {} % interval {}, over {} bins.",
-                law.slope,
-                law.half,
-                100.0 * (1.0 - self.alpha),
-                self.basis(),
-                law.points
-            ),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            note: format!("{slope}: {interval}, over {} bins.", law.points),
+            ..Sheet::of("slope", "Slope of the spectrum", &DEFINITIONS)
         };
         self.facts(&mut sheet);
         if self.left_out > 0 {
+            let left_out = self.left_out;
             sheet.warn(
-                format!(
-                    "{} snapshots with missing samples are left out",
-                    self.left_out
-                ),
+                format!("{left_out} snapshots with missing samples are left out"),
                 "leave out the sites with gaps to keep all snapshots",
             );
         }
@@ -115,17 +104,14 @@ impl Slope {
     /// Unit of the wavenumbers or frequencies.
     fn bin_unit(&self) -> String {
         let (time_unit, space_unit) = self.units();
-        match self.axis {
-            FieldAxis::Space => format!("rad/{space_unit}"),
-            FieldAxis::Time => cycles_per(&time_unit),
-        }
+        let units = [format!("rad/{space_unit}"), cycles_per(&time_unit)];
+        self.axis.of(units)
     }
 
-    fn symbol(&self) -> &'static str {
-        match self.axis {
-            FieldAxis::Space => "k",
-            FieldAxis::Time => "f",
-        }
+    /// The ends of the band of the fit, in words.
+    fn band(&self) -> String {
+        let [low, high] = self.law.band.map(number);
+        format!("{low} to {high} {}", self.bin_unit())
     }
 
     /// What the interval is one of.
@@ -137,70 +123,51 @@ impl Slope {
     }
 
     fn answer(&self) -> String {
-        let (law, unit) = (&self.law, self.bin_unit());
-        let breaks = match &self.breaks {
-            Some(breaks) => {
-                let at: Vec<String> = breaks.at.iter().map(|at| number(*at)).collect();
-                format!(", but it bends at {} {unit}", listed(&at))
-            }
-            None => String::new(),
-        };
+        let law = &self.law;
+        let breaks = self.breaks.iter().map(|breaks| {
+            let at: Vec<String> = breaks.at.iter().map(|at| number(*at)).collect();
+            format!(", but it bends at {} {}", listed(&at), self.bin_unit())
+        });
+        let slope = with_half(law.slope, law.half, "");
+        let breaks: String = breaks.collect();
+        let band = format!("{} = {}", self.axis.of(["k", "f"]), self.band());
         format!(
-            "slope {} ({}) over {} = {} to {} {unit}{breaks}",
-            with_half(law.slope, law.half, ""),
-            confidence(self.alpha),
-            self.symbol(),
-            number(law.band[0]),
-            number(law.band[1])
+            "slope {slope} ({}) over {band}{breaks}",
+            confidence(self.alpha)
         )
     }
 
     fn facts(&self, sheet: &mut Sheet) {
-        let (law, unit) = (&self.law, self.bin_unit());
-        sheet.fact(
-            "slope",
-            format!(
-                "{} (interval {}) over {} bins from {} to {} {unit}",
-                with_half(law.slope, law.half, ""),
-                self.basis(),
-                law.points,
-                number(law.band[0]),
-                number(law.band[1])
-            ),
-        );
+        let law = &self.law;
+        let slope = with_half(law.slope, law.half, "");
+        let (basis, bins, band) = (self.basis(), law.points, self.band());
+        let text = format!("{slope} (interval {basis}) over {bins} bins from {band}");
+        sheet.fact("slope", text);
         if let Some(breaks) = &self.breaks {
             let slopes: Vec<String> = breaks.slopes.iter().map(|slope| number(*slope)).collect();
+            let unit = self.bin_unit();
             let at = breaks.at.iter().zip(&breaks.intervals);
-            let at = at.map(|(at, [low, high])| {
-                let [at, low, high] = [*at, *low, *high].map(number);
-                format!("{at} ({low} to {high}) {unit}")
+            let at = at.map(|(at, interval)| {
+                let [low, high] = interval.map(number);
+                format!("{} ({low} to {high}) {unit}", number(*at))
             });
-            let at: Vec<String> = at.collect();
-            sheet.fact(
-                "breaks",
-                format!("at {}; slopes {}", listed(&at), slopes.join(", ")),
-            );
+            let at = listed(&at.collect::<Vec<_>>());
+            let text = format!("at {at}; slopes {}", slopes.join(", "));
+            sheet.fact("breaks", text);
         }
         if let Some(steep) = &self.steepening {
-            let mut text = format!(
-                "{} (from the levels of the front over {} frames)",
-                with_half(steep.shock_time, steep.half, &self.units().0),
-                steep.frames
-            );
+            let time = with_half(steep.shock_time, steep.half, &self.units().0);
+            let frames = steep.frames;
+            let mut text = format!("{time} (from the levels of the front over {frames} frames)");
+            let there = with_half(steep.slope_at_shock, steep.slope_half, "");
             text += &match steep.slope_at_shock.is_finite() {
-                true => format!(
-                    "; slope there {}",
-                    with_half(steep.slope_at_shock, steep.slope_half, "")
-                ),
+                true => format!("; slope there {there}"),
                 false => "; the record ends before it".into(),
             };
             if steep.slope_after.is_finite() {
-                text += &format!(
-                    ", from 1.5 shock times on {} ({} to {})",
-                    number(steep.slope_after),
-                    number(steep.slope_after_range[0]),
-                    number(steep.slope_after_range[1])
-                );
+                let mean = number(steep.slope_after);
+                let [low, high] = steep.slope_after_range.map(number);
+                text += &format!(", from 1.5 shock times on {mean} ({low} to {high})");
             }
             sheet.fact("shock time", text);
         }
@@ -208,10 +175,10 @@ impl Slope {
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
         let units = Units::of(&self.time, &self.space, self.unit.as_deref());
-        let (name, unit) = match self.axis {
-            FieldAxis::Space => ("wavenumber", &units.wavenumber),
-            FieldAxis::Time => ("frequency", &units.frequency),
-        };
+        let (name, unit) = self.axis.of([
+            ("wavenumber", &units.wavenumber),
+            ("frequency", &units.frequency),
+        ]);
         sheet.line(name, name, unit, &self.abscissa);
         sheet.line("spectrum", name, &units.density(unit, ""), &self.spectrum);
         sheet.line("compensated", name, "", self.compensated());
@@ -224,36 +191,29 @@ impl Slope {
         }
     }
 
-    fn bin_label(&self) -> String {
-        let name = match self.axis {
-            FieldAxis::Space => "wavenumber k",
-            FieldAxis::Time => "frequency f",
-        };
-        label(name, &self.bin_unit())
-    }
-
     fn positive(&self, values: &[f64]) -> Vec<(f64, f64)> {
         let pairs = self.abscissa.iter().copied().zip(values.iter().copied());
         pairs.filter(|(x, y)| *x > 0.0 && *y > 0.0).collect()
     }
 
-    /// The ends of the band of the fit.
-    fn bands(&self) -> Vec<Mark> {
-        let end = |at: f64| Mark {
-            at,
-            label: String::new(),
-        };
-        self.law.band.map(end).to_vec()
+    /// In double logarithmic scales over the bins, with the ends of the band of the fit.
+    fn chart(&self, title: &str, y_label: String, y: Range<f64>, series: Vec<Series>) -> Chart {
+        let name = self.axis.of(["wavenumber k", "frequency f"]);
+        let bins = label(name, &self.bin_unit());
+        Chart {
+            log_x: true,
+            log_y: true,
+            y,
+            marks: self.law.band.map(|at| Mark::new(at, "")).to_vec(),
+            ..Chart::of(title, bins, y_label, series)
+        }
     }
 
     fn spectrum_chart(&self) -> Chart {
         let law = &self.law;
         let on_law = |x: f64| (x, law.prefactor * x.powf(law.slope));
-        let fitted = Series::line(
-            format!("slope {:.3}", law.slope),
-            VERMILLION,
-            law.band.map(on_law).to_vec(),
-        );
+        let name = format!("slope {:.3}", law.slope);
+        let fitted = Series::line(name, VERMILLION, law.band.map(on_law).to_vec());
         let mut series = vec![
             Series::line("spectrum", BLUE, self.positive(&self.spectrum)),
             fitted.with(Look::Dashed),
@@ -269,18 +229,9 @@ impl Slope {
         let drawn = extent(series[0].points.iter().map(|p| p.1));
         let unit = self.unit.as_deref().unwrap_or_default();
         let density = compose(&[&square(unit)], &[&self.bin_unit()]);
-        Chart {
-            log_x: true,
-            log_y: true,
-            y: drawn.start.max(DEEPEST * drawn.end) / 2.0..3.0 * drawn.end,
-            marks: self.bands(),
-            ..Chart::of(
-                "spectrum with its power law",
-                self.bin_label(),
-                label("power spectral density", &density),
-                series,
-            )
-        }
+        let density = label("power spectral density", &density);
+        let y = drawn.start.max(DEEPEST * drawn.end) / 2.0..3.0 * drawn.end;
+        self.chart("spectrum with its power law", density, y, series)
     }
 
     fn compensated_chart(&self) -> Chart {
@@ -288,67 +239,41 @@ impl Slope {
         let points = self.positive(&self.compensated());
         let is_inside = |p: &&(f64, f64)| (law.band[0]..=law.band[1]).contains(&p.0);
         let seen = extent(points.iter().filter(is_inside).map(|p| p.1));
+        let y = (seen.start / 10.0).min(0.1)..(seen.end * 10.0).max(10.0);
+        let label = format!(
+            "spectrum over {}^{:.3}",
+            self.axis.of(["k", "f"]),
+            law.slope
+        );
+        let (title, levels) = ("compensated spectrum", vec![Level::new(1.0, "the law")]);
+        let series = vec![Series::line(title, BLUE, points)];
         Chart {
-            log_x: true,
-            log_y: true,
-            y: (seen.start / 10.0).min(0.1)..(seen.end * 10.0).max(10.0),
-            levels: vec![Level {
-                at: 1.0,
-                label: "the law".into(),
-            }],
-            marks: self.bands(),
-            ..Chart::of(
-                "compensated spectrum",
-                self.bin_label(),
-                format!("spectrum over {}^{:.3}", self.symbol(), law.slope),
-                vec![Series::line("compensated spectrum", BLUE, points)],
-            )
+            levels,
+            ..self.chart(title, label, y, series)
         }
     }
 
     /// Slope and gradient against time.
     fn frame_charts(&self) -> Vec<Chart> {
-        let time_label = label("time t", &self.units().0);
         let Some(frames) = self.frames.as_ref().filter(|frames| frames.time.len() > 2) else {
             return Vec::new();
         };
-        let known = (0..frames.time.len()).filter(|n| frames.slope[*n].is_finite());
-        let (points, errors): (Vec<_>, Vec<f64>) = known
-            .map(|n| {
-                let half = frames.half[n];
-                let error = if half.is_finite() { half } else { 0.0 };
-                ((frames.time[n], frames.slope[n]), error)
-            })
-            .unzip();
-        let series = Series {
-            errors,
-            ..Series::line("", BLUE, points).marked(Marker::Circle)
+        let marks = self.steepening.iter();
+        let marks = marks.map(|steep| Mark::new(steep.shock_time, "shock time"));
+        let marks: Vec<Mark> = marks.collect();
+        let chart = |title: &str, label_y: &str, series: Vec<Series>| Chart {
+            marks: marks.clone(),
+            ..Chart::of(title, label("time t", &self.units().0), label_y, series)
         };
-        let marks: Vec<Mark> = self
-            .steepening
-            .iter()
-            .map(|steep| Mark {
-                at: steep.shock_time,
-                label: "shock time".into(),
-            })
-            .collect();
+        let points = frames.time.iter().zip(&frames.slope).zip(&frames.half);
+        let points = points.map(|((time, slope), half)| [*time, *slope, *half]);
+        let known = points.filter(|[_, slope, _]| slope.is_finite());
+        let series = Series::with_errors("", BLUE, known).marked(Marker::Circle);
         let seen = extent(series.points.iter().map(|p| p.1));
-        let level = |(at, words): (f64, &str)| Level {
-            at,
-            label: words.into(),
-        };
         let slope = Chart {
             y: (seen.start - 0.5).max(STEEPEST)..(seen.end + 0.5).max(0.0),
-            marks: marks.clone(),
-            levels: [(-2.0, "−2 and −8/3"), (-8.0 / 3.0, "")]
-                .map(level)
-                .to_vec(),
-            ..Chart::of(
-                "slope against time",
-                &time_label,
-                "slope over the band",
-                vec![series],
-            )
+            levels: vec![Level::new(-2.0, "−2 and −8/3"), Level::new(-8.0 / 3.0, "")],
+            ..chart("slope against time", "slope over the band", vec![series])
         };
         let first = frames.gradient.first().copied().unwrap_or(1.0);
         let inverse: Vec<f64> = frames.gradient.iter().map(|g| first / g).collect();
@@ -357,15 +282,7 @@ impl Slope {
             let line = vec![(frames.time[0], 1.0), (steep.shock_time, 0.0)];
             series.push(Series::line("to the shock time", BLACK, line).with(Look::Dashed));
         }
-        let gradient = Chart {
-            marks,
-            ..Chart::of(
-                "steepening",
-                &time_label,
-                "first over largest |∂v/∂x|",
-                series,
-            )
-        };
+        let gradient = chart("steepening", "first over largest |∂v/∂x|", series);
         vec![slope, gradient]
     }
 }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::Work;
 use super::frames::SlopeFrames;
 use crate::field::Field;
 use crate::numeric::student_two_sided;
@@ -56,35 +57,31 @@ pub struct Steepening {
 
 impl Steepening {
     /// `None` for a field without a front that steepens so, and where its time is not known to a tenth.
-    pub(super) fn of(frames: &SlopeFrames, fields: &[&Field], alpha: f64) -> Option<Steepening> {
+    pub(super) fn of(frames: &SlopeFrames, work: &Work<'_>) -> Option<Steepening> {
         let gradient = &frames.gradient;
         let first = *gradient.first().filter(|first| **first > 0.0)?;
         let growth = gradient.iter().copied().fold(0.0, f64::max) / first;
         let steep = gradient.iter().position(|g| *g >= LEAST_GROWTH * first)?;
-        let mut front = Front::of(fields, gradient.len(), steep)?;
+        let mut front = Front::of(work, steep)?;
         // The steepest level between the sites first, then about that of the first fit.
-        front.level += front.best(alpha)?.off;
-        let found = front.best(alpha)?;
-        let (start, span) = front.times();
+        front.level += front.best()?.off;
+        let found = front.best()?;
+        let start = work.first.time.at(0);
+        let span = work.first.time.at(work.first.n_times() - 1) - start;
         let (after_start, half) = (found.time * span, found.half * span);
         let is_known = half <= LARGEST_HALF * after_start;
         let shock_time = start + after_start;
         let time = &frames.time;
-        let nearest = time
-            .partition_point(|t| *t < shock_time)
-            .min(time.len() - 1);
+        let nearest = time.partition_point(|t| *t < shock_time);
+        let nearest = nearest.min(time.len() - 1);
         let is_later = |i: usize| time[i] + time[i - 1] > 2.0 * shock_time;
         let nearest = nearest - usize::from(nearest > 0 && is_later(nearest));
         // Of a record that ends before the shock there is none.
         let has_shock = shock_time < time[time.len() - 1] + (time[1] - time[0]);
         let at_shock = |of: &[f64]| if has_shock { of[nearest] } else { f64::NAN };
         let is_after = |(t, s): &(&f64, &f64)| **t >= start + 1.5 * after_start && s.is_finite();
-        let after: Vec<f64> = time
-            .iter()
-            .zip(&frames.slope)
-            .filter(is_after)
-            .map(|p| *p.1)
-            .collect();
+        let after = time.iter().zip(&frames.slope).filter(is_after);
+        let after: Vec<f64> = after.map(|p| *p.1).collect();
         let ends = |of: fn(f64, f64) -> f64| after.iter().copied().fold(f64::NAN, of);
         is_known.then(|| Steepening {
             shock_time,
@@ -104,8 +101,7 @@ type Normal = [[f64; 5]; 4];
 
 /// A front of all fields.
 struct Front<'a> {
-    fields: &'a [&'a Field],
-    frames: usize,
+    work: &'a Work<'a>,
     /// That about which the bands lie.
     level: f64,
     /// Half of the range of the first snapshot, negative for a front that rises along x.
@@ -123,70 +119,48 @@ struct Found {
 
 impl<'a> Front<'a> {
     /// The steepest place of a frame.
-    fn of(fields: &'a [&'a Field], frames: usize, frame: usize) -> Option<Self> {
-        let mut front = Front {
-            fields,
-            frames,
-            level: 0.0,
-            size: 1.0,
-        };
-        let row = front.row(fields[0], front.snapshots(frame).start);
+    fn of(work: &'a Work<'a>, frame: usize) -> Option<Self> {
+        let (level, size) = (0.0, 1.0);
+        let mut front = Front { work, level, size };
+        let row = front.row(work.first, work.times(frame).start);
         let steeper = |a: &&[f64], b: &&[f64]| (a[1] - a[0]).abs().total_cmp(&(b[1] - b[0]).abs());
-        let step = row
-            .windows(2)
-            .filter(|s| s.iter().all(|v| v.is_finite()))
-            .max_by(steeper)?;
-        let whole = front.row(fields[0], 0);
+        let steps = row.windows(2);
+        let known = steps.filter(|s| s.iter().all(|v| v.is_finite()));
+        let step = known.max_by(steeper)?;
+        let whole = front.row(work.first, 0);
         let ends = |of: fn(f64, f64) -> f64| whole.iter().copied().fold(f64::NAN, of);
         front.level = 0.5 * (step[0] + step[1]);
         front.size = (step[0] - step[1]).signum() * 0.5 * (ends(f64::max) - ends(f64::min));
         Some(front)
     }
 
-    fn snapshots(&self, frame: usize) -> Range<usize> {
-        let n = self.fields[0].n_times();
-        frame * n / self.frames..(frame + 1) * n / self.frames
-    }
-
     /// A snapshot in units of the front.
     fn row(&self, field: &Field, n: usize) -> Vec<f64> {
         let mut row = vec![0.0; field.n_sites()];
         field.read_time_major(n..n + 1, 0..field.n_sites(), &mut row);
-        row.iter_mut()
-            .for_each(|v| *v = (*v - self.level) / self.size);
+        let values = row.iter_mut();
+        values.for_each(|v| *v = (*v - self.level) / self.size);
         row
-    }
-
-    /// Beginning and length of the record.
-    fn times(&self) -> (f64, f64) {
-        let time = &self.fields[0].time;
-        let start = time.at(0);
-        (start, time.at(self.fields[0].n_times() - 1) - start)
     }
 
     /// Of each band the frames until the front is too steep.
     fn bands(&self) -> Vec<Vec<Normal>> {
         let mut bands = vec![Vec::new(); BANDS];
         let mut open = [true; BANDS];
-        for frame in 0..self.frames {
+        for frame in 0..self.work.frames() {
             let mut sums = [Normal::default(); BANDS];
-            for (field, n) in self
-                .fields
-                .iter()
-                .flat_map(|f| self.snapshots(frame).map(move |n| (f, n)))
-            {
+            let of = |field| self.work.times(frame).map(move |n| (field, n));
+            for (field, n) in self.work.fields.iter().flat_map(of) {
                 let row = self.row(field, n);
                 let time = n as f64 / (field.n_times() - 1) as f64;
                 for (b, sums) in sums.iter_mut().enumerate().filter(|(b, _)| open[*b]) {
-                    add_front(sums, &row, 0.5f64.powf(1.0 + 0.5 * b as f64), time);
+                    add_front(sums, &row, band(b), time);
                 }
             }
-            for (b, sums) in sums.into_iter().enumerate() {
-                let width = |sums: &Normal| (sums[0][4] / sums[0][0]).abs();
-                // The front may be between the ends of a ring, and seen again.
-                if sums[0][0] <= 0.0 {
-                    continue;
-                }
+            let width = |sums: &Normal| (sums[0][4] / sums[0][0]).abs();
+            // The front may be between the ends of a ring, and seen again.
+            let seen = |(_, sums): &(usize, Normal)| sums[0][0] > 0.0;
+            for (b, sums) in sums.into_iter().enumerate().filter(seen) {
                 let first = bands[b].first().map_or(0.0, width);
                 open[b] &= FITTED * width(&sums) >= first;
                 if open[b] {
@@ -201,7 +175,7 @@ impl<'a> Front<'a> {
     }
 
     /// The band with the smallest interval.
-    fn best(&self, alpha: f64) -> Option<Found> {
+    fn best(&self) -> Option<Found> {
         let bands = self.bands();
         let found = bands.windows(2).zip(1..).filter_map(|(pair, b)| {
             let [wide, narrow] = [&pair[0], &pair[1]];
@@ -224,16 +198,21 @@ impl<'a> Front<'a> {
             };
             let line = (all[2] * all[2] - variance(2)).max(0.0);
             // Four numbers are fitted.
-            let within = student_two_sided(alpha, (n - 4) as f64);
+            let within = student_two_sided(self.work.request.alpha, (n - 4) as f64);
             Some(Found {
                 time: all[0],
                 half: (within * within * variance(0) + all[1] * all[1] + line).sqrt(),
                 frames: n,
-                off: shock(narrow, usize::MAX)?.1 * 0.5f64.powf(1.0 + 0.5 * b as f64) * self.size,
+                off: shock(narrow, usize::MAX)?.1 * band(b) * self.size,
             })
         });
         found.min_by(|a, b| a.half.total_cmp(&b.half))
     }
+}
+
+/// The level to which band `b` reaches.
+fn band(b: usize) -> f64 {
+    0.5f64.powf(1.0 + 0.5 * b as f64)
 }
 
 /// Adds the samples of the front of a snapshot that lie within `band` of its level.

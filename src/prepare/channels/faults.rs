@@ -2,7 +2,7 @@
 
 use super::look::Look;
 use super::neighbours::SAME;
-use super::steps::{median, sorted};
+use crate::numeric::{median, sorted};
 
 /// How much louder or quieter than those beside it a site is that is too loud or quiet.
 pub(super) const LOUD: f64 = 100.0;

@@ -3,7 +3,7 @@
 use num_complex::Complex;
 
 use super::look::Look;
-use super::steps::median;
+use crate::numeric::median;
 
 /// Pairs of neighbours on each side that a pair is held against.
 const PAIRS: usize = 4;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::look::{BANDS, Look};
-use crate::numeric::student_two_sided;
+use crate::numeric::{median, sorted, student_two_sided};
 
 /// Sites on each side of a step of the gain, and how much bands and sites may differ, as a part of the step's logarithm; the least step; the
 /// probability by which chance makes one anywhere.
@@ -81,15 +81,4 @@ impl Look<'_> {
         });
         found.collect()
     }
-}
-
-pub(super) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted
-}
-
-pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let sorted = sorted(values);
-    sorted.get(sorted.len() / 2).copied()
 }
