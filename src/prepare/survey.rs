@@ -112,9 +112,7 @@ impl Prepared<'_> {
             .into_par_iter()
             .with_min_len(least)
             .try_fold(none, |mut seen, start| {
-                if observer.cancelled() {
-                    return Err(Error::Cancelled);
-                }
+                observer.go_on()?;
                 let end = (start + stretch).min(self.times.end);
                 // Held extremes need the previous time.
                 let first = start.saturating_sub(1).max(self.times.start);
@@ -133,7 +131,7 @@ impl Prepared<'_> {
                 seen.take(rows, width, first < start);
                 self.release_times(first - self.times.start..end - self.times.start);
                 observer.advance((end - start) as u64);
-                Ok(seen)
+                Ok::<_, Error>(seen)
             })
             .try_reduce(none, |a, b| Ok(a.merged(b)));
         self.release_pages();

@@ -41,14 +41,11 @@ struct Tile {
     spectra: Vec<Complex<f64>>,
 }
 
+/// Working space of one thread.
 #[derive(Default)]
 struct Scratch {
     space: ComplexScratch<f64>,
     profiles: Vec<Complex<f64>>,
-}
-
-#[derive(Default)]
-struct TimeScratch {
     segments: SegmentScratch,
     numbers: Vec<f64>,
 }
@@ -65,7 +62,11 @@ impl<'a> Pass<'a> {
             tapers: request.space.clone(),
             detrend: Detrend::None,
         };
-        let space = Realisations::new(&along_space, grid.sites).map_err(of_space)?;
+        let space = Realisations::new(&along_space, grid.sites).map_err(|error| {
+            error
+                .of_option("window", "space-window")
+                .of_option("multitaper", "space-multitaper")
+        })?;
         let plan = |taper: &Vec<f64>| ComplexTransform::new(taper, grid.sites);
         Ok(Pass {
             transforms: space.taper_samples().iter().map(plan).collect(),
@@ -95,18 +96,19 @@ impl<'a> Pass<'a> {
         let mut unit = 1.0;
         for first in (0..bins).step_by(band) {
             let rows = first..bins.min(first + band);
-            let groups = rows.clone().step_by(ROWS);
-            let groups = groups.map(|row| self.zeros(rows.end.min(row + ROWS) - row));
-            let mut groups: Vec<Sums> = groups.collect();
+            let zeros = |row: usize| {
+                let rows = rows.end.min(row + ROWS) - row;
+                let plain = rows * self.grid.sites.div_ceil(WIDTH) * self.pairs;
+                Sums::zeros(SumsShape { plain, pieces: 0 })
+            };
+            let mut groups: Vec<Sums> = rows.clone().step_by(ROWS).map(zeros).collect();
             let mut tiles = Vec::new();
             tiles.resize_with(sites.len(), Tile::default);
             unit = shots.each_portion(block, &portions, |shot, portion| {
                 let work = portion.segments.len() as u64;
                 shot.observer.stage("segments of all sites", work);
                 for segment in portion.segments.clone() {
-                    if shot.observer.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
+                    shot.observer.go_on()?;
                     let one = self.one(portion, segment);
                     let known = (first == 0).then_some(&mut sites[..]);
                     self.read(shot, portion, &one, &mut tiles, known);
@@ -119,27 +121,16 @@ impl<'a> Pass<'a> {
                     shot.release(done..done + self.realisations.segments.hop);
                     shot.observer.advance(1);
                 }
-                let reached = self.realisations.reached();
-                sites
-                    .iter_mut()
-                    .for_each(|sums| sums.close(reached, self.about_mean()));
+                let (reached, about_mean) =
+                    (self.realisations.reached(), self.request.about_mean());
+                for sums in &mut sites {
+                    sums.close(reached, about_mean);
+                }
                 Ok(())
             })?;
             sums.extend(groups);
         }
         Ok((unit, self.totals(records, sums, sites)))
-    }
-
-    /// Of so many rows of the result.
-    fn zeros(&self, rows: usize) -> Sums {
-        Sums::zeros(SumsShape {
-            plain: rows * self.grid.sites.div_ceil(WIDTH) * self.pairs,
-            pieces: 0,
-        })
-    }
-
-    fn about_mean(&self) -> bool {
-        self.request.averaging.detrend != Detrend::None
     }
 
     /// A segment by itself.
@@ -194,57 +185,46 @@ impl<'a> Pass<'a> {
         let (start, segment) = (portion.samples.start, one.segments.start);
         let times = one.samples.start - start..one.samples.end - start;
         let read =
-            |scratch: &mut TimeScratch, i: usize, tile: &mut Tile, sums: Option<&mut Sums>| {
+            |scratch: &mut Scratch,
+             (i, (tile, mut sums)): (usize, (&mut Tile, Option<&mut Sums>))| {
                 let from = i * TOGETHER;
                 let columns = from..self.grid.sites.min(from + TOGETHER);
                 tile.samples.resize(columns.len() * times.len(), 0.0);
                 let mark = shot.mark(columns.clone());
                 shot.piece(times.clone(), columns, &mut tile.samples);
-                let Some(sums) = sums else {
+                if let Some(sums) = &mut sums {
+                    let records = Records::one_after_another(&tile.samples, times.len());
+                    let pieces = (one, segment, records, shot.scale);
                     self.realisations
-                        .remove_trends(&mut tile.samples, &mut scratch.segments);
-                    return;
-                };
-                let records = Records::one_after_another(&tile.samples, times.len());
-                let pieces = (one, segment, records, shot.scale);
-                self.realisations
-                    .add_pieces(pieces, mark, &mut scratch.numbers, sums);
+                        .add_pieces(pieces, mark, &mut scratch.numbers, sums);
+                }
                 self.realisations
                     .remove_trends(&mut tile.samples, &mut scratch.segments);
+                let Some([tapered, all]) = sums.map(Sums::plain_mut) else {
+                    return;
+                };
                 let squared = shot.scale * shot.scale;
-                let records = tile.samples.chunks_exact(times.len()).enumerate();
-                for (lane, record) in records {
+                for (lane, record) in tile.samples.chunks_exact(times.len()).enumerate() {
                     let weighted = record.iter().zip(&self.squares[0]).map(|(v, w)| v * v * w);
                     scratch.numbers.clear();
                     scratch.numbers.extend(weighted);
-                    let [tapered, all] = sums.plain_mut() else {
-                        return;
-                    };
                     tapered.0[lane] += squared * crate::numeric::sum(&scratch.numbers);
                     all.0[lane] += squared * crate::numeric::sum_of_squares(record);
                 }
             };
-        match sites {
-            Some(sites) => tiles.par_iter_mut().zip(sites).enumerate().for_each_init(
-                TimeScratch::default,
-                |scratch, (i, (tile, sums))| {
-                    read(scratch, i, tile, Some(sums));
-                },
-            ),
-            None => tiles.par_iter_mut().enumerate().for_each_init(
-                TimeScratch::default,
-                |scratch, (i, tile)| {
-                    read(scratch, i, tile, None);
-                },
-            ),
-        }
+        let sites: Vec<Option<&mut Sums>> = match sites {
+            Some(sites) => sites.iter_mut().map(Some).collect(),
+            None => tiles.iter().map(|_| None).collect(),
+        };
+        let tiles = tiles.par_iter_mut().zip(sites).enumerate();
+        tiles.for_each_init(Scratch::default, read);
     }
 
     /// Transforms all sites under a taper along time.
     fn along_time(&self, taper: usize, tiles: &mut [Tile]) {
         tiles
             .par_iter_mut()
-            .for_each_init(TimeScratch::default, |scratch, tile| {
+            .for_each_init(Scratch::default, |scratch, tile| {
                 let Tile { samples, spectra } = tile;
                 let found = self
                     .realisations
@@ -275,9 +255,8 @@ impl<'a> Pass<'a> {
                     scratch.profiles.extend_from_slice(cells);
                 }
             }
-            let shape = (rows.len(), sites);
-            let profiles = ArrayView2::from_shape(shape, &scratch.profiles);
-            let Ok(profiles) = profiles else {
+            let Ok(profiles) = ArrayView2::from_shape((rows.len(), sites), &scratch.profiles)
+            else {
                 return;
             };
             for (i, transform) in self.transforms.iter().enumerate() {
@@ -298,30 +277,8 @@ impl<'a> Pass<'a> {
                 }
             }
         };
-        groups
-            .par_iter_mut()
-            .enumerate()
-            .for_each_init(Scratch::default, add);
-    }
-}
-
-/// An error of the tapers along space, with its option.
-fn of_space(error: Error) -> Error {
-    match error {
-        Error::Request {
-            option,
-            expected,
-            found,
-        } => Error::Request {
-            option: match option {
-                "window" => "space-window",
-                "multitaper" => "space-multitaper",
-                option => option,
-            },
-            expected,
-            found,
-        },
-        error => error,
+        let groups = groups.par_iter_mut().enumerate();
+        groups.for_each_init(Scratch::default, add);
     }
 }
 
