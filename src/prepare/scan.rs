@@ -35,15 +35,11 @@ impl ChannelScan {
     };
 
     pub fn of(record: &[f64]) -> ChannelScan {
-        let mut low = f64::INFINITY;
-        let mut high = f64::NEG_INFINITY;
-        let mut gaps = 0;
+        let (mut low, mut high, mut gaps) = (f64::INFINITY, f64::NEG_INFINITY, 0);
         for &v in record {
-            if v.is_finite() {
-                low = low.min(v);
-                high = high.max(v);
-            } else {
-                gaps += 1;
+            match v.is_finite() {
+                true => (low, high) = (low.min(v), high.max(v)),
+                false => gaps += 1,
             }
         }
         let first_gap = (gaps > 0)
@@ -51,12 +47,10 @@ impl ChannelScan {
             .flatten();
         let largest = if low <= high { high.max(-low) } else { 0.0 };
         let constant = low >= high;
-        let clipped_run = if constant {
-            0
-        } else {
-            longest_run(record, |v| {
-                (v == high || v == low) && v.abs() >= 0.5 * largest
-            })
+        let is_extreme = |v: f64| (v == high || v == low) && v.abs() >= 0.5 * largest;
+        let clipped_run = match constant {
+            true => 0,
+            false => longest_run(record, is_extreme),
         };
         ChannelScan {
             largest,
@@ -69,9 +63,7 @@ impl ChannelScan {
 }
 
 fn longest_run(record: &[f64], on_extreme: impl Fn(f64) -> bool) -> usize {
-    let mut longest = 0;
-    let mut run = 0;
-    let mut last = f64::NAN;
+    let (mut longest, mut run, mut last) = (0, 0, f64::NAN);
     for &v in record {
         run = match on_extreme(v) {
             true if v == last => run + 1,

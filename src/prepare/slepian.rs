@@ -77,10 +77,9 @@ fn sign(samples: &[f64], norm: f64, odd: bool) -> f64 {
     } else {
         Some(samples.iter().sum())
     };
-    if deciding.is_some_and(|v| v < 0.0) {
-        -1.0
-    } else {
-        1.0
+    match deciding {
+        Some(v) if v < 0.0 => -1.0,
+        _ => 1.0,
     }
 }
 
@@ -168,10 +167,9 @@ impl Half {
             if high - low <= f64::EPSILON * high {
                 break;
             }
-            if below(middle) <= index {
-                low = middle;
-            } else {
-                high = middle;
+            match below(middle) <= index {
+                true => low = middle,
+                false => high = middle,
             }
         }
         0.5 * (low + high)
