@@ -19,24 +19,13 @@ pub struct ComplexTransform<T: Real> {
 }
 
 /// Working space of one thread; grows once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct ComplexScratch<T> {
     /// Real and imaginary parts, interleaved.
     parts: Vec<f64>,
     spectra: Vec<Complex<T>>,
     records: RecordScratch<T>,
     powers: Vec<f64>,
-}
-
-impl<T> Default for ComplexScratch<T> {
-    fn default() -> Self {
-        ComplexScratch {
-            parts: Vec::new(),
-            spectra: Vec::new(),
-            records: RecordScratch::default(),
-            powers: Vec::new(),
-        }
-    }
 }
 
 impl<T: Real> ComplexTransform<T> {
