@@ -124,10 +124,9 @@ pub(super) struct PowerOfTen {
 impl PowerOfTen {
     pub fn of(largest: f64) -> Self {
         let fits = largest == 0.0 || (1e-20..1e20).contains(&largest) || !largest.is_finite();
-        let exponent = if fits {
-            0
-        } else {
-            largest.log10().floor() as i32
+        let exponent = match fits {
+            true => 0,
+            false => largest.log10().floor() as i32,
         };
         let half = -exponent / 2;
         PowerOfTen {

@@ -111,12 +111,14 @@ impl MapBuilder {
         let rows = cells(rows, self.rows, self.high.nrows());
         let columns = cells(columns, self.columns, self.high.ncols());
         let shape = (rows.len(), columns.len());
-        let mut reduced = MapBuilder::new(shape, limit, self.keep);
-        reduced.add(0, 0, self.high.slice(s![rows.clone(), columns.clone()]));
+        let of = |cells: &Array2<f64>| {
+            let mut of = MapBuilder::new(shape, limit, self.keep);
+            of.add(0, 0, cells.slice(s![rows.clone(), columns.clone()]));
+            of
+        };
+        let mut reduced = of(&self.high);
         if self.keep == Keep::Extreme {
-            let mut least = MapBuilder::new(shape, limit, self.keep);
-            least.add(0, 0, self.low.slice(s![rows.clone(), columns.clone()]));
-            reduced.low = least.low;
+            reduced.low = of(&self.low).low;
         }
         reduced.first = (rows.start * self.rows, columns.start * self.columns);
         reduced.rows *= self.rows;
@@ -133,14 +135,11 @@ impl MapBuilder {
         let span = |axis: Axis, block: usize, all: usize| {
             let loud = |part: ArrayView1<f64>| part.iter().map(size).any(|size| size > level);
             let mut loud = cells.axis_iter(axis).map(loud);
-            let first = loud.position(|loud| loud);
-            let (first, last) = match first {
-                None => return 0..all,
-                Some(first) => (
-                    first,
-                    loud.rposition(|loud| loud).map_or(first, |n| first + 1 + n),
-                ),
+            let Some(first) = loud.position(|loud| loud) else {
+                return 0..all;
             };
+            let last = loud.rposition(|loud| loud);
+            let last = last.map_or(first, |n| first + 1 + n);
             first * block..((last + 1) * block).min(all)
         };
         (
@@ -183,10 +182,8 @@ impl MapBuilder {
         y: (&str, f64, f64),
         x: (&str, f64, f64),
     ) -> Map {
-        let whole = {
-            let (rows, columns) = self.high.dim();
-            (0..rows * self.rows, 0..columns * self.columns)
-        };
+        let (rows, columns) = self.high.dim();
+        let whole = (0..rows * self.rows, 0..columns * self.columns);
         let overview = self.reduced(&whole, MAP_LIMIT);
         let detail = part.map(|part| self.reduced(part, MAP_LIMIT));
         // Cells of the overview beyond the part count, too: it may hold all of them.
@@ -212,34 +209,24 @@ impl MapBuilder {
             low: origin + (first as f64 - 0.5) * step,
             high: origin + ((first + length) as f64 - 0.5) * step,
         };
-        let (rows, columns) = self.high.dim();
+        let cells = self.high.dim();
         let bound = |bounds: &Array2<f64>| {
-            bounds.mapv(|v| {
-                if v.is_infinite() {
-                    f32::NAN
-                } else {
-                    unit.single(v)
-                }
+            bounds.mapv(|v| match v.is_infinite() {
+                true => f32::NAN,
+                false => unit.single(v),
             })
         };
-        let blocks = (self.rows, self.columns);
-        let range = (self.keep == Keep::Extreme && blocks.0 * blocks.1 > 1)
-            .then(|| [bound(&self.low), bound(&self.high)]);
+        let (rows, columns) = (self.rows, self.columns);
+        let has_range = self.keep == Keep::Extreme && rows * columns > 1;
         Map {
-            x: axis(x, self.first.1, columns * self.columns),
-            y: axis(y, self.first.0, rows * self.rows),
+            x: axis(x, self.first.1, cells.1 * columns),
+            y: axis(y, self.first.0, cells.0 * rows),
             reduction: match self.keep {
-                Keep::Largest => Reduction::Max {
-                    rows: blocks.0,
-                    columns: blocks.1,
-                },
-                Keep::Extreme => Reduction::Extreme {
-                    rows: blocks.0,
-                    columns: blocks.1,
-                },
+                Keep::Largest => Reduction::Max { rows, columns },
+                Keep::Extreme => Reduction::Extreme { rows, columns },
             },
             values: self.cells().mapv(|v| unit.single(v)),
-            range,
+            range: has_range.then(|| [bound(&self.low), bound(&self.high)]),
             label: label.to_owned(),
             detail: None,
         }
