@@ -273,14 +273,12 @@ impl BicoherenceRequest {
 
     fn check(&self, n_sites: usize) -> Result<()> {
         let a_site = format!("a site from 0 to {}", n_sites.saturating_sub(1));
-        if self.site >= n_sites {
-            return refuse("site", a_site, self.site);
-        }
-        if self.output() >= n_sites {
-            return refuse("output", a_site, self.output());
-        }
-        if let Some(site) = self.along.iter().find(|site| **site >= n_sites) {
-            return refuse("along", a_site, site);
+        let along = self.along.iter().map(|site| ("along", *site));
+        let mut all = [("site", self.site), ("output", self.output())]
+            .into_iter()
+            .chain(along);
+        if let Some((option, site)) = all.find(|(_, site)| *site >= n_sites) {
+            return refuse(option, a_site, site);
         }
         if self.along.windows(2).any(|pair| pair[0] >= pair[1]) {
             return refuse("along", "sites in ascending order", "others");
@@ -298,11 +296,8 @@ pub(super) fn refuse<T>(
     expected: impl ToString,
     found: impl ToString,
 ) -> Result<T> {
-    Err(Error::Request {
-        option,
-        expected: expected.to_string(),
-        found: found.to_string(),
-    })
+    let (expected, found) = (expected.to_string(), found.to_string());
+    Err(Error::request(option, expected, found))
 }
 
 /// `averaging` with its segment, by default the power of two at or below this part of the record.

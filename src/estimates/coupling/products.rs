@@ -63,16 +63,14 @@ impl<'s> TripleSums<'s> {
     pub fn of(triples: &Triples, sums: &'s Sums) -> TripleSums<'s> {
         let [cells, bins] = blocks(triples).map(|blocks| WIDTH * blocks);
         let numbers: &[f64] = bytemuck::cast_slice(sums.plain());
-        let (re, numbers) = numbers.split_at(cells);
-        let (im, numbers) = numbers.split_at(cells);
-        let (pairs, numbers) = numbers.split_at(cells);
-        let (first, third) = numbers.split_at(bins);
+        let of_cells = |kind: usize| &numbers[kind * cells..][..triples.cells()];
+        let of_bins = |kind: usize| &numbers[3 * cells + kind * bins..][..=triples.last];
         TripleSums {
-            re: &re[..triples.cells()],
-            im: &im[..triples.cells()],
-            pairs: &pairs[..triples.cells()],
-            first: &first[..=triples.last],
-            third: &third[..=triples.last],
+            re: of_cells(0),
+            im: of_cells(1),
+            pairs: of_cells(2),
+            first: of_bins(0),
+            third: of_bins(1),
         }
     }
 }
@@ -206,15 +204,9 @@ pub(super) fn sum_products(
         };
         sum_tree(range.clone(), kinds, true, &add, scratch);
     };
-    match is_parallel {
-        true => groups.into_par_iter().for_each_init(Vec::new, sum),
-        false => {
-            let mut scratch = Vec::new();
-            groups
-                .into_iter()
-                .for_each(|group| sum(&mut scratch, group));
-        }
-    }
+    let least = if is_parallel { 1 } else { groups.len().max(1) };
+    let groups = groups.into_par_iter().with_min_len(least);
+    groups.for_each_init(Vec::new, sum);
 }
 
 /// The sums of a tree over a range of leaves that begins with a node as large as half of it or more, written or
@@ -395,15 +387,8 @@ impl<'s, L: Lanes> Factors<'s, L> {
             re: L::splat(x.re[size]),
             im: L::splat(sign * x.im[size]),
             power: L::splat(x.power[size]),
-            x: [
-                blocks_from(x.re, first, blocks),
-                blocks_from(x.im, first, blocks),
-                blocks_from(x.power, first, blocks),
-            ],
-            z: [
-                blocks_from(z.re, third, blocks),
-                blocks_from(z.im, third, blocks),
-            ],
+            x: [x.re, x.im, x.power].map(|x| blocks_from(x, first, blocks)),
+            z: [z.re, z.im].map(|z| blocks_from(z, third, blocks)),
         }
     }
 

@@ -99,7 +99,6 @@ impl Describe for Bicoherence {
         self.independence.describe(&mut sheet, self.segment, rows);
         self.warnings(&mut sheet);
         let along = &self.along;
-        let positions = |j: &usize| self.space.at(*j);
         sheet.numbers(json!({
             "alpha": self.alpha,
             "cells": self.cells(),
@@ -111,7 +110,7 @@ impl Describe for Bicoherence {
             "strongest": self.strongest(LISTED),
             "along": {
                 "sites": along.sites,
-                "positions": along.sites.iter().map(positions).collect::<Vec<f64>>(),
+                "positions": self.positions(),
                 "above_level": along.coupled_outputs(),
             },
         }));
@@ -132,6 +131,12 @@ impl Describe for Bicoherence {
 impl Bicoherence {
     fn frequency_unit(&self) -> String {
         cycles_per(&self.units().0)
+    }
+
+    /// Of the sites along x.
+    fn positions(&self) -> Vec<f64> {
+        let sites = self.along.sites.iter();
+        sites.map(|site| self.space.at(*site)).collect()
     }
 
     /// Which frequencies are coupled, in words.
@@ -241,9 +246,13 @@ impl Bicoherence {
             return;
         }
         let sites: Vec<f64> = along.sites.iter().map(|j| *j as f64).collect();
-        let positions: Vec<f64> = along.sites.iter().map(|j| self.space.at(*j)).collect();
         sheet.line("along_site", "along_site", "", sites);
-        sheet.line("along_position", "along_site", &units.space, positions);
+        sheet.line(
+            "along_position",
+            "along_site",
+            &units.space,
+            self.positions(),
+        );
         for (name, unit, array) in [
             ("along_largest", "", &along.largest),
             ("along_first", cycles, &along.first),
@@ -259,34 +268,24 @@ impl Bicoherence {
     /// Over the two frequencies that are added.
     fn map_over_pairs(&self) -> HeatChart {
         let bins = &self.map.bins;
-        let extreme = |i: usize, sign: isize| bins.iter().map(|b| sign * b[i]).max().unwrap_or(1);
-        let (last, lowest, highest) = (extreme(0, 1), -extreme(1, -1), extreme(1, 1));
-        let rows = (highest - lowest + 1) as usize;
-        let mut values = Array2::from_elem((rows, last as usize), f64::NAN);
-        for ([first, second, _], b) in bins.iter().zip(&self.map.bicoherence) {
-            values[[(second - lowest) as usize, *first as usize - 1]] = *b;
-        }
-        let df = self.frequency[1];
+        let last = bins.iter().map(|bins| bins[0]).max().unwrap_or(1);
+        let cells = bins.iter().zip(&self.map.bicoherence);
+        let cells = cells.map(|([first, second, _], b)| ([*first, *second], *b));
         let unit = self.frequency_unit();
         HeatChart {
             title: "bicoherence b²(f₁, f₂)".into(),
             caption: "Which frequencies are coupled with their sum.".into(),
             x_label: label("frequency f₁", &unit),
-            y_label: label("frequency f₂", &unit),
             label: "bicoherence b²".into(),
-            x: 0.5 * df..(last as f64 + 0.5) * df,
-            y: (lowest as f64 - 0.5) * df..(highest as f64 + 0.5) * df,
-            values,
             colors: shown(self.map.bicoherence.iter().copied(), self.map_level()),
-            roles: Some([Role::Frequency; 2]),
-            ..HeatChart::default()
+            ..over_pairs(cells, last, (self.frequency[1], &unit))
         }
     }
 
     /// The largest at each output frequency along x; `None` for fewer than two sites.
     fn map_along(&self) -> Option<HeatChart> {
         let along = &self.along;
-        let positions: Vec<f64> = along.sites.iter().map(|j| self.space.at(*j)).collect();
+        let positions = self.positions();
         let level = along.largest_level.iter().copied();
         let level = level.filter(|level| level.is_finite()).reduce(f64::max);
         (positions.len() > 1).then(|| HeatChart {
@@ -340,6 +339,29 @@ impl Bicoherence {
                 ],
             )
         }
+    }
+}
+
+/// The map of cells at a bin, from 1 to the last, and the bin of a second frequency.
+pub(super) fn over_pairs(
+    cells: impl Iterator<Item = ([isize; 2], f64)> + Clone,
+    last: isize,
+    (df, unit): (f64, &str),
+) -> HeatChart {
+    let seconds = || cells.clone().map(|([_, second], _)| second);
+    let (lowest, highest) = (seconds().min().unwrap_or(-1), seconds().max().unwrap_or(1));
+    let shape = ((highest - lowest + 1) as usize, last as usize);
+    let mut values = Array2::from_elem(shape, f64::NAN);
+    for ([bin, second], value) in cells {
+        values[[(second - lowest) as usize, bin as usize - 1]] = value;
+    }
+    HeatChart {
+        y_label: label("frequency f₂", unit),
+        x: 0.5 * df..(last as f64 + 0.5) * df,
+        y: (lowest as f64 - 0.5) * df..(highest as f64 + 0.5) * df,
+        values,
+        roles: Some([Role::Frequency; 2]),
+        ..HeatChart::default()
     }
 }
 

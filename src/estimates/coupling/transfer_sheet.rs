@@ -1,13 +1,13 @@
 //! What a transfer between two sites says.
 
-use ndarray::Array2;
 use serde_json::json;
 
+use super::sheet::over_pairs;
 use super::{OutputTransfer, PairTransfer, Transfer};
 use crate::measure::cycles_per;
 use crate::sheet::{
-    BLUE, Chart, Colors, Column, Describe, GREEN, HeatChart, Level, Look, PlotRow, Role, Series,
-    Sheet, Units, VERMILLION, number, percent,
+    BLUE, Chart, Colors, Column, Describe, GREEN, HeatChart, Level, Look, PlotRow, Series, Sheet,
+    Units, VERMILLION, number, percent,
 };
 use crate::unit::label;
 
@@ -62,19 +62,19 @@ impl Describe for Transfer {
             definitions: DEFINITIONS.to_vec(),
             ..Sheet::default()
         };
-        let text = format!(
-            "linear {}, quadratic {}, residual {} of its power",
-            percent(shares.linear),
-            percent(shares.quadratic),
-            percent(shares.residual)
+        let fitted = [shares.linear, shares.quadratic, shares.residual];
+        let [linear, quadratic, residual] = fitted.map(percent);
+        sheet.fact(
+            "output",
+            format!("linear {linear}, quadratic {quadratic}, residual {residual} of its power"),
         );
-        sheet.fact("output", text);
-        let text = format!(
-            "of what was not fitted, linear terms explain {}, quadratic ones {} of the rest",
-            percent(shares.held_out_linear),
-            percent(shares.held_out_of_rest)
+        let [linear, quadratic] = [shares.held_out_linear, shares.held_out_of_rest].map(percent);
+        sheet.fact(
+            "prediction",
+            format!(
+                "of what was not fitted, linear terms explain {linear}, quadratic ones {quadratic} of the rest"
+            ),
         );
-        sheet.fact("prediction", text);
         sheet.detail("findings", self.findings());
         if self.holds() {
             sheet.detail("passage", self.answer());
@@ -127,7 +127,7 @@ impl Transfer {
             share(at.flux),
             share(at.flux_error),
             number(at.frequency),
-            cycles_per(&self.units().0)
+            self.frequency_unit()
         )
     }
 
@@ -246,9 +246,7 @@ impl Transfer {
     fn explained_chart(&self) -> Chart {
         let points = |of: OfOutput| -> Vec<(f64, f64)> {
             let outputs = self.outputs.iter();
-            outputs
-                .map(|output| (output.frequency, of(output)))
-                .collect()
+            outputs.map(|o| (o.frequency, of(o))).collect()
         };
         let residual = points(|o| o.residual / o.output);
         Chart {
@@ -271,32 +269,21 @@ impl Transfer {
     fn map(&self) -> HeatChart {
         let df = self.outputs[0].frequency;
         let bin = |f: f64| (f / df).round() as isize;
-        let last = self.outputs.len() as isize;
-        let seconds = || self.pairs.iter().map(|p| bin(p.second));
-        let (lowest, highest) = (seconds().min().unwrap_or(-1), seconds().max().unwrap_or(1));
-        let mut values =
-            Array2::from_elem(((highest - lowest + 1) as usize, last as usize), f64::NAN);
         let each = df / self.input();
-        for pair in &self.pairs {
-            let row = (bin(pair.second) - lowest) as usize;
-            values[[row, bin(pair.third) as usize - 1]] = pair.gain * each;
-        }
-        let known = values.iter().filter(|v| v.is_finite());
+        let pairs = self.pairs.iter();
+        let cells = pairs.map(|p| ([bin(p.third), bin(p.second)], p.gain * each));
+        let unit = self.frequency_unit();
+        let map = over_pairs(cells, self.outputs.len() as isize, (df, &unit));
+        let known = map.values.iter().filter(|v| v.is_finite());
         let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
         let largest = if largest > 0.0 { largest } else { 1.0 };
-        let unit = self.frequency_unit();
         HeatChart {
             title: "what each pair brings".into(),
             caption: "Which pairs of frequencies feed a third, and which take from it.".into(),
             x_label: label("output frequency f = f₁ + f₂", &unit),
-            y_label: label("frequency f₂", &unit),
             label: "gain, share of the input".into(),
-            x: 0.5 * df..(last as f64 + 0.5) * df,
-            y: (lowest as f64 - 0.5) * df..(highest as f64 + 0.5) * df,
-            values,
             colors: Colors::Between(-largest..largest),
-            roles: Some([Role::Frequency; 2]),
-            ..HeatChart::default()
+            ..map
         }
     }
 }
