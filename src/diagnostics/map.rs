@@ -104,10 +104,8 @@ pub(super) fn block_size(shape: (usize, usize), limit: (usize, usize)) -> (usize
         let parts = (coarse / least).max(1);
         coarse.div_ceil(parts).max(least)
     };
-    (
-        side(shape.0, limit.0, MAP_LIMIT.0),
-        side(shape.1, limit.1, MAP_LIMIT.1),
-    )
+    let rows = side(shape.0, limit.0, MAP_LIMIT.0);
+    (rows, side(shape.1, limit.1, MAP_LIMIT.1))
 }
 
 /// Rows and columns of an array that figures show, each by index.

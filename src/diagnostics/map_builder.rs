@@ -62,9 +62,8 @@ impl MapBuilder {
         let (first, last) = (row / height, end.div_ceil(height));
         let cells = s![first..last, ..];
         let (mut high, mut low) = (self.high.slice_mut(cells), self.low.slice_mut(cells));
-        high.axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .zip(low.axis_iter_mut(Axis(0)))
+        let high = high.axis_iter_mut(Axis(0)).into_par_iter();
+        high.zip(low.axis_iter_mut(Axis(0)))
             .enumerate()
             .for_each(|(i, (mut high, mut low))| {
                 let top = ((first + i) * height).max(row);
@@ -142,10 +141,8 @@ impl MapBuilder {
             let last = last.map_or(first, |n| first + 1 + n);
             first * block..((last + 1) * block).min(all)
         };
-        (
-            span(Axis(0), self.rows, shape.0),
-            span(Axis(1), self.columns, shape.1),
-        )
+        let rows = span(Axis(0), self.rows, shape.0);
+        (rows, span(Axis(1), self.columns, shape.1))
     }
 
     /// The value of each cell; NaN for cells without a number.
@@ -191,10 +188,9 @@ impl MapBuilder {
             (part.rows, part.columns) != (overview.rows, overview.columns)
                 || part.high.dim() != overview.high.dim()
         });
-        let largest = overview.high.iter().chain(&overview.low).copied();
-        let largest = largest.filter(|v| !v.is_infinite());
-        let largest = largest.fold(0.0, |m: f64, v| m.max(v.abs()));
-        let unit = PowerOfTen::of(largest);
+        let ends = overview.high.iter().chain(&overview.low);
+        let sizes = ends.filter(|v| !v.is_infinite()).map(|v| v.abs());
+        let unit = PowerOfTen::of(sizes.fold(0.0, f64::max));
         let label = unit.label(label);
         Map {
             detail: detail.map(|detail| Box::new(detail.map(unit, &label, y, x))),
@@ -267,9 +263,8 @@ impl SimdKernel for Reduce<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for row in self.block.outer_iter() {
-            let row = row
-                .to_slice()
-                .map_or_else(|| Cow::Owned(row.to_vec()), Cow::Borrowed);
+            let stored = row.to_slice().map(Cow::Borrowed);
+            let row = stored.unwrap_or_else(|| Cow::Owned(row.to_vec()));
             let (news, rest) = row.as_chunks();
             let done = WIDTH * news.len();
             let (olds, rest_old) = self.largest.as_chunks_mut();

@@ -231,12 +231,10 @@ impl<'a> Prepared<'a> {
     /// Whole records of `sites`, one after the other, from `ahead` where they were read.
     pub fn records(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
         let n_times = self.n_times();
-        let in_field = within(&self.sites, &sites);
+        let (times, in_field) = (self.times.clone(), within(&self.sites, &sites));
         match ahead {
             Some(ahead) => ahead.records(in_field, out),
-            None => self
-                .field
-                .read_site_major(self.times.clone(), in_field, out),
+            None => self.field.read_site_major(times, in_field, out),
         }
         let gaps = self.gaps_within(&sites).iter();
         let gaps = gaps.map(|g| ((g.site - sites.start) * n_times + g.time, g.value));
@@ -262,9 +260,8 @@ impl<'a> Prepared<'a> {
     /// The records of `sites` at these times, one after the other; those of fields whose trends along time are
     /// left in place.
     pub fn piece(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
-        let in_field = within(&self.sites, &sites);
-        self.field
-            .read_site_major(within(&self.times, &times), in_field, out);
+        let at = (within(&self.times, &times), within(&self.sites, &sites));
+        self.field.read_site_major(at.0, at.1, out);
         let gaps = self.gaps_within(&sites).iter();
         let gaps = gaps.filter(|gap| times.contains(&gap.time)).map(|gap| {
             let at = (gap.site - sites.start) * times.len() + gap.time - times.start;
@@ -275,12 +272,10 @@ impl<'a> Prepared<'a> {
 
     /// The records of `sites`, interleaved, from `ahead` if they were read ahead.
     pub fn columns(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
-        let in_field = within(&self.sites, &sites);
+        let (times, in_field) = (self.times.clone(), within(&self.sites, &sites));
         match ahead {
             Some(ahead) => ahead.columns(in_field, out),
-            None => self
-                .field
-                .read_time_major(self.times.clone(), in_field, out),
+            None => self.field.read_time_major(times, in_field, out),
         }
         self.prepare_rows((0, sites.clone()), self.gaps_within(&sites), out);
     }
@@ -368,11 +363,8 @@ impl<'a> Prepared<'a> {
 
     /// Whether trends are fitted to a sample.
     fn is_kept(&self, time: usize, site: usize) -> bool {
-        let is_gap = || {
-            let gaps = &self.gaps;
-            gaps.binary_search_by_key(&(site, time), |g| (g.site, g.time))
-                .is_ok()
-        };
+        let place = |gap: &Gap| (gap.site, gap.time);
+        let is_gap = || self.gaps.binary_search_by_key(&(site, time), place).is_ok();
         !(self.masked && is_gap())
     }
 

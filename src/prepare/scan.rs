@@ -42,9 +42,8 @@ impl ChannelScan {
                 false => gaps += 1,
             }
         }
-        let first_gap = (gaps > 0)
-            .then(|| record.iter().position(|v| !v.is_finite()))
-            .flatten();
+        let first = || record.iter().position(|v| !v.is_finite());
+        let first_gap = if gaps > 0 { first() } else { None };
         let largest = if low <= high { high.max(-low) } else { 0.0 };
         let constant = low >= high;
         let is_extreme = |v: f64| (v == high || v == low) && v.abs() >= 0.5 * largest;

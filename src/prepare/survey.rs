@@ -66,12 +66,9 @@ impl Prepared<'_> {
         let scans: Vec<ChannelScan> = scans.filter_map(|(scan, of)| scan.or(of)).collect();
         let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
         if count > 0 && gaps == Gaps::Refuse {
-            let first = scans
-                .iter()
-                .enumerate()
-                .filter_map(|(j, s)| Some((s.first_gap?, j)))
-                .min()
-                .unwrap_or_default();
+            let gaps = scans.iter().enumerate();
+            let gaps = gaps.filter_map(|(j, s)| Some((s.first_gap?, j)));
+            let first = gaps.min().unwrap_or_default();
             return Err(Error::NonFinite {
                 name: self.field.name.clone(),
                 count,

@@ -293,9 +293,8 @@ impl Window {
             };
         };
         let part = spectrum[before].re / (spectrum[before].re - spectrum[before + 1].re);
-        let worst = spectrum[before + 1..]
-            .iter()
-            .fold(0.0, |worst: f64, a| worst.max(a.norm()));
+        let beyond = spectrum[before + 1..].iter().map(|a| a.norm());
+        let worst = beyond.fold(0.0, f64::max);
         Lobes {
             half_width_bins: (before as f64 + part) / FINENESS as f64,
             worst_sidelobe_db: 20.0 * (worst / spectrum[0].norm()).log10(),
@@ -306,11 +305,9 @@ impl Window {
 /// `sum_k (-1)^k a_k cos(2 pi k j / n)`.
 fn cosine_sum(coefficients: &[f64], j: usize, n: usize) -> f64 {
     let n = n as u64;
-    coefficients
-        .iter()
-        .zip(0..)
-        .map(|(a, k)| a * cos_turns(2 * k * j as u64 + k * n, 2 * n))
-        .sum()
+    let terms = coefficients.iter().zip(0..);
+    let terms = terms.map(|(a, k)| a * cos_turns(2 * k * j as u64 + k * n, 2 * n));
+    terms.sum()
 }
 
 /// `exp(-x) I0(x)` for `x >= 0`: both series have terms above 0 only.
@@ -358,10 +355,8 @@ impl FromStr for Window {
         };
         let mut words = text.splitn(2, ':');
         let (name, parameter) = (words.next().unwrap_or_default(), words.next());
-        let number = |default: f64| match parameter {
-            Some(digits) => digits
-                .parse::<f64>()
-                .map_err(|_| error("a number after the colon")),
+        let number = |default: f64| match parameter.map(str::parse) {
+            Some(number) => number.map_err(|_| error("a number after the colon")),
             None => Ok(default),
         };
         if let Some((_, window, _)) = PLAIN.iter().find(|(known, ..)| *known == name) {
@@ -377,11 +372,8 @@ impl FromStr for Window {
             "samples" => {
                 let digits = parameter.unwrap_or_default().split(',');
                 let samples: Option<Vec<f64>> = digits.map(|one| one.trim().parse().ok()).collect();
-                Window::Samples(
-                    samples
-                        .ok_or_else(|| error("numbers after the colon"))?
-                        .try_into()?,
-                )
+                let samples = samples.ok_or_else(|| error("numbers after the colon"))?;
+                Window::Samples(samples.try_into()?)
             }
             _ => return Err(error(NAMES)),
         };

@@ -128,8 +128,7 @@ fn square(re: f64, im: f64) -> f64 {
 fn side_by_side<T: Real>(profiles: ArrayView2<Complex<T>>, parts: &mut [f64]) {
     let profile = |p| profiles.row(p).to_slice();
     if profiles.nrows() == 4
-        && let (Some(a), Some(b), Some(c), Some(d)) =
-            (profile(0), profile(1), profile(2), profile(3))
+        && let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(profile)
     {
         let (rows, _) = parts.as_chunks_mut();
         let further = profiles.len();

@@ -123,9 +123,8 @@ impl<T: Real> SpaceTimeFilter<T> {
         assert_eq!(values.dim(), shape);
         let mut filtered = Array2::default(shape);
         let gain = self.gain((dt, dx), band);
-        let passed = self
-            .plan
-            .process_in_parallel(values, filtered.view_mut(), gain);
+        let into = filtered.view_mut();
+        let passed = self.plan.process_in_parallel(values, into, gain);
         passed.expect("shapes of the plan");
         Ok(filtered)
     }

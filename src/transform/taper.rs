@@ -133,9 +133,8 @@ fn dominant_mean(record: &[f64]) -> f64 {
         return 0.0;
     }
     let mean = sum(record) / record.len() as f64;
-    let apart = record
-        .iter()
-        .fold(0.0, |m: f64, &v| m.max((v - mean).abs()));
+    let apart = record.iter().map(|v| (v - mean).abs());
+    let apart = apart.fold(0.0, f64::max);
     if apart < 0.25 * mean.abs() { mean } else { 0.0 }
 }
 
@@ -143,9 +142,8 @@ fn dominant_mean(record: &[f64]) -> f64 {
 fn one_sided(values: &[f64], width: usize) -> Vec<usize> {
     let (mut low, mut high) = (vec![f64::INFINITY; width], vec![f64::NEG_INFINITY; width]);
     let sided = |low: &[f64], high: &[f64]| -> Vec<usize> {
-        (0..width)
-            .filter(|&c| low[c] > 0.0 || high[c] < 0.0)
-            .collect()
+        let is_sided = |c: &usize| low[*c] > 0.0 || high[*c] < 0.0;
+        (0..width).filter(is_sided).collect()
     };
     for stretch in values.chunks(64 * width) {
         widen(stretch, &mut low, &mut high);

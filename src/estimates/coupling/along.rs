@@ -38,11 +38,9 @@ impl BicoherenceAlong {
     /// Output frequencies at each site whose largest bicoherence is above its level.
     pub fn coupled_outputs(&self) -> Vec<usize> {
         let columns = self.largest.columns().into_iter();
-        let levels = self.largest_level.columns();
-        columns
-            .zip(levels)
-            .map(|(values, levels)| values.iter().zip(levels).filter(|(b, at)| b > at).count())
-            .collect()
+        let columns = columns.zip(self.largest_level.columns());
+        let above = columns.map(|(b, at)| b.iter().zip(at).filter(|(b, at)| b > at).count());
+        above.collect()
     }
 }
 
@@ -108,12 +106,8 @@ impl Pass<'_> {
                 Records::one_after_another(&some, records.length())
             }
         };
-        self.add_steadiness(
-            scratch,
-            (shot, portion),
-            (chosen, records),
-            &mut tile.steadiness,
-        );
+        let of = (shot, portion);
+        self.add_steadiness(scratch, of, (chosen, records), &mut tile.steadiness);
         let segments = &mut scratch.segments;
         let spectra = Spectra::of(self.realisations, portion, records, shot.scale, segments);
         tile.products.resize_with(chosen.len(), || None);
@@ -128,14 +122,12 @@ impl Pass<'_> {
     /// What was found along x.
     pub fn along(&self, tiles: Vec<TileSums>) -> BicoherenceAlong {
         let sites = self.request.along.clone();
-        let columns: Vec<(Vec<Found>, Independence)> = tiles
-            .into_iter()
-            .flat_map(|tile| {
-                let steadiness = tile.steadiness.of_sites();
-                tile.found.into_iter().zip(steadiness)
-            })
-            .map(|(found, steadiness)| (found, self.independence(steadiness)))
-            .collect();
+        let found = tiles.into_iter().flat_map(|tile| {
+            let steadiness = tile.steadiness.of_sites();
+            tile.found.into_iter().zip(steadiness)
+        });
+        let found = found.map(|(found, steadiness)| (found, self.independence(steadiness)));
+        let columns: Vec<(Vec<Found>, Independence)> = found.collect();
         let alpha = self.request.alpha;
         let bins = self.realisations.bins();
         let df = 1.0 / (self.realisations.segments.length as f64 * self.grid.time.step);

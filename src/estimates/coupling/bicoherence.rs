@@ -134,9 +134,8 @@ impl Bicoherence {
             return Vec::new();
         };
         let map = &self.map;
-        let mut cells: Vec<usize> = (0..map.bins.len())
-            .filter(|cell| map.bicoherence[*cell] > level)
-            .collect();
+        let above = |cell: &usize| map.bicoherence[*cell] > level;
+        let mut cells: Vec<usize> = (0..map.bins.len()).filter(above).collect();
         cells.sort_by(|a, b| map.bicoherence[*b].total_cmp(&map.bicoherence[*a]));
         let spread = phase_spread(self.alpha, independent);
         let df = self.frequency[1];
@@ -273,10 +272,9 @@ impl BicoherenceRequest {
 
     fn check(&self, n_sites: usize) -> Result<()> {
         let a_site = format!("a site from 0 to {}", n_sites.saturating_sub(1));
+        let two = [("site", self.site), ("output", self.output())];
         let along = self.along.iter().map(|site| ("along", *site));
-        let mut all = [("site", self.site), ("output", self.output())]
-            .into_iter()
-            .chain(along);
+        let mut all = two.into_iter().chain(along);
         if let Some((option, site)) = all.find(|(_, site)| *site >= n_sites) {
             return refuse(option, a_site, site);
         }

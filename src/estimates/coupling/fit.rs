@@ -212,9 +212,8 @@ impl Fit<'_> {
         let mut order: Vec<usize> = (0..grams.len()).collect();
         order.sort_by(|a, b| strength[*a].total_cmp(&strength[*b]));
         let mut is_strong = vec![false; grams.len()];
-        order[grams.len() / 2..]
-            .iter()
-            .for_each(|b| is_strong[*b] = true);
+        let strong = order[grams.len() / 2..].iter();
+        strong.for_each(|b| is_strong[*b] = true);
         let weaker = sum(&|b| f64::from(u8::from(!is_strong[b])));
         let strong = sum(&|b| f64::from(u8::from(is_strong[b])));
         let mut stronger = [0.0; 2];

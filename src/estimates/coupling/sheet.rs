@@ -65,13 +65,11 @@ impl Describe for Bicoherence {
                 "two frequencies of site {site} at {at} {space_unit} with their sum at site {output}, times in {time_unit}"
             ),
             answer: self.answer(),
-            note: match (self.cell_level(), self.map_level()) {
+            note: match (self.cell_level().map(number), self.map_level().map(number)) {
                 (Some(cell), Some(map)) => format!(
-                    "With probability {}, by chance: one cell exceeds {}, any of the {} cells {}.",
+                    "With probability {}, by chance: one cell exceeds {cell}, any of the {} cells {map}.",
                     self.alpha,
-                    number(cell),
-                    self.cells(),
-                    number(map)
+                    self.cells()
                 ),
                 _ => "No significance can be stated: too few independent realisations.".into(),
             },
@@ -246,13 +244,9 @@ impl Bicoherence {
             return;
         }
         let sites: Vec<f64> = along.sites.iter().map(|j| *j as f64).collect();
-        sheet.line("along_site", "along_site", "", sites);
-        sheet.line(
-            "along_position",
-            "along_site",
-            &units.space,
-            self.positions(),
-        );
+        let (at, x) = ("along_site", &units.space);
+        sheet.line("along_site", at, "", sites);
+        sheet.line("along_position", at, x, self.positions());
         for (name, unit, array) in [
             ("along_largest", "", &along.largest),
             ("along_first", cycles, &along.first),

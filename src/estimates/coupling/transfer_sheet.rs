@@ -64,10 +64,9 @@ impl Describe for Transfer {
         };
         let fitted = [shares.linear, shares.quadratic, shares.residual];
         let [linear, quadratic, residual] = fitted.map(percent);
-        sheet.fact(
-            "output",
-            format!("linear {linear}, quadratic {quadratic}, residual {residual} of its power"),
-        );
+        let text =
+            format!("linear {linear}, quadratic {quadratic}, residual {residual} of its power");
+        sheet.fact("output", text);
         let [linear, quadratic] = [shares.held_out_linear, shares.held_out_of_rest].map(percent);
         sheet.fact(
             "prediction",
@@ -122,12 +121,10 @@ impl Transfer {
         };
         let towards = if at.flux > 0.0 { "higher" } else { "lower" };
         let share = |power: f64| percent(power.abs() / self.input());
+        let [share, error] = [at.flux, at.flux_error].map(share);
+        let (frequency, unit) = (number(at.frequency), self.frequency_unit());
         format!(
-            "{} ± {} of the input's power moves past {} {} to {towards} frequencies",
-            share(at.flux),
-            share(at.flux_error),
-            number(at.frequency),
-            self.frequency_unit()
+            "{share} ± {error} of the input's power moves past {frequency} {unit} to {towards} frequencies"
         )
     }
 
@@ -187,6 +184,10 @@ impl Transfer {
         sheet.columns("pair", &self.pairs, &of_pairs);
     }
 
+    fn frequency_label(&self) -> String {
+        label("frequency f", &self.frequency_unit())
+    }
+
     fn frequency_unit(&self) -> String {
         cycles_per(&self.units().0)
     }
@@ -230,16 +231,11 @@ impl Transfer {
             bars.flat_map(|((_, value), error)| [value - error, value + error])
         });
         let (low, high) = ends.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-        let space = 0.05 * (high - low);
+        let (space, x_label) = (0.05 * (high - low), self.frequency_label());
         Chart {
             levels: vec![Level::zero()],
             y: low - space..high + space,
-            ..Chart::of(
-                title,
-                label("frequency f", &self.frequency_unit()),
-                "share of the input's power",
-                series,
-            )
+            ..Chart::of(title, x_label, "share of the input's power", series)
         }
     }
 
@@ -254,7 +250,7 @@ impl Transfer {
             y: -0.25..1.0,
             ..Chart::of(
                 "explained of realisations that were not fitted",
-                label("frequency f", &self.frequency_unit()),
+                self.frequency_label(),
                 "share of the output's power",
                 vec![
                     Series::line("linear", BLUE, points(|o| o.held_out_linear)),
@@ -274,8 +270,8 @@ impl Transfer {
         let cells = pairs.map(|p| ([bin(p.third), bin(p.second)], p.gain * each));
         let unit = self.frequency_unit();
         let map = over_pairs(cells, self.outputs.len() as isize, (df, &unit));
-        let known = map.values.iter().filter(|v| v.is_finite());
-        let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
+        let sizes = map.values.iter().map(|v| v.abs());
+        let largest = sizes.filter(|v| v.is_finite()).fold(0.0, f64::max);
         let largest = if largest > 0.0 { largest } else { 1.0 };
         HeatChart {
             title: "what each pair brings".into(),

@@ -127,13 +127,10 @@ impl SpaceTimeEstimate {
     /// Row and column of the largest density where an interval may be.
     pub fn largest(&self) -> (usize, usize) {
         let first = usize::from(self.mean_is_removed);
-        let cells = self
-            .spectrum
-            .indexed_iter()
-            .filter(|((m, _), _)| *m >= first);
-        cells
-            .max_by(|a, b| a.1.total_cmp(b.1))
-            .map_or((0, 0), |(at, _)| at)
+        let cells = self.spectrum.indexed_iter();
+        let cells = cells.filter(|((m, _), _)| *m >= first);
+        let largest = cells.max_by(|a, b| a.1.total_cmp(b.1));
+        largest.map_or((0, 0), |(at, _)| at)
     }
 
     /// Shares of the power that travel towards +x, towards -x, and neither: at f = 0, at k = 0 and at the
@@ -297,11 +294,9 @@ impl SpaceTimeRequest {
             true => pass.space.effective(),
             false => 1.0,
         };
-        let independence = Independence::new(
-            [records, time.segments.count(), tapers[0] * tapers[1]],
-            time.effective() * of_space,
-            totals.steadiness(records),
-        );
+        let counts = [records, time.segments.count(), tapers[0] * tapers[1]];
+        let effective = time.effective() * of_space;
+        let independence = Independence::new(counts, effective, totals.steadiness(records));
         // Realisations that count, if they have the same weight; by the shares of the weights otherwise.
         let (most, is_by_weights) = match (independence.is_transient(), records) {
             (true, 0..2) => (f64::NAN, false),
@@ -325,9 +320,8 @@ impl SpaceTimeRequest {
             most * real * share
         });
         let least = 0.5 * most / self.pairs() as f64;
-        let table = most
-            .is_finite()
-            .then(|| FactorTable::new([least, most], self.alpha));
+        let table = || FactorTable::new([least, most], self.alpha);
+        let table = most.is_finite().then(table);
         let mut low = degrees.clone();
         let mut high = spectrum.clone();
         for (low, high) in low.iter_mut().zip(&mut high) {
