@@ -40,11 +40,9 @@ pub(super) fn shares(
     let total = &LaneBlock(*total);
     let leaf = &mut |from, to| {
         let bins = range.start + from..range.start + to;
-        let [share, first_moment, square, entropy, centroid, about] = widest(Share {
-            power: &power[bins.clone()],
-            axis: &axis[bins.clone()],
-            total,
-        });
+        let (power, axis) = (&power[bins.clone()], &axis[bins.clone()]);
+        let [share, first_moment, square, entropy, centroid, about] =
+            widest(Share { power, axis, total });
         leaves.push(Leaf {
             bins,
             share,

@@ -127,10 +127,8 @@ impl PowerOfTen {
             false => largest.log10().floor() as i32,
         };
         let half = -exponent / 2;
-        PowerOfTen {
-            exponent,
-            factors: (10f64.powi(half), 10f64.powi(-exponent - half)),
-        }
+        let factors = (10f64.powi(half), 10f64.powi(-exponent - half));
+        PowerOfTen { exponent, factors }
     }
 
     pub fn single(self, value: f64) -> f32 {

@@ -69,24 +69,26 @@ impl MapBuilder {
                 let top = ((first + i) * height).max(row);
                 let bottom = ((first + i + 1) * height).min(end);
                 let block = block.slice(s![top - row..bottom - row, ..]);
-                if width == 1 {
-                    let cells = s![column..column + block.ncols()];
-                    let (mut high, low) = (high.slice_mut(cells), low.as_slice_mut());
-                    let least = low.filter(|low| !low.is_empty());
-                    let least = least.map(|low| &mut low[column..column + block.ncols()]);
-                    if let Some(largest) = high.as_slice_mut() {
-                        let least = least.unwrap_or_default();
-                        widest(Reduce {
-                            block,
-                            largest,
-                            least,
-                        });
-                    }
+                let columns = column..column + block.ncols();
+                let kept = if low.is_empty() {
+                    0..0
+                } else {
+                    columns.clone()
+                };
+                if width == 1
+                    && let (Some(high), Some(low)) = (high.as_slice_mut(), low.as_slice_mut())
+                {
+                    let (largest, least) = (&mut high[columns], &mut low[kept]);
+                    widest(Reduce {
+                        block,
+                        largest,
+                        least,
+                    });
                     return;
                 }
                 // Row by row first: that vectorises, and leaves one row to share out.
-                let mut largest = vec![f64::NEG_INFINITY; block.ncols()];
-                let mut least = vec![f64::INFINITY; if low.is_empty() { 0 } else { block.ncols() }];
+                let mut largest = vec![f64::NEG_INFINITY; columns.len()];
+                let mut least = vec![f64::INFINITY; kept.len()];
                 widest(Reduce {
                     block,
                     largest: &mut largest,

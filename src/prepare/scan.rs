@@ -82,33 +82,29 @@ pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>)
         _ => Vec::new(),
     };
     let mean = crate::numeric::sum(&finite) / finite.len().max(1) as f64;
-    let mut time = 0;
-    while time < record.len() {
-        if record[time].is_finite() {
-            time += 1;
+    let mut start = 0;
+    while start < record.len() {
+        if record[start].is_finite() {
+            start += 1;
             continue;
         }
-        let run = record[time..].iter().take_while(|v| !v.is_finite()).count();
-        let end = time + run;
-        let before = time.checked_sub(1).map(|n| record[n]);
+        let run = record[start..].iter().take_while(|v| !v.is_finite());
+        let end = start + run.count();
+        let before = start.checked_sub(1).map(|n| record[n]);
         let after = record.get(end).copied();
-        for n in time..end {
+        for time in start..end {
             let value = match (gaps, before, after) {
                 (Gaps::Mask, ..) => mean,
                 (Gaps::Refuse | Gaps::LeaveOut, ..) | (_, None, None) => 0.0,
                 (_, Some(a), Some(b)) => {
-                    let weight = (n + 1 - time) as f64 / (run + 1) as f64;
+                    let weight = (time + 1 - start) as f64 / (end - start + 1) as f64;
                     a * (1.0 - weight) + b * weight
                 }
                 (_, Some(only), None) | (_, None, Some(only)) => only,
             };
-            into.push(Gap {
-                time: n,
-                site,
-                value,
-            });
+            into.push(Gap { time, site, value });
         }
-        time = end;
+        start = end;
     }
 }
 

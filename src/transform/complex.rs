@@ -65,27 +65,23 @@ impl<T: Real> ComplexTransform<T> {
         scratch: &'s mut ComplexScratch<T>,
     ) -> &'s [f64] {
         let (count, length, bins) = (profiles.nrows(), self.padded(), self.parts.bins());
-        let ComplexScratch {
-            parts,
-            spectra,
-            records,
-            powers,
-        } = scratch;
-        parts.resize(2 * count * profiles.ncols(), 0.0);
+        scratch.parts.resize(2 * count * profiles.ncols(), 0.0);
+        let spectra = &mut scratch.spectra;
         spectra.resize(2 * count * bins, Complex::default());
-        powers.resize(count * length, 0.0);
-        side_by_side(profiles, parts);
+        scratch.powers.resize(count * length, 0.0);
+        side_by_side(profiles, &mut scratch.parts);
         // The shape is the buffer's own, so this cannot fail.
-        if let Ok(output) = ArrayViewMut2::from_shape((bins, 2 * count), spectra) {
-            self.parts.transform_columns(parts, output, records);
+        if let Ok(output) = ArrayViewMut2::from_shape((bins, 2 * count), &mut *spectra) {
+            self.parts
+                .transform_columns(&scratch.parts, output, &mut scratch.records);
         }
         widest(PairPowers {
             spectra,
             count,
             length,
-            powers,
+            powers: &mut scratch.powers,
         });
-        powers
+        &scratch.powers
     }
 }
 

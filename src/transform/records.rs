@@ -122,36 +122,29 @@ impl<T: Real> RecordTransform<T> {
     ) -> &'s [f64] {
         let width = spectra.ncols();
         assert_eq!(values.len(), width * self.taper.samples);
-        let RecordScratch {
-            energies,
-            means,
-            tapered,
-            input,
-            columns,
-            ..
-        } = scratch;
+        let sums = (&mut scratch.means, &mut scratch.energies);
         self.taper
-            .look_across(values, width, tapered, (means, energies));
-        self.run(values, means, spectra, (input, columns));
-        energies
+            .look_across(values, width, &mut scratch.tapered, sums);
+        self.run(values, spectra, scratch);
+        &scratch.energies
     }
 
     /// Transforms interleaved records, each less its mean, which is put back.
     fn run(
         &self,
         rows: &[f64],
-        means: &[f64],
         mut spectra: ArrayViewMut2<Complex<T>>,
-        (room, columns): (&mut Vec<T>, &mut Vec<Complex<T>>),
+        scratch: &mut RecordScratch<T>,
     ) {
-        let (length, width) = (self.padded(), means.len());
+        let (length, means) = (self.padded(), &scratch.means);
+        let width = means.len();
         let is_plain = self.taper.is_plain()
             && length == self.taper.samples
             && means.iter().all(|&mean| mean == 0.0);
         let input = match as_numbers(rows).filter(|_| is_plain) {
             Some(numbers) => numbers,
             None => {
-                let input = on_lines(room, width * length);
+                let input = on_lines(&mut scratch.input, width * length);
                 let (windowed, padding) = input.split_at_mut(width * self.taper.samples);
                 self.taper.window_rows(rows, means, windowed);
                 padding.fill(T::zero());
@@ -160,6 +153,7 @@ impl<T: Real> RecordTransform<T> {
         };
         let input = Columns::new(input, length, width, width).expect("the buffer's own shape");
         let output = ColumnsMut::from(spectra.view_mut());
+        let columns = &mut scratch.columns;
         let needed = self.plan.scratch_len_for(&input, &output);
         if columns.len() < needed {
             columns.resize(needed, Complex::default());
@@ -184,19 +178,13 @@ impl RecordTransform<f64> {
         width: usize,
         scratch: &'s mut RecordScratch<f64>,
     ) -> &'s [Complex<f64>] {
-        let RecordScratch {
-            spectra,
-            means,
-            input,
-            columns,
-            ..
-        } = scratch;
-        let spectra = on_lines(spectra, width * self.bins());
-        self.taper.means_across(rows, width, means);
-        let output = ArrayViewMut2::from_shape((self.bins(), width), &mut *spectra);
-        let output = output.expect("the buffer's own shape");
-        self.run(rows, means, output, (input, columns));
-        spectra
+        let (bins, mut spectra) = (self.bins(), std::mem::take(&mut scratch.spectra));
+        self.taper.means_across(rows, width, &mut scratch.means);
+        let room = on_lines(&mut spectra, width * bins);
+        let output = ArrayViewMut2::from_shape((bins, width), room);
+        self.run(rows, output.expect("the buffer's own shape"), scratch);
+        scratch.spectra = spectra;
+        on_lines(&mut scratch.spectra, width * bins)
     }
 }
 

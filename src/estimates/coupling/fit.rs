@@ -52,10 +52,8 @@ impl Resamplings {
             }
             draws
         });
-        Resamplings {
-            draws: draws.collect(),
-            blocks,
-        }
+        let draws = draws.collect();
+        Resamplings { draws, blocks }
     }
 
     pub fn blocks(&self) -> usize {
@@ -258,10 +256,8 @@ impl Gains {
             }
             (b[p] * inner).re * mean
         });
-        Gains {
-            linear,
-            pairs: pairs.collect(),
-        }
+        let pairs = pairs.collect();
+        Gains { linear, pairs }
     }
 }
 

@@ -50,10 +50,8 @@ fn plain(triples: &Triples) -> usize {
 
 impl<'s> TripleSums<'s> {
     pub fn zeros(triples: &Triples) -> Sums {
-        Sums::zeros(SumsShape {
-            plain: plain(triples),
-            pieces: 0,
-        })
+        let plain = plain(triples);
+        Sums::zeros(SumsShape { plain, pieces: 0 })
     }
 
     pub fn bytes(triples: &Triples) -> u64 {

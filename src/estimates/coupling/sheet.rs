@@ -316,10 +316,8 @@ impl Bicoherence {
             (self.cell_level(), "level of one cell"),
         ];
         let levels = levels.into_iter().filter_map(|(at, name)| {
-            Some(Level {
-                at: at?,
-                label: name.into(),
-            })
+            let (at, label) = (at?, name.into());
+            Some(Level { at, label })
         });
         Chart {
             levels: levels.collect(),

@@ -88,11 +88,9 @@ impl<'a> Pass<'a> {
         let bytes = 8 * (self.realisations.segments.record * self.grid.sites) as u64;
         let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
         let mut sums = Vec::new();
-        let of_sites = SumsShape {
-            plain: OF_SITES,
-            pieces: self.realisations.pieces(),
-        };
-        let mut sites = vec![Sums::zeros(of_sites); self.grid.sites.div_ceil(TOGETHER)];
+        let (plain, pieces) = (OF_SITES, self.realisations.pieces());
+        let of_sites = Sums::zeros(SumsShape { plain, pieces });
+        let mut sites = vec![of_sites; self.grid.sites.div_ceil(TOGETHER)];
         let mut unit = 1.0;
         for first in (0..bins).step_by(band) {
             let rows = first..bins.min(first + band);
