@@ -89,10 +89,7 @@ pub(crate) fn interleaved_moments(
 /// The quantile `level` of the energy, from the cumulative energy at the ends of the bins, linear
 /// in between; `None` without energy, and for a single bin.
 pub(crate) fn quantile_of(power: &[f64], bins: &Bins, level: f64) -> Option<f64> {
-    let total = sum(power);
-    if !(total > 0.0 && total.is_finite()) || bins.len() < 2 {
-        return None;
-    }
+    let total = total_of(power).filter(|_| bins.len() > 1)?;
     let shares = power.iter().map(|p| p / total);
     Some(bins.reached(0, shares, level))
 }
@@ -100,33 +97,30 @@ pub(crate) fn quantile_of(power: &[f64], bins: &Bins, level: f64) -> Option<f64>
 /// The bin at or below which 90 % of the energy is; `None` without energy. For budgets, whose
 /// fluxes are known only at bins.
 pub(crate) fn edge_of(power: &[f64], axis: &[f64]) -> Option<f64> {
-    let total = sum(power);
-    if !(total > 0.0 && total.is_finite()) {
-        return None;
-    }
-    let share: Vec<f64> = power.iter().map(|p| p / total).collect();
-    Some(quantile(&share, axis, 0.9))
-}
-
-/// The first bin at which the cumulative share reaches `level`.
-fn quantile(share: &[f64], axis: &[f64], level: f64) -> f64 {
     /// Bins that are summed before the search examines them one by one.
     const STRIDE: usize = 64;
+    let total = total_of(power)?;
+    let share: Vec<f64> = power.iter().map(|p| p / total).collect();
     let mut below = 0.0;
     for (share, axis) in share.chunks(STRIDE).zip(axis.chunks(STRIDE)) {
         let through = below + sum(share);
-        if through >= level {
+        if through >= 0.9 {
             let mut cumulative = below;
             for (&p, &q) in share.iter().zip(axis) {
                 cumulative += p;
-                if cumulative >= level {
-                    return q;
+                if cumulative >= 0.9 {
+                    return Some(q);
                 }
             }
         }
         below = through;
     }
-    axis[axis.len() - 1]
+    axis.last().copied()
+}
+
+/// The sum over bins, if there is energy.
+fn total_of(power: &[f64]) -> Option<f64> {
+    Some(sum(power)).filter(|total| *total > 0.0 && total.is_finite())
 }
 
 #[cfg(test)]

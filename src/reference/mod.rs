@@ -4,7 +4,6 @@
 //! what is known of it. [`problems`] lists one of each kind.
 
 mod lattice;
-mod noise;
 mod waves;
 
 use ndarray::Array2;
@@ -12,8 +11,9 @@ use ndarray::Array2;
 use crate::field::{Axis, Field};
 
 pub use lattice::{LatticeImpact, bessel_j};
-pub use noise::WhiteNoise;
-pub use waves::{GaussianPulse, GrowingHarmonic, LinearChirp, StandingWave, Tone, TravellingSine};
+pub use waves::{
+    GaussianPulse, GrowingHarmonic, LinearChirp, StandingWave, Tone, TravellingSine, WhiteNoise,
+};
 
 /// Where a problem is sampled: `t_n = n dt` in s, `x_j = j dx` in m.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -54,8 +54,8 @@ pub(super) struct TileSums {
     found: Vec<Vec<Found>>,
 }
 
-/// Of one output frequency.
-#[derive(Debug, Clone, Copy)]
+/// Of one output frequency; without pairs it means nothing.
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Found {
     largest: f64,
     cell: usize,
@@ -168,15 +168,7 @@ impl Pass<'_> {
 /// The largest and the sum at each output frequency.
 fn gathered(triples: &Triples, sums: &Sums) -> Vec<Found> {
     let sums = TripleSums::of(triples, sums);
-    let nothing = Found {
-        largest: f64::NAN,
-        cell: 0,
-        first: 0,
-        biphase: f64::NAN,
-        summed: 0.0,
-        pairs: 0,
-    };
-    let mut all = vec![nothing; triples.last + 1];
+    let mut all = vec![Found::default(); triples.last + 1];
     let scale = sums.scale();
     for (cell, bins) in triples.bins().enumerate() {
         let b = sums.bicoherence(cell, bins, &scale);
@@ -186,7 +178,7 @@ fn gathered(triples: &Triples, sums: &Sums) -> Vec<Found> {
         }
         found.pairs += 1;
         found.summed += b;
-        if found.largest.is_nan() || b > found.largest {
+        if found.pairs == 1 || b > found.largest {
             (found.largest, found.cell) = (b, cell);
             found.first = bins[0] as usize;
         }

@@ -260,11 +260,8 @@ impl<'a> Pass<'a> {
             for (i, transform) in self.transforms.iter().enumerate() {
                 let powers = transform.powers(profiles, &mut scratch.space);
                 let sums = sums.plain_mut().chunks_exact_mut(blocks * self.pairs);
-                // With sums of its own, where those of this pair begin.
-                let pair = match self.pairs {
-                    1 => 0,
-                    _ => taper * self.transforms.len() + i,
-                };
+                // Where the sums of this pair begin, if each has its own.
+                let pair = (taper * self.transforms.len() + i) % self.pairs;
                 for (powers, sums) in powers.chunks_exact(sites).zip(sums) {
                     let sums = sums.iter_mut().skip(pair).step_by(self.pairs);
                     for (powers, sums) in powers.chunks(WIDTH).zip(sums) {
