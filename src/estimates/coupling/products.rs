@@ -37,6 +37,14 @@ pub(super) struct SumScale {
 /// Sums of products, `[re, im, pairs]`; or of powers, `[first, third, nothing]`.
 type Kinds<'a> = [&'a mut [f64]; 3];
 
+/// The first cells of all kinds, which keep the others.
+#[inline(always)]
+fn split_off<'a>(kinds: &mut Kinds<'a>, cells: usize) -> Kinds<'a> {
+    kinds
+        .each_mut()
+        .map(|kind| kind.split_off_mut(..cells).unwrap_or_default())
+}
+
 /// Blocks of a kind with a number a triple, and with a number a bin.
 fn blocks(triples: &Triples) -> [usize; 2] {
     [triples.cells(), triples.last + 1].map(|numbers| numbers.div_ceil(WIDTH))
@@ -154,11 +162,10 @@ pub(super) fn sum_products(
     (sums, is_parallel): (&mut Sums, bool),
 ) {
     let [cells, bins] = blocks(triples).map(|blocks| WIDTH * blocks);
-    let numbers: &mut [f64] = bytemuck::cast_slice_mut(sums.plain_mut());
-    let (mut re, numbers) = numbers.split_at_mut(cells);
-    let (mut im, numbers) = numbers.split_at_mut(cells);
-    let (mut pairs, numbers) = numbers.split_at_mut(cells);
-    let (first, third) = numbers.split_at_mut(bins);
+    let mut numbers: &mut [f64] = bytemuck::cast_slice_mut(sums.plain_mut());
+    let mut next = |count: usize| numbers.split_off_mut(..count).unwrap_or_default();
+    let mut all: Kinds<'_> = [next(cells), next(cells), next(cells)];
+    let [first, third] = [next(bins), next(bins)];
     let powers: Kinds<'_> = [
         &mut first[..=triples.last],
         &mut third[..=triples.last],
@@ -182,12 +189,7 @@ pub(super) fn sum_products(
     let mut groups = Vec::with_capacity(triples.rows.len().div_ceil(ROWS));
     for rows in triples.rows.chunks(ROWS) {
         let cells = rows.iter().map(|row| row.first.len()).sum();
-        let kinds: Kinds<'_> = [&mut re, &mut im, &mut pairs].map(|kind| {
-            let (own, rest) = std::mem::take(kind).split_at_mut(cells);
-            *kind = rest;
-            own
-        });
-        groups.push((rows, kinds));
+        groups.push((rows, split_off(&mut all, cells)));
     }
     let sum = |scratch: &mut Vec<Vec<f64>>, (rows, kinds): (&[TripleRow], Kinds<'_>)| {
         let add = |range, sums: Kinds<'_>, is_new| {
@@ -275,11 +277,7 @@ impl SimdKernel for AddProducts<'_> {
     fn run<L: Lanes>(self) {
         let mut kinds = self.sums;
         for row in self.rows {
-            let mut own: Kinds<'_> = kinds.each_mut().map(|kind| {
-                let (own, rest) = std::mem::take(kind).split_at_mut(row.first.len());
-                *kind = rest;
-                own
-            });
+            let mut own = split_off(&mut kinds, row.first.len());
             let of = (row, self.range.start, self.is_new);
             match self.range.len() {
                 1 => add_row::<L, 1>(of, &mut own, self.x, self.z),
