@@ -193,10 +193,9 @@ impl Bicoherence {
                 true => format!(" ± {}", degrees(triple.biphase_interval)),
                 false => String::new(),
             };
+            let (b, biphase) = (number(triple.bicoherence), degrees(triple.biphase));
             let text = format!(
-                "{first} and {second} with {third} {unit}: b² {}, biphase {}{half} degrees",
-                number(triple.bicoherence),
-                degrees(triple.biphase)
+                "{first} and {second} with {third} {unit}: b² {b}, biphase {biphase}{half} degrees"
             );
             let name = if n == 0 { "strongest" } else { "" };
             match triple.bicoherence > level {
@@ -217,11 +216,10 @@ impl Bicoherence {
             );
         }
         if let Some(level) = self.map_level().filter(|level| *level > 0.5) {
+            let [level, effective] = [level, independence.effective].map(number);
             sheet.warn(
                 format!(
-                    "coupling below b² {} is not seen with {} effective realisations",
-                    number(level),
-                    number(independence.effective)
+                    "coupling below b² {level} is not seen with {effective} effective realisations"
                 ),
                 "use shorter segments (--segment), a longer record, or several shots",
             );

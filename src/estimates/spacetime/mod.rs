@@ -309,15 +309,12 @@ impl SpaceTimeRequest {
             if spectrum[[m, i]] <= 0.0 || (m == 0 && mean_is_removed) {
                 return f64::NAN;
             }
-            let real = match is_real([m, i], length, sites) {
-                true => 0.5,
-                false => 1.0,
-            };
-            let share = match is_by_weights {
-                true => totals.share(m, i),
-                false => 1.0,
-            };
-            most * real * share
+            let is_real = is_real([m, i], length, sites);
+            let most = if is_real { 0.5 * most } else { most };
+            match is_by_weights {
+                true => most * totals.share(m, i),
+                false => most,
+            }
         });
         let least = 0.5 * most / self.pairs() as f64;
         let table = || FactorTable::new([least, most], self.alpha);

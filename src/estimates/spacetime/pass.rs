@@ -81,14 +81,15 @@ impl<'a> Pass<'a> {
 
     /// The sums over so many records, and the unit of the samples.
     pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<(f64, Totals)> {
-        let bins = self.realisations.bins();
+        let time = self.realisations;
+        let bins = time.bins();
         let band = self.rows_at_once(shots.memory())?;
-        let portions: Vec<Portion> = (0..records).map(|r| self.realisations.whole(r)).collect();
+        let portions: Vec<Portion> = (0..records).map(|r| time.whole(r)).collect();
         // Where the field is larger than memory, pages are released behind the reader.
-        let bytes = 8 * (self.realisations.segments.record * self.grid.sites) as u64;
+        let bytes = 8 * (time.segments.record * self.grid.sites) as u64;
         let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
         let mut sums = Vec::new();
-        let (plain, pieces) = (OF_SITES, self.realisations.pieces());
+        let (plain, pieces) = (OF_SITES, time.pieces());
         let of_sites = Sums::zeros(SumsShape { plain, pieces });
         let mut sites = vec![of_sites; self.grid.sites.div_ceil(TOGETHER)];
         let mut unit = 1.0;
@@ -107,22 +108,26 @@ impl<'a> Pass<'a> {
                 shot.observer.stage("segments of all sites", work);
                 for segment in portion.segments.clone() {
                     shot.observer.go_on()?;
-                    let one = self.one(portion, segment);
+                    let start = segment * time.segments.hop;
+                    let one = Portion {
+                        record: portion.record,
+                        segments: segment..segment + 1,
+                        samples: start..start + time.segments.length,
+                        is_whole: false,
+                    };
                     let known = (first == 0).then_some(&mut sites[..]);
                     self.read(shot, portion, &one, &mut tiles, known);
-                    for taper in 0..self.realisations.tapers() {
+                    for taper in 0..time.tapers() {
                         self.along_time(taper, &mut tiles);
                         let add = (shot.scale * shot.scale, taper);
                         self.along_space(add, &rows, &tiles, &mut groups);
                     }
-                    let done = one.samples.start - portion.samples.start;
-                    shot.release(done..done + self.realisations.segments.hop);
+                    let done = start - portion.samples.start;
+                    shot.release(done..done + time.segments.hop);
                     shot.observer.advance(1);
                 }
-                let (reached, about_mean) =
-                    (self.realisations.reached(), self.request.about_mean());
                 for sums in &mut sites {
-                    sums.close(reached, about_mean);
+                    sums.close(time.reached(), self.request.about_mean());
                 }
                 Ok(())
             })?;
@@ -131,20 +136,10 @@ impl<'a> Pass<'a> {
         Ok((unit, self.totals(records, sums, sites)))
     }
 
-    /// A segment by itself.
-    fn one(&self, portion: &Portion, segment: usize) -> Portion {
-        let start = segment * self.realisations.segments.hop;
-        Portion {
-            record: portion.record,
-            segments: segment..segment + 1,
-            samples: start..start + self.realisations.segments.length,
-            is_whole: false,
-        }
-    }
-
     /// Rows of the result that are summed in one pass over the samples.
     fn rows_at_once(&self, memory: u64) -> Result<usize> {
-        let (bins, length) = (self.realisations.bins(), self.realisations.segments.length);
+        let time = self.realisations;
+        let (bins, length) = (time.bins(), time.segments.length);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let threads = rayon::current_num_threads() as u64;
         // A complex row and its sums; then what does not depend on the rows.
@@ -154,7 +149,7 @@ impl<'a> Pass<'a> {
             + 16 * ROWS as u64 * sites
             + crate::transform::RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
             + 24 * (TOGETHER * length) as u64;
-        let pieces = 8 * (OF_SITES + 2 + 3 * self.realisations.pieces()) as u64;
+        let pieces = 8 * (OF_SITES + 2 + 3 * time.pieces()) as u64;
         let fixed = 8 * length as u64 * sites
             + (8 * pairs + 6 * 8) * sites * bins as u64
             + sites * pieces
@@ -180,7 +175,7 @@ impl<'a> Pass<'a> {
         tiles: &mut [Tile],
         sites: Option<&mut [Sums]>,
     ) {
-        let (start, segment) = (portion.samples.start, one.segments.start);
+        let (time, start, segment) = (self.realisations, portion.samples.start, one.segments.start);
         let times = one.samples.start - start..one.samples.end - start;
         let read =
             |scratch: &mut Scratch,
@@ -193,11 +188,9 @@ impl<'a> Pass<'a> {
                 if let Some(sums) = &mut sums {
                     let records = Records::one_after_another(&tile.samples, times.len());
                     let pieces = (one, segment, records, shot.scale);
-                    self.realisations
-                        .add_pieces(pieces, mark, &mut scratch.numbers, sums);
+                    time.add_pieces(pieces, mark, &mut scratch.numbers, sums);
                 }
-                self.realisations
-                    .remove_trends(&mut tile.samples, &mut scratch.segments);
+                time.remove_trends(&mut tile.samples, &mut scratch.segments);
                 let Some([tapered, all]) = sums.map(Sums::plain_mut) else {
                     return;
                 };
@@ -220,16 +213,13 @@ impl<'a> Pass<'a> {
 
     /// Transforms all sites under a taper along time.
     fn along_time(&self, taper: usize, tiles: &mut [Tile]) {
-        tiles
-            .par_iter_mut()
-            .for_each_init(Scratch::default, |scratch, tile| {
-                let Tile { samples, spectra } = tile;
-                let found = self
-                    .realisations
-                    .under_taper(taper, samples, &mut scratch.segments);
-                spectra.clear();
-                spectra.extend_from_slice(found);
-            });
+        let transform = |scratch: &mut SegmentScratch, tile: &mut Tile| {
+            let found = self.realisations.under_taper(taper, &tile.samples, scratch);
+            tile.spectra.clear();
+            tile.spectra.extend_from_slice(found);
+        };
+        let tiles = tiles.par_iter_mut();
+        tiles.for_each_init(SegmentScratch::default, transform);
     }
 
     /// Transforms these rows under all tapers along space, and adds their powers.
