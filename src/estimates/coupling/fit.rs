@@ -178,16 +178,14 @@ impl Fit<'_> {
         // What chance alone explains by one more term.
         let by_chance = (residual / (self.independent - solution.determined as f64)).max(0.0);
         let mut gains = Gains::of(&all, &solution, mean);
-        let is_determined = |i: usize| solution.coefficients[i] != Complex::default();
-        if is_determined(0) {
-            gains.linear -= by_chance;
-        }
-        for (p, gain) in gains.pairs.iter_mut().enumerate() {
-            if is_determined(p + 1) {
+        let mut determined = 0;
+        let terms = std::iter::once(&mut gains.linear).chain(&mut gains.pairs);
+        for (gain, coefficient) in terms.zip(&solution.coefficients) {
+            if *coefficient != Complex::default() {
                 *gain -= by_chance;
+                determined += 1;
             }
         }
-        let determined = (0..unknowns).filter(|i| is_determined(*i)).count();
         let resampled = self.draws.draws.iter().map(|draws| {
             let gram = sum(&|b| f64::from(draws[b]));
             let solution = gram.solve(unknowns);

@@ -38,9 +38,6 @@ const DEFINITIONS: [[&str; 2]; 5] = [
     ],
 ];
 
-/// A column of the outputs.
-type OfOutput = fn(&OutputTransfer) -> f64;
-
 impl Describe for Transfer {
     /// Variables: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`, `magnitude_error`, `phase`,
     /// `linear`, `linear_error`, `gain`, `gain_error`, `residual`, `flux`, `flux_error`, `above`, `above_error`,
@@ -196,32 +193,31 @@ impl Transfer {
     fn with_errors(
         &self,
         (label, colour): (&str, usize),
-        [of, error]: [OfOutput; 2],
+        of: fn(&OutputTransfer) -> [f64; 2],
         factor: f64,
     ) -> Series {
-        let points = self.outputs.iter().map(|o| (o.frequency, of(o) * factor));
+        let outputs = self.outputs.iter();
+        let bars = outputs.map(|o| (o.frequency, of(o).map(|value| value * factor)));
+        let points = bars.clone().map(|(f, [value, _])| (f, value)).collect();
         Series {
-            errors: self.outputs.iter().map(|o| error(o) * factor).collect(),
-            ..Series::line(label, colour, points.collect())
+            errors: bars.map(|(_, [_, error])| error).collect(),
+            ..Series::line(label, colour, points)
         }
     }
 
     /// Gains, in shares of the power of the input, which need no unit.
     fn gain_chart(&self) -> Chart {
         let each = self.outputs[0].frequency / self.input();
-        let linear: [OfOutput; 2] = [|o| o.linear, |o| o.linear_error];
-        let pairs: [OfOutput; 2] = [|o| o.gain, |o| o.gain_error];
-        let series = vec![
-            self.with_errors(("linear", BLUE), linear, each),
-            self.with_errors(("from pairs", VERMILLION), pairs, each),
-        ];
-        self.around_zero("gained by each frequency", series)
+        let linear = self.with_errors(("linear", BLUE), |o| [o.linear, o.linear_error], each);
+        let name = ("from pairs", VERMILLION);
+        let pairs = self.with_errors(name, |o| [o.gain, o.gain_error], each);
+        self.around_zero("gained by each frequency", vec![linear, pairs])
     }
 
     fn flux_chart(&self) -> Chart {
-        let flux: [OfOutput; 2] = [|o| o.flux, |o| o.flux_error];
-        let series = self.with_errors(("", VERMILLION), flux, 1.0 / self.input());
-        self.around_zero("passes f towards higher frequencies", vec![series])
+        let factor = 1.0 / self.input();
+        let flux = self.with_errors(("", VERMILLION), |o| [o.flux, o.flux_error], factor);
+        self.around_zero("passes f towards higher frequencies", vec![flux])
     }
 
     /// Shares of the input, with the bars of their errors inside.
@@ -240,7 +236,7 @@ impl Transfer {
     }
 
     fn explained_chart(&self) -> Chart {
-        let points = |of: OfOutput| -> Vec<(f64, f64)> {
+        let points = |of: fn(&OutputTransfer) -> f64| -> Vec<(f64, f64)> {
             let outputs = self.outputs.iter();
             outputs.map(|o| (o.frequency, of(o))).collect()
         };
