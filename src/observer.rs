@@ -1,5 +1,7 @@
 //! How long work tells its caller where it stands, and is told to stop.
 
+use crate::error::{Error, Result};
+
 /// Watches a run. Called from worker threads; the library itself prints nothing.
 pub trait Observer: Sync {
     /// A stage begins; `units` of work lie ahead in it.
@@ -11,6 +13,19 @@ pub trait Observer: Sync {
     /// Asked between blocks; `true` ends the run with [`crate::Error::Cancelled`].
     fn cancelled(&self) -> bool {
         false
+    }
+}
+
+impl dyn Observer + '_ {
+    /// That work may go on.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn go_on(&self) -> Result<()> {
+        match self.cancelled() {
+            true => Err(Error::Cancelled),
+            false => Ok(()),
+        }
     }
 }
 

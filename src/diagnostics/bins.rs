@@ -15,11 +15,8 @@ pub(crate) struct Bins<'a> {
 impl<'a> Bins<'a> {
     /// Bins of a transform of `length` samples, `step` apart.
     pub fn new(centres: &'a [f64], length: usize, step: f64) -> Self {
-        Bins {
-            centres,
-            top: 0.5 * length as f64 * step,
-            step,
-        }
+        let top = 0.5 * length as f64 * step;
+        Bins { centres, top, step }
     }
 
     /// Nyquist: the upper end of the axis.

@@ -12,23 +12,9 @@ use crate::numeric::ln_normal;
 /// Bins added plainly before sums are paired.
 pub(super) const LEAF: usize = 32;
 
-/// Of shares `s` over bins `q`.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Shares {
-    /// `sum s`
-    pub share: [f64; WIDTH],
-    /// `sum s q`
-    pub first_moment: [f64; WIDTH],
-    /// `sum s^2`
-    pub square: [f64; WIDTH],
-    /// `- sum s ln s`
-    pub entropy: [f64; WIDTH],
-}
-
 /// A few neighbouring bins.
 pub(super) struct Leaf {
-    first: usize,
-    bins: usize,
+    bins: Range<usize>,
     /// `sum s`
     share: LaneBlock,
     /// `c = sum s q / sum s`, of bins with a share.
@@ -43,47 +29,43 @@ pub(super) fn total(power: &[LaneBlock]) -> [f64; WIDTH] {
     pairwise(0, power.len(), leaf)[0]
 }
 
-/// The sums of the bins `range`, as shares of `total`, and their `leaves`; without a total they
-/// mean nothing.
+/// `sum s`, `sum s q`, `sum s^2` and `- sum s ln s` of the bins `range`, of shares `s` of `total` over bins `q`, and
+/// their `leaves`; without a total they mean nothing.
 pub(super) fn shares(
     (power, axis): (&[LaneBlock], &[f64]),
     range: Range<usize>,
     total: &[f64; WIDTH],
     leaves: &mut Vec<Leaf>,
-) -> Shares {
+) -> [[f64; WIDTH]; 4] {
     let total = &LaneBlock(*total);
     let leaf = &mut |from, to| {
         let bins = range.start + from..range.start + to;
-        let [share, first_moment, square, entropy, centroid, about] = widest(Share {
-            power: &power[bins.clone()],
-            axis: &axis[bins.clone()],
-            total,
-        });
+        let (power, axis) = (&power[bins.clone()], &axis[bins.clone()]);
+        let [share, first_moment, square, entropy, centroid, about] =
+            widest(Share { power, axis, total });
         leaves.push(Leaf {
-            first: bins.start,
-            bins: bins.len(),
+            bins,
             share,
             centroid,
             about,
         });
         [share, first_moment, square, entropy].map(|sum| sum.0)
     };
-    let [share, first_moment, square, entropy] = pairwise(0, range.len(), leaf);
-    Shares {
-        share,
-        first_moment,
-        square,
-        entropy,
-    }
+    pairwise(0, range.len(), leaf)
 }
 
 /// `sum s (q - centroid)^2` over the bins of `leaves`: that of each about its own centroid, and of
 /// these about the common one (the parallel-axis theorem), so that nothing cancels.
 pub(super) fn second_moment(leaves: &[Leaf], centroid: &[f64; WIDTH]) -> [f64; WIDTH] {
-    let centroid = LaneBlock(*centroid);
-    let leaf = &mut |from, to| {
-        let leaves = &leaves[from..to];
-        [widest(About { leaves, centroid }).0]
+    let leaf = &mut |from: usize, to: usize| {
+        let mut sum = [0.0; WIDTH];
+        for leaf in &leaves[from..to] {
+            for (i, sum) in sum.iter_mut().enumerate() {
+                let distance = leaf.centroid.0[i] - centroid[i];
+                *sum += leaf.about.0[i] + leaf.share.0[i] * distance * distance;
+            }
+        }
+        [sum]
     };
     pairwise(0, leaves.len(), leaf)[0]
 }
@@ -103,9 +85,9 @@ pub(super) fn quantiles<const K: usize>(
         for (level, found) in levels.iter().zip(&mut found) {
             for (i, found) in found.iter_mut().enumerate() {
                 if below[i] < *level && through[i] >= *level {
-                    let shares = power[leaf.first..leaf.first + leaf.bins].iter();
+                    let shares = power[leaf.bins.clone()].iter();
                     let shares = shares.map(|power| power.0[i] / total[i]);
-                    *found = bins.reached(leaf.first, shares, *level - below[i]);
+                    *found = bins.reached(leaf.bins.start, shares, *level - below[i]);
                 }
             }
         }
@@ -188,34 +170,7 @@ impl SimdKernel for Share<'_> {
             entropy = entropy - s * L::load(logarithm);
             about = about + s * distance * distance;
         }
-        [
-            stored(share),
-            stored(first),
-            stored(square),
-            stored(entropy),
-            stored(centroid),
-            stored(about),
-        ]
-    }
-}
-
-struct About<'a> {
-    leaves: &'a [Leaf],
-    centroid: LaneBlock,
-}
-
-impl SimdKernel for About<'_> {
-    type Output = LaneBlock;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> LaneBlock {
-        let centroid = L::load(&self.centroid);
-        let mut sum = L::splat(0.0);
-        for leaf in self.leaves {
-            let distance = L::load(&leaf.centroid) - centroid;
-            sum = sum + (L::load(&leaf.about) + L::load(&leaf.share) * distance * distance);
-        }
-        stored(sum)
+        [share, first, square, entropy, centroid, about].map(stored)
     }
 }
 

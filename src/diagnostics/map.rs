@@ -104,10 +104,8 @@ pub(super) fn block_size(shape: (usize, usize), limit: (usize, usize)) -> (usize
         let parts = (coarse / least).max(1);
         coarse.div_ceil(parts).max(least)
     };
-    (
-        side(shape.0, limit.0, MAP_LIMIT.0),
-        side(shape.1, limit.1, MAP_LIMIT.1),
-    )
+    let rows = side(shape.0, limit.0, MAP_LIMIT.0);
+    (rows, side(shape.1, limit.1, MAP_LIMIT.1))
 }
 
 /// Rows and columns of an array that figures show, each by index.
@@ -124,16 +122,13 @@ pub(super) struct PowerOfTen {
 impl PowerOfTen {
     pub fn of(largest: f64) -> Self {
         let fits = largest == 0.0 || (1e-20..1e20).contains(&largest) || !largest.is_finite();
-        let exponent = if fits {
-            0
-        } else {
-            largest.log10().floor() as i32
+        let exponent = match fits {
+            true => 0,
+            false => largest.log10().floor() as i32,
         };
         let half = -exponent / 2;
-        PowerOfTen {
-            exponent,
-            factors: (10f64.powi(half), 10f64.powi(-exponent - half)),
-        }
+        let factors = (10f64.powi(half), 10f64.powi(-exponent - half));
+        PowerOfTen { exponent, factors }
     }
 
     pub fn single(self, value: f64) -> f32 {

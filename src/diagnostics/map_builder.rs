@@ -62,32 +62,33 @@ impl MapBuilder {
         let (first, last) = (row / height, end.div_ceil(height));
         let cells = s![first..last, ..];
         let (mut high, mut low) = (self.high.slice_mut(cells), self.low.slice_mut(cells));
-        high.axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .zip(low.axis_iter_mut(Axis(0)))
+        let high = high.axis_iter_mut(Axis(0)).into_par_iter();
+        high.zip(low.axis_iter_mut(Axis(0)))
             .enumerate()
             .for_each(|(i, (mut high, mut low))| {
                 let top = ((first + i) * height).max(row);
                 let bottom = ((first + i + 1) * height).min(end);
                 let block = block.slice(s![top - row..bottom - row, ..]);
-                if width == 1 {
-                    let cells = s![column..column + block.ncols()];
-                    let (mut high, low) = (high.slice_mut(cells), low.as_slice_mut());
-                    let least = low.filter(|low| !low.is_empty());
-                    let least = least.map(|low| &mut low[column..column + block.ncols()]);
-                    if let Some(largest) = high.as_slice_mut() {
-                        let least = least.unwrap_or_default();
-                        widest(Reduce {
-                            block,
-                            largest,
-                            least,
-                        });
-                    }
+                let columns = column..column + block.ncols();
+                let kept = if low.is_empty() {
+                    0..0
+                } else {
+                    columns.clone()
+                };
+                if width == 1
+                    && let (Some(high), Some(low)) = (high.as_slice_mut(), low.as_slice_mut())
+                {
+                    let (largest, least) = (&mut high[columns], &mut low[kept]);
+                    widest(Reduce {
+                        block,
+                        largest,
+                        least,
+                    });
                     return;
                 }
                 // Row by row first: that vectorises, and leaves one row to share out.
-                let mut largest = vec![f64::NEG_INFINITY; block.ncols()];
-                let mut least = vec![f64::INFINITY; if low.is_empty() { 0 } else { block.ncols() }];
+                let mut largest = vec![f64::NEG_INFINITY; columns.len()];
+                let mut least = vec![f64::INFINITY; kept.len()];
                 widest(Reduce {
                     block,
                     largest: &mut largest,
@@ -111,12 +112,14 @@ impl MapBuilder {
         let rows = cells(rows, self.rows, self.high.nrows());
         let columns = cells(columns, self.columns, self.high.ncols());
         let shape = (rows.len(), columns.len());
-        let mut reduced = MapBuilder::new(shape, limit, self.keep);
-        reduced.add(0, 0, self.high.slice(s![rows.clone(), columns.clone()]));
+        let of = |cells: &Array2<f64>| {
+            let mut of = MapBuilder::new(shape, limit, self.keep);
+            of.add(0, 0, cells.slice(s![rows.clone(), columns.clone()]));
+            of
+        };
+        let mut reduced = of(&self.high);
         if self.keep == Keep::Extreme {
-            let mut least = MapBuilder::new(shape, limit, self.keep);
-            least.add(0, 0, self.low.slice(s![rows.clone(), columns.clone()]));
-            reduced.low = least.low;
+            reduced.low = of(&self.low).low;
         }
         reduced.first = (rows.start * self.rows, columns.start * self.columns);
         reduced.rows *= self.rows;
@@ -133,20 +136,15 @@ impl MapBuilder {
         let span = |axis: Axis, block: usize, all: usize| {
             let loud = |part: ArrayView1<f64>| part.iter().map(size).any(|size| size > level);
             let mut loud = cells.axis_iter(axis).map(loud);
-            let first = loud.position(|loud| loud);
-            let (first, last) = match first {
-                None => return 0..all,
-                Some(first) => (
-                    first,
-                    loud.rposition(|loud| loud).map_or(first, |n| first + 1 + n),
-                ),
+            let Some(first) = loud.position(|loud| loud) else {
+                return 0..all;
             };
+            let last = loud.rposition(|loud| loud);
+            let last = last.map_or(first, |n| first + 1 + n);
             first * block..((last + 1) * block).min(all)
         };
-        (
-            span(Axis(0), self.rows, shape.0),
-            span(Axis(1), self.columns, shape.1),
-        )
+        let rows = span(Axis(0), self.rows, shape.0);
+        (rows, span(Axis(1), self.columns, shape.1))
     }
 
     /// The value of each cell; NaN for cells without a number.
@@ -183,10 +181,8 @@ impl MapBuilder {
         y: (&str, f64, f64),
         x: (&str, f64, f64),
     ) -> Map {
-        let whole = {
-            let (rows, columns) = self.high.dim();
-            (0..rows * self.rows, 0..columns * self.columns)
-        };
+        let (rows, columns) = self.high.dim();
+        let whole = (0..rows * self.rows, 0..columns * self.columns);
         let overview = self.reduced(&whole, MAP_LIMIT);
         let detail = part.map(|part| self.reduced(part, MAP_LIMIT));
         // Cells of the overview beyond the part count, too: it may hold all of them.
@@ -194,10 +190,9 @@ impl MapBuilder {
             (part.rows, part.columns) != (overview.rows, overview.columns)
                 || part.high.dim() != overview.high.dim()
         });
-        let largest = overview.high.iter().chain(&overview.low).copied();
-        let largest = largest.filter(|v| !v.is_infinite());
-        let largest = largest.fold(0.0, |m: f64, v| m.max(v.abs()));
-        let unit = PowerOfTen::of(largest);
+        let ends = overview.high.iter().chain(&overview.low);
+        let sizes = ends.filter(|v| !v.is_infinite()).map(|v| v.abs());
+        let unit = PowerOfTen::of(sizes.fold(0.0, f64::max));
         let label = unit.label(label);
         Map {
             detail: detail.map(|detail| Box::new(detail.map(unit, &label, y, x))),
@@ -212,34 +207,24 @@ impl MapBuilder {
             low: origin + (first as f64 - 0.5) * step,
             high: origin + ((first + length) as f64 - 0.5) * step,
         };
-        let (rows, columns) = self.high.dim();
+        let cells = self.high.dim();
         let bound = |bounds: &Array2<f64>| {
-            bounds.mapv(|v| {
-                if v.is_infinite() {
-                    f32::NAN
-                } else {
-                    unit.single(v)
-                }
+            bounds.mapv(|v| match v.is_infinite() {
+                true => f32::NAN,
+                false => unit.single(v),
             })
         };
-        let blocks = (self.rows, self.columns);
-        let range = (self.keep == Keep::Extreme && blocks.0 * blocks.1 > 1)
-            .then(|| [bound(&self.low), bound(&self.high)]);
+        let (rows, columns) = (self.rows, self.columns);
+        let has_range = self.keep == Keep::Extreme && rows * columns > 1;
         Map {
-            x: axis(x, self.first.1, columns * self.columns),
-            y: axis(y, self.first.0, rows * self.rows),
+            x: axis(x, self.first.1, cells.1 * columns),
+            y: axis(y, self.first.0, cells.0 * rows),
             reduction: match self.keep {
-                Keep::Largest => Reduction::Max {
-                    rows: blocks.0,
-                    columns: blocks.1,
-                },
-                Keep::Extreme => Reduction::Extreme {
-                    rows: blocks.0,
-                    columns: blocks.1,
-                },
+                Keep::Largest => Reduction::Max { rows, columns },
+                Keep::Extreme => Reduction::Extreme { rows, columns },
             },
             values: self.cells().mapv(|v| unit.single(v)),
-            range,
+            range: has_range.then(|| [bound(&self.low), bound(&self.high)]),
             label: label.to_owned(),
             detail: None,
         }
@@ -280,9 +265,8 @@ impl SimdKernel for Reduce<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for row in self.block.outer_iter() {
-            let row = row
-                .to_slice()
-                .map_or_else(|| Cow::Owned(row.to_vec()), Cow::Borrowed);
+            let stored = row.to_slice().map(Cow::Borrowed);
+            let row = stored.unwrap_or_else(|| Cow::Owned(row.to_vec()));
             let (news, rest) = row.as_chunks();
             let done = WIDTH * news.len();
             let (olds, rest_old) = self.largest.as_chunks_mut();

@@ -43,55 +43,42 @@ pub(crate) fn interleaved_moments(
     let total: [f64; WIDTH] = std::array::from_fn(|i| below[i] + top[i]);
 
     // The bin of the edge is summed separately, so that the smaller share keeps its digits.
-    let (split, part) = bins.split(if edge.is_nan() { 0.0 } else { edge });
-    let spectra = (power, axis);
+    let (split, below_edge) = bins.split(if edge.is_nan() { 0.0 } else { edge });
     let mut leaves = Vec::with_capacity(count / interleaved::LEAF * 2 + 3);
-    let low = interleaved::shares(spectra, 0..split, &total, &mut leaves);
-    let cut = interleaved::shares(spectra, split..split + 1, &total, &mut leaves);
-    let high = interleaved::shares(spectra, split + 1..count, &total, &mut leaves);
-    let of = |sums: [&[f64; WIDTH]; 3], i: usize| sums[0][i] + (sums[1][i] + sums[2][i]);
-    let centroid: [f64; WIDTH] = std::array::from_fn(|i| {
-        of(
-            [&low.first_moment, &cut.first_moment, &high.first_moment],
-            i,
-        ) / of([&low.share, &cut.share, &high.share], i)
-    });
+    let mut part = |range| interleaved::shares((power, axis), range, &total, &mut leaves);
+    let low = part(0..split);
+    let cut = part(split..split + 1);
+    let high = part(split + 1..count);
+    let of_all = |k: usize| -> [f64; WIDTH] {
+        std::array::from_fn(|i| low[k][i] + (cut[k][i] + high[k][i]))
+    };
+    let [shares, first_moment, squares, entropy] = [0, 1, 2, 3].map(of_all);
+    let [low, cut, high] = [low[0], cut[0], high[0]];
+    let centroid: [f64; WIDTH] = std::array::from_fn(|i| first_moment[i] / shares[i]);
     let second_moment = interleaved::second_moment(&leaves, &centroid);
     let levels = [0.5, 0.9];
     let [median, quantile_90] = interleaved::quantiles((power, bins), &total, &leaves, levels);
-    let half_bins = if bins.ends_half() {
-        [0, count - 1]
-    } else {
-        [0, 0]
-    };
+    let last_half = bins.ends_half().then_some(count - 1);
     std::array::from_fn(|i| {
         let defined = total[i] > 0.0 && total[i].is_finite() && count > 1;
         let or_nan = |value: f64| if defined { value } else { f64::NAN };
-        let entropy = of([&low.entropy, &cut.entropy, &high.entropy], i);
-        let squares = of([&low.square, &cut.square, &high.square], i);
         // Bins of half the width hold their energy at twice the density.
         let mut halved = power[0].0[i];
-        if half_bins[1] > 0 {
-            halved += power[half_bins[1]].0[i];
+        if let Some(last) = last_half {
+            halved += power[last].0[i];
         }
         let width = bins.step * (-std::f64::consts::LN_2 * halved / total[i]).exp();
-        let share = |value: f64| {
-            if edge.is_nan() {
-                f64::NAN
-            } else {
-                or_nan(value)
-            }
-        };
+        let share = |value: f64| or_nan(if edge.is_nan() { f64::NAN } else { value });
         SpectrumMoments {
             centroid: or_nan(centroid[i]),
             bandwidth: or_nan(second_moment[i].sqrt()),
-            effective_bandwidth: or_nan(width * entropy.exp()),
-            entropy: or_nan(entropy / (count as f64).ln()),
-            participation: or_nan(1.0 / squares),
+            effective_bandwidth: or_nan(width * entropy[i].exp()),
+            entropy: or_nan(entropy[i] / (count as f64).ln()),
+            participation: or_nan(1.0 / squares[i]),
             median: or_nan(median[i]),
             quantile_90: or_nan(quantile_90[i]),
-            low_share: share(low.share[i] + part * cut.share[i]),
-            high_share: share((1.0 - part) * cut.share[i] + high.share[i]),
+            low_share: share(low[i] + below_edge * cut[i]),
+            high_share: share((1.0 - below_edge) * cut[i] + high[i]),
             total: total[i],
             top: top[i],
             zero: power[0].0[i],
@@ -102,10 +89,7 @@ pub(crate) fn interleaved_moments(
 /// The quantile `level` of the energy, from the cumulative energy at the ends of the bins, linear
 /// in between; `None` without energy, and for a single bin.
 pub(crate) fn quantile_of(power: &[f64], bins: &Bins, level: f64) -> Option<f64> {
-    let total = sum(power);
-    if !(total > 0.0 && total.is_finite()) || bins.len() < 2 {
-        return None;
-    }
+    let total = total_of(power).filter(|_| bins.len() > 1)?;
     let shares = power.iter().map(|p| p / total);
     Some(bins.reached(0, shares, level))
 }
@@ -113,33 +97,30 @@ pub(crate) fn quantile_of(power: &[f64], bins: &Bins, level: f64) -> Option<f64>
 /// The bin at or below which 90 % of the energy is; `None` without energy. For budgets, whose
 /// fluxes are known only at bins.
 pub(crate) fn edge_of(power: &[f64], axis: &[f64]) -> Option<f64> {
-    let total = sum(power);
-    if !(total > 0.0 && total.is_finite()) {
-        return None;
-    }
-    let share: Vec<f64> = power.iter().map(|p| p / total).collect();
-    Some(quantile(&share, axis, 0.9))
-}
-
-/// The first bin at which the cumulative share reaches `level`.
-fn quantile(share: &[f64], axis: &[f64], level: f64) -> f64 {
     /// Bins that are summed before the search examines them one by one.
     const STRIDE: usize = 64;
+    let total = total_of(power)?;
+    let share: Vec<f64> = power.iter().map(|p| p / total).collect();
     let mut below = 0.0;
     for (share, axis) in share.chunks(STRIDE).zip(axis.chunks(STRIDE)) {
         let through = below + sum(share);
-        if through >= level {
+        if through >= 0.9 {
             let mut cumulative = below;
             for (&p, &q) in share.iter().zip(axis) {
                 cumulative += p;
-                if cumulative >= level {
-                    return q;
+                if cumulative >= 0.9 {
+                    return Some(q);
                 }
             }
         }
         below = through;
     }
-    axis[axis.len() - 1]
+    axis.last().copied()
+}
+
+/// The sum over bins, if there is energy.
+fn total_of(power: &[f64]) -> Option<f64> {
+    Some(sum(power)).filter(|total| *total > 0.0 && total.is_finite())
 }
 
 #[cfg(test)]

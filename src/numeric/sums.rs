@@ -20,12 +20,12 @@ pub(crate) fn sum_of_squares(x: &[f64]) -> f64 {
 /// bits.
 pub(crate) fn interleaved_sums_of_squares(rows: &[f64], width: usize, sums: &mut Vec<f64>) {
     sums.clear();
-    if width == LANES {
-        sums.extend(squares_across(rows.as_chunks().0, &[0.0; LANES]));
-        return;
-    }
     let column = |c| -> Vec<f64> { rows.iter().skip(c).step_by(width).copied().collect() };
-    sums.extend((0..width).map(|c| sum_of_squares(&column(c))));
+    match width {
+        1 => sums.push(sum_of_squares(rows)),
+        LANES => sums.extend(squares_across(rows.as_chunks().0, &[0.0; LANES])),
+        _ => sums.extend((0..width).map(|c| sum_of_squares(&column(c)))),
+    }
 }
 
 /// [`sum`] of each of eight columns less an offset, with the same bits.

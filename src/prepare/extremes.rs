@@ -1,5 +1,7 @@
 //! A first pass over all records, time by time, in the memory order of most files.
 
+use std::ops::Add;
+
 use super::scan::ChannelScan;
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 use crate::system::prefetch::prefetch;
@@ -8,32 +10,26 @@ use crate::system::prefetch::prefetch;
 const TOGETHER: usize = 8;
 
 /// Statistics of each site's samples that do not depend on order, so that parts may be merged.
+///
+/// The least and the largest sample, the same of the samples that equal the one before, and 0, or NaN once a sample was
+/// not finite.
 #[derive(Debug, Clone)]
-pub(crate) struct Extremes {
-    low: Vec<f64>,
-    high: Vec<f64>,
-    /// The least and the largest of the samples that equal the one before.
-    low_again: Vec<f64>,
-    high_again: Vec<f64>,
-    /// 0, or NaN once a sample was not finite.
-    finite: Vec<f64>,
-}
+pub(crate) struct Extremes([Vec<f64>; 5]);
 
 impl Extremes {
     pub fn none(sites: usize) -> Self {
-        Extremes {
-            low: vec![f64::INFINITY; sites],
-            high: vec![f64::NEG_INFINITY; sites],
-            low_again: vec![f64::INFINITY; sites],
-            high_again: vec![f64::NEG_INFINITY; sites],
-            finite: vec![0.0; sites],
-        }
+        let (most, least) = (f64::INFINITY, f64::NEG_INFINITY);
+        Extremes([most, least, most, least, 0.0].map(|v| vec![v; sites]))
+    }
+
+    fn sites(&self) -> usize {
+        self.0[0].len()
     }
 
     /// Adds the samples of neighbouring times; rows are `apart` numbers apart. With `before`, the
     /// first row is the previous time, which was added already.
     pub fn take(&mut self, rows: &[f64], apart: usize, before: bool) {
-        let sites = self.low.len();
+        let sites = self.sites();
         // A group of rows stays in the cache while its columns are examined.
         let first = usize::from(before);
         let times = (rows.len() - sites) / apart + 1;
@@ -51,16 +47,11 @@ impl Extremes {
     }
 
     pub fn merged(mut self, other: Extremes) -> Self {
-        let least =
-            |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a = a.min(*b));
-        let largest =
-            |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a = a.max(*b));
-        least(&mut self.low, &other.low);
-        least(&mut self.low_again, &other.low_again);
-        largest(&mut self.high, &other.high);
-        largest(&mut self.high_again, &other.high_again);
-        for (a, b) in self.finite.iter_mut().zip(other.finite) {
-            *a += b;
+        let merge: [fn(f64, f64) -> f64; 5] = [f64::min, f64::max, f64::min, f64::max, f64::add];
+        for ((own, other), merge) in self.0.iter_mut().zip(&other.0).zip(merge) {
+            own.iter_mut()
+                .zip(other)
+                .for_each(|(a, b)| *a = merge(*a, *b));
         }
         self
     }
@@ -68,24 +59,23 @@ impl Extremes {
     /// The scan of each record; `None` if it needs the samples in order: gaps, and extremes held
     /// for more than one sample.
     pub fn scans(&self) -> Vec<Option<ChannelScan>> {
-        (0..self.low.len()).map(|j| self.scan(j)).collect()
+        (0..self.sites()).map(|j| self.scan(j)).collect()
     }
 
     fn scan(&self, j: usize) -> Option<ChannelScan> {
-        let (low, high) = (self.low[j], self.high[j]);
+        let [low, high, low_again, high_again, finite] = self.0.each_ref().map(|seen| seen[j]);
         let largest = high.max(-low);
         let held = |extreme: f64, again: f64| extreme == again && extreme.abs() >= 0.5 * largest;
         let constant = low >= high;
-        let is_held = held(low, self.low_again[j]) || held(high, self.high_again[j]);
-        if self.finite[j].is_nan() || (is_held && !constant) {
+        let is_held = held(low, low_again) || held(high, high_again);
+        if finite.is_nan() || (is_held && !constant) {
             return None;
         }
         Some(ChannelScan {
             largest,
-            gaps: 0,
-            first_gap: None,
             constant,
             clipped_run: usize::from(!constant),
+            ..ChannelScan::NOTHING
         })
     }
 }
@@ -104,15 +94,8 @@ impl SimdKernel for Take<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Extremes {
-            low,
-            high,
-            low_again,
-            high_again,
-            finite,
-        } = self.seen;
-        let sites = low.len();
-        let mut seen = [low, high, low_again, high_again, finite].map(Vec::as_mut_slice);
+        let sites = self.seen.sites();
+        let mut seen = self.seen.0.each_mut().map(Vec::as_mut_slice);
         let times = (self.rows.len() - sites) / self.apart + 1;
         if sites < WIDTH {
             // Unused lanes repeat the first one.
@@ -135,14 +118,8 @@ impl SimdKernel for Take<'_> {
         for start in (0..sites).step_by(WIDTH) {
             // The last columns overlap those before: a second look changes nothing.
             let at = start.min(sites - WIDTH);
-            let [a, b, c, d, e] = &mut seen;
-            if let (Some(a), Some(b), Some(c), Some(d), Some(e)) = (
-                a[at..].first_chunk_mut(),
-                b[at..].first_chunk_mut(),
-                c[at..].first_chunk_mut(),
-                d[at..].first_chunk_mut(),
-                e[at..].first_chunk_mut(),
-            ) {
+            let lanes = seen.each_mut().map(|seen| seen[at..].first_chunk_mut());
+            if let [Some(a), Some(b), Some(c), Some(d), Some(e)] = lanes {
                 let profile = |n: usize| {
                     if let Some(sample) = self.next.get(n * self.apart + at) {
                         prefetch(sample);

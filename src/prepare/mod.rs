@@ -5,9 +5,7 @@
 //! operations in every block, so its bits do not depend on the blocks.
 
 mod channels;
-mod energy;
 mod extremes;
-mod lobes;
 mod prepared;
 mod read_ahead;
 mod scan;
@@ -19,13 +17,12 @@ mod window;
 
 pub(crate) use channels::{Channels, Sites, channels, some};
 pub use channels::{Examined, channel_findings};
-pub use lobes::Lobes;
 pub(crate) use prepared::{Prepared, Tiles};
 pub(crate) use read_ahead::{ReadAhead, piece_bytes};
 pub(crate) use scan::ChannelScan;
 pub(crate) use survey::survey_bytes;
 pub(crate) use trend::Trend;
-pub use window::{Window, WindowError, WindowGains};
+pub use window::{Lobes, Window, WindowError, WindowGains};
 
 use crate::arrays::Precision;
 

@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::read_ahead::ReadAhead;
+use super::read_ahead::{ReadAhead, parts};
 use super::scan::{ChannelScan, Gap};
 use super::trend::Trend;
 use super::unit::PowerOfTwo;
 use super::{Detrend, Gaps, Preparation};
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::numeric::{sum, sum_of_squares};
 use crate::observer::Observer;
 
 /// A field with its range, gaps, scale and trends settled; see the [module](super) documentation.
@@ -73,10 +74,8 @@ impl<'a> Prepared<'a> {
             is_silent: false,
             gaps: Vec::new(),
             gaps_by_time: Vec::new(),
-            masked: match preparation.gaps {
-                Gaps::Mask => !preparation.masks_by_mean,
-                gaps => gaps == Gaps::LeaveOut,
-            },
+            masked: preparation.gaps == Gaps::LeaveOut
+                || preparation.gaps == Gaps::Mask && !preparation.masks_by_mean,
             field_mean: None,
             space_trends: Vec::new(),
             time_trends: Vec::new(),
@@ -108,14 +107,13 @@ impl<'a> Prepared<'a> {
         preparation: Preparation<'_>,
         observer: &dyn Observer,
     ) -> Result<(PowerOfTwo, bool)> {
-        let Preparation {
-            precision,
-            transforms_all,
-            ..
-        } = preparation;
+        let precision = preparation.precision;
         let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         let reached = self.largest_before(preparation.reached, largest, observer)?;
-        let transformed = if transforms_all { largest } else { reached };
+        let transformed = match preparation.transforms_all {
+            true => largest,
+            false => reached,
+        };
         let unit = PowerOfTwo::near(transformed, precision);
         match unit.loses(reached, precision) {
             true => Err(Error::Range { reached, largest }),
@@ -175,17 +173,17 @@ impl<'a> Prepared<'a> {
 
     /// The samples of `site` that are masked, in order of time.
     pub fn masked(&self, site: usize) -> &[Gap] {
-        match self.masked {
-            true => self.gaps_of(site),
-            false => &[],
-        }
+        if self.masked { self.gaps_of(site) } else { &[] }
     }
 
     /// The same, and those that were filled.
     pub fn gaps_of(&self, site: usize) -> &[Gap] {
-        let first = self.gaps.partition_point(|gap| gap.site < site);
-        let end = self.gaps.partition_point(|gap| gap.site <= site);
-        &self.gaps[first..end]
+        self.gaps_within(&(site..site + 1))
+    }
+
+    fn gaps_within(&self, sites: &Range<usize>) -> &[Gap] {
+        let before = |end: usize| self.gaps.partition_point(|gap| gap.site < end);
+        &self.gaps[before(sites.start)..before(sites.end)]
     }
 
     /// The record of one site.
@@ -212,8 +210,7 @@ impl<'a> Prepared<'a> {
     /// The same of the pages that hold profiles.
     pub fn release_times(&self, times: Range<usize>) {
         if self.tiles.ahead.is_some() {
-            let from = self.times.start;
-            let in_field = from + times.start..from + times.end;
+            let in_field = within(&self.times, &times);
             self.field.release_block(in_field, self.sites.clone());
         }
     }
@@ -226,8 +223,7 @@ impl<'a> Prepared<'a> {
         room: &'r mut ReadAhead,
     ) -> Option<&'r ReadAhead> {
         self.tiles.ahead?;
-        let from = self.sites.start;
-        let in_field = from + sites.start..from + sites.end;
+        let in_field = within(&self.sites, &sites);
         room.read(self.field, self.times.clone(), in_field, self.tiles.sites);
         Some(room)
     }
@@ -235,124 +231,96 @@ impl<'a> Prepared<'a> {
     /// Whole records of `sites`, one after the other, from `ahead` where they were read.
     pub fn records(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
         let n_times = self.n_times();
-        let from = self.sites.start;
-        let in_field = from + sites.start..from + sites.end;
+        let (times, in_field) = (self.times.clone(), within(&self.sites, &sites));
         match ahead {
             Some(ahead) => ahead.records(in_field, out),
-            None => self
-                .field
-                .read_site_major(self.times.clone(), in_field, out),
+            None => self.field.read_site_major(times, in_field, out),
         }
-        let first = self.gaps.partition_point(|g| g.site < sites.start);
-        let gaps = self.gaps[first..]
-            .iter()
-            .take_while(|g| g.site < sites.end)
-            .map(|g| ((g.site - sites.start) * n_times + g.time, g.value));
-        for (at, value) in gaps.clone() {
-            out[at] = value;
-        }
-        for (j, record) in sites.clone().zip(out.chunks_exact_mut(n_times)) {
-            self.unit.divide(record);
-            if let Some(mean) = &self.field_mean {
-                record.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
-            }
-            for (v, trend) in record.iter_mut().zip(&self.space_trends) {
-                *v = trend.remove(*v, j);
-            }
-            if let Some(trend) = self.time_trends.get(j) {
-                for (n, v) in record.iter_mut().enumerate() {
-                    *v = trend.remove(*v, n);
+        let gaps = self.gaps_within(&sites).iter();
+        let gaps = gaps.map(|g| ((g.site - sites.start) * n_times + g.time, g.value));
+        self.around_gaps(gaps, out, |out| {
+            for (j, record) in sites.clone().zip(out.chunks_exact_mut(n_times)) {
+                self.unit.divide(record);
+                if let Some(mean) = &self.field_mean {
+                    record.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
+                }
+                for (v, trend) in record.iter_mut().zip(&self.space_trends) {
+                    *v = trend.remove(*v, j);
+                }
+                if let Some(trend) = self.time_trends.get(j) {
+                    trend.remove_all(record);
+                }
+                if self.is_left_out(j) {
+                    record.fill(0.0);
                 }
             }
-        }
-        if self.masked {
-            gaps.for_each(|(at, _)| out[at] = 0.0);
-        }
-        for (j, record) in sites.zip(out.chunks_exact_mut(n_times)) {
-            if self.is_left_out(j) {
-                record.fill(0.0);
-            }
-        }
+        });
     }
 
     /// The records of `sites` at these times, one after the other; those of fields whose trends along time are
     /// left in place.
     pub fn piece(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
-        let (from, first) = (self.times.start, self.sites.start);
-        let in_field = first + sites.start..first + sites.end;
-        let at_times = from + times.start..from + times.end;
-        self.field.read_site_major(at_times, in_field, out);
-        let gaps = &self.gaps[self.gaps.partition_point(|gap| gap.site < sites.start)..];
-        let gaps = gaps.iter().take_while(|gap| gap.site < sites.end);
+        let at = (within(&self.times, &times), within(&self.sites, &sites));
+        self.field.read_site_major(at.0, at.1, out);
+        let gaps = self.gaps_within(&sites).iter();
         let gaps = gaps.filter(|gap| times.contains(&gap.time)).map(|gap| {
             let at = (gap.site - sites.start) * times.len() + gap.time - times.start;
             (at, gap.value)
         });
-        for (at, value) in gaps.clone() {
-            out[at] = value;
-        }
-        self.unit.divide(out);
-        if self.masked {
-            gaps.for_each(|(at, _)| out[at] = 0.0);
-        }
+        self.around_gaps(gaps, out, |out| self.unit.divide(out));
     }
 
     /// The records of `sites`, interleaved, from `ahead` if they were read ahead.
     pub fn columns(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
-        let width = sites.len();
-        let from = self.sites.start;
-        let in_field = from + sites.start..from + sites.end;
+        let (times, in_field) = (self.times.clone(), within(&self.sites, &sites));
         match ahead {
             Some(ahead) => ahead.columns(in_field, out),
-            None => self
-                .field
-                .read_time_major(self.times.clone(), in_field, out),
+            None => self.field.read_time_major(times, in_field, out),
         }
-        let first = self.gaps.partition_point(|g| g.site < sites.start);
-        let gaps = self.gaps[first..]
-            .iter()
-            .take_while(|g| g.site < sites.end)
-            .map(|g| (g.time * width + g.site - sites.start, g.value));
-        for (at, value) in gaps.clone() {
-            out[at] = value;
-        }
-        if !self.is_as_stored() {
-            for (n, row) in out.chunks_exact_mut(width).enumerate() {
-                self.settle(n, sites.start, row);
-            }
-        }
-        if self.masked {
-            gaps.for_each(|(at, _)| out[at] = 0.0);
-        }
-        self.leave_out(sites, out);
+        self.prepare_rows((0, sites.clone()), self.gaps_within(&sites), out);
     }
 
     /// Whole profiles of `times`, one after the other.
     pub fn profiles(&self, times: Range<usize>, out: &mut [f64]) {
-        let n_sites = self.n_sites();
-        let from = self.times.start;
-        let in_field = from + times.start..from + times.end;
+        let (in_field, sites) = (within(&self.times, &times), self.sites.clone());
         match self.tiles.ahead {
-            Some(_) => self.field.read_releasing(in_field, self.sites.clone(), out),
-            None => self
-                .field
-                .read_time_major(in_field, self.sites.clone(), out),
+            Some(_) => self.field.read_releasing(in_field, sites, out),
+            None => self.field.read_time_major(in_field, sites, out),
         }
-        let first = self.gaps_by_time.partition_point(|g| g.time < times.start);
-        let gaps = self.gaps_by_time[first..]
-            .iter()
-            .take_while(|g| g.time < times.end)
-            .map(|g| ((g.time - times.start) * n_sites + g.site, g.value));
-        for (at, value) in gaps.clone() {
-            out[at] = value;
+        let before = |end: usize| self.gaps_by_time.partition_point(|gap| gap.time < end);
+        let gaps = &self.gaps_by_time[before(times.start)..before(times.end)];
+        self.prepare_rows((times.start, 0..self.n_sites()), gaps, out);
+    }
+
+    /// Prepares rows of `sites` as they were read, from the time `first` on, with these gaps.
+    fn prepare_rows(&self, (first, sites): (usize, Range<usize>), gaps: &[Gap], out: &mut [f64]) {
+        let (from, width) = (sites.start, sites.len());
+        let place = |g: &Gap| ((g.time - first) * width + g.site - from, g.value);
+        self.around_gaps(gaps.iter().map(place), out, |out| {
+            if !self.is_as_stored() {
+                for (n, row) in (first..).zip(out.chunks_exact_mut(width)) {
+                    self.settle(n, from, row);
+                }
+            }
+        });
+        for j in sites.filter(|j| self.is_left_out(*j)) {
+            let column = out.iter_mut().skip(j - from).step_by(width);
+            column.for_each(|v| *v = 0.0);
         }
-        for (n, profile) in times.clone().zip(out.chunks_exact_mut(n_sites)) {
-            self.settle(n, 0, profile);
-        }
+    }
+
+    /// Replaces gaps, then prepares the samples; masks the gaps where that is asked.
+    fn around_gaps(
+        &self,
+        gaps: impl Iterator<Item = (usize, f64)> + Clone,
+        out: &mut [f64],
+        prepare: impl FnOnce(&mut [f64]),
+    ) {
+        gaps.clone().for_each(|(at, value)| out[at] = value);
+        prepare(out);
         if self.masked {
             gaps.for_each(|(at, _)| out[at] = 0.0);
         }
-        self.leave_out(0..n_sites, out);
     }
 
     /// Whether the site is left out.
@@ -360,29 +328,13 @@ impl<'a> Prepared<'a> {
         self.left_out.get(site) == Some(&true)
     }
 
-    /// Zeros in rows of `sites`, where they are left out.
-    fn leave_out(&self, sites: Range<usize>, out: &mut [f64]) {
-        let width = sites.len();
-        let from = sites.start;
-        for j in sites.filter(|j| self.is_left_out(*j)) {
-            let column = out.iter_mut().skip(j - from).step_by(width);
-            column.for_each(|v| *v = 0.0);
-        }
-    }
-
     /// Whole snapshots of `times` as a slice of the field, if preparation does not change them.
     pub fn stored_profiles(&self, times: Range<usize>) -> Option<&[f64]> {
         let whole = self.sites == (0..self.field.n_sites());
         let stays = self.tiles.ahead.is_none();
         let unchanged = self.gaps.is_empty() && self.left_out.is_empty() && self.is_as_stored();
-        let is_stored = whole && stays && unchanged;
-        let from = self.times.start;
-        is_stored
-            .then(|| {
-                self.field
-                    .stored_profiles(from + times.start..from + times.end)
-            })
-            .flatten()
+        let stored = || self.field.stored_profiles(within(&self.times, &times));
+        (whole && stays && unchanged).then(stored).flatten()
     }
 
     /// Whether preparation leaves all samples but gaps unchanged.
@@ -409,76 +361,104 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    fn is_gap(&self, time: usize, site: usize) -> bool {
-        self.gaps
-            .binary_search_by_key(&(site, time), |g| (g.site, g.time))
-            .is_ok()
+    /// Whether trends are fitted to a sample.
+    fn is_kept(&self, time: usize, site: usize) -> bool {
+        let place = |gap: &Gap| (gap.site, gap.time);
+        let is_gap = || self.gaps.binary_search_by_key(&(site, time), place).is_ok();
+        !(self.masked && is_gap())
     }
 
     fn mean(&self, observer: &dyn Observer) -> Result<Trend> {
         observer.stage("finding the mean", 2 * self.n_sites() as u64);
-        let kept = |j: usize, record: &[f64]| -> Vec<f64> {
-            let keep = |n: &usize| !(self.masked && self.is_gap(*n, j));
-            (0..record.len()).filter(keep).map(|n| record[n]).collect()
-        };
         let count = self.n_times() * self.n_sites() - if self.masked { self.gaps.len() } else { 0 };
         if count == 0 {
             return Ok(Trend::default());
         }
         let mean_less = |offset: f64| -> Result<f64> {
-            let sums = self.each_record(observer, |j, record, _| {
-                let mut values = kept(j, record);
-                values.iter_mut().for_each(|v| *v -= offset);
-                crate::numeric::sum(&values)
+            let sums = self.each_record(observer, |j, record, values| {
+                let kept = (0..record.len()).filter(|n| self.is_kept(*n, j));
+                values.clear();
+                values.extend(kept.map(|n| record[n] - offset));
+                sum(values)
             })?;
-            Ok(crate::numeric::sum(&sums) / count as f64)
+            Ok(sum(&sums) / count as f64)
         };
         let high = mean_less(0.0)?;
         let low = mean_less(high)?;
         Ok(Trend {
             high,
             low,
-            slope: 0.0,
-            centre: 0.0,
+            ..Trend::default()
         })
     }
 
     fn fit_time(&self, kind: Detrend, observer: &dyn Observer) -> Result<Vec<Trend>> {
         observer.stage("fitting trends along time", self.n_sites() as u64);
         self.each_record(observer, |j, record, scratch| {
-            let keep = |n: usize| !(self.masked && self.is_gap(n, j));
-            Trend::fit(record, kind, keep, scratch)
+            Trend::fit(record, kind, |n| self.is_kept(n, j), scratch)
         })
     }
 
     fn fit_space(&self, kind: Detrend, observer: &dyn Observer) -> Result<Vec<Trend>> {
         observer.stage("fitting trends along space", self.n_times() as u64);
-        let n_sites = self.n_sites();
-        let starts: Vec<usize> = (0..self.n_times()).step_by(self.tiles.times).collect();
-        let fitted: Result<Vec<Vec<Trend>>> = starts
+        let (n_times, n_sites) = (self.n_times(), self.n_sites());
+        in_parts(
+            0..n_times,
+            self.tiles.times,
+            observer,
+            |times, block, scratch| {
+                block.resize(times.len() * n_sites, 0.0);
+                self.profiles(times.clone(), block);
+                self.release_times(times.clone());
+                let profiles = times.zip(block.chunks_exact(n_sites));
+                let trends = profiles
+                    .map(|(n, profile)| Trend::fit(profile, kind, |j| self.is_kept(n, j), scratch));
+                trends.collect()
+            },
+        )
+    }
+
+    /// `sum_n v^2` of each site and `sum_j v^2` of each time, of the samples as prepared.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn energies(&self, observer: &dyn Observer) -> Result<(Vec<f64>, Vec<f64>)> {
+        let (nt, nx) = (self.n_times(), self.n_sites());
+        observer.stage("finding the reference", nt as u64);
+        let parts_of_all: Vec<Range<usize>> = parts(0..nt, nt.div_ceil(PARTS)).collect();
+        let energies: Result<Vec<(Vec<f64>, Vec<f64>)>> = parts_of_all
             .into_par_iter()
-            .map_init(
-                || (Vec::new(), Vec::new()),
-                |(block, scratch), start| {
-                    if observer.cancelled() {
-                        return Err(Error::Cancelled);
+            .map(|part| {
+                let (mut sites, mut times) = (vec![0.0; nx], Vec::with_capacity(part.len()));
+                let mut room = Vec::new();
+                for some in parts(part, self.tiles.times) {
+                    observer.go_on()?;
+                    let profiles = match self.stored_profiles(some.clone()) {
+                        Some(stored) => stored,
+                        None => {
+                            room.resize(some.len() * nx, 0.0);
+                            self.profiles(some.clone(), &mut room);
+                            &room
+                        }
+                    };
+                    for profile in profiles.chunks_exact(nx) {
+                        let squares = sites.iter_mut().zip(profile);
+                        squares.for_each(|(energy, v)| *energy += v * v);
+                        times.push(sum_of_squares(profile));
                     }
-                    let end = (start + self.tiles.times).min(self.n_times());
-                    block.resize((end - start) * n_sites, 0.0);
-                    self.profiles(start..end, block);
-                    self.release_times(start..end);
-                    observer.advance((end - start) as u64);
-                    Ok((start..end)
-                        .zip(block.chunks_exact(n_sites))
-                        .map(|(n, profile)| {
-                            let keep = |j: usize| !(self.masked && self.is_gap(n, j));
-                            Trend::fit(profile, kind, keep, scratch)
-                        })
-                        .collect())
-                },
-            )
+                    self.release_times(some.clone());
+                    observer.advance(some.len() as u64);
+                }
+                Ok((sites, times))
+            })
             .collect();
-        Ok(fitted?.concat())
+        let (mut sites, mut times) = (vec![0.0; nx], Vec::with_capacity(nt));
+        for (part, energies) in energies? {
+            sites.iter_mut().zip(part).for_each(|(all, v)| *all += v);
+            times.extend(energies);
+        }
+        self.release_pages();
+        Ok((sites, times))
     }
 
     /// `look` at every record as prepared so far, in parallel; the results in order of sites.
@@ -500,42 +480,55 @@ impl<'a> Prepared<'a> {
     ) -> Result<Vec<Option<R>>> {
         let (n_times, n_sites) = (self.n_times(), self.n_sites());
         let mut all = Vec::with_capacity(n_sites);
-        let block = self.tiles.ahead.unwrap_or(n_sites);
         let mut room = ReadAhead::default();
-        for from in (0..n_sites).step_by(block) {
-            let sites = from..(from + block).min(n_sites);
+        for sites in parts(0..n_sites, self.tiles.ahead.unwrap_or(n_sites)) {
             if !sites.clone().any(&wanted) {
                 observer.advance(sites.len() as u64);
                 all.extend(sites.map(|_| None));
                 continue;
             }
             let ahead = self.read_ahead(sites.clone(), &mut room);
-            let starts: Vec<usize> = sites.clone().step_by(self.tiles.sites).collect();
-            let seen: Result<Vec<Vec<Option<R>>>> = starts
-                .into_par_iter()
-                .map_init(
-                    || (Vec::new(), Vec::new()),
-                    |(tile, scratch), start| {
-                        if observer.cancelled() {
-                            return Err(Error::Cancelled);
-                        }
-                        let end = (start + self.tiles.sites).min(sites.end);
-                        observer.advance((end - start) as u64);
-                        if !(start..end).any(&wanted) {
-                            return Ok((start..end).map(|_| None).collect());
-                        }
-                        tile.resize((end - start) * n_times, 0.0);
-                        self.records(ahead, start..end, tile);
-                        Ok((start..end)
-                            .zip(tile.chunks_exact(n_times))
-                            .map(|(j, record)| wanted(j).then(|| look(j, record, scratch)))
-                            .collect())
-                    },
-                )
-                .collect();
-            all.extend(seen?.into_iter().flatten());
+            let seen = in_parts(sites, self.tiles.sites, observer, |sites, tile, scratch| {
+                if !sites.clone().any(&wanted) {
+                    return sites.map(|_| None).collect();
+                }
+                tile.resize(sites.len() * n_times, 0.0);
+                self.records(ahead, sites.clone(), tile);
+                let records = sites.zip(tile.chunks_exact(n_times));
+                records
+                    .map(|(j, record)| wanted(j).then(|| look(j, record, scratch)))
+                    .collect()
+            });
+            all.extend(seen?);
             self.release_pages();
         }
         Ok(all)
     }
+}
+
+/// Parts of the time axis whose sums are added; a fixed number, so that bits do not depend on threads.
+const PARTS: usize = 8;
+
+/// A part of a range, as one of what the range is of.
+fn within(range: &Range<usize>, part: &Range<usize>) -> Range<usize> {
+    range.start + part.start..range.start + part.end
+}
+
+/// What `each` finds in parts of `all`, `length` each, in parallel; in their order. It has two vectors to work in.
+fn in_parts<R: Send>(
+    all: Range<usize>,
+    length: usize,
+    observer: &dyn Observer,
+    each: impl Fn(Range<usize>, &mut Vec<f64>, &mut Vec<f64>) -> Vec<R> + Sync,
+) -> Result<Vec<R>> {
+    let parts: Vec<Range<usize>> = parts(all, length).collect();
+    let found: Result<Vec<Vec<R>>> = parts
+        .into_par_iter()
+        .map_init(Default::default, |(room, scratch), part| {
+            observer.go_on()?;
+            observer.advance(part.len() as u64);
+            Ok(each(part, room, scratch))
+        })
+        .collect();
+    Ok(found?.into_iter().flatten().collect())
 }

@@ -53,8 +53,7 @@ impl ReadAhead {
             self.piece = (bytes / (8 * field.n_sites())).max(1);
             let pieces = self.values.par_chunks_mut(self.piece * sites.len());
             pieces.enumerate().for_each(|(i, mut values)| {
-                let from = times.start + i * self.piece;
-                let times = from..times.end.min(from + self.piece);
+                let times = part(&times, i, self.piece);
                 for stripe in parts(sites.clone(), stripe) {
                     let part = values.split_off_mut(..times.len() * stripe.len());
                     field.read_time_major(times.clone(), stripe, part.expect("room for all"));
@@ -66,8 +65,7 @@ impl ReadAhead {
             let length = (bytes / (8 * stripe)).max(1);
             let stripes = self.values.par_chunks_mut(times.len() * stripe);
             stripes.enumerate().for_each(|(i, mut values)| {
-                let from = sites.start + i * stripe;
-                let stripe = from..sites.end.min(from + stripe);
+                let stripe = part(&sites, i, stripe);
                 for times in parts(times.clone(), length) {
                     let part = values.split_off_mut(..times.len() * stripe.len());
                     let part = part.expect("room for all");
@@ -118,7 +116,11 @@ impl ReadAhead {
 }
 
 /// One after the other, `length` each but for the last.
-fn parts(all: Range<usize>, length: usize) -> impl Iterator<Item = Range<usize>> {
-    let starts = all.clone().step_by(length);
-    starts.map(move |from| from..all.end.min(from + length))
+pub(super) fn parts(all: Range<usize>, length: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..all.len().div_ceil(length)).map(move |i| part(&all, i, length))
+}
+
+fn part(all: &Range<usize>, i: usize, length: usize) -> Range<usize> {
+    let from = all.start + i * length;
+    from..all.end.min(from + length)
 }

@@ -35,28 +35,21 @@ impl ChannelScan {
     };
 
     pub fn of(record: &[f64]) -> ChannelScan {
-        let mut low = f64::INFINITY;
-        let mut high = f64::NEG_INFINITY;
-        let mut gaps = 0;
+        let (mut low, mut high, mut gaps) = (f64::INFINITY, f64::NEG_INFINITY, 0);
         for &v in record {
-            if v.is_finite() {
-                low = low.min(v);
-                high = high.max(v);
-            } else {
-                gaps += 1;
+            match v.is_finite() {
+                true => (low, high) = (low.min(v), high.max(v)),
+                false => gaps += 1,
             }
         }
-        let first_gap = (gaps > 0)
-            .then(|| record.iter().position(|v| !v.is_finite()))
-            .flatten();
+        let first = || record.iter().position(|v| !v.is_finite());
+        let first_gap = if gaps > 0 { first() } else { None };
         let largest = if low <= high { high.max(-low) } else { 0.0 };
         let constant = low >= high;
-        let clipped_run = if constant {
-            0
-        } else {
-            longest_run(record, |v| {
-                (v == high || v == low) && v.abs() >= 0.5 * largest
-            })
+        let is_extreme = |v: f64| (v == high || v == low) && v.abs() >= 0.5 * largest;
+        let clipped_run = match constant {
+            true => 0,
+            false => longest_run(record, is_extreme),
         };
         ChannelScan {
             largest,
@@ -69,9 +62,7 @@ impl ChannelScan {
 }
 
 fn longest_run(record: &[f64], on_extreme: impl Fn(f64) -> bool) -> usize {
-    let mut longest = 0;
-    let mut run = 0;
-    let mut last = f64::NAN;
+    let (mut longest, mut run, mut last) = (0, 0, f64::NAN);
     for &v in record {
         run = match on_extreme(v) {
             true if v == last => run + 1,
@@ -91,33 +82,29 @@ pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>)
         _ => Vec::new(),
     };
     let mean = crate::numeric::sum(&finite) / finite.len().max(1) as f64;
-    let mut time = 0;
-    while time < record.len() {
-        if record[time].is_finite() {
-            time += 1;
+    let mut start = 0;
+    while start < record.len() {
+        if record[start].is_finite() {
+            start += 1;
             continue;
         }
-        let run = record[time..].iter().take_while(|v| !v.is_finite()).count();
-        let end = time + run;
-        let before = time.checked_sub(1).map(|n| record[n]);
+        let run = record[start..].iter().take_while(|v| !v.is_finite());
+        let end = start + run.count();
+        let before = start.checked_sub(1).map(|n| record[n]);
         let after = record.get(end).copied();
-        for n in time..end {
+        for time in start..end {
             let value = match (gaps, before, after) {
                 (Gaps::Mask, ..) => mean,
                 (Gaps::Refuse | Gaps::LeaveOut, ..) | (_, None, None) => 0.0,
                 (_, Some(a), Some(b)) => {
-                    let weight = (n + 1 - time) as f64 / (run + 1) as f64;
+                    let weight = (time + 1 - start) as f64 / (end - start + 1) as f64;
                     a * (1.0 - weight) + b * weight
                 }
                 (_, Some(only), None) | (_, None, Some(only)) => only,
             };
-            into.push(Gap {
-                time: n,
-                site,
-                value,
-            });
+            into.push(Gap { time, site, value });
         }
-        time = end;
+        start = end;
     }
 }
 

@@ -77,26 +77,22 @@ fn sign(samples: &[f64], norm: f64, odd: bool) -> f64 {
     } else {
         Some(samples.iter().sum())
     };
-    if deciding.is_some_and(|v| v < 0.0) {
-        -1.0
-    } else {
-        1.0
+    match deciding {
+        Some(v) if v < 0.0 => -1.0,
+        _ => 1.0,
     }
 }
 
 /// The eigenvalue of the band matrix, from its row where the sequence is largest.
 fn concentration(samples: &[f64], bandwidth: f64) -> f64 {
-    let peak = (0..samples.len())
-        .max_by(|&a, &b| samples[a].abs().total_cmp(&samples[b].abs()))
-        .unwrap_or(0);
-    let row: f64 = samples
-        .iter()
-        .enumerate()
-        .map(|(i, v)| match i.abs_diff(peak) as f64 {
-            0.0 => 2.0 * bandwidth * v,
-            lag => (2.0 * PI * bandwidth * lag).sin() / (PI * lag) * v,
-        })
-        .sum();
+    let size = |i: usize| samples[i].abs();
+    let peak = (0..samples.len()).max_by(|&a, &b| size(a).total_cmp(&size(b)));
+    let peak = peak.unwrap_or(0);
+    let term = |(i, v): (usize, &f64)| match i.abs_diff(peak) as f64 {
+        0.0 => 2.0 * bandwidth * v,
+        lag => (2.0 * PI * bandwidth * lag).sin() / (PI * lag) * v,
+    };
+    let row: f64 = samples.iter().enumerate().map(term).sum();
     (row / samples[peak]).clamp(0.0, 1.0)
 }
 
@@ -168,10 +164,9 @@ impl Half {
             if high - low <= f64::EPSILON * high {
                 break;
             }
-            if below(middle) <= index {
-                low = middle;
-            } else {
-                high = middle;
+            match below(middle) <= index {
+                true => low = middle,
+                false => high = middle,
             }
         }
         0.5 * (low + high)

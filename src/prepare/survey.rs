@@ -66,12 +66,9 @@ impl Prepared<'_> {
         let scans: Vec<ChannelScan> = scans.filter_map(|(scan, of)| scan.or(of)).collect();
         let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
         if count > 0 && gaps == Gaps::Refuse {
-            let first = scans
-                .iter()
-                .enumerate()
-                .filter_map(|(j, s)| Some((s.first_gap?, j)))
-                .min()
-                .unwrap_or_default();
+            let gaps = scans.iter().enumerate();
+            let gaps = gaps.filter_map(|(j, s)| Some((s.first_gap?, j)));
+            let first = gaps.min().unwrap_or_default();
             return Err(Error::NonFinite {
                 name: self.field.name.clone(),
                 count,
@@ -112,9 +109,7 @@ impl Prepared<'_> {
             .into_par_iter()
             .with_min_len(least)
             .try_fold(none, |mut seen, start| {
-                if observer.cancelled() {
-                    return Err(Error::Cancelled);
-                }
+                observer.go_on()?;
                 let end = (start + stretch).min(self.times.end);
                 // Held extremes need the previous time.
                 let first = start.saturating_sub(1).max(self.times.start);
@@ -133,7 +128,7 @@ impl Prepared<'_> {
                 seen.take(rows, width, first < start);
                 self.release_times(first - self.times.start..end - self.times.start);
                 observer.advance((end - start) as u64);
-                Ok(seen)
+                Ok::<_, Error>(seen)
             })
             .try_reduce(none, |a, b| Ok(a.merged(b)));
         self.release_pages();

@@ -66,6 +66,13 @@ impl Trend {
         (value - self.high) - (self.low + self.slope * (i as f64 - self.centre))
     }
 
+    /// Removes the trend from `record`.
+    pub fn remove_all(&self, record: &mut [f64]) {
+        for (i, v) in record.iter_mut().enumerate() {
+            *v = self.remove(*v, i);
+        }
+    }
+
     /// Removes the trend of the samples for which `keep` holds from `record`.
     pub fn remove_from(
         record: &mut [f64],
@@ -76,10 +83,7 @@ impl Trend {
         if kind == Detrend::None {
             return;
         }
-        let trend = Trend::fit(record, kind, keep, scratch);
-        for (i, v) in record.iter_mut().enumerate() {
-            *v = trend.remove(*v, i);
-        }
+        Trend::fit(record, kind, keep, scratch).remove_all(record);
     }
 
     /// Records that are interleaved, `width` to a row, each without its trend, with the bits of

@@ -22,10 +22,9 @@ impl PowerOfTwo {
             Precision::F64 => -200..200,
             Precision::F32 => -20..20,
         };
-        if safe.contains(&exponent) {
-            Self::ONE
-        } else {
-            PowerOfTwo { exponent }
+        match safe.contains(&exponent) {
+            true => Self::ONE,
+            false => PowerOfTwo { exponent },
         }
     }
 
@@ -57,10 +56,9 @@ impl PowerOfTwo {
 /// `floor(log2 x)` of a positive finite number, subnormal ones included.
 fn exponent_of(x: f64) -> i32 {
     let bits = |x: f64| ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    if x < f64::MIN_POSITIVE {
-        bits(x * 2f64.powi(64)) - 64
-    } else {
-        bits(x)
+    match x < f64::MIN_POSITIVE {
+        true => bits(x * 2f64.powi(64)) - 64,
+        false => bits(x),
     }
 }
 

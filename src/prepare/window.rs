@@ -1,9 +1,12 @@
-//! Tapers.
+//! Tapers, and how far they let a sine leak.
 
 use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::{Mutex, PoisonError};
+
+use column_fft::{FftDirection, rows};
+use num_complex::Complex;
 
 use super::slepian;
 use crate::numeric::{cos_turns, sin_turns};
@@ -90,15 +93,27 @@ pub struct WindowError {
 
 const NAMES: &str = "none, hann, hamming, blackman-harris, flat-top, tukey:SHARE, kaiser:BETA, \
                      dpss:NW or samples:W,W,..";
-const HANN: &[f64] = &[0.5, 0.5];
-const HAMMING: &[f64] = &[0.54, 0.46];
-const BLACKMAN_HARRIS: &[f64] = &[0.35875, 0.48829, 0.14128, 0.01168];
-const FLAT_TOP: &[f64] = &[
-    0.21557895,
-    0.41663158,
-    0.277263158,
-    0.083578947,
-    0.006947368,
+/// Windows without a parameter, by name: `a_k` of `w = sum_k (-1)^k a_k cos(2 pi k j / n)`.
+const PLAIN: [(&str, Window, &[f64]); 5] = [
+    ("none", Window::None, &[1.0]),
+    ("hann", Window::Hann, &[0.5, 0.5]),
+    ("hamming", Window::Hamming, &[0.54, 0.46]),
+    (
+        "blackman-harris",
+        Window::BlackmanHarris,
+        &[0.35875, 0.48829, 0.14128, 0.01168],
+    ),
+    (
+        "flat-top",
+        Window::FlatTop,
+        &[
+            0.21557895,
+            0.41663158,
+            0.277263158,
+            0.083578947,
+            0.006947368,
+        ],
+    ),
 ];
 
 impl Window {
@@ -135,18 +150,11 @@ impl Window {
     fn first_half(&self, n: usize) -> Vec<f64> {
         let each = |sample: &dyn Fn(usize) -> f64| (0..=n / 2).map(sample).collect();
         match *self {
-            // Of another length it is no window, which `validate` says.
-            Window::None | Window::Samples(_) => vec![1.0; n / 2 + 1],
-            Window::Hann => each(&|j| cosine_sum(HANN, j, n)),
-            Window::Hamming => each(&|j| cosine_sum(HAMMING, j, n)),
-            Window::BlackmanHarris => each(&|j| cosine_sum(BLACKMAN_HARRIS, j, n)),
-            Window::FlatTop => each(&|j| cosine_sum(FLAT_TOP, j, n)),
             Window::Tukey { taper } => each(&|j| {
                 let tapered = taper * n as f64;
-                if 2.0 * j as f64 >= tapered {
-                    1.0
-                } else {
-                    (PI * (j as f64 / tapered)).sin().powi(2)
+                match 2.0 * j as f64 >= tapered {
+                    true => 1.0,
+                    false => (PI * (j as f64 / tapered)).sin().powi(2),
                 }
             }),
             Window::Kaiser { beta } => {
@@ -167,7 +175,16 @@ impl Window {
                 }
                 half
             }
+            // Samples of another length are no window, which `validate` says.
+            _ => {
+                let cosines = self.plain().map_or(&[1.0][..], |(_, _, cosines)| cosines);
+                each(&|j| cosine_sum(cosines, j, n))
+            }
         }
+    }
+
+    fn plain(&self) -> Option<&'static (&'static str, Window, &'static [f64])> {
+        PLAIN.iter().find(|(_, window, _)| window == self)
     }
 
     /// The gains of the window's `n` samples, at least one.
@@ -204,39 +221,83 @@ impl Window {
     /// [`WindowError`] for a taper outside 0 to 1, a beta outside 0 to 1e6, a time-bandwidth
     /// product that is not above 0 and below `(n + 1) / 2`, and samples of another number.
     pub fn validate(&self, n: usize) -> Result<(), WindowError> {
-        let within = |ok: bool, expected: &str, found: f64| {
-            if ok {
-                return Ok(());
+        let (is_valid, expected, found) = match *self {
+            Window::Tukey { taper } => {
+                let is_share = (0.0..=1.0).contains(&taper);
+                (is_share, "a tapered share from 0 to 1".into(), taper)
             }
-            Err(WindowError {
-                expected: expected.into(),
-                found: found.to_string(),
-            })
-        };
-        match *self {
-            Window::Tukey { taper } => within(
-                (0.0..=1.0).contains(&taper),
-                "a tapered share from 0 to 1",
-                taper,
-            ),
             Window::Kaiser { beta } => {
-                within((0.0..=1e6).contains(&beta), "a beta from 0 to 1e6", beta)
+                let is_beta = (0.0..=1e6).contains(&beta);
+                (is_beta, "a beta from 0 to 1e6".into(), beta)
             }
             Window::Dpss { time_bandwidth } => {
                 let limit = (n as f64 + 1.0) / 2.0;
-                let expected = if time_bandwidth > 0.0 {
-                    format!("a time-bandwidth product below {limit}")
-                } else {
-                    "a time-bandwidth product above 0".into()
+                let expected = match time_bandwidth > 0.0 {
+                    true => format!("a time-bandwidth product below {limit}"),
+                    false => "a time-bandwidth product above 0".into(),
                 };
-                let ok = n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit;
-                within(ok, &expected, time_bandwidth)
+                let is_valid = n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit;
+                (is_valid, expected, time_bandwidth)
             }
             Window::Samples(Given(given)) => {
-                let ok = n == usize::MAX || n == given.len();
-                within(ok, &format!("{n} samples of a window"), given.len() as f64)
+                let is_valid = n == usize::MAX || n == given.len();
+                let expected = format!("{n} samples of a window");
+                (is_valid, expected, given.len() as f64)
             }
-            _ => Ok(()),
+            _ => return Ok(()),
+        };
+        let found = found.to_string();
+        match is_valid {
+            true => Ok(()),
+            false => Err(WindowError { expected, found }),
+        }
+    }
+}
+
+/// Samples of a window whose lobes are found.
+const SAMPLES: usize = 1024;
+/// Points of the transform a bin.
+const FINENESS: usize = 128;
+
+/// The window's transform beside its peak: the bound on what a sine adds to bins far from it.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Lobes {
+    /// Distance from the peak to the first zero, in bins.
+    pub half_width_bins: f64,
+    /// Largest magnitude beyond that zero over the peak's, in dB, below 0.
+    pub worst_sidelobe_db: f64,
+}
+
+impl Window {
+    /// The lobes of `sum_j w_j exp(-2 pi i q (j / n - 1/2))`, q in bins, at n = 1024.
+    ///
+    /// Found on a grid of 1/128 bin, accurate to 0.01 dB. Other lengths from 256 on differ by less
+    /// than 0.3 dB. Values below -300 dB are rounding; a window without a zero has a half width of
+    /// n / 2 and a sidelobe of minus infinity.
+    ///
+    /// Source: Harris, Proc. IEEE 66, 51 (1978), table 1 (his Blackman-Harris of four terms).
+    pub fn lobes(&self) -> Lobes {
+        let length = SAMPLES * FINENESS;
+        let mut transform = vec![Complex::new(0.0, 0.0); length];
+        for (j, w) in self.samples(SAMPLES).into_iter().enumerate() {
+            transform[(length + j - SAMPLES / 2) % length].re = w;
+        }
+        rows::plan_fft_complex(length, FftDirection::Forward).process(&mut transform);
+        let spectrum = &transform[..=length / 2];
+
+        let zero = spectrum.windows(2).position(|pair| pair[1].re <= 0.0);
+        let Some(before) = zero else {
+            return Lobes {
+                half_width_bins: SAMPLES as f64 / 2.0,
+                worst_sidelobe_db: f64::NEG_INFINITY,
+            };
+        };
+        let part = spectrum[before].re / (spectrum[before].re - spectrum[before + 1].re);
+        let beyond = spectrum[before + 1..].iter().map(|a| a.norm());
+        let worst = beyond.fold(0.0, f64::max);
+        Lobes {
+            half_width_bins: (before as f64 + part) / FINENESS as f64,
+            worst_sidelobe_db: 20.0 * (worst / spectrum[0].norm()).log10(),
         }
     }
 }
@@ -244,11 +305,9 @@ impl Window {
 /// `sum_k (-1)^k a_k cos(2 pi k j / n)`.
 fn cosine_sum(coefficients: &[f64], j: usize, n: usize) -> f64 {
     let n = n as u64;
-    coefficients
-        .iter()
-        .zip(0..)
-        .map(|(a, k)| a * cos_turns(2 * k * j as u64 + k * n, 2 * n))
-        .sum()
+    let terms = coefficients.iter().zip(0..);
+    let terms = terms.map(|(a, k)| a * cos_turns(2 * k * j as u64 + k * n, 2 * n));
+    terms.sum()
 }
 
 /// `exp(-x) I0(x)` for `x >= 0`: both series have terms above 0 only.
@@ -259,17 +318,15 @@ fn bessel_i0_scaled(x: f64) -> f64 {
     let near = x <= 40.0;
     while term > 0.1 * f64::EPSILON * sum {
         k += 1.0;
-        term *= if near {
-            (0.5 * x / k).powi(2)
-        } else {
-            (2.0 * k - 1.0).powi(2) / (8.0 * k * x)
+        term *= match near {
+            true => (0.5 * x / k).powi(2),
+            false => (2.0 * k - 1.0).powi(2) / (8.0 * k * x),
         };
         sum += term;
     }
-    if near {
-        sum * (-x).exp()
-    } else {
-        sum / (2.0 * PI * x).sqrt()
+    match near {
+        true => sum * (-x).exp(),
+        false => sum / (2.0 * PI * x).sqrt(),
     }
 }
 
@@ -277,15 +334,11 @@ fn bessel_i0_scaled(x: f64) -> f64 {
 impl fmt::Display for Window {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Window::None => f.write_str("none"),
-            Window::Hann => f.write_str("hann"),
-            Window::Hamming => f.write_str("hamming"),
-            Window::BlackmanHarris => f.write_str("blackman-harris"),
-            Window::FlatTop => f.write_str("flat-top"),
             Window::Tukey { taper } => write!(f, "tukey:{taper}"),
             Window::Kaiser { beta } => write!(f, "kaiser:{beta}"),
             Window::Dpss { time_bandwidth } => write!(f, "dpss:{time_bandwidth}"),
             Window::Samples(Given(given)) => write!(f, "{} samples as given", given.len()),
+            plain => f.write_str(plain.plain().map_or("", |(name, ..)| name)),
         }
     }
 }
@@ -300,43 +353,27 @@ impl FromStr for Window {
             expected: expected.into(),
             found: format!("`{text}`"),
         };
-        let (name, parameter) = match text.split_once(':') {
-            Some((name, parameter)) => (name, Some(parameter)),
-            None => (text, None),
-        };
-        let number = |default: f64| match parameter {
-            Some(digits) => digits
-                .parse::<f64>()
-                .map_err(|_| error("a number after the colon")),
+        let mut words = text.splitn(2, ':');
+        let (name, parameter) = (words.next().unwrap_or_default(), words.next());
+        let number = |default: f64| match parameter.map(str::parse) {
+            Some(number) => number.map_err(|_| error("a number after the colon")),
             None => Ok(default),
         };
-        let plain = |window: Window| match parameter {
-            Some(_) => Err(error("a window without a parameter")),
-            None => Ok(window),
-        };
+        if let Some((_, window, _)) = PLAIN.iter().find(|(known, ..)| *known == name) {
+            return match parameter {
+                Some(_) => Err(error("a window without a parameter")),
+                None => Ok(*window),
+            };
+        }
         let window = match name {
-            "none" => plain(Window::None)?,
-            "hann" => plain(Window::Hann)?,
-            "hamming" => plain(Window::Hamming)?,
-            "blackman-harris" => plain(Window::BlackmanHarris)?,
-            "flat-top" => plain(Window::FlatTop)?,
-            "tukey" => Window::Tukey {
-                taper: number(0.25)?,
-            },
-            "kaiser" => Window::Kaiser {
-                beta: number(14.0)?,
-            },
-            "dpss" => Window::Dpss {
-                time_bandwidth: number(4.0)?,
-            },
+            "tukey" => number(0.25).map(|taper| Window::Tukey { taper })?,
+            "kaiser" => number(14.0).map(|beta| Window::Kaiser { beta })?,
+            "dpss" => number(4.0).map(|time_bandwidth| Window::Dpss { time_bandwidth })?,
             "samples" => {
                 let digits = parameter.unwrap_or_default().split(',');
                 let samples: Option<Vec<f64>> = digits.map(|one| one.trim().parse().ok()).collect();
-                Window::Samples(
-                    samples
-                        .ok_or_else(|| error("numbers after the colon"))?
-                        .try_into()?,
-                )
+                let samples = samples.ok_or_else(|| error("numbers after the colon"))?;
+                Window::Samples(samples.try_into()?)
             }
             _ => return Err(error(NAMES)),
         };

@@ -1,8 +1,7 @@
 //! The harmonic lattice, struck at one site.
 
-use ndarray::Array2;
-
-use crate::field::{Axis, Field};
+use super::Grid;
+use crate::field::Field;
 
 /// An infinite chain of unit masses and unit springs whose site 0 starts with unit velocity:
 /// `x_j'' = x_{j-1} - 2 x_j + x_{j+1}`, `v_j(t) = J_{2j}(2 t)`.
@@ -22,22 +21,17 @@ pub struct LatticeImpact {
 
 impl LatticeImpact {
     pub fn field(&self) -> Field {
-        let mut values = Array2::zeros((self.n_times, self.n_sites));
-        for (n, mut row) in values.outer_iter_mut().enumerate() {
-            let orders = bessel_j(2.0 * n as f64 * self.dt, 2 * self.n_sites);
-            for (v, j) in row.iter_mut().zip(orders.iter().step_by(2)) {
-                *v = *j;
-            }
-        }
-        let mut field = Field::from_array(values);
-        let axis = |step, unit: &str| Axis {
-            origin: 0.0,
-            step,
-            unit: Some(unit.into()),
+        let orders = |n: usize| bessel_j(2.0 * n as f64 * self.dt, 2 * self.n_sites);
+        let orders: Vec<Vec<f64>> = (0..self.n_times).map(orders).collect();
+        let grid = Grid {
+            n_times: self.n_times,
+            n_sites: self.n_sites,
+            dt: self.dt,
+            dx: 1.0,
         };
-        field.name = "lattice-impact".into();
-        field.time = axis(self.dt, "sqrt(m/c)");
-        field.space = axis(1.0, "a");
+        let mut field = grid.sample("lattice-impact", |n, j| orders[n][2 * j]);
+        field.time.unit = Some("sqrt(m/c)".into());
+        field.space.unit = Some("a".into());
         field.unit = Some("v0".into());
         field
     }
@@ -66,26 +60,20 @@ pub fn bessel_j(x: f64, count: usize) -> Vec<f64> {
     let (mut above, mut here) = (0.0, 1.0);
     let mut squares = 0.0;
     for n in (0..top).rev() {
-        let below = if x > 1e-17 {
-            2.0 * (n as f64 + 1.0) / x * here - above
-        } else {
-            f64::from(u8::from(n == 0))
+        let below = match x > 1e-17 {
+            true => 2.0 * (n as f64 + 1.0) / x * here - above,
+            false => f64::from(u8::from(n == 0)),
         };
         (above, here) = (here, below);
         if here.abs() > 1e100 {
-            for value in &mut values {
-                *value *= 1e-100;
-            }
+            values.iter_mut().for_each(|value| *value *= 1e-100);
             (above, here, squares) = (above * 1e-100, here * 1e-100, squares * 1e-200);
         }
         if let Some(value) = values.get_mut(n) {
             *value = here;
         }
-        squares += if n == 0 {
-            here * here
-        } else {
-            2.0 * here * here
-        };
+        let both = if n == 0 { 1.0 } else { 2.0 };
+        squares += both * here * here;
     }
     let scale = squares.sqrt().recip();
     values.iter_mut().for_each(|value| *value *= scale);

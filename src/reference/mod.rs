@@ -4,7 +4,6 @@
 //! what is known of it. [`problems`] lists one of each kind.
 
 mod lattice;
-mod noise;
 mod waves;
 
 use ndarray::Array2;
@@ -12,8 +11,9 @@ use ndarray::Array2;
 use crate::field::{Axis, Field};
 
 pub use lattice::{LatticeImpact, bessel_j};
-pub use noise::WhiteNoise;
-pub use waves::{GaussianPulse, GrowingHarmonic, LinearChirp, StandingWave, Tone, TravellingSine};
+pub use waves::{
+    GaussianPulse, GrowingHarmonic, LinearChirp, StandingWave, Tone, TravellingSine, WhiteNoise,
+};
 
 /// Where a problem is sampled: `t_n = n dt` in s, `x_j = j dx` in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,40 +112,29 @@ pub fn problems() -> Vec<Problem> {
         n_sites: 64,
         dt: 0.5,
     };
-    let problem = |name, field, energy, direction| Problem {
+    let [there, back] = [7, -7].map(sine);
+    let problems = [
+        ("sine towards +x", there.field(), Some(there.energy())),
+        ("sine towards -x", back.field(), Some(back.energy())),
+        ("standing wave", standing.field(), Some(standing.energy())),
+        ("Gaussian pulse", pulse.field(), Some(pulse.energy())),
+        ("linear chirp", chirp.field(), None),
+        ("tone between bins", tone.field(), Some(tone.energy())),
+        ("white noise", noise.field(), None),
+        ("lattice impact", impact.field(), None),
+    ];
+    let direction = |name: &str| match name {
+        "sine towards +x" => Some([1.0, 0.0, 0.0]),
+        "sine towards -x" => Some([0.0, 1.0, 0.0]),
+        "standing wave" => Some([0.5, 0.5, 0.0]),
+        "tone between bins" => Some([0.0, 0.0, 1.0]),
+        _ => None,
+    };
+    let problem = |(name, field, energy)| Problem {
         name,
         field,
         energy,
-        direction,
+        direction: direction(name),
     };
-    vec![
-        problem(
-            "sine towards +x",
-            sine(7).field(),
-            Some(sine(7).energy()),
-            Some([1.0, 0.0, 0.0]),
-        ),
-        problem(
-            "sine towards -x",
-            sine(-7).field(),
-            Some(sine(-7).energy()),
-            Some([0.0, 1.0, 0.0]),
-        ),
-        problem(
-            "standing wave",
-            standing.field(),
-            Some(standing.energy()),
-            Some([0.5, 0.5, 0.0]),
-        ),
-        problem("Gaussian pulse", pulse.field(), Some(pulse.energy()), None),
-        problem("linear chirp", chirp.field(), None, None),
-        problem(
-            "tone between bins",
-            tone.field(),
-            Some(tone.energy()),
-            Some([0.0, 0.0, 1.0]),
-        ),
-        problem("white noise", noise.field(), None, None),
-        problem("lattice impact", impact.field(), None, None),
-    ]
+    problems.into_iter().map(problem).collect()
 }

@@ -18,9 +18,8 @@ pub fn wavenumbers(n: usize, dx: f64) -> Vec<f64> {
 pub fn wavenumbers_signed(n: usize, dx: f64) -> Vec<f64> {
     let length = n as f64 * dx;
     let lowest = -((n / 2) as i64);
-    (0..n as i64)
-        .map(|m| TAU * (m + lowest) as f64 / length)
-        .collect()
+    let bins = lowest..n as i64 + lowest;
+    bins.map(|m| TAU * m as f64 / length).collect()
 }
 
 #[cfg(test)]

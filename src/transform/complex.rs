@@ -19,24 +19,13 @@ pub struct ComplexTransform<T: Real> {
 }
 
 /// Working space of one thread; grows once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct ComplexScratch<T> {
     /// Real and imaginary parts, interleaved.
     parts: Vec<f64>,
     spectra: Vec<Complex<T>>,
     records: RecordScratch<T>,
     powers: Vec<f64>,
-}
-
-impl<T> Default for ComplexScratch<T> {
-    fn default() -> Self {
-        ComplexScratch {
-            parts: Vec::new(),
-            spectra: Vec::new(),
-            records: RecordScratch::default(),
-            powers: Vec::new(),
-        }
-    }
 }
 
 impl<T: Real> ComplexTransform<T> {
@@ -76,27 +65,23 @@ impl<T: Real> ComplexTransform<T> {
         scratch: &'s mut ComplexScratch<T>,
     ) -> &'s [f64] {
         let (count, length, bins) = (profiles.nrows(), self.padded(), self.parts.bins());
-        let ComplexScratch {
-            parts,
-            spectra,
-            records,
-            powers,
-        } = scratch;
-        parts.resize(2 * count * profiles.ncols(), 0.0);
+        scratch.parts.resize(2 * count * profiles.ncols(), 0.0);
+        let spectra = &mut scratch.spectra;
         spectra.resize(2 * count * bins, Complex::default());
-        powers.resize(count * length, 0.0);
-        side_by_side(profiles, parts);
+        scratch.powers.resize(count * length, 0.0);
+        side_by_side(profiles, &mut scratch.parts);
         // The shape is the buffer's own, so this cannot fail.
-        if let Ok(output) = ArrayViewMut2::from_shape((bins, 2 * count), spectra) {
-            self.parts.transform_columns(parts, output, records);
+        if let Ok(output) = ArrayViewMut2::from_shape((bins, 2 * count), &mut *spectra) {
+            self.parts
+                .transform_columns(&scratch.parts, output, &mut scratch.records);
         }
         widest(PairPowers {
             spectra,
             count,
             length,
-            powers,
+            powers: &mut scratch.powers,
         });
-        powers
+        &scratch.powers
     }
 }
 
@@ -139,8 +124,7 @@ fn square(re: f64, im: f64) -> f64 {
 fn side_by_side<T: Real>(profiles: ArrayView2<Complex<T>>, parts: &mut [f64]) {
     let profile = |p| profiles.row(p).to_slice();
     if profiles.nrows() == 4
-        && let (Some(a), Some(b), Some(c), Some(d)) =
-            (profile(0), profile(1), profile(2), profile(3))
+        && let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(profile)
     {
         let (rows, _) = parts.as_chunks_mut();
         let further = profiles.len();

@@ -91,27 +91,23 @@ const TWO_PI: Dd = Dd {
 impl<N: Number> Dd<N> {
     #[inline(always)]
     fn from_f64(high: f64) -> Self {
-        Dd {
-            high: N::splat(high),
-            low: N::splat(0.0),
-        }
+        let (high, low) = (N::splat(high), N::splat(0.0));
+        Dd { high, low }
     }
 
     #[inline(always)]
     fn plus(self, other: Self) -> Self {
         let (high, low) = two_sum(self.high, other.high);
         let (tail, rest) = two_sum(self.low, other.low);
-        let (high, low) = fast_two_sum(high, low + tail);
-        let (high, low) = fast_two_sum(high, low + rest);
-        Dd { high, low }
+        let Dd { high, low } = fast_two_sum(high, low + tail);
+        fast_two_sum(high, low + rest)
     }
 
     #[inline(always)]
     fn times(self, other: Self) -> Self {
         let (high, error) = two_product(self.high, other.high);
         let cross = self.high * other.low + self.low * other.high;
-        let (high, low) = fast_two_sum(high, error + cross);
-        Dd { high, low }
+        fast_two_sum(high, error + cross)
     }
 
     #[inline(always)]
@@ -119,17 +115,14 @@ impl<N: Number> Dd<N> {
         let quotient = self.high / divisor;
         let (back, error) = two_product(quotient, divisor);
         let rest = ((self.high - back) - error) + self.low;
-        let (high, low) = fast_two_sum(quotient, rest / divisor);
-        Dd { high, low }
+        fast_two_sum(quotient, rest / divisor)
     }
 
     #[inline(always)]
     fn negated(self) -> Self {
         let zero = N::splat(0.0);
-        Dd {
-            high: zero - self.high,
-            low: zero - self.low,
-        }
+        let (high, low) = (zero - self.high, zero - self.low);
+        Dd { high, low }
     }
 }
 
@@ -150,16 +143,15 @@ fn two_product<N: Number>(a: N, b: N) -> (N, N) {
     };
     let product = a * b;
     let ((a1, a2), (b1, b2)) = (split(a), split(b));
-    (
-        product,
-        a2 * b2 - (((product - a1 * b1) - a2 * b1) - a1 * b2),
-    )
+    let error = a2 * b2 - (((product - a1 * b1) - a2 * b1) - a1 * b2);
+    (product, error)
 }
 
 #[inline(always)]
-fn fast_two_sum<N: Number>(large: N, small: N) -> (N, N) {
-    let sum = large + small;
-    (sum, small - (sum - large))
+fn fast_two_sum<N: Number>(large: N, small: N) -> Dd<N> {
+    let high = large + small;
+    let low = small - (high - large);
+    Dd { high, low }
 }
 
 /// `cos(2 pi p / q)` and `sin(2 pi p / q)`, `p < q`, reduced to an eighth of a turn in integers.

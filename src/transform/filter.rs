@@ -8,7 +8,7 @@
 
 use std::f64::consts::TAU;
 
-use ndarray::{Array2, ArrayView2, ArrayViewMut2};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 
 use crate::error::{Error, Result};
@@ -51,11 +51,8 @@ impl Passband {
         ] {
             let Some((from, to)) = band else { continue };
             if !(0.0 <= from && from <= to) {
-                return Err(Error::Request {
-                    option,
-                    expected: "0 <= from <= to".into(),
-                    found: format!("{from} to {to}"),
-                });
+                let found = format!("{from} to {to}");
+                return Err(Error::request(option, "0 <= from <= to", found));
             }
         }
         Ok(())
@@ -81,8 +78,9 @@ impl Passband {
 }
 
 /// Filters fields of one shape, planned once.
+#[derive(Debug)]
 pub struct SpaceTimeFilter<T: Real> {
-    filter: Filter2d<T>,
+    pub(crate) plan: Filter2d<T>,
 }
 
 impl<T: Real> SpaceTimeFilter<T> {
@@ -93,7 +91,7 @@ impl<T: Real> SpaceTimeFilter<T> {
     pub fn new(shape: (usize, usize)) -> Self {
         SpaceTimeFilter {
             // Kernels `exp(+i k x)` along space.
-            filter: Filter2d::new(shape, FftDirection::Inverse).expect("times and sites"),
+            plan: Filter2d::new(shape, FftDirection::Inverse).expect("times and sites"),
         }
     }
 
@@ -121,85 +119,33 @@ impl<T: Real> SpaceTimeFilter<T> {
         band: &Passband,
     ) -> Result<Array2<T>> {
         band.check()?;
-        let shape = self.filter.shape();
+        let shape = self.plan.shape();
         assert_eq!(values.dim(), shape);
         let mut filtered = Array2::default(shape);
         let gain = self.gain((dt, dx), band);
-        let passed = self
-            .filter
-            .process_in_parallel(values, filtered.view_mut(), gain);
+        let into = filtered.view_mut();
+        let passed = self.plan.process_in_parallel(values, into, gain);
         passed.expect("shapes of the plan");
         Ok(filtered)
     }
 
     /// What multiplies the bins of frequency m.
-    fn gain<'a>(
+    pub(crate) fn gain<'a>(
         &self,
         (dt, dx): (f64, f64),
         band: &'a Passband,
     ) -> impl Fn(usize, &mut [Complex<T>]) + Sync + use<'a, T> {
-        let (times, sites) = self.filter.shape();
+        let (times, sites) = self.plan.shape();
         move |m: usize, row: &mut [Complex<T>]| {
             let f = m as f64 / (times as f64 * dt);
             for (q, bin) in row.iter_mut().enumerate() {
-                let signed = if 2 * q > sites {
-                    q as f64 - sites as f64
-                } else {
-                    q as f64
-                };
-                let k = TAU * signed / (sites as f64 * dx);
+                let turn = if 2 * q > sites { sites as f64 } else { 0.0 };
+                let k = TAU * (q as f64 - turn) / (sites as f64 * dx);
                 let edge = m == 0 || 2 * m == times || q == 0 || 2 * q == sites;
                 if !band.passes(f, k, !edge) {
                     *bin = Complex::default();
                 }
             }
         }
-    }
-
-    /// The first of three steps for fields that do not fit into memory, with the bits of
-    /// [`SpaceTimeFilter::apply`]: some records to `spectrum`, which has as many columns.
-    ///
-    /// # Panics
-    /// If lengths are not those of the plan.
-    pub(crate) fn records_there(
-        &self,
-        records: ArrayView2<T>,
-        spectrum: ArrayViewMut2<Complex<T>>,
-    ) {
-        let done = self.filter.columns_to_spectrum(records, spectrum);
-        done.expect("records of the plan");
-    }
-
-    /// The second: rows of `spectrum` from frequency `first` on, of all sites.
-    ///
-    /// # Panics
-    /// If there are more or fewer sites than in the plan.
-    pub(crate) fn frequencies(
-        &self,
-        first: usize,
-        spectrum: ArrayViewMut2<Complex<T>>,
-        steps: (f64, f64),
-        band: &Passband,
-    ) {
-        let gain = self.gain(steps, band);
-        let done = self.filter.filter_rows(first, spectrum, gain);
-        done.expect("sites of the plan");
-    }
-
-    /// The third: some columns of `spectrum` back to records.
-    ///
-    /// # Panics
-    /// If lengths are not those of the plan.
-    pub(crate) fn records_back(&self, spectrum: ArrayView2<Complex<T>>, records: ArrayViewMut2<T>) {
-        let done = self.filter.columns_of_spectrum(spectrum, records);
-        done.expect("records of the plan");
-    }
-}
-
-impl<T: Real> std::fmt::Debug for SpaceTimeFilter<T> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("SpaceTimeFilter")
-            .field("shape", &self.filter.shape())
-            .finish_non_exhaustive()
     }
 }

@@ -16,13 +16,14 @@ use column_fft::{Columns, ColumnsMut, RealToComplexColumns};
 ///
 /// Both signs give the same `|X|^2`; the result is that of time. A record's bits do not depend on
 /// the others.
+#[derive(Debug)]
 pub struct RecordTransform<T: Real> {
     plan: RealToComplexColumns<T>,
     taper: Taper,
 }
 
 /// Working space of one thread; grows once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct RecordScratch<T> {
     /// Contiguous records, transposed.
     transposed: Vec<f64>,
@@ -32,20 +33,6 @@ pub struct RecordScratch<T> {
     tapered: Vec<f64>,
     input: Vec<T>,
     columns: Vec<Complex<T>>,
-}
-
-impl<T> Default for RecordScratch<T> {
-    fn default() -> Self {
-        RecordScratch {
-            transposed: Vec::new(),
-            spectra: Vec::new(),
-            energies: Vec::new(),
-            means: Vec::new(),
-            tapered: Vec::new(),
-            input: Vec::new(),
-            columns: Vec::new(),
-        }
-    }
 }
 
 impl<T: Real> RecordTransform<T> {
@@ -130,35 +117,43 @@ impl<T: Real> RecordTransform<T> {
     pub fn transform_columns<'s>(
         &self,
         values: &[f64],
-        mut spectra: ArrayViewMut2<Complex<T>>,
+        spectra: ArrayViewMut2<Complex<T>>,
         scratch: &'s mut RecordScratch<T>,
     ) -> &'s [f64] {
-        let (length, width) = (self.padded(), spectra.ncols());
+        let width = spectra.ncols();
         assert_eq!(values.len(), width * self.taper.samples);
-        let RecordScratch {
-            energies,
-            means,
-            tapered,
-            input,
-            columns,
-            ..
-        } = scratch;
+        let sums = (&mut scratch.means, &mut scratch.energies);
         self.taper
-            .look_across(values, width, tapered, (means, energies));
+            .look_across(values, width, &mut scratch.tapered, sums);
+        self.run(values, spectra, scratch);
+        &scratch.energies
+    }
+
+    /// Transforms interleaved records, each less its mean, which is put back.
+    fn run(
+        &self,
+        rows: &[f64],
+        mut spectra: ArrayViewMut2<Complex<T>>,
+        scratch: &mut RecordScratch<T>,
+    ) {
+        let (length, means) = (self.padded(), &scratch.means);
+        let width = means.len();
         let is_plain = self.taper.is_plain()
             && length == self.taper.samples
             && means.iter().all(|&mean| mean == 0.0);
-        let input = match as_numbers(values).filter(|_| is_plain) {
+        let input = match as_numbers(rows).filter(|_| is_plain) {
             Some(numbers) => numbers,
             None => {
-                input.clear();
-                self.taper.window_across(values, means, input);
-                input.resize(width * length, T::zero());
+                let input = on_lines(&mut scratch.input, width * length);
+                let (windowed, padding) = input.split_at_mut(width * self.taper.samples);
+                self.taper.window_rows(rows, means, windowed);
+                padding.fill(T::zero());
                 &input[..]
             }
         };
         let input = Columns::new(input, length, width, width).expect("the buffer's own shape");
         let output = ColumnsMut::from(spectra.view_mut());
+        let columns = &mut scratch.columns;
         let needed = self.plan.scratch_len_for(&input, &output);
         if columns.len() < needed {
             columns.resize(needed, Complex::default());
@@ -168,7 +163,6 @@ impl<T: Real> RecordTransform<T> {
         for (&mean, mut spectrum) in means.iter().zip(spectra.columns_mut()) {
             self.taper.add_mean(mean, spectrum.iter_mut());
         }
-        energies
     }
 }
 
@@ -184,41 +178,13 @@ impl RecordTransform<f64> {
         width: usize,
         scratch: &'s mut RecordScratch<f64>,
     ) -> &'s [Complex<f64>] {
-        let (length, bins) = (self.padded(), self.bins());
-        let RecordScratch {
-            spectra,
-            means,
-            input,
-            columns,
-            ..
-        } = scratch;
-        let spectra = on_lines(spectra, width * bins);
-        self.taper.means_across(rows, width, means);
-        let is_plain = self.taper.is_plain() && length == self.taper.samples;
-        let input = match is_plain && means.iter().all(|&mean| mean == 0.0) {
-            true => rows,
-            false => {
-                let input = on_lines(input, width * length);
-                let (windowed, padding) = input.split_at_mut(width * self.taper.samples);
-                self.taper.window_rows(rows, means, windowed);
-                padding.fill(0.0);
-                &input[..]
-            }
-        };
-        let input = Columns::new(input, length, width, width).expect("the buffer's own shape");
-        let output = ColumnsMut::new(&mut spectra[..], bins, width, width);
-        let output = output.expect("the buffer's own shape");
-        let needed = self.plan.scratch_len_for(&input, &output);
-        if columns.len() < needed {
-            columns.resize(needed, Complex::default());
-        }
-        let transformed = self.plan.process_with_scratch(input, output, columns);
-        transformed.expect("shapes of the plan");
-        for (c, &mean) in means.iter().enumerate() {
-            let spectrum = spectra.iter_mut().skip(c).step_by(width);
-            self.taper.add_mean(mean, spectrum);
-        }
-        spectra
+        let (bins, mut spectra) = (self.bins(), std::mem::take(&mut scratch.spectra));
+        self.taper.means_across(rows, width, &mut scratch.means);
+        let room = on_lines(&mut spectra, width * bins);
+        let output = ArrayViewMut2::from_shape((bins, width), room);
+        self.run(rows, output.expect("the buffer's own shape"), scratch);
+        scratch.spectra = spectra;
+        on_lines(&mut scratch.spectra, width * bins)
     }
 }
 
@@ -256,15 +222,6 @@ fn transpose(records: &[&[f64]], transposed: &mut [f64]) {
 fn as_numbers<T: Real>(values: &[f64]) -> Option<&[T]> {
     let is_same = TypeId::of::<T>() == TypeId::of::<f64>();
     is_same.then(|| bytemuck::cast_slice(values))
-}
-
-impl<T: Real> std::fmt::Debug for RecordTransform<T> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("RecordTransform")
-            .field("samples", &self.taper.samples)
-            .field("padded", &self.padded())
-            .finish_non_exhaustive()
-    }
 }
 
 /// The least length of at least `samples` with no prime factor above 5.

@@ -1,11 +1,13 @@
 //! What becomes of samples before a transform: weights, and a mean that would cost digits.
 
+use std::any::TypeId;
+
 use column_fft::rows;
 use num_complex::Complex;
 
 use super::Real;
 use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
-use crate::numeric::{interleaved_sums_of_squares, sum, sum_of_squares};
+use crate::numeric::{interleaved_sums_of_squares, sum};
 
 /// The window of a transform, and what becomes of a record's mean.
 #[derive(Debug)]
@@ -24,11 +26,10 @@ impl Taper {
         if !tapered && padded == window.len() {
             mean_response[0].re = padded as f64;
         } else {
-            let mut response_in = window.to_vec();
-            response_in.resize(padded, 0.0);
-            let response = rows::plan_fft_forward::<f64>(padded);
+            let mut samples = window.to_vec();
+            samples.resize(padded, 0.0);
             // The lengths are the plan's own, so this cannot fail.
-            let _ = response.process(&mut response_in, &mut mean_response);
+            let _ = rows::plan_fft_forward::<f64>(padded).process(&mut samples, &mut mean_response);
         }
         Taper {
             window: tapered.then(|| window.to_vec()),
@@ -37,20 +38,7 @@ impl Taper {
         }
     }
 
-    /// The mean of `record` that is split off (mostly 0), and the energy `sum (w v)^2`.
-    pub(super) fn look(&self, record: &[f64], tapered: &mut Vec<f64>) -> (f64, f64) {
-        let energy = match &self.window {
-            None => sum_of_squares(record),
-            Some(window) => {
-                tapered.clear();
-                tapered.extend(record.iter().zip(window).map(|(&v, &w)| v * w));
-                sum_of_squares(tapered)
-            }
-        };
-        (dominant_mean(record), energy)
-    }
-
-    /// [`Taper::look`] at each of `width` interleaved records, with the same bits.
+    /// Of each of `width` interleaved records, the mean that is split off (mostly 0), and the energy `sum (w v)^2`.
     pub(super) fn look_across(
         &self,
         values: &[f64],
@@ -58,12 +46,6 @@ impl Taper {
         tapered: &mut Vec<f64>,
         (means, energies): (&mut Vec<f64>, &mut Vec<f64>),
     ) {
-        if width == 1 {
-            let (mean, energy) = self.look(values, tapered);
-            *means = vec![mean];
-            *energies = vec![energy];
-            return;
-        }
         match &self.window {
             None => interleaved_sums_of_squares(values, width, energies),
             Some(window) => {
@@ -91,21 +73,8 @@ impl Taper {
         }
     }
 
-    /// Appends each sample of interleaved records less the record's mean, times its weight, to
-    /// `input`.
-    pub(super) fn window_across<T: Real>(&self, values: &[f64], means: &[f64], input: &mut Vec<T>) {
-        for (n, row) in values.chunks_exact(means.len()).enumerate() {
-            let weight = self.window.as_ref().map_or(1.0, |window| window[n]);
-            let windowed = row
-                .iter()
-                .zip(means)
-                .map(|(v, mean)| T::rounded((v - mean) * weight));
-            input.extend(windowed);
-        }
-    }
-
     /// Each sample of interleaved records less the record's mean, times its weight, to `out`.
-    pub(super) fn window_rows(&self, values: &[f64], means: &[f64], out: &mut [f64]) {
+    pub(super) fn window_rows<T: Real>(&self, values: &[f64], means: &[f64], out: &mut [T]) {
         let ones;
         let window = match &self.window {
             Some(window) => window,
@@ -114,8 +83,10 @@ impl Taper {
                 &ones
             }
         };
-        if let Ok(means) = means.try_into() {
-            let (rows, out) = (values.as_chunks().0, out.as_chunks_mut().0);
+        let is_double = TypeId::of::<T>() == TypeId::of::<f64>();
+        if let (true, Ok(means)) = (is_double, means.try_into()) {
+            let rows = values.as_chunks().0;
+            let out = bytemuck::cast_slice_mut::<T, f64>(out).as_chunks_mut().0;
             widest(WindowRows {
                 rows,
                 means,
@@ -128,7 +99,7 @@ impl Taper {
         let rows = values.chunks_exact(width).zip(out.chunks_exact_mut(width));
         for ((row, out), weight) in rows.zip(window) {
             for ((v, mean), out) in row.iter().zip(means).zip(out) {
-                *out = (v - mean) * weight;
+                *out = T::rounded((v - mean) * weight);
             }
         }
     }
@@ -138,7 +109,7 @@ impl Taper {
         self.window.is_none()
     }
 
-    /// Puts back what [`Taper::look`] split off.
+    /// Puts back the mean that was split off.
     pub(super) fn add_mean<'a, T: Real>(
         &self,
         mean: f64,
@@ -162,9 +133,8 @@ fn dominant_mean(record: &[f64]) -> f64 {
         return 0.0;
     }
     let mean = sum(record) / record.len() as f64;
-    let apart = record
-        .iter()
-        .fold(0.0, |m: f64, &v| m.max((v - mean).abs()));
+    let apart = record.iter().map(|v| (v - mean).abs());
+    let apart = apart.fold(0.0, f64::max);
     if apart < 0.25 * mean.abs() { mean } else { 0.0 }
 }
 
@@ -172,9 +142,8 @@ fn dominant_mean(record: &[f64]) -> f64 {
 fn one_sided(values: &[f64], width: usize) -> Vec<usize> {
     let (mut low, mut high) = (vec![f64::INFINITY; width], vec![f64::NEG_INFINITY; width]);
     let sided = |low: &[f64], high: &[f64]| -> Vec<usize> {
-        (0..width)
-            .filter(|&c| low[c] > 0.0 || high[c] < 0.0)
-            .collect()
+        let is_sided = |c: &usize| low[*c] > 0.0 || high[*c] < 0.0;
+        (0..width).filter(is_sided).collect()
     };
     for stretch in values.chunks(64 * width) {
         widen(stretch, &mut low, &mut high);

@@ -65,7 +65,9 @@ fn by_blocks(
         rows.fill(Complex::default());
         let mut rows = ArrayViewMut2::from_shape(shape, rows).expect("as long as its shape");
         spectra.read_rows(of.clone(), rows.view_mut(), &mut piece)?;
-        filter.frequencies(from, rows.view_mut(), steps, band);
+        let gain = filter.gain(steps, band);
+        let done = filter.plan.filter_rows(from, rows.view_mut(), gain);
+        done.expect("sites of the plan");
         spectra.write_rows(of.clone(), rows.view(), &mut piece)?;
         observer.advance(of.len() as u64);
     }
@@ -85,7 +87,8 @@ fn by_blocks(
         let bins_of = ArrayView2::from_shape((bins, width), &*bins_of).expect("a whole stripe");
         let records = &mut records[..shape.0 * width];
         let mut records = ArrayViewMut2::from_shape((shape.0, width), records).expect("a stripe");
-        filter.records_back(bins_of, records.view_mut());
+        let done = filter.plan.columns_of_spectrum(bins_of, records.view_mut());
+        done.expect("records of the plan");
         for (site, column) in stripe.clone().zip(records.columns()) {
             let mut energy = 0.0;
             for (to, from) in record.iter_mut().zip(column) {
@@ -162,7 +165,9 @@ impl Blocks {
             energies.extend(super::energies(samples));
             let bins_of = &mut bins_of[..spectra.bins * width];
             let into = ArrayViewMut2::from_shape((spectra.bins, width), &mut *bins_of);
-            filter.records_there(records, into.expect("a stripe of bins"));
+            let into = into.expect("a stripe of bins");
+            let done = filter.plan.columns_to_spectrum(records, into);
+            done.expect("records of the plan");
             spectra.write(stripe.start, bins_of)?;
             observer.advance(width as u64);
         }

@@ -38,11 +38,9 @@ impl BicoherenceAlong {
     /// Output frequencies at each site whose largest bicoherence is above its level.
     pub fn coupled_outputs(&self) -> Vec<usize> {
         let columns = self.largest.columns().into_iter();
-        let levels = self.largest_level.columns();
-        columns
-            .zip(levels)
-            .map(|(values, levels)| values.iter().zip(levels).filter(|(b, at)| b > at).count())
-            .collect()
+        let columns = columns.zip(self.largest_level.columns());
+        let above = columns.map(|(b, at)| b.iter().zip(at).filter(|(b, at)| b > at).count());
+        above.collect()
     }
 }
 
@@ -56,8 +54,8 @@ pub(super) struct TileSums {
     found: Vec<Vec<Found>>,
 }
 
-/// Of one output frequency.
-#[derive(Debug, Clone, Copy)]
+/// Of one output frequency; without pairs it means nothing.
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Found {
     largest: f64,
     cell: usize,
@@ -108,12 +106,8 @@ impl Pass<'_> {
                 Records::one_after_another(&some, records.length())
             }
         };
-        self.add_steadiness(
-            scratch,
-            (shot, portion),
-            (chosen, records),
-            &mut tile.steadiness,
-        );
+        let of = (shot, portion);
+        self.add_steadiness(scratch, of, (chosen, records), &mut tile.steadiness);
         let segments = &mut scratch.segments;
         let spectra = Spectra::of(self.realisations, portion, records, shot.scale, segments);
         tile.products.resize_with(chosen.len(), || None);
@@ -128,15 +122,13 @@ impl Pass<'_> {
     /// What was found along x.
     pub fn along(&self, tiles: Vec<TileSums>) -> BicoherenceAlong {
         let sites = self.request.along.clone();
-        let columns: Vec<(Vec<Found>, Independence)> = tiles
-            .into_iter()
-            .flat_map(|tile| {
-                let steadiness = tile.steadiness.map(|sums| sums.steadiness());
-                let steadiness = steadiness.unwrap_or_default();
-                tile.found.into_iter().zip(steadiness)
-            })
-            .map(|(found, steadiness)| (found, self.independence(steadiness)))
-            .collect();
+        let found = tiles.into_iter().flat_map(|tile| {
+            let steadiness = tile.steadiness.map(|sums| sums.steadiness());
+            let steadiness = steadiness.unwrap_or_default();
+            tile.found.into_iter().zip(steadiness)
+        });
+        let found = found.map(|(found, steadiness)| (found, self.independence(steadiness)));
+        let columns: Vec<(Vec<Found>, Independence)> = found.collect();
         let alpha = self.request.alpha;
         let bins = self.realisations.bins();
         let df = 1.0 / (self.realisations.segments.length as f64 * self.grid.time.step);
@@ -177,15 +169,7 @@ impl Pass<'_> {
 /// The largest and the sum at each output frequency.
 fn gathered(triples: &Triples, sums: &Sums) -> Vec<Found> {
     let sums = TripleSums::of(triples, sums);
-    let nothing = Found {
-        largest: f64::NAN,
-        cell: 0,
-        first: 0,
-        biphase: f64::NAN,
-        summed: 0.0,
-        pairs: 0,
-    };
-    let mut all = vec![nothing; triples.last + 1];
+    let mut all = vec![Found::default(); triples.last + 1];
     let scale = sums.scale();
     for (cell, bins) in triples.bins().enumerate() {
         let b = sums.bicoherence(cell, bins, &scale);
@@ -195,7 +179,7 @@ fn gathered(triples: &Triples, sums: &Sums) -> Vec<Found> {
         }
         found.pairs += 1;
         found.summed += b;
-        if found.largest.is_nan() || b > found.largest {
+        if found.pairs == 1 || b > found.largest {
             (found.largest, found.cell) = (b, cell);
             found.first = bins[0] as usize;
         }

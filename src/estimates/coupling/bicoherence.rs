@@ -134,9 +134,8 @@ impl Bicoherence {
             return Vec::new();
         };
         let map = &self.map;
-        let mut cells: Vec<usize> = (0..map.bins.len())
-            .filter(|cell| map.bicoherence[*cell] > level)
-            .collect();
+        let above = |cell: &usize| map.bicoherence[*cell] > level;
+        let mut cells: Vec<usize> = (0..map.bins.len()).filter(above).collect();
         cells.sort_by(|a, b| map.bicoherence[*b].total_cmp(&map.bicoherence[*a]));
         let spread = phase_spread(self.alpha, independent);
         let df = self.frequency[1];
@@ -273,14 +272,11 @@ impl BicoherenceRequest {
 
     fn check(&self, n_sites: usize) -> Result<()> {
         let a_site = format!("a site from 0 to {}", n_sites.saturating_sub(1));
-        if self.site >= n_sites {
-            return refuse("site", a_site, self.site);
-        }
-        if self.output() >= n_sites {
-            return refuse("output", a_site, self.output());
-        }
-        if let Some(site) = self.along.iter().find(|site| **site >= n_sites) {
-            return refuse("along", a_site, site);
+        let two = [("site", self.site), ("output", self.output())];
+        let along = self.along.iter().map(|site| ("along", *site));
+        let mut all = two.into_iter().chain(along);
+        if let Some((option, site)) = all.find(|(_, site)| *site >= n_sites) {
+            return refuse(option, a_site, site);
         }
         if self.along.windows(2).any(|pair| pair[0] >= pair[1]) {
             return refuse("along", "sites in ascending order", "others");
@@ -298,11 +294,8 @@ pub(super) fn refuse<T>(
     expected: impl ToString,
     found: impl ToString,
 ) -> Result<T> {
-    Err(Error::Request {
-        option,
-        expected: expected.to_string(),
-        found: found.to_string(),
-    })
+    let (expected, found) = (expected.to_string(), found.to_string());
+    Err(Error::request(option, expected, found))
 }
 
 /// `averaging` with its segment, by default the power of two at or below this part of the record.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::spectra::{Spectra, Spectrum};
 use super::transfer::deviation;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::numeric::gram::{Gram, Solution};
 use crate::numeric::{split_mix, unit_interval};
 use crate::observer::Observer;
@@ -27,24 +27,21 @@ impl Resamplings {
     /// Whole records are a block's where records are many or transient.
     pub fn new([records, segments]: [usize; 2], is_transient: bool, count: usize) -> Resamplings {
         let whole = is_transient || records >= MOST_BLOCKS / 5;
-        let mut blocks = Vec::new();
-        if whole {
-            let size = records.div_ceil(MOST_BLOCKS);
-            let all: Vec<usize> = (0..records).collect();
-            for some in all.chunks(size) {
-                blocks.push(some.iter().map(|record| (*record, [0, segments])).collect());
+        let blocks: Vec<Vec<(usize, [usize; 2])>> = match whole {
+            true => {
+                let all: Vec<_> = (0..records).map(|record| (record, [0, segments])).collect();
+                let some = all.chunks(records.div_ceil(MOST_BLOCKS));
+                some.map(<[_]>::to_vec).collect()
             }
-        } else {
-            // Neighbours overlap, so that a block has at least two.
-            let size = (records * segments).div_ceil(MOST_BLOCKS).max(2);
-            for record in 0..records {
+            false => {
+                // Neighbours overlap, so that a block has at least two.
+                let size = (records * segments).div_ceil(MOST_BLOCKS).max(2);
                 let count = (segments / size).max(1);
-                for b in 0..count {
-                    let range = [b * segments / count, (b + 1) * segments / count];
-                    blocks.push(vec![(record, range)]);
-                }
+                let range = move |b: usize| [b * segments / count, (b + 1) * segments / count];
+                let of = |record| (0..count).map(move |b| vec![(record, range(b))]);
+                (0..records).flat_map(of).collect()
             }
-        }
+        };
         let mut state = 1;
         let draws = (0..count).map(|_| {
             let mut draws = vec![0; blocks.len()];
@@ -55,10 +52,8 @@ impl Resamplings {
             }
             draws
         });
-        Resamplings {
-            draws: draws.collect(),
-            blocks,
-        }
+        let draws = draws.collect();
+        Resamplings { draws, blocks }
     }
 
     pub fn blocks(&self) -> usize {
@@ -133,9 +128,7 @@ impl Fit<'_> {
     pub fn all(&self, observer: &dyn Observer) -> Result<Vec<OutputFit>> {
         let outputs = (1..self.last + 1).into_par_iter();
         let fits = outputs.map(|bin| {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            observer.go_on()?;
             let fit = self.output(bin);
             observer.advance(1);
             Ok(fit)
@@ -157,14 +150,11 @@ impl Fit<'_> {
         let mut count = 0;
         let mut row = vec![Complex::default(); unknowns + 1];
         let mut strength = Vec::with_capacity(self.draws.blocks.len());
-        let grams: Vec<Gram> = self
-            .draws
-            .blocks
-            .iter()
+        let blocks = self.draws.blocks.iter();
+        let grams: Vec<Gram> = blocks
             .map(|block| {
                 let mut gram = Gram::zeros(unknowns);
-                let mut energy = 0.0;
-                let mut rows = 0;
+                let (mut energy, mut rows) = (0.0, 0);
                 for (record, [from, to]) in block {
                     let [input, output] = &self.records[*record];
                     for r in *from..*to {
@@ -188,17 +178,26 @@ impl Fit<'_> {
         // What chance alone explains by one more term.
         let by_chance = (residual / (self.independent - solution.determined as f64)).max(0.0);
         let mut gains = Gains::of(&all, &solution, mean);
-        let is_determined = |i: usize| solution.coefficients[i] != Complex::default();
-        if is_determined(0) {
-            gains.linear -= by_chance;
-        }
-        for (p, gain) in gains.pairs.iter_mut().enumerate() {
-            if is_determined(p + 1) {
+        let mut determined = 0;
+        let terms = std::iter::once(&mut gains.linear).chain(&mut gains.pairs);
+        for (gain, coefficient) in terms.zip(&solution.coefficients) {
+            if *coefficient != Complex::default() {
                 *gain -= by_chance;
+                determined += 1;
             }
         }
-        let determined = (0..unknowns).filter(|i| is_determined(*i)).count();
-        let resampled = self.resampled(&grams, mean);
+        let resampled = self.draws.draws.iter().map(|draws| {
+            let gram = sum(&|b| f64::from(draws[b]));
+            let solution = gram.solve(unknowns);
+            let gains = Gains::of(&gram, &solution, mean);
+            (solution.coefficients[0].norm(), gains)
+        });
+        let resampled: Vec<(f64, Gains)> = resampled.collect();
+        let of_each = |value: &dyn Fn(&Gains) -> f64| -> Vec<f64> {
+            resampled.iter().map(|(_, gains)| value(gains)).collect()
+        };
+        let resampled_gains = of_each(&|gains| gains.pairs.iter().sum());
+        let magnitudes: Vec<f64> = resampled.iter().map(|(magnitude, _)| *magnitude).collect();
         let part = |b: usize| b * PARTS / grams.len();
         let mut held_out = [0.0; 2];
         for p in 0..PARTS {
@@ -208,13 +207,9 @@ impl Fit<'_> {
         }
         let mut order: Vec<usize> = (0..grams.len()).collect();
         order.sort_by(|a, b| strength[*a].total_cmp(&strength[*b]));
-        let is_strong: Vec<bool> = {
-            let mut is_strong = vec![false; grams.len()];
-            for b in &order[grams.len() / 2..] {
-                is_strong[*b] = true;
-            }
-            is_strong
-        };
+        let mut is_strong = vec![false; grams.len()];
+        let strong = order[grams.len() / 2..].iter();
+        strong.for_each(|b| is_strong[*b] = true);
         let weaker = sum(&|b| f64::from(u8::from(!is_strong[b])));
         let strong = sum(&|b| f64::from(u8::from(is_strong[b])));
         let mut stronger = [0.0; 2];
@@ -223,19 +218,19 @@ impl Fit<'_> {
             bins: *bins,
             coefficient: solution.coefficients[p + 1],
             gain: gains.pairs[p],
-            gain_error: resampled.pair_errors[p],
+            gain_error: deviation(&of_each(&|gains| gains.pairs[p])),
         };
         OutputFit {
             bin,
             input: all.get(0, 0).re * mean,
             output: all.output() * mean,
             linear: solution.coefficients[0],
-            magnitude_error: deviation(&resampled.magnitudes),
+            magnitude_error: deviation(&magnitudes),
             linear_change: gains.linear,
-            linear_error: deviation(&resampled.linear),
+            linear_error: deviation(&of_each(&|gains| gains.linear)),
             gain: gains.pairs.iter().sum(),
-            gain_error: deviation(&resampled.gains),
-            gains: resampled.gains,
+            gain_error: deviation(&resampled_gains),
+            gains: resampled_gains,
             residual: residual + by_chance * determined as f64,
             pairs: pairs.iter().enumerate().map(pair).collect(),
             determined,
@@ -244,39 +239,6 @@ impl Fit<'_> {
             stronger_output: strong.output() * mean,
         }
     }
-
-    /// `mean`: 1 over the number of realisations.
-    fn resampled(&self, grams: &[Gram], mean: f64) -> Resampled {
-        let unknowns = grams[0].unknowns();
-        let count = self.draws.count();
-        let mut found = Resampled {
-            magnitudes: Vec::with_capacity(count),
-            linear: Vec::with_capacity(count),
-            gains: Vec::with_capacity(count),
-            pair_errors: Vec::new(),
-        };
-        let mut pairs = vec![Vec::with_capacity(count); unknowns - 1];
-        for draws in &self.draws.draws {
-            let gram = Gram::sum(grams, &|b| f64::from(draws[b]));
-            let solution = gram.solve(unknowns);
-            let gains = Gains::of(&gram, &solution, mean);
-            found.magnitudes.push(solution.coefficients[0].norm());
-            found.linear.push(gains.linear);
-            found.gains.push(gains.pairs.iter().sum());
-            for (all, gain) in pairs.iter_mut().zip(&gains.pairs) {
-                all.push(*gain);
-            }
-        }
-        found.pair_errors = pairs.iter().map(|values| deviation(values)).collect();
-        found
-    }
-}
-
-struct Resampled {
-    magnitudes: Vec<f64>,
-    linear: Vec<f64>,
-    gains: Vec<f64>,
-    pair_errors: Vec<f64>,
 }
 
 impl Gains {
@@ -292,10 +254,8 @@ impl Gains {
             }
             (b[p] * inner).re * mean
         });
-        Gains {
-            linear,
-            pairs: pairs.collect(),
-        }
+        let pairs = pairs.collect();
+        Gains { linear, pairs }
     }
 }
 

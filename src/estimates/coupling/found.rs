@@ -147,27 +147,25 @@ impl Transfer {
     pub fn findings(&self) -> String {
         let shares = &self.shares;
         let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+        let [linear, of_rest] = [shares.held_out_linear, shares.held_out_of_rest].map(percent);
         let held = format!(
-            "of realisations that were not fitted, the linear term explains {}, and quadratic terms {} of what it \
-             leaves (mean over frequencies)",
-            percent(shares.held_out_linear),
-            percent(shares.held_out_of_rest),
+            "of realisations that were not fitted, the linear term explains {linear}, and quadratic terms {of_rest} \
+             of what it leaves (mean over frequencies)"
         );
         if shares.held_out_of_rest <= 0.0 {
             return format!("no quadratic transfer is found: {held}");
         }
-        let Some(across) = shares.stronger_half_of_rest else {
-            return held;
-        };
-        match across > 0.0 {
-            true => format!(
-                "{held}; fitted to the weaker half, {} of the stronger",
-                percent(across)
-            ),
-            false => format!(
-                "{held}, but coefficients of the weaker half do not hold in the stronger ({}): no quadratic \
-                 expansion is shown",
-                percent(across)
+        match shares
+            .stronger_half_of_rest
+            .map(|share| (share > 0.0, percent(share)))
+        {
+            None => held,
+            Some((true, across)) => {
+                format!("{held}; fitted to the weaker half, {across} of the stronger")
+            }
+            Some((false, across)) => format!(
+                "{held}, but coefficients of the weaker half do not hold in the stronger ({across}): no quadratic \
+                 expansion is shown"
             ),
         }
     }
@@ -183,15 +181,13 @@ impl Transfer {
         };
         let towards = if at.flux > 0.0 { "higher" } else { "lower" };
         let share = |power: f64| 100.0 * power.abs() / self.input();
+        let shares = [at.flux, at.flux_error, at.above, at.above_error];
+        let [flux, flux_error, above, above_error] = shares.map(share);
         format!(
-            "quadratic terms move power past {:.4} {} towards {towards} frequencies: {:.3} % of the input's on one \
-             side (standard error {:.3} %), {:.3} % on the other ({:.3} %)",
+            "quadratic terms move power past {:.4} {} towards {towards} frequencies: {flux:.3} % of the input's on one \
+             side (standard error {flux_error:.3} %), {above:.3} % on the other ({above_error:.3} %)",
             at.frequency,
             crate::measure::cycles_per(&self.units().0),
-            share(at.flux),
-            share(at.flux_error),
-            share(at.above),
-            share(at.above_error),
         )
     }
 

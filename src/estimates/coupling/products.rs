@@ -37,6 +37,14 @@ pub(super) struct SumScale {
 /// Sums of products, `[re, im, pairs]`; or of powers, `[first, third, nothing]`.
 type Kinds<'a> = [&'a mut [f64]; 3];
 
+/// The first cells of all kinds, which keep the others.
+#[inline(always)]
+fn split_off<'a>(kinds: &mut Kinds<'a>, cells: usize) -> Kinds<'a> {
+    kinds
+        .each_mut()
+        .map(|kind| kind.split_off_mut(..cells).unwrap_or_default())
+}
+
 /// Blocks of a kind with a number a triple, and with a number a bin.
 fn blocks(triples: &Triples) -> [usize; 2] {
     [triples.cells(), triples.last + 1].map(|numbers| numbers.div_ceil(WIDTH))
@@ -50,10 +58,8 @@ fn plain(triples: &Triples) -> usize {
 
 impl<'s> TripleSums<'s> {
     pub fn zeros(triples: &Triples) -> Sums {
-        Sums::zeros(SumsShape {
-            plain: plain(triples),
-            pieces: 0,
-        })
+        let plain = plain(triples);
+        Sums::zeros(SumsShape { plain, pieces: 0 })
     }
 
     pub fn bytes(triples: &Triples) -> u64 {
@@ -63,16 +69,14 @@ impl<'s> TripleSums<'s> {
     pub fn of(triples: &Triples, sums: &'s Sums) -> TripleSums<'s> {
         let [cells, bins] = blocks(triples).map(|blocks| WIDTH * blocks);
         let numbers: &[f64] = bytemuck::cast_slice(sums.plain());
-        let (re, numbers) = numbers.split_at(cells);
-        let (im, numbers) = numbers.split_at(cells);
-        let (pairs, numbers) = numbers.split_at(cells);
-        let (first, third) = numbers.split_at(bins);
+        let of_cells = |kind: usize| &numbers[kind * cells..][..triples.cells()];
+        let of_bins = |kind: usize| &numbers[3 * cells + kind * bins..][..=triples.last];
         TripleSums {
-            re: &re[..triples.cells()],
-            im: &im[..triples.cells()],
-            pairs: &pairs[..triples.cells()],
-            first: &first[..=triples.last],
-            third: &third[..=triples.last],
+            re: of_cells(0),
+            im: of_cells(1),
+            pairs: of_cells(2),
+            first: of_bins(0),
+            third: of_bins(1),
         }
     }
 }
@@ -158,11 +162,10 @@ pub(super) fn sum_products(
     (sums, is_parallel): (&mut Sums, bool),
 ) {
     let [cells, bins] = blocks(triples).map(|blocks| WIDTH * blocks);
-    let numbers: &mut [f64] = bytemuck::cast_slice_mut(sums.plain_mut());
-    let (mut re, numbers) = numbers.split_at_mut(cells);
-    let (mut im, numbers) = numbers.split_at_mut(cells);
-    let (mut pairs, numbers) = numbers.split_at_mut(cells);
-    let (first, third) = numbers.split_at_mut(bins);
+    let mut numbers: &mut [f64] = bytemuck::cast_slice_mut(sums.plain_mut());
+    let mut next = |count: usize| numbers.split_off_mut(..count).unwrap_or_default();
+    let mut all: Kinds<'_> = [next(cells), next(cells), next(cells)];
+    let [first, third] = [next(bins), next(bins)];
     let powers: Kinds<'_> = [
         &mut first[..=triples.last],
         &mut third[..=triples.last],
@@ -186,12 +189,7 @@ pub(super) fn sum_products(
     let mut groups = Vec::with_capacity(triples.rows.len().div_ceil(ROWS));
     for rows in triples.rows.chunks(ROWS) {
         let cells = rows.iter().map(|row| row.first.len()).sum();
-        let kinds: Kinds<'_> = [&mut re, &mut im, &mut pairs].map(|kind| {
-            let (own, rest) = std::mem::take(kind).split_at_mut(cells);
-            *kind = rest;
-            own
-        });
-        groups.push((rows, kinds));
+        groups.push((rows, split_off(&mut all, cells)));
     }
     let sum = |scratch: &mut Vec<Vec<f64>>, (rows, kinds): (&[TripleRow], Kinds<'_>)| {
         let add = |range, sums: Kinds<'_>, is_new| {
@@ -206,15 +204,9 @@ pub(super) fn sum_products(
         };
         sum_tree(range.clone(), kinds, true, &add, scratch);
     };
-    match is_parallel {
-        true => groups.into_par_iter().for_each_init(Vec::new, sum),
-        false => {
-            let mut scratch = Vec::new();
-            groups
-                .into_iter()
-                .for_each(|group| sum(&mut scratch, group));
-        }
-    }
+    let least = if is_parallel { 1 } else { groups.len().max(1) };
+    let groups = groups.into_par_iter().with_min_len(least);
+    groups.for_each_init(Vec::new, sum);
 }
 
 /// The sums of a tree over a range of leaves that begins with a node as large as half of it or more, written or
@@ -285,11 +277,7 @@ impl SimdKernel for AddProducts<'_> {
     fn run<L: Lanes>(self) {
         let mut kinds = self.sums;
         for row in self.rows {
-            let mut own: Kinds<'_> = kinds.each_mut().map(|kind| {
-                let (own, rest) = std::mem::take(kind).split_at_mut(row.first.len());
-                *kind = rest;
-                own
-            });
+            let mut own = split_off(&mut kinds, row.first.len());
             let of = (row, self.range.start, self.is_new);
             match self.range.len() {
                 1 => add_row::<L, 1>(of, &mut own, self.x, self.z),
@@ -395,15 +383,8 @@ impl<'s, L: Lanes> Factors<'s, L> {
             re: L::splat(x.re[size]),
             im: L::splat(sign * x.im[size]),
             power: L::splat(x.power[size]),
-            x: [
-                blocks_from(x.re, first, blocks),
-                blocks_from(x.im, first, blocks),
-                blocks_from(x.power, first, blocks),
-            ],
-            z: [
-                blocks_from(z.re, third, blocks),
-                blocks_from(z.im, third, blocks),
-            ],
+            x: [x.re, x.im, x.power].map(|x| blocks_from(x, first, blocks)),
+            z: [z.re, z.im].map(|z| blocks_from(z, third, blocks)),
         }
     }
 

@@ -65,13 +65,11 @@ impl Describe for Bicoherence {
                 "two frequencies of site {site} at {at} {space_unit} with their sum at site {output}, times in {time_unit}"
             ),
             answer: self.answer(),
-            note: match (self.cell_level(), self.map_level()) {
+            note: match (self.cell_level().map(number), self.map_level().map(number)) {
                 (Some(cell), Some(map)) => format!(
-                    "With probability {}, by chance: one cell exceeds {}, any of the {} cells {}.",
+                    "With probability {}, by chance: one cell exceeds {cell}, any of the {} cells {map}.",
                     self.alpha,
-                    number(cell),
-                    self.cells(),
-                    number(map)
+                    self.cells()
                 ),
                 _ => "No significance can be stated: too few independent realisations.".into(),
             },
@@ -99,7 +97,6 @@ impl Describe for Bicoherence {
         self.independence.describe(&mut sheet, self.segment, rows);
         self.warnings(&mut sheet);
         let along = &self.along;
-        let positions = |j: &usize| self.space.at(*j);
         sheet.numbers(json!({
             "alpha": self.alpha,
             "cells": self.cells(),
@@ -111,7 +108,7 @@ impl Describe for Bicoherence {
             "strongest": self.strongest(LISTED),
             "along": {
                 "sites": along.sites,
-                "positions": along.sites.iter().map(positions).collect::<Vec<f64>>(),
+                "positions": self.positions(),
                 "above_level": along.coupled_outputs(),
             },
         }));
@@ -132,6 +129,12 @@ impl Describe for Bicoherence {
 impl Bicoherence {
     fn frequency_unit(&self) -> String {
         cycles_per(&self.units().0)
+    }
+
+    /// Of the sites along x.
+    fn positions(&self) -> Vec<f64> {
+        let sites = self.along.sites.iter();
+        sites.map(|site| self.space.at(*site)).collect()
     }
 
     /// Which frequencies are coupled, in words.
@@ -190,10 +193,9 @@ impl Bicoherence {
                 true => format!(" ± {}", degrees(triple.biphase_interval)),
                 false => String::new(),
             };
+            let (b, biphase) = (number(triple.bicoherence), degrees(triple.biphase));
             let text = format!(
-                "{first} and {second} with {third} {unit}: b² {}, biphase {}{half} degrees",
-                number(triple.bicoherence),
-                degrees(triple.biphase)
+                "{first} and {second} with {third} {unit}: b² {b}, biphase {biphase}{half} degrees"
             );
             let name = if n == 0 { "strongest" } else { "" };
             match triple.bicoherence > level {
@@ -214,11 +216,10 @@ impl Bicoherence {
             );
         }
         if let Some(level) = self.map_level().filter(|level| *level > 0.5) {
+            let [level, effective] = [level, independence.effective].map(number);
             sheet.warn(
                 format!(
-                    "coupling below b² {} is not seen with {} effective realisations",
-                    number(level),
-                    number(independence.effective)
+                    "coupling below b² {level} is not seen with {effective} effective realisations"
                 ),
                 "use shorter segments (--segment), a longer record, or several shots",
             );
@@ -241,9 +242,9 @@ impl Bicoherence {
             return;
         }
         let sites: Vec<f64> = along.sites.iter().map(|j| *j as f64).collect();
-        let positions: Vec<f64> = along.sites.iter().map(|j| self.space.at(*j)).collect();
-        sheet.line("along_site", "along_site", "", sites);
-        sheet.line("along_position", "along_site", &units.space, positions);
+        let (at, x) = ("along_site", &units.space);
+        sheet.line("along_site", at, "", sites);
+        sheet.line("along_position", at, x, self.positions());
         for (name, unit, array) in [
             ("along_largest", "", &along.largest),
             ("along_first", cycles, &along.first),
@@ -259,34 +260,24 @@ impl Bicoherence {
     /// Over the two frequencies that are added.
     fn map_over_pairs(&self) -> HeatChart {
         let bins = &self.map.bins;
-        let extreme = |i: usize, sign: isize| bins.iter().map(|b| sign * b[i]).max().unwrap_or(1);
-        let (last, lowest, highest) = (extreme(0, 1), -extreme(1, -1), extreme(1, 1));
-        let rows = (highest - lowest + 1) as usize;
-        let mut values = Array2::from_elem((rows, last as usize), f64::NAN);
-        for ([first, second, _], b) in bins.iter().zip(&self.map.bicoherence) {
-            values[[(second - lowest) as usize, *first as usize - 1]] = *b;
-        }
-        let df = self.frequency[1];
+        let last = bins.iter().map(|bins| bins[0]).max().unwrap_or(1);
+        let cells = bins.iter().zip(&self.map.bicoherence);
+        let cells = cells.map(|([first, second, _], b)| ([*first, *second], *b));
         let unit = self.frequency_unit();
         HeatChart {
             title: "bicoherence b²(f₁, f₂)".into(),
             caption: "Which frequencies are coupled with their sum.".into(),
             x_label: label("frequency f₁", &unit),
-            y_label: label("frequency f₂", &unit),
             label: "bicoherence b²".into(),
-            x: 0.5 * df..(last as f64 + 0.5) * df,
-            y: (lowest as f64 - 0.5) * df..(highest as f64 + 0.5) * df,
-            values,
             colors: shown(self.map.bicoherence.iter().copied(), self.map_level()),
-            roles: Some([Role::Frequency; 2]),
-            ..HeatChart::default()
+            ..over_pairs(cells, last, (self.frequency[1], &unit))
         }
     }
 
     /// The largest at each output frequency along x; `None` for fewer than two sites.
     fn map_along(&self) -> Option<HeatChart> {
         let along = &self.along;
-        let positions: Vec<f64> = along.sites.iter().map(|j| self.space.at(*j)).collect();
+        let positions = self.positions();
         let level = along.largest_level.iter().copied();
         let level = level.filter(|level| level.is_finite()).reduce(f64::max);
         (positions.len() > 1).then(|| HeatChart {
@@ -323,10 +314,8 @@ impl Bicoherence {
             (self.cell_level(), "level of one cell"),
         ];
         let levels = levels.into_iter().filter_map(|(at, name)| {
-            Some(Level {
-                at: at?,
-                label: name.into(),
-            })
+            let (at, label) = (at?, name.into());
+            Some(Level { at, label })
         });
         Chart {
             levels: levels.collect(),
@@ -340,6 +329,29 @@ impl Bicoherence {
                 ],
             )
         }
+    }
+}
+
+/// The map of cells at a bin, from 1 to the last, and the bin of a second frequency.
+pub(super) fn over_pairs(
+    cells: impl Iterator<Item = ([isize; 2], f64)> + Clone,
+    last: isize,
+    (df, unit): (f64, &str),
+) -> HeatChart {
+    let seconds = || cells.clone().map(|([_, second], _)| second);
+    let (lowest, highest) = (seconds().min().unwrap_or(-1), seconds().max().unwrap_or(1));
+    let shape = ((highest - lowest + 1) as usize, last as usize);
+    let mut values = Array2::from_elem(shape, f64::NAN);
+    for ([bin, second], value) in cells {
+        values[[(second - lowest) as usize, bin as usize - 1]] = value;
+    }
+    HeatChart {
+        y_label: label("frequency f₂", unit),
+        x: 0.5 * df..(last as f64 + 0.5) * df,
+        y: (lowest as f64 - 0.5) * df..(highest as f64 + 0.5) * df,
+        values,
+        roles: Some([Role::Frequency; 2]),
+        ..HeatChart::default()
     }
 }
 

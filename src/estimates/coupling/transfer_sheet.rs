@@ -1,13 +1,13 @@
 //! What a transfer between two sites says.
 
-use ndarray::Array2;
 use serde_json::json;
 
+use super::sheet::over_pairs;
 use super::{OutputTransfer, PairTransfer, Transfer};
 use crate::measure::cycles_per;
 use crate::sheet::{
-    BLUE, Chart, Colors, Column, Describe, GREEN, HeatChart, Level, Look, PlotRow, Role, Series,
-    Sheet, Units, VERMILLION, number, percent,
+    BLUE, Chart, Colors, Column, Describe, GREEN, HeatChart, Level, Look, PlotRow, Series, Sheet,
+    Units, VERMILLION, number, percent,
 };
 use crate::unit::label;
 
@@ -38,9 +38,6 @@ const DEFINITIONS: [[&str; 2]; 5] = [
     ],
 ];
 
-/// A column of the outputs.
-type OfOutput = fn(&OutputTransfer) -> f64;
-
 impl Describe for Transfer {
     /// Variables: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`, `magnitude_error`, `phase`,
     /// `linear`, `linear_error`, `gain`, `gain_error`, `residual`, `flux`, `flux_error`, `above`, `above_error`,
@@ -62,19 +59,18 @@ impl Describe for Transfer {
             definitions: DEFINITIONS.to_vec(),
             ..Sheet::default()
         };
-        let text = format!(
-            "linear {}, quadratic {}, residual {} of its power",
-            percent(shares.linear),
-            percent(shares.quadratic),
-            percent(shares.residual)
-        );
+        let fitted = [shares.linear, shares.quadratic, shares.residual];
+        let [linear, quadratic, residual] = fitted.map(percent);
+        let text =
+            format!("linear {linear}, quadratic {quadratic}, residual {residual} of its power");
         sheet.fact("output", text);
-        let text = format!(
-            "of what was not fitted, linear terms explain {}, quadratic ones {} of the rest",
-            percent(shares.held_out_linear),
-            percent(shares.held_out_of_rest)
+        let [linear, quadratic] = [shares.held_out_linear, shares.held_out_of_rest].map(percent);
+        sheet.fact(
+            "prediction",
+            format!(
+                "of what was not fitted, linear terms explain {linear}, quadratic ones {quadratic} of the rest"
+            ),
         );
-        sheet.fact("prediction", text);
         sheet.detail("findings", self.findings());
         if self.holds() {
             sheet.detail("passage", self.answer());
@@ -117,31 +113,27 @@ impl Transfer {
             return "no quadratic transfer is shown: it does not predict what was not fitted"
                 .into();
         }
-        let (share, cycles) = (
+        let (share, unit) = (
             |power: f64| percent(power / self.input()),
-            cycles_per(&self.units().0),
+            self.frequency_unit(),
         );
         if let Some(at) = self.passage() {
             let towards = if at.flux > 0.0 { "higher" } else { "lower" };
+            let [share, error] = [at.flux.abs(), at.flux_error].map(share);
+            let frequency = number(at.frequency);
             return format!(
-                "{} ± {} of the input's power moves past {} {cycles} to {towards} frequencies",
-                share(at.flux.abs()),
-                share(at.flux_error),
-                number(at.frequency),
+                "{share} ± {error} of the input's power moves past {frequency} {unit} to {towards} frequencies"
             );
         }
         let (gaining, df) = (self.gaining(), self.outputs[0].frequency);
         let Some(most) = gaining.first() else {
             return "no frequencies gain from others more than by chance".into();
         };
+        let [share, error] = [most.gain * df, most.gain_error * df].map(share);
+        let (count, all, frequency) = (gaining.len(), self.outputs.len(), number(most.frequency));
         format!(
-            "{} of {} frequencies gain from others, {} {cycles} most: {} ± {} of the input's power; which lose it is not \
-             resolved",
-            gaining.len(),
-            self.outputs.len(),
-            number(most.frequency),
-            share(most.gain * df),
-            share(most.gain_error * df),
+            "{count} of {all} frequencies gain from others, {frequency} {unit} most: {share} ± {error} of the input's \
+             power; which lose it is not resolved"
         )
     }
 
@@ -201,6 +193,10 @@ impl Transfer {
         sheet.columns("pair", &self.pairs, &of_pairs);
     }
 
+    fn frequency_label(&self) -> String {
+        label("frequency f", &self.frequency_unit())
+    }
+
     fn frequency_unit(&self) -> String {
         cycles_per(&self.units().0)
     }
@@ -209,32 +205,31 @@ impl Transfer {
     fn with_errors(
         &self,
         (label, colour): (&str, usize),
-        [of, error]: [OfOutput; 2],
+        of: fn(&OutputTransfer) -> [f64; 2],
         factor: f64,
     ) -> Series {
-        let points = self.outputs.iter().map(|o| (o.frequency, of(o) * factor));
+        let outputs = self.outputs.iter();
+        let bars = outputs.map(|o| (o.frequency, of(o).map(|value| value * factor)));
+        let points = bars.clone().map(|(f, [value, _])| (f, value)).collect();
         Series {
-            errors: self.outputs.iter().map(|o| error(o) * factor).collect(),
-            ..Series::line(label, colour, points.collect())
+            errors: bars.map(|(_, [_, error])| error).collect(),
+            ..Series::line(label, colour, points)
         }
     }
 
     /// Gains, in shares of the power of the input, which need no unit.
     fn gain_chart(&self) -> Chart {
         let each = self.outputs[0].frequency / self.input();
-        let linear: [OfOutput; 2] = [|o| o.linear, |o| o.linear_error];
-        let pairs: [OfOutput; 2] = [|o| o.gain, |o| o.gain_error];
-        let series = vec![
-            self.with_errors(("linear", BLUE), linear, each),
-            self.with_errors(("from pairs", VERMILLION), pairs, each),
-        ];
-        self.around_zero("gained by each frequency", series)
+        let linear = self.with_errors(("linear", BLUE), |o| [o.linear, o.linear_error], each);
+        let name = ("from pairs", VERMILLION);
+        let pairs = self.with_errors(name, |o| [o.gain, o.gain_error], each);
+        self.around_zero("gained by each frequency", vec![linear, pairs])
     }
 
     fn flux_chart(&self) -> Chart {
-        let flux: [OfOutput; 2] = [|o| o.flux, |o| o.flux_error];
-        let series = self.with_errors(("", VERMILLION), flux, 1.0 / self.input());
-        self.around_zero("passes f towards higher frequencies", vec![series])
+        let factor = 1.0 / self.input();
+        let flux = self.with_errors(("", VERMILLION), |o| [o.flux, o.flux_error], factor);
+        self.around_zero("passes f towards higher frequencies", vec![flux])
     }
 
     /// Shares of the input, with the bars of their errors inside.
@@ -244,25 +239,18 @@ impl Transfer {
             bars.flat_map(|((_, value), error)| [value - error, value + error])
         });
         let (low, high) = ends.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-        let space = 0.05 * (high - low);
+        let (space, x_label) = (0.05 * (high - low), self.frequency_label());
         Chart {
             levels: vec![Level::zero()],
             y: low - space..high + space,
-            ..Chart::of(
-                title,
-                label("frequency f", &self.frequency_unit()),
-                "share of the input's power",
-                series,
-            )
+            ..Chart::of(title, x_label, "share of the input's power", series)
         }
     }
 
     fn explained_chart(&self) -> Chart {
-        let points = |of: OfOutput| -> Vec<(f64, f64)> {
+        let points = |of: fn(&OutputTransfer) -> f64| -> Vec<(f64, f64)> {
             let outputs = self.outputs.iter();
-            outputs
-                .map(|output| (output.frequency, of(output)))
-                .collect()
+            outputs.map(|o| (o.frequency, of(o))).collect()
         };
         let residual = points(|o| o.residual / o.output);
         Chart {
@@ -270,7 +258,7 @@ impl Transfer {
             y: -0.25..1.0,
             ..Chart::of(
                 "explained of realisations that were not fitted",
-                label("frequency f", &self.frequency_unit()),
+                self.frequency_label(),
                 "share of the output's power",
                 vec![
                     Series::line("linear", BLUE, points(|o| o.held_out_linear)),
@@ -285,32 +273,21 @@ impl Transfer {
     fn map(&self) -> HeatChart {
         let df = self.outputs[0].frequency;
         let bin = |f: f64| (f / df).round() as isize;
-        let last = self.outputs.len() as isize;
-        let seconds = || self.pairs.iter().map(|p| bin(p.second));
-        let (lowest, highest) = (seconds().min().unwrap_or(-1), seconds().max().unwrap_or(1));
-        let mut values =
-            Array2::from_elem(((highest - lowest + 1) as usize, last as usize), f64::NAN);
         let each = df / self.input();
-        for pair in &self.pairs {
-            let row = (bin(pair.second) - lowest) as usize;
-            values[[row, bin(pair.third) as usize - 1]] = pair.gain * each;
-        }
-        let known = values.iter().filter(|v| v.is_finite());
-        let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
-        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let pairs = self.pairs.iter();
+        let cells = pairs.map(|p| ([bin(p.third), bin(p.second)], p.gain * each));
         let unit = self.frequency_unit();
+        let map = over_pairs(cells, self.outputs.len() as isize, (df, &unit));
+        let sizes = map.values.iter().map(|v| v.abs());
+        let largest = sizes.filter(|v| v.is_finite()).fold(0.0, f64::max);
+        let largest = if largest > 0.0 { largest } else { 1.0 };
         HeatChart {
             title: "what each pair brings".into(),
             caption: "Which pairs of frequencies feed a third, and which take from it.".into(),
             x_label: label("output frequency f = f₁ + f₂", &unit),
-            y_label: label("frequency f₂", &unit),
             label: "gain, share of the input".into(),
-            x: 0.5 * df..(last as f64 + 0.5) * df,
-            y: (lowest as f64 - 0.5) * df..(highest as f64 + 0.5) * df,
-            values,
             colors: Colors::Between(-largest..largest),
-            roles: Some([Role::Frequency; 2]),
-            ..HeatChart::default()
+            ..map
         }
     }
 }

@@ -127,13 +127,10 @@ impl SpaceTimeEstimate {
     /// Row and column of the largest density where an interval may be.
     pub fn largest(&self) -> (usize, usize) {
         let first = usize::from(self.mean_is_removed);
-        let cells = self
-            .spectrum
-            .indexed_iter()
-            .filter(|((m, _), _)| *m >= first);
-        cells
-            .max_by(|a, b| a.1.total_cmp(b.1))
-            .map_or((0, 0), |(at, _)| at)
+        let cells = self.spectrum.indexed_iter();
+        let cells = cells.filter(|((m, _), _)| *m >= first);
+        let largest = cells.max_by(|a, b| a.1.total_cmp(b.1));
+        largest.map_or((0, 0), |(at, _)| at)
     }
 
     /// Shares of the power that travel towards +x, towards -x, and neither: at f = 0, at k = 0 and at the
@@ -224,21 +221,14 @@ const PARSEVAL: f64 = 1e-10;
 
 impl SpaceTimeRequest {
     fn plan(&self, grid: &Grid) -> Result<Realisations> {
-        let refuse = |option, expected: &str, found: String| {
-            Err(Error::Request {
-                option,
-                expected: expected.into(),
-                found,
-            })
-        };
         if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            let expected = "a probability between 0 and 1";
-            return refuse("significance", expected, self.alpha.to_string());
+            let (expected, found) = ("a probability between 0 and 1", self.alpha.to_string());
+            return Err(Error::request("significance", expected, found));
         }
         refuse_left_out(self.gaps, "a space-time spectrum")?;
         if grid.sites < 4 {
             let expected = "at least 4 sites for spectra along both axes";
-            return refuse("along", expected, grid.sites.to_string());
+            return Err(Error::request("along", expected, grid.sites.to_string()));
         }
         let mut averaging = self.averaging.clone();
         if self.is_whole {
@@ -273,12 +263,13 @@ impl SpaceTimeRequest {
         check_squares(unit)?;
         let scale = unit * unit;
         let density = grid.time.step * grid.space.step / TAU * scale;
-        let cell = 1.0 / (length as f64 * grid.time.step) * TAU / (sites as f64 * grid.space.step);
+        let duration = length as f64 * grid.time.step;
+        let extent = sites as f64 * grid.space.step;
+        let cell = 1.0 / duration * TAU / extent;
         let of = |mean: &dyn Fn(usize, usize) -> f64| {
             let value = |(m, i)| mean(m, i) * density * fold(m, length);
             let spectrum = Array2::from_shape_fn((time.bins(), sites), value);
-            let values: Vec<f64> = spectrum.iter().copied().collect();
-            let power = crate::numeric::sum(&values) * cell;
+            let power = spectrum.as_slice().map_or(0.0, crate::numeric::sum) * cell;
             (spectrum, power)
         };
         let (spectrum, power) = of(&|m, i| totals.mean(m, i));
@@ -303,11 +294,9 @@ impl SpaceTimeRequest {
             true => pass.space.effective(),
             false => 1.0,
         };
-        let independence = Independence::new(
-            [records, time.segments.count(), tapers[0] * tapers[1]],
-            time.effective() * of_space,
-            totals.steadiness(records),
-        );
+        let counts = [records, time.segments.count(), tapers[0] * tapers[1]];
+        let effective = time.effective() * of_space;
+        let independence = Independence::new(counts, effective, totals.steadiness(records));
         // Realisations that count, if they have the same weight; by the shares of the weights otherwise.
         let (most, is_by_weights) = match (independence.is_transient(), records) {
             (true, 0..2) => (f64::NAN, false),
@@ -320,22 +309,16 @@ impl SpaceTimeRequest {
             if spectrum[[m, i]] <= 0.0 || (m == 0 && mean_is_removed) {
                 return f64::NAN;
             }
-            let real = if is_real([m, i], length, sites) {
-                0.5
-            } else {
-                1.0
-            };
-            let share = if is_by_weights {
-                totals.share(m, i)
-            } else {
-                1.0
-            };
-            most * real * share
+            let is_real = is_real([m, i], length, sites);
+            let most = if is_real { 0.5 * most } else { most };
+            match is_by_weights {
+                true => most * totals.share(m, i),
+                false => most,
+            }
         });
         let least = 0.5 * most / self.pairs() as f64;
-        let table = most
-            .is_finite()
-            .then(|| FactorTable::new([least, most], self.alpha));
+        let table = || FactorTable::new([least, most], self.alpha);
+        let table = most.is_finite().then(table);
         let mut low = degrees.clone();
         let mut high = spectrum.clone();
         for (low, high) in low.iter_mut().zip(&mut high) {
@@ -343,12 +326,12 @@ impl SpaceTimeRequest {
             *low = *high * factors[0];
             *high *= factors[1];
         }
-        let duration = length as f64 * grid.time.step;
-        let extent = sites as f64 * grid.space.step;
         let half = |tapers: &Tapers, over: f64| match tapers {
             Tapers::Slepian { nw, .. } => Some(nw / over),
             Tapers::Window(_) => None,
         };
+        let along_time = half(&self.averaging.tapers, duration);
+        let half_bandwidth = [along_time, half(&self.space, extent / TAU)];
         Ok(SpaceTimeEstimate {
             frequency: frequencies(length, grid.time.step),
             wavenumber,
@@ -358,10 +341,7 @@ impl SpaceTimeRequest {
             unit: grid.unit.clone(),
             segment: [length, length - time.segments.hop],
             tapers,
-            half_bandwidth: [
-                half(&self.averaging.tapers, duration),
-                half(&self.space, extent / TAU),
-            ],
+            half_bandwidth,
             independence,
             evenness,
             alpha: self.alpha,

@@ -41,14 +41,11 @@ struct Tile {
     spectra: Vec<Complex<f64>>,
 }
 
+/// Working space of one thread.
 #[derive(Default)]
 struct Scratch {
     space: ComplexScratch<f64>,
     profiles: Vec<Complex<f64>>,
-}
-
-#[derive(Default)]
-struct TimeScratch {
     segments: SegmentScratch,
     numbers: Vec<f64>,
 }
@@ -65,7 +62,11 @@ impl<'a> Pass<'a> {
             tapers: request.space.clone(),
             detrend: Detrend::None,
         };
-        let space = Realisations::new(&along_space, grid.sites).map_err(of_space)?;
+        let space = Realisations::new(&along_space, grid.sites).map_err(|error| {
+            error
+                .of_option("window", "space-window")
+                .of_option("multitaper", "space-multitaper")
+        })?;
         let plan = |taper: &Vec<f64>| ComplexTransform::new(taper, grid.sites);
         Ok(Pass {
             transforms: space.taper_samples().iter().map(plan).collect(),
@@ -80,49 +81,54 @@ impl<'a> Pass<'a> {
 
     /// The sums over so many records, and the unit of the samples.
     pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<(f64, Totals)> {
-        let bins = self.realisations.bins();
+        let time = self.realisations;
+        let bins = time.bins();
         let band = self.rows_at_once(shots.memory())?;
-        let portions: Vec<Portion> = (0..records).map(|r| self.realisations.whole(r)).collect();
+        let portions: Vec<Portion> = (0..records).map(|r| time.whole(r)).collect();
         // Where the field is larger than memory, pages are released behind the reader.
-        let bytes = 8 * (self.realisations.segments.record * self.grid.sites) as u64;
+        let bytes = 8 * (time.segments.record * self.grid.sites) as u64;
         let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
         let mut sums = Vec::new();
-        let of_sites = SumsShape {
-            plain: OF_SITES,
-            pieces: self.realisations.pieces(),
-        };
-        let mut sites = vec![Sums::zeros(of_sites); self.grid.sites.div_ceil(TOGETHER)];
+        let (plain, pieces) = (OF_SITES, time.pieces());
+        let of_sites = Sums::zeros(SumsShape { plain, pieces });
+        let mut sites = vec![of_sites; self.grid.sites.div_ceil(TOGETHER)];
         let mut unit = 1.0;
         for first in (0..bins).step_by(band) {
             let rows = first..bins.min(first + band);
-            let groups = rows.clone().step_by(ROWS);
-            let groups = groups.map(|row| self.zeros(rows.end.min(row + ROWS) - row));
-            let mut groups: Vec<Sums> = groups.collect();
+            let zeros = |row: usize| {
+                let rows = rows.end.min(row + ROWS) - row;
+                let plain = rows * self.grid.sites.div_ceil(WIDTH) * self.pairs;
+                Sums::zeros(SumsShape { plain, pieces: 0 })
+            };
+            let mut groups: Vec<Sums> = rows.clone().step_by(ROWS).map(zeros).collect();
             let mut tiles = Vec::new();
             tiles.resize_with(sites.len(), Tile::default);
             unit = shots.each_portion(block, &portions, |shot, portion| {
                 let work = portion.segments.len() as u64;
                 shot.observer.stage("segments of all sites", work);
                 for segment in portion.segments.clone() {
-                    if shot.observer.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
-                    let one = self.one(portion, segment);
+                    shot.observer.go_on()?;
+                    let start = segment * time.segments.hop;
+                    let one = Portion {
+                        record: portion.record,
+                        segments: segment..segment + 1,
+                        samples: start..start + time.segments.length,
+                        is_whole: false,
+                    };
                     let known = (first == 0).then_some(&mut sites[..]);
                     self.read(shot, portion, &one, &mut tiles, known);
-                    for taper in 0..self.realisations.tapers() {
+                    for taper in 0..time.tapers() {
                         self.along_time(taper, &mut tiles);
                         let add = (shot.scale * shot.scale, taper);
                         self.along_space(add, &rows, &tiles, &mut groups);
                     }
-                    let done = one.samples.start - portion.samples.start;
-                    shot.release(done..done + self.realisations.segments.hop);
+                    let done = start - portion.samples.start;
+                    shot.release(done..done + time.segments.hop);
                     shot.observer.advance(1);
                 }
-                let reached = self.realisations.reached();
-                sites
-                    .iter_mut()
-                    .for_each(|sums| sums.close(reached, self.about_mean()));
+                for sums in &mut sites {
+                    sums.close(time.reached(), self.request.about_mean());
+                }
                 Ok(())
             })?;
             sums.extend(groups);
@@ -130,32 +136,10 @@ impl<'a> Pass<'a> {
         Ok((unit, self.totals(records, sums, sites)))
     }
 
-    /// Of so many rows of the result.
-    fn zeros(&self, rows: usize) -> Sums {
-        Sums::zeros(SumsShape {
-            plain: rows * self.grid.sites.div_ceil(WIDTH) * self.pairs,
-            pieces: 0,
-        })
-    }
-
-    fn about_mean(&self) -> bool {
-        self.request.averaging.detrend != Detrend::None
-    }
-
-    /// A segment by itself.
-    fn one(&self, portion: &Portion, segment: usize) -> Portion {
-        let start = segment * self.realisations.segments.hop;
-        Portion {
-            record: portion.record,
-            segments: segment..segment + 1,
-            samples: start..start + self.realisations.segments.length,
-            is_whole: false,
-        }
-    }
-
     /// Rows of the result that are summed in one pass over the samples.
     fn rows_at_once(&self, memory: u64) -> Result<usize> {
-        let (bins, length) = (self.realisations.bins(), self.realisations.segments.length);
+        let time = self.realisations;
+        let (bins, length) = (time.bins(), time.segments.length);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let threads = rayon::current_num_threads() as u64;
         // A complex row and its sums; then what does not depend on the rows.
@@ -165,7 +149,7 @@ impl<'a> Pass<'a> {
             + 16 * ROWS as u64 * sites
             + crate::transform::RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
             + 24 * (TOGETHER * length) as u64;
-        let pieces = 8 * (OF_SITES + 2 + 3 * self.realisations.pieces()) as u64;
+        let pieces = 8 * (OF_SITES + 2 + 3 * time.pieces()) as u64;
         let fixed = 8 * length as u64 * sites
             + (8 * pairs + 6 * 8) * sites * bins as u64
             + sites * pieces
@@ -191,67 +175,51 @@ impl<'a> Pass<'a> {
         tiles: &mut [Tile],
         sites: Option<&mut [Sums]>,
     ) {
-        let (start, segment) = (portion.samples.start, one.segments.start);
+        let (time, start, segment) = (self.realisations, portion.samples.start, one.segments.start);
         let times = one.samples.start - start..one.samples.end - start;
         let read =
-            |scratch: &mut TimeScratch, i: usize, tile: &mut Tile, sums: Option<&mut Sums>| {
+            |scratch: &mut Scratch,
+             (i, (tile, mut sums)): (usize, (&mut Tile, Option<&mut Sums>))| {
                 let from = i * TOGETHER;
                 let columns = from..self.grid.sites.min(from + TOGETHER);
                 tile.samples.resize(columns.len() * times.len(), 0.0);
                 let mark = shot.mark(columns.clone());
                 shot.piece(times.clone(), columns, &mut tile.samples);
-                let Some(sums) = sums else {
-                    self.realisations
-                        .remove_trends(&mut tile.samples, &mut scratch.segments);
+                if let Some(sums) = &mut sums {
+                    let records = Records::one_after_another(&tile.samples, times.len());
+                    let pieces = (one, segment, records, shot.scale);
+                    time.add_pieces(pieces, mark, &mut scratch.numbers, sums);
+                }
+                time.remove_trends(&mut tile.samples, &mut scratch.segments);
+                let Some([tapered, all]) = sums.map(Sums::plain_mut) else {
                     return;
                 };
-                let records = Records::one_after_another(&tile.samples, times.len());
-                let pieces = (one, segment, records, shot.scale);
-                self.realisations
-                    .add_pieces(pieces, mark, &mut scratch.numbers, sums);
-                self.realisations
-                    .remove_trends(&mut tile.samples, &mut scratch.segments);
                 let squared = shot.scale * shot.scale;
-                let records = tile.samples.chunks_exact(times.len()).enumerate();
-                for (lane, record) in records {
+                for (lane, record) in tile.samples.chunks_exact(times.len()).enumerate() {
                     let weighted = record.iter().zip(&self.squares[0]).map(|(v, w)| v * v * w);
                     scratch.numbers.clear();
                     scratch.numbers.extend(weighted);
-                    let [tapered, all] = sums.plain_mut() else {
-                        return;
-                    };
                     tapered.0[lane] += squared * crate::numeric::sum(&scratch.numbers);
                     all.0[lane] += squared * crate::numeric::sum_of_squares(record);
                 }
             };
-        match sites {
-            Some(sites) => tiles.par_iter_mut().zip(sites).enumerate().for_each_init(
-                TimeScratch::default,
-                |scratch, (i, (tile, sums))| {
-                    read(scratch, i, tile, Some(sums));
-                },
-            ),
-            None => tiles.par_iter_mut().enumerate().for_each_init(
-                TimeScratch::default,
-                |scratch, (i, tile)| {
-                    read(scratch, i, tile, None);
-                },
-            ),
-        }
+        let sites: Vec<Option<&mut Sums>> = match sites {
+            Some(sites) => sites.iter_mut().map(Some).collect(),
+            None => tiles.iter().map(|_| None).collect(),
+        };
+        let tiles = tiles.par_iter_mut().zip(sites).enumerate();
+        tiles.for_each_init(Scratch::default, read);
     }
 
     /// Transforms all sites under a taper along time.
     fn along_time(&self, taper: usize, tiles: &mut [Tile]) {
-        tiles
-            .par_iter_mut()
-            .for_each_init(TimeScratch::default, |scratch, tile| {
-                let Tile { samples, spectra } = tile;
-                let found = self
-                    .realisations
-                    .under_taper(taper, samples, &mut scratch.segments);
-                spectra.clear();
-                spectra.extend_from_slice(found);
-            });
+        let transform = |scratch: &mut SegmentScratch, tile: &mut Tile| {
+            let found = self.realisations.under_taper(taper, &tile.samples, scratch);
+            tile.spectra.clear();
+            tile.spectra.extend_from_slice(found);
+        };
+        let tiles = tiles.par_iter_mut();
+        tiles.for_each_init(SegmentScratch::default, transform);
     }
 
     /// Transforms these rows under all tapers along space, and adds their powers.
@@ -275,19 +243,15 @@ impl<'a> Pass<'a> {
                     scratch.profiles.extend_from_slice(cells);
                 }
             }
-            let shape = (rows.len(), sites);
-            let profiles = ArrayView2::from_shape(shape, &scratch.profiles);
-            let Ok(profiles) = profiles else {
+            let Ok(profiles) = ArrayView2::from_shape((rows.len(), sites), &scratch.profiles)
+            else {
                 return;
             };
             for (i, transform) in self.transforms.iter().enumerate() {
                 let powers = transform.powers(profiles, &mut scratch.space);
                 let sums = sums.plain_mut().chunks_exact_mut(blocks * self.pairs);
-                // With sums of its own, where those of this pair begin.
-                let pair = match self.pairs {
-                    1 => 0,
-                    _ => taper * self.transforms.len() + i,
-                };
+                // Where the sums of this pair begin, if each has its own.
+                let pair = (taper * self.transforms.len() + i) % self.pairs;
                 for (powers, sums) in powers.chunks_exact(sites).zip(sums) {
                     let sums = sums.iter_mut().skip(pair).step_by(self.pairs);
                     for (powers, sums) in powers.chunks(WIDTH).zip(sums) {
@@ -298,30 +262,8 @@ impl<'a> Pass<'a> {
                 }
             }
         };
-        groups
-            .par_iter_mut()
-            .enumerate()
-            .for_each_init(Scratch::default, add);
-    }
-}
-
-/// An error of the tapers along space, with its option.
-fn of_space(error: Error) -> Error {
-    match error {
-        Error::Request {
-            option,
-            expected,
-            found,
-        } => Error::Request {
-            option: match option {
-                "window" => "space-window",
-                "multitaper" => "space-multitaper",
-                option => option,
-            },
-            expected,
-            found,
-        },
-        error => error,
+        let groups = groups.par_iter_mut().enumerate();
+        groups.for_each_init(Scratch::default, add);
     }
 }
 

@@ -69,10 +69,9 @@ impl Describe for SpaceTimeEstimate {
             Some(unit) => format!(" ({unit})²"),
             None => String::new(),
         };
+        let [power, mean_square] = [self.power, self.mean_square].map(number);
         let text = format!(
-            "{}{square}, mean square {}{square}; Parseval residual {:.1e}",
-            number(self.power),
-            number(self.mean_square),
+            "{power}{square}, mean square {mean_square}{square}; Parseval residual {:.1e}",
             self.parseval
         );
         sheet.detail("power", text);
@@ -105,19 +104,12 @@ impl Describe for SpaceTimeEstimate {
             "undirected": neither,
         }));
         let units = Units::of(&self.time, &self.space, self.unit.as_deref());
-        sheet.line("frequency", "frequency", &units.frequency, &self.frequency);
-        sheet.line(
-            "wavenumber",
-            "wavenumber",
-            &units.wavenumber,
-            &self.wavenumber,
-        );
-        let density = match units.frequency.is_empty() || units.wavenumber.is_empty() {
+        let (f, k) = (&units.frequency[..], &units.wavenumber[..]);
+        sheet.line("frequency", "frequency", f, &self.frequency);
+        sheet.line("wavenumber", "wavenumber", k, &self.wavenumber);
+        let density = match f.is_empty() || k.is_empty() {
             true => String::new(),
-            false => compose(
-                &[&units.density(&units.frequency, "")],
-                &[&units.wavenumber],
-            ),
+            false => compose(&[&units.density(f, "")], &[k]),
         };
         for (name, unit, array) in [
             ("spectrum", &density[..], &self.spectrum),
@@ -134,18 +126,11 @@ impl Describe for SpaceTimeEstimate {
         let (row, column) = self.largest();
         let (time_unit, space_unit) = self.units();
         let [k_label, f_label] = self.axis_labels();
-        let at_f = six_digits(self.frequency[row]);
-        let at_k = six_digits(self.wavenumber[column]);
-        let along_k = self.cut(
-            format!("at f = {at_f} {}", cycles_per(&time_unit)),
-            (k_label, &self.wavenumber),
-            |i| (row, i),
-        );
-        let along_f = self.cut(
-            format!("at k = {at_k} rad/{space_unit}"),
-            (f_label, &self.frequency),
-            |m| (m, column),
-        );
+        let [at_f, at_k] = [self.frequency[row], self.wavenumber[column]].map(six_digits);
+        let at_f = format!("at f = {at_f} {}", cycles_per(&time_unit));
+        let at_k = format!("at k = {at_k} rad/{space_unit}");
+        let along_k = self.cut(at_f, (k_label, &self.wavenumber), |i| (row, i));
+        let along_f = self.cut(at_k, (f_label, &self.frequency), |m| (m, column));
         vec![
             PlotRow::of([self.map()]).high(1.4),
             PlotRow::of([along_k, along_f]),
@@ -158,17 +143,14 @@ impl SpaceTimeEstimate {
     fn answer(&self) -> String {
         let (time_unit, space_unit) = self.units();
         let (row, column) = self.largest();
-        let [plus, minus, neither] = self.directions();
+        let [plus, minus, neither] = self.directions().map(|share| 100.0 * share);
         if !neither.is_finite() {
             return "no power".into();
         }
+        let [f, k] = [self.frequency[row], self.wavenumber[column]].map(number);
+        let f_unit = cycles_per(&time_unit);
         format!(
-            "{:.1} % of the power towards +x, {:.1} % towards -x; most at {} {}, k = {} rad/{space_unit}",
-            100.0 * plus,
-            100.0 * minus,
-            number(self.frequency[row]),
-            cycles_per(&time_unit),
-            number(self.wavenumber[column])
+            "{plus:.1} % of the power towards +x, {minus:.1} % towards -x; most at {f} {f_unit}, k = {k} rad/{space_unit}"
         )
     }
 
@@ -176,29 +158,30 @@ impl SpaceTimeEstimate {
         let independence = &self.independence;
         let steadiness = number(independence.steadiness);
         if independence.is_transient() {
-            match self.has_interval() {
-                false if independence.steadiness.is_nan() => sheet.warn(
+            let (message, advice) = match self.has_interval() {
+                false if independence.steadiness.is_nan() => (
                     format!(
                         "{} at sites that hold most of the energy: no interval is stated",
                         independence.why()
                     ),
                     "use records without missing samples",
                 ),
-                false => sheet.warn(
+                false => (
                     format!(
                         "most of the energy is at sites with a transient (steadiness {steadiness}): the field is one \
                          realisation, and no interval is stated"
                     ),
                     "name several records of the same sites, one a shot",
                 ),
-                true => sheet.warn(
+                true => (
                     format!(
                         "most of the energy is at sites with a transient (steadiness {steadiness}): records alone \
                          count as realisations"
                     ),
                     "name more records of the same sites for narrower intervals",
                 ),
-            }
+            };
+            sheet.warn(message, advice);
         } else if self.tapers[1] > 1 && self.evenness < 1.0 / 3.0 {
             sheet.warn(
                 format!(
@@ -262,10 +245,8 @@ impl SpaceTimeEstimate {
         let line = match low.iter().any(|v| v.is_finite()) {
             true => {
                 let ends = low.iter().copied().zip(high.iter().copied());
-                line.with_band(
-                    format!("{} interval", confidence(self.alpha)),
-                    ends.collect(),
-                )
+                let label = format!("{} interval", confidence(self.alpha));
+                line.with_band(label, ends.collect())
             }
             false => line,
         };

@@ -50,7 +50,7 @@ impl Pass<'_> {
             });
             [spectrum, shape]
         };
-        Weighted(groups.par_iter().map(of_group).collect())
+        groups.par_iter().map(of_group).collect()
     }
 
     /// Mean square of the tapered samples, pairs of tapers weighted by the squares of their concentrations; 1
@@ -78,7 +78,7 @@ impl Pass<'_> {
 
 /// Averages by adaptive weights, and half of the degrees of freedom of one realisation of each pair of tapers;
 /// of each group of rows, `[row * blocks + block]`.
-struct Weighted(Vec<[Vec<LaneBlock>; 2]>);
+type Weighted = Vec<[Vec<LaneBlock>; 2]>;
 
 /// Sums over all realisations.
 pub(super) struct Totals {
@@ -101,12 +101,13 @@ impl Totals {
 
     /// The mean of `|X|^2` of a cell, by adaptive weights if there are any.
     pub fn mean(&self, row: usize, column: usize) -> f64 {
-        match &self.weighted {
-            None => self.equal(row, column),
-            Some(Weighted(groups)) => {
-                groups[row / ROWS][0][self.cell(row, column)].0[column % WIDTH]
-            }
-        }
+        let mean = self.weighted(0, row, column);
+        mean.unwrap_or_else(|| self.equal(row, column))
+    }
+
+    fn weighted(&self, kind: usize, row: usize, column: usize) -> Option<f64> {
+        let group = &self.weighted.as_ref()?[row / ROWS];
+        Some(group[kind][self.cell(row, column)].0[column % WIDTH])
     }
 
     /// The mean of `|X|^2` of a cell, by equal weights.
@@ -117,13 +118,8 @@ impl Totals {
 
     /// Degrees of freedom of a cell over those with equal weights.
     pub fn share(&self, row: usize, column: usize) -> f64 {
-        match &self.weighted {
-            None => 1.0,
-            Some(Weighted(groups)) => {
-                let shape = &groups[row / ROWS][1][self.cell(row, column)];
-                shape.0[column % WIDTH] / self.pairs as f64
-            }
-        }
+        let shape = self.weighted(1, row, column);
+        shape.map_or(1.0, |shape| shape / self.pairs as f64)
     }
 
     fn of_site(&self, what: usize) -> impl Iterator<Item = f64> + '_ {
