@@ -184,8 +184,8 @@ impl Ridges {
 /// Ridges of the space-time spectra of fields with the same axes, which are averaged.
 ///
 /// ```text
-/// peak of a cut:   S > level * noise,   P(chi2_{2 K} / 2 K > level) = alpha / cells,
-///                  noise = median / median(chi2_{2 K} / 2 K),
+/// peak of a cut:   S > level * noise,   P(F_{2 K, 2 K n / pi} > level) = alpha / cells,
+///                  noise = median of n cells / median(chi2_{2 K} / 2 K),
 /// f, k:            top of the parabola through ln S of three bins, corrected for the window; of the cut, f (or k) plus the
 ///                  variance of the window's lobe times d ln S / df: the mean of what the window spreads into it,
 /// group velocity:  2 pi df/dk of a parabola through the points about it, by least squares,
@@ -327,7 +327,8 @@ fn search(
         None if request.window_space == Window::None => vec![RidgeCut::Wavenumber],
         None => vec![RidgeCut::Frequency, RidgeCut::Wavenumber],
     };
-    let level = peaks::level(power.len(), request.alpha, realisations);
+    let level_of = |places: usize| peaks::level(power.len(), places, request.alpha, realisations);
+    let [of_wavenumbers, of_frequencies] = [nk, nf].map(level_of);
     let (mut found, mut lone) = (Vec::new(), Vec::new());
     for cut in &tried {
         let [power, _] = cut.sorted([power.view(), power.t()]);
@@ -340,7 +341,7 @@ fn search(
             along,
             across,
             realisations,
-            level,
+            level: cut.sorted([of_wavenumbers, of_frequencies])[0],
             least: 10f64.powf(-0.1 * request.range),
             around: [around_along, around_across],
             cuts,
@@ -393,7 +394,7 @@ fn search(
         realisations,
         independence,
         alpha: request.alpha,
-        level,
+        level: of_wavenumbers.max(of_frequencies),
         bins: [df, dk],
         resolution: [along_f.width * df, along_k.width * dk],
         ridges,

@@ -4,7 +4,7 @@ use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 
 use super::lobe::{Lobe, parabola};
-use crate::numeric::{chi_square_level, median};
+use crate::numeric::{chi_square_level, fisher_level, median};
 
 /// Cells of a cut over which the median is taken, and the distance from one median to the next.
 const MEDIAN: usize = 64;
@@ -62,9 +62,12 @@ fn exceeded(alpha: f64, degrees: f64) -> f64 {
     chi_square_level(alpha, degrees) / degrees
 }
 
-/// The level over the mean of the noise: noise exceeds it in one of all cells with probability alpha.
-pub(super) fn level(cells: usize, alpha: f64, realisations: f64) -> f64 {
-    exceeded(alpha / cells.max(1) as f64, 2.0 * realisations)
+/// The level over the noise, of cuts with so many places: noise exceeds it in one of all cells with probability alpha. The median of
+/// so many cells, of which a window makes one of two, is known as a mean of `1 / pi` of them is.
+pub(super) fn level(cells: usize, places: usize, alpha: f64, realisations: f64) -> f64 {
+    let own = 2.0 * realisations;
+    let of_noise = own * places.min(MEDIAN) as f64 / std::f64::consts::PI;
+    fisher_level(alpha / cells.max(1) as f64, [own, of_noise])
 }
 
 impl Cuts<'_> {
@@ -87,29 +90,45 @@ impl Cuts<'_> {
         cuts.map(of_cut).collect()
     }
 
-    /// What the spectrum has along a cut whatever the cut: medians over the cuts, smoothed by running medians over four main lobes, so
-    /// that a branch along a cut is no background. Noise that is correlated in time or along x has such a shape.
+    /// What the spectrum has along a cut whatever the cut, by two rounds of medians: of each cut over what its places have, and of each
+    /// place over what its cuts have. Noise that is correlated in time or along x is such a product. Along f they are smoothed
+    /// by running medians over four main lobes, so that a flat branch is no background.
     fn background(&self) -> Vec<f64> {
-        let of_place = |place: usize| {
-            let column = self.power.index_axis(Axis(1), place);
-            median(self.cuts.clone().map(|cut| column[cut])).unwrap_or(1.0)
-        };
         let n = self.power.ncols();
-        let medians: Vec<f64> = (0..n).into_par_iter().map(of_place).collect();
-        let reach = (2.0 * self.along.half).ceil() as isize;
-        let at = |i: isize| match self.around[0] {
-            Some(_) => i.rem_euclid(n as isize) as usize,
-            // Mirrored at the ends.
-            None => match i.unsigned_abs() {
-                i if i < n => i,
-                i => (2 * (n - 1)).saturating_sub(i),
-            },
+        let mut found = vec![1.0; n];
+        let reach = match self.around[0] {
+            Some(_) => 0,
+            None => (2.0 * self.along.half).ceil() as usize,
         };
-        let smooth = |i: usize| {
-            let about = (-reach..=reach).map(|d| medians[at(i as isize + d)]);
-            median(about).map_or(f64::MIN_POSITIVE, |m| m.max(f64::MIN_POSITIVE))
-        };
-        (0..n).map(smooth).collect()
+        for _ in 0..2 {
+            let of_cut = |cut: usize| {
+                let row = self.power.index_axis(Axis(0), cut);
+                let ratios = row.iter().zip(&found).map(|(power, of)| power / of);
+                (cut, median(ratios).unwrap_or(1.0).max(f64::MIN_POSITIVE))
+            };
+            let levels: Vec<_> = self.cuts.clone().into_par_iter().map(of_cut).collect();
+            let of_place = |place: usize| {
+                let column = self.power.index_axis(Axis(1), place);
+                let ratios = levels.iter().map(|(cut, level)| column[*cut] / level);
+                median(ratios).unwrap_or(1.0)
+            };
+            let medians: Vec<f64> = (0..n).into_par_iter().map(of_place).collect();
+            let smooth = |i: usize| {
+                // Mirrored at the ends.
+                let before = (i..=i + reach).map(|j| j.abs_diff(reach));
+                let about = before.chain(i + 1..=i + reach);
+                let about = about.map(|j| {
+                    medians[if j < n {
+                        j
+                    } else {
+                        (2 * (n - 1)).saturating_sub(j)
+                    }]
+                });
+                median(about).unwrap_or(0.0).max(f64::MIN_POSITIVE)
+            };
+            found = (0..n).map(smooth).collect();
+        }
+        found
     }
 
     /// By what factor two bins of noise differ, exceeded in one pair of a hundred: the logarithm of a mean of
