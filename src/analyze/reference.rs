@@ -50,11 +50,9 @@ impl References {
             time: results.spatial.then(time).flatten(),
         };
         if let Some(site) = found.site.filter(|site| !is_known(*site)) {
-            return Err(Error::Request {
-                option: "reference-site",
-                expected: "a site whose noise is known, since noise is subtracted".into(),
-                found: format!("{}, whose noise is not known", site + plan.sites.start),
-            });
+            let expected = "a site whose noise is known, since noise is subtracted";
+            let found = format!("{}, whose noise is not known", site + plan.sites.start);
+            return Err(Error::request("reference-site", expected, found));
         }
         let by_energy = [
             results.temporal && found.site.is_none(),

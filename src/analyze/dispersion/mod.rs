@@ -230,24 +230,22 @@ fn of_bodies(text: &str, two: bool, constants: &Constants) -> Result<Dispersion>
         true => [&["c1", "c2", "m1", "m2"], &["c1", "c2"], &["m1", "m2"]],
         false => [&["c", "m"], &["c"], &["m"]],
     };
-    let refuse = |found: String| Error::Request {
-        option: "dispersion",
-        expected: format!(
-            "`{}` with {} and, where it is not the distance of the sites, a, all above 0",
-            if two { "diatomic:" } else { "monatomic:" },
-            needed.join(", ")
-        ),
-        found,
-    };
-    if let Some(name) = needed.iter().find(|name| !constants.contains_key(**name)) {
-        return Err(refuse(format!("`{text}` without {name}")));
-    }
+    let mut missing = needed.iter().filter(|name| !constants.contains_key(**name));
     let is_odd = |name: &&String| *name != "a" && !needed.contains(&name.as_str());
-    if let Some(name) = constants.keys().find(is_odd) {
-        return Err(refuse(format!("{name} in `{text}`")));
-    }
-    if constants.values().any(|value| *value <= 0.0) {
-        return Err(refuse(format!("`{text}`")));
+    let mut odd = constants.keys().filter(is_odd);
+    let found = match (missing.next(), odd.next()) {
+        (Some(name), _) => Some(format!("`{text}` without {name}")),
+        (_, Some(name)) => Some(format!("{name} in `{text}`")),
+        _ if constants.values().any(|value| *value <= 0.0) => Some(format!("`{text}`")),
+        _ => None,
+    };
+    if let Some(found) = found {
+        let kind = if two { "diatomic" } else { "monatomic" };
+        let needed = needed.join(", ");
+        let expected = format!(
+            "`{kind}:` with {needed} and, where it is not the distance of the sites, a, all above 0"
+        );
+        return Err(Error::request("dispersion", expected, found));
     }
     let values = |names: &[&str]| names.iter().map(|name| constants[*name]).collect();
     let cell = UnitCell::new(values(heavy), values(stiff))?;
