@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use ndarray::{ArrayView2, ArrayViewMut2, s};
+use ndarray::{ArrayViewMut2, s};
 use num_complex::Complex;
 
 use super::{Energies, Gaps, READ_BYTES, check, working_bytes};
@@ -55,21 +55,29 @@ fn by_blocks(
     let steps = (field.time.step, field.space.step);
     observer.stage("filtering", bins as u64);
     let mut rows = zeros::<Complex<f64>>(blocks.rows * shape.1)?;
-    let mut piece = zeros::<Complex<f64>>(blocks.rows * blocks.width)?;
+    let mut room = zeros::<Complex<f64>>(blocks.rows * blocks.width)?;
     for from in (0..bins).step_by(blocks.rows) {
         check(observer)?;
-        let of = from..bins.min(from + blocks.rows);
-        let shape = (of.len(), shape.1);
-        let rows = &mut rows[..shape.0 * shape.1];
+        let count = blocks.rows.min(bins - from);
+        let mut rows = of_shape(&mut rows, (count, shape.1));
         // The padding, which the last block has overwritten.
         rows.fill(Complex::default());
-        let mut rows = ArrayViewMut2::from_shape(shape, rows).expect("as long as its shape");
-        spectra.read_rows(of.clone(), rows.view_mut(), &mut piece)?;
+        for stripe in spectra.stripes() {
+            let at = spectra.at(&stripe, from);
+            let mut piece = of_shape(&mut room, (count, stripe.len()));
+            spectra.file.read(at, bytes_of(&mut piece))?;
+            rows.slice_mut(s![.., stripe]).assign(&piece);
+        }
         filter.frequencies(from, rows.view_mut(), steps, band);
-        spectra.write_rows(of.clone(), rows.view(), &mut piece)?;
-        observer.advance(of.len() as u64);
+        for stripe in spectra.stripes() {
+            let at = spectra.at(&stripe, from);
+            let mut piece = of_shape(&mut room, (count, stripe.len()));
+            piece.assign(&rows.slice(s![.., stripe]));
+            spectra.file.write(at, bytes_of(&mut piece))?;
+        }
+        observer.advance(count as u64);
     }
-    drop((rows, piece));
+    drop((rows, room));
 
     let out = ScratchFile::new(8 * times as u64 * sites as u64)?;
     let mut after = Vec::with_capacity(sites);
@@ -80,13 +88,12 @@ fn by_blocks(
     for stripe in spectra.stripes() {
         check(observer)?;
         let width = stripe.len();
-        let bins_of = &mut bins_of[..bins * width];
-        spectra.read(stripe.start, bins_of)?;
-        let bins_of = ArrayView2::from_shape((bins, width), &*bins_of).expect("a whole stripe");
-        let records = &mut records[..shape.0 * width];
-        let mut records = ArrayViewMut2::from_shape((shape.0, width), records).expect("a stripe");
-        filter.records_back(bins_of, records.view_mut());
-        for (site, column) in stripe.clone().zip(records.columns()) {
+        let mut bins_of = of_shape(&mut bins_of, (bins, width));
+        let at = spectra.at(&stripe, 0);
+        spectra.file.read(at, bytes_of(&mut bins_of))?;
+        let mut records = of_shape(&mut records, (shape.0, width));
+        filter.records_back(bins_of.view(), records.view_mut());
+        for (site, column) in stripe.zip(records.columns()) {
             let mut energy = 0.0;
             for (to, from) in record.iter_mut().zip(column) {
                 *to = *from;
@@ -115,10 +122,11 @@ impl Blocks {
         let fixed = working_bytes(shape) + READ_BYTES as u64 + 8 * shape.0 as u64;
         let needed = fixed + of_site * TOGETHER as u64;
         let of_row = 16 * ROW_COPIES * shape.1 as u64;
-        if needed.max(of_row) > allowed {
+        let needed = needed.max(of_row);
+        if needed > allowed {
             return Err(Error::Memory {
                 what: "the transform of eight records",
-                needed: needed.max(of_row),
+                needed,
                 allowed,
             });
         }
@@ -146,24 +154,24 @@ impl Blocks {
         observer.stage("reading", spectra.sites as u64);
         for stripe in spectra.stripes() {
             let width = stripe.len();
-            let records = &mut records[..shape.0 * width];
+            let mut records = of_shape(&mut records, (shape.0, width));
             records.fill(0.0);
             let some = (READ_BYTES / (8 * width)).clamp(1, times);
             for from in (0..times).step_by(some) {
                 check(observer)?;
                 let of = from..times.min(from + some);
-                let block = &mut records[of.start * width..of.end * width];
+                let mut block = records.slice_mut(s![of.clone(), ..]);
+                let block = block.as_slice_mut().expect("whole rows");
                 field.read_time_major(of, stripe.clone(), block);
                 field.release_pages();
             }
-            let records = ArrayView2::from_shape((shape.0, width), &*records).expect("a stripe");
             let samples = records.slice(s![..times, ..]);
             gaps.look(samples, stripe.start);
             energies.extend(super::energies(samples));
-            let bins_of = &mut bins_of[..spectra.bins * width];
-            let into = ArrayViewMut2::from_shape((spectra.bins, width), &mut *bins_of);
-            filter.records_there(records, into.expect("a stripe of bins"));
-            spectra.write(stripe.start, bins_of)?;
+            let mut bins_of = of_shape(&mut bins_of, (spectra.bins, width));
+            filter.records_there(records.view(), bins_of.view_mut());
+            let at = spectra.at(&stripe, 0);
+            spectra.file.write(at, bytes_of(&mut bins_of))?;
             observer.advance(width as u64);
         }
         gaps.check(field)?;
@@ -191,50 +199,17 @@ impl Spectra {
     fn at(&self, stripe: &Range<usize>, row: usize) -> u64 {
         16 * (stripe.start as u64 * self.bins as u64 + row as u64 * stripe.len() as u64)
     }
+}
 
-    fn write(&self, from: usize, bins: &[Complex<f64>]) -> Result<()> {
-        let at = 16 * from as u64 * self.bins as u64;
-        self.file.write(at, bytemuck::cast_slice(bins))
-    }
+/// The start of `room` as an array.
+fn of_shape<T>(room: &mut [T], shape: (usize, usize)) -> ArrayViewMut2<'_, T> {
+    let values = &mut room[..shape.0 * shape.1];
+    ArrayViewMut2::from_shape(shape, values).expect("as long as its shape")
+}
 
-    fn read(&self, from: usize, bins: &mut [Complex<f64>]) -> Result<()> {
-        let at = 16 * from as u64 * self.bins as u64;
-        self.file.read(at, bytemuck::cast_slice_mut(bins))
-    }
-
-    fn read_rows(
-        &self,
-        of: Range<usize>,
-        mut rows: ArrayViewMut2<Complex<f64>>,
-        piece: &mut [Complex<f64>],
-    ) -> Result<()> {
-        for stripe in self.stripes() {
-            let piece = &mut piece[..of.len() * stripe.len()];
-            self.file
-                .read(self.at(&stripe, of.start), bytemuck::cast_slice_mut(piece))?;
-            let from = ArrayView2::from_shape((of.len(), stripe.len()), &*piece);
-            rows.slice_mut(s![.., stripe])
-                .assign(&from.expect("as long as its shape"));
-        }
-        Ok(())
-    }
-
-    fn write_rows(
-        &self,
-        of: Range<usize>,
-        rows: ArrayView2<Complex<f64>>,
-        piece: &mut [Complex<f64>],
-    ) -> Result<()> {
-        for stripe in self.stripes() {
-            let piece = &mut piece[..of.len() * stripe.len()];
-            let into = ArrayViewMut2::from_shape((of.len(), stripe.len()), &mut *piece);
-            into.expect("as long as its shape")
-                .assign(&rows.slice(s![.., stripe.clone()]));
-            self.file
-                .write(self.at(&stripe, of.start), bytemuck::cast_slice(piece))?;
-        }
-        Ok(())
-    }
+/// Those of an array from [`of_shape`].
+fn bytes_of<'a>(values: &'a mut ArrayViewMut2<Complex<f64>>) -> &'a mut [u8] {
+    bytemuck::cast_slice_mut(values.as_slice_mut().expect("whole"))
 }
 
 fn zeros<T: Copy + Default>(len: usize) -> Result<Vec<T>> {
