@@ -241,7 +241,7 @@ pub struct Front {
 }
 
 /// Shares of the energy that travel each way. They sum to 1; NaN for a field without energy.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize)]
 pub struct Direction {
     pub toward_plus_x: f64,
     pub toward_minus_x: f64,
@@ -266,7 +266,7 @@ impl Direction {
 }
 
 /// `(energy in the transform domain) / (energy of the prepared, tapered samples) - 1`.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize)]
 pub struct Parseval {
     pub time: Option<f64>,
     pub space: Option<f64>,
