@@ -53,10 +53,8 @@ impl Plan {
         let frame = |segments: Segments| 8 * segments.length as u64 + 64 * bins(segments);
         let worked_on = 8 * self.axes.n_times as u64 + TOGETHER as u64 * frame(time);
         let at_once = self.threads.min(sites) as u64;
-        let across = match asked.times.len() {
-            0 => 0,
-            count => held(space, count) + TOGETHER as u64 * frame(space),
-        };
+        let times = asked.times.len();
+        let across = held(space, times) + times.min(1) as u64 * TOGETHER as u64 * frame(space);
         held(time, sites) + at_once * worked_on + across
     }
 
@@ -114,10 +112,7 @@ impl Plan {
         let vectors = results + self.map_bytes();
         // What moved is found once the passes have let go of theirs.
         let answers = self.request.results.answer;
-        let answer = |tile: u64| match answers {
-            true => need.answer(tile, 0),
-            false => 0,
-        };
+        let answer = |tile: u64| u64::from(answers) * need.answer(tile, 0);
         let least = vectors + blocks.max(pieces + answer(1) + need.per_site(true));
         if allowed < least {
             return Err(Error::Memory {
@@ -129,11 +124,7 @@ impl Plan {
         let mut free = allowed - least;
         let intermediate = self.between_rows() as u64 * need.intermediate_row;
         let in_memory = !need.spacetime || intermediate <= free.min(allowed / 2);
-        let held = if need.spacetime && in_memory {
-            intermediate
-        } else {
-            0
-        };
+        let held = u64::from(need.spacetime && in_memory) * intermediate;
         free -= held;
         let streams = mapped > free.min(allowed / 4) || vectors + mapped + answer(1) > allowed;
 
@@ -150,28 +141,25 @@ impl Plan {
             true => fixed + both,
             false => fixed + tiles + records.max(snapshots),
         };
-        let beside = match streams {
-            true => pieces + need.nt * 8 * self.blocks.sites as u64,
-            false => mapped,
-        };
-        let base = vectors + beside;
+        let base = vectors
+            + match streams {
+                true => pieces + need.nt * 8 * self.blocks.sites as u64,
+                false => mapped,
+            };
         while self.tiles.sites > 1 && base + answer(self.tiles.sites as u64) > allowed {
             self.tiles.sites = self.tiles.sites.div_ceil(2);
         }
         let tile = self.tiles.sites as u64;
-        self.answer_bytes = allowed
-            .saturating_sub(base + answer(tile))
-            .min(allowed / ANSWER_SHARE);
+        let left = allowed.saturating_sub(base + answer(tile));
+        self.answer_bytes = left.min(allowed / ANSWER_SHARE);
         if answers {
             let answer = need.answer(tile, self.answer_bytes);
             self.memory_needed = self.memory_needed.max((base + answer).min(allowed));
         }
         self.tiles.ahead = streams.then_some(self.blocks.sites);
         let shape = (self.between_rows(), self.axes.n_sites);
-        self.scratch_file = match in_memory {
-            true => 0,
-            false => scratch_bytes(shape, self.tiles.sites, need.complex),
-        };
+        let scratch = scratch_bytes(shape, self.tiles.sites, need.complex);
+        self.scratch_file = u64::from(!in_memory) * scratch;
         Ok(())
     }
 
@@ -209,10 +197,9 @@ impl Plan {
         let [nt, nx, nf] = [need.nt, need.nx, need.nf].map(|n| n as usize);
         let block = |bytes: u64, per: u64, tile: usize, least: usize, all: usize| -> usize {
             let fit = usize::try_from(bytes / per.max(1)).unwrap_or(usize::MAX);
-            if fit >= all {
-                all
-            } else {
-                (fit / tile * tile).max(least)
+            match fit >= all {
+                true => all,
+                false => (fit / tile * tile).max(least),
             }
         };
         // In the cache if there is room, at least a tile if that fits at all.
@@ -237,12 +224,8 @@ impl Plan {
         };
         // No tile is wider than its block: stripes of a scratch file are tiles.
         self.tiles.sites = self.tiles.sites.min(blocks.sites);
-        let frequencies = if need.spacetime {
-            blocks.frequencies
-        } else {
-            0
-        };
-        let mut from_records = frequencies as u64 * per_frequency;
+        let mut from_records =
+            u64::from(need.spacetime) * blocks.frequencies as u64 * per_frequency;
         if !in_memory {
             // Whole blocks, which are read together.
             let block = blocks.frequencies as u64 * need.segments * need.intermediate_row;
@@ -296,10 +279,7 @@ impl Need {
             complex,
             spacetime: plan.request.results.spacetime,
             segments: plan.segments.count() as u64,
-            welch: match plan.request.welch {
-                Some(_) => plan.segments.length as u64,
-                None => 0,
-            },
+            welch: plan.request.welch.map_or(0, |welch| welch.segment as u64),
             time: [plan.segments.length, plan.conventions.padded_time],
             space: [plan.axes.n_sites, plan.conventions.padded_space],
             front: plan.front_beside(),
@@ -324,13 +304,9 @@ impl Need {
         let [length, padded] = self.time;
         let scratch = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
         // Transforms of all segments are held until they are written to a scratch file.
-        let waiting = match in_memory {
-            true => 0,
-            false => self.complex * self.nf * (self.segments - 1),
-        };
-        let front = self
-            .front
-            .map_or(0, |samples| front_bytes(samples, sites as usize));
+        let waiting = u64::from(!in_memory) * self.complex * self.nf * (self.segments - 1);
+        let front = |samples| front_bytes(samples, sites as usize);
+        let front = self.front.map_or(0, front);
         let measured = MEASURED * self.nf;
         let tile = sites * (8 * (self.nt + self.welch) + waiting) + scratch + measured + front;
         self.at_work(self.nx, sites) * tile
@@ -349,10 +325,7 @@ impl Need {
         }
         let together = ComplexTransform::<f64>::TOGETHER as u64;
         // Rows are gathered from the stripes of a scratch file.
-        let gathered = match in_memory {
-            true => 0,
-            false => together * self.intermediate_row,
-        };
+        let gathered = u64::from(!in_memory) * together * self.intermediate_row;
         let scratch = ComplexTransform::<f64>::working_bytes(sites, padded);
         snapshots + self.at_work(self.nf, together) * (gathered + scratch)
     }
@@ -360,8 +333,7 @@ impl Need {
     /// Of a block of records. Spectra along time are written by the pass that has them in rows, where
     /// there is one.
     fn per_site(&self, streams: bool) -> u64 {
-        let written = if self.spacetime { 0 } else { 8 * self.nf };
-        written + if streams { 8 * self.nt } else { 0 }
+        8 * (u64::from(!self.spacetime) * self.nf + u64::from(streams) * self.nt)
     }
 
     /// Of blocks of snapshots: one is computed while another is written.
@@ -390,13 +362,10 @@ impl Need {
     /// One record and a few snapshots, in tiles and blocks.
     fn smallest_blocks(&self) -> u64 {
         let in_memory = !self.spacetime;
-        let tile = self
-            .column_tile(1, in_memory)
-            .max(self.row_tile(1, in_memory));
-        let block = self
-            .per_site(true)
-            .max(self.least_times() * self.per_time())
-            .max(self.per_frequency());
+        let [records, snapshots] = [self.column_tile(1, in_memory), self.row_tile(1, in_memory)];
+        let tile = records.max(snapshots);
+        let times = self.least_times() * self.per_time();
+        let block = self.per_site(true).max(times).max(self.per_frequency());
         (2 * tile).max(tile + block)
     }
 }
