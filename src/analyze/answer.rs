@@ -14,7 +14,7 @@ use crate::moved::{
     Answer, Evidence, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source,
     TOLERANCE, Verdict, along_x, in_time,
 };
-use crate::numeric::sum;
+use crate::numeric::{sum, sum_of};
 use crate::observer::Observer;
 use crate::prepare::{Prepared, Sites, Window, some};
 use crate::sheet::{Warning, three_digits};
@@ -136,7 +136,7 @@ fn since(along: &Answer, first_site: usize) -> Option<Range<usize>> {
 }
 
 fn by_sign(directions: &[ByDirection]) -> (f64, f64) {
-    let total = |of: fn(&ByDirection) -> f64| sum(&directions.iter().map(of).collect::<Vec<_>>());
+    let total = |of: fn(&ByDirection) -> f64| sum_of(directions.iter().map(of));
     (total(|d| d.toward_plus_x), total(|d| d.toward_minus_x))
 }
 
@@ -189,7 +189,7 @@ fn wavenumbers(
         levels: &levels,
         noise: sum(&noise),
         noise_powers: vec![sum(&tapered); padded / 2 + 1],
-        window_energy: sum(&window.iter().map(|w| w * w).collect::<Vec<_>>()),
+        window_energy: sum_of(window.iter().map(|w| w * w)),
         transform: RecordTransform::new(&window, padded),
     };
     // What is there before the wave enters is none of it: noise of any colour, and hum.

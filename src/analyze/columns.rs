@@ -6,15 +6,14 @@ use num_complex::Complex;
 
 use super::front::{self, Passed, WindowTransforms};
 use super::intermediate::{self, Intermediate, SpillFile};
-use super::noise::{KnownNoise, Subtracted};
-use super::plan::Plan;
+use super::noise::Subtracted;
+use super::stages::Stages;
 use super::worker::{RecordSamples, Worker};
-use crate::arrays::{LargeArray, Sink};
+use crate::arrays::LargeArray;
 use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::{Error, Result};
 use crate::numeric::sum;
-use crate::observer::Observer;
-use crate::prepare::{Prepared, ReadAhead};
+use crate::prepare::ReadAhead;
 use crate::system::buffer::Buffer;
 use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{Real, RecordScratch, RecordTransform, direct_sums};
@@ -41,39 +40,29 @@ const CHECKED_SAMPLES: usize = 1 << 18;
 
 /// The pass along time, planned.
 pub(super) struct AlongTime<'a, T: Real> {
-    plan: &'a Plan,
-    prepared: &'a Prepared<'a>,
+    stages: &'a Stages<'a>,
     transform: RecordTransform<T>,
-    /// Noise that is subtracted from the spectra.
-    pub noise: Option<&'a KnownNoise>,
     /// Transforms of the front windows, if requested.
     pub passage: Option<WindowTransforms<T>>,
 }
 
 impl<'a, T: Real> AlongTime<'a, T> {
-    pub fn new(plan: &'a Plan, prepared: &'a Prepared<'a>) -> Self {
-        let transform = RecordTransform::new(&plan.window_time, plan.conventions.padded_time);
+    pub fn new(stages: &'a Stages<'a>) -> Self {
+        let padded = stages.plan.conventions.padded_time;
         AlongTime {
-            plan,
-            prepared,
-            transform,
-            noise: None,
+            stages,
+            transform: RecordTransform::new(&stages.plan.window_time, padded),
             passage: None,
         }
     }
 
     /// The record of site `j` and its spectrum; `None` without energy.
     pub fn reference(&self, j: usize) -> Option<(Vec<f64>, Vec<f64>)> {
-        let mut worker = Worker::new(self.plan, &self.transform);
-        let mut record = vec![0.0; self.plan.axes.n_times];
-        self.prepared.record(j, &mut record);
-        worker.spectra(
-            self.prepared,
-            j..j + 1,
-            RecordSamples::Records(&record),
-            None,
-        );
-        if let Some(noise) = self.noise {
+        let mut worker = Worker::new(self.stages.plan, &self.transform);
+        let record = self.stages.record(j);
+        let samples = RecordSamples::Records(&record);
+        worker.spectra(self.stages.prepared, j..j + 1, samples, None);
+        if let Some(noise) = self.stages.noise {
             noise.subtract(j, 1, &mut worker.power);
         }
         let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
@@ -83,11 +72,10 @@ impl<'a, T: Real> AlongTime<'a, T> {
     /// Root mean square difference of a few amplitudes of site `j` from direct sums, relative to the
     /// root mean square of all, which estimates the relative error of the transform; and how many.
     pub fn spot_check(&self, j: usize) -> Option<(f64, usize)> {
-        let (plan, transform) = (self.plan, &self.transform);
+        let (plan, transform) = (self.stages.plan, &self.transform);
         let (length, bins) = (transform.padded(), transform.bins());
         let count = CHECKED_BINS.min(bins).min(CHECKED_SAMPLES / length);
-        let mut record = vec![0.0; plan.axes.n_times];
-        self.prepared.record(j, &mut record);
+        let mut record = self.stages.record(j);
         record.truncate(plan.segments.length);
         let mut scratch = RecordScratch::default();
         let (spectrum, energies) = transform.transform(std::iter::once(&record[..]), &mut scratch);
@@ -95,42 +83,31 @@ impl<'a, T: Real> AlongTime<'a, T> {
         if count == 0 || energy <= 0.0 {
             return None;
         }
-        let mut tapered: Vec<f64> = record
-            .iter()
-            .zip(&plan.window_time)
-            .map(|(v, w)| v * w)
-            .collect();
+        let tapered = record.iter().zip(&plan.window_time);
+        let mut tapered: Vec<f64> = tapered.map(|(v, w)| v * w).collect();
         tapered.resize(length, 0.0);
-        let chosen: Vec<usize> = (0..count)
-            .map(|i| (2 * i + 1) * bins / (2 * count))
-            .collect();
-        let squared: f64 = chosen
-            .iter()
-            .zip(direct_sums(&tapered, &chosen))
-            .map(|(&m, z)| {
-                let (re, im) = (
-                    spectrum[m].re.to_f64() - z.re,
-                    spectrum[m].im.to_f64() - z.im,
-                );
-                re * re + im * im
-            })
-            .sum();
+        let chosen = (0..count).map(|i| (2 * i + 1) * bins / (2 * count));
+        let chosen: Vec<usize> = chosen.collect();
+        let both = chosen.iter().zip(direct_sums(&tapered, &chosen));
+        let squares = both.map(|(&m, z)| {
+            let re = spectrum[m].re.to_f64() - z.re;
+            let im = spectrum[m].im.to_f64() - z.im;
+            re * re + im * im
+        });
+        let squared: f64 = squares.sum();
         Some(((squared / count as f64 / energy).sqrt(), count))
     }
 
     /// Transforms all records. The transforms go to `between`, where there is one; where there is
-    /// none, spectra go to `sink`.
+    /// none, spectra go to the sink.
     pub fn transform_records(
         &self,
         edge: f64,
-        stored: f64,
         mut between: Option<&mut Intermediate<T>>,
-        sink: &dyn Sink,
-        observer: &dyn Observer,
     ) -> Result<TemporalPassResult> {
-        let (plan, prepared) = (self.plan, self.prepared);
+        let (plan, prepared, stored) = (self.stages.plan, self.stages.prepared, self.stages.stored);
         let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
-        observer.stage("along time", nx as u64);
+        self.stages.observer.stage("along time", nx as u64);
         let workers = ScratchPool::default();
         let wanted = between.is_none();
         let has_map = wanted && plan.request.maps;
@@ -152,7 +129,6 @@ impl<'a, T: Real> AlongTime<'a, T> {
             let stripes = Stripes {
                 all: self,
                 workers: &workers,
-                observer,
                 ahead: prepared.read_ahead(from..from + width, &mut room),
                 bins: &bins,
                 edge,
@@ -160,11 +136,11 @@ impl<'a, T: Real> AlongTime<'a, T> {
             };
             let kept = between.as_deref_mut().map(|all| all.columns(from, width));
             let seen = stripes.run(spectra.view_mut(), kept.transpose()?)?;
-            for seen in seen {
-                done.rows.push(seen.row);
-                done.energies.push(seen.energy);
-                done.passed.extend(seen.passed);
-                done.subtracted.extend(seen.subtracted);
+            for (row, energy, subtracted, passed) in seen {
+                done.rows.push(row);
+                done.energies.push(energy);
+                done.passed.extend(passed);
+                done.subtracted.extend(subtracted);
             }
             if wanted {
                 if stored != 1.0 {
@@ -185,7 +161,8 @@ impl<'a, T: Real> AlongTime<'a, T> {
                         column.fill(f64::NAN);
                     }
                 }
-                sink.put(LargeArray::TEMPORAL_SPECTRUM, 0, from, spectra.view())?;
+                let array = LargeArray::TEMPORAL_SPECTRUM;
+                self.stages.sink.put(array, 0, from, spectra.view())?;
             }
             prepared.release_pages();
         }
@@ -206,7 +183,7 @@ struct SiteScratch<'w, T: Real> {
 impl<'w, T: Real> SiteScratch<'w, T> {
     fn new(of: &'w AlongTime<'w, T>) -> Self {
         SiteScratch {
-            worker: Worker::new(of.plan, &of.transform),
+            worker: Worker::new(of.stages.plan, &of.transform),
             samples: Vec::new(),
             front: front::WindowScratch::default(),
             kept: Array2::default((0, 0)),
@@ -218,20 +195,14 @@ impl<'w, T: Real> SiteScratch<'w, T> {
 struct Stripes<'a, 'w, T: Real> {
     all: &'w AlongTime<'w, T>,
     workers: &'a ScratchPool<SiteScratch<'w, T>>,
-    observer: &'a dyn Observer,
     ahead: Option<&'a ReadAhead>,
     bins: &'a Bins<'w>,
     edge: f64,
     from: usize,
 }
 
-/// Findings at one site.
-struct SiteFindings {
-    row: SpectrumMoments,
-    energy: f64,
-    passed: Option<Passed>,
-    subtracted: Option<Subtracted>,
-}
+/// Findings at one site: measures of its spectrum, its energy, the noise that was in it, and the passage of the front.
+type SiteFindings = (SpectrumMoments, f64, Option<Subtracted>, Option<Passed>);
 
 impl<T: Real> Stripes<'_, '_, T> {
     /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept`.
@@ -240,7 +211,7 @@ impl<T: Real> Stripes<'_, '_, T> {
         mut spectra: ArrayViewMut2<f64>,
         kept: Option<intermediate::Columns<T>>,
     ) -> Result<Vec<SiteFindings>> {
-        let tile = self.all.plan.tiles.sites;
+        let tile = self.all.stages.plan.tiles.sites;
         let mut nothing = Array2::default((0, spectra.ncols()));
         let (mut kept, scratch) = match kept {
             None => (nothing.view_mut(), None),
@@ -274,7 +245,7 @@ impl<T: Real> Stripes<'_, '_, T> {
         room: &mut SiteScratch<T>,
         spectra: ArrayViewMut2<f64>,
     ) -> Result<Vec<SiteFindings>> {
-        let shape = (self.all.plan.between_rows(), spectra.ncols());
+        let shape = (self.all.stages.plan.between_rows(), spectra.ncols());
         let mut kept = std::mem::take(&mut room.kept);
         if kept.dim() != shape {
             drop(kept);
@@ -294,7 +265,8 @@ impl<T: Real> Stripes<'_, '_, T> {
         mut spectra: ArrayViewMut2<f64>,
         kept: ArrayViewMut2<Complex<T>>,
     ) -> Result<Vec<SiteFindings>> {
-        if self.observer.cancelled() {
+        let all = self.all.stages;
+        if all.observer.cancelled() {
             return Err(Error::Cancelled);
         }
         let SiteScratch {
@@ -303,7 +275,7 @@ impl<T: Real> Stripes<'_, '_, T> {
             front,
             ..
         } = room;
-        let (plan, prepared) = (self.all.plan, self.all.prepared);
+        let (plan, prepared) = (all.plan, all.prepared);
         let width = spectra.ncols();
         let sites = first..first + width;
         samples.resize(width * plan.axes.n_times, 0.0);
@@ -318,23 +290,19 @@ impl<T: Real> Stripes<'_, '_, T> {
         };
         let kept = (kept.nrows() > 0).then_some(kept);
         worker.spectra(prepared, sites, seen, kept);
-        let noise = self.all.noise;
-        let subtracted = noise.map(|noise| noise.subtract(first, width, &mut worker.power));
+        let subtracted = all
+            .noise
+            .map(|noise| noise.subtract(first, width, &mut worker.power));
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
         let rows = interleaved_moments(&worker.power, self.bins, self.edge);
-        let mut seen: Vec<SiteFindings> = rows
-            .into_iter()
-            .zip(&worker.energies)
-            .enumerate()
-            .map(|(lane, (row, &energy))| SiteFindings {
-                row,
-                energy,
-                passed: None,
-                subtracted: subtracted.map(|subtracted| subtracted[lane]),
-            })
-            .collect();
+        let rows = rows.into_iter().zip(&worker.energies).enumerate();
+        let seen = rows.map(|(lane, (row, &energy))| {
+            let subtracted = subtracted.map(|subtracted| subtracted[lane]);
+            (row, energy, subtracted, None)
+        });
+        let mut seen: Vec<SiteFindings> = seen.collect();
         if let Some(passage) = &self.all.passage {
             if passage.is_long(plan) {
                 worker.release();
@@ -344,13 +312,13 @@ impl<T: Real> Stripes<'_, '_, T> {
                 false => passage.of_columns(samples, width, front),
             };
             for (seen, passed) in seen.iter_mut().zip(passed) {
-                seen.passed = Some(passed);
+                seen.3 = Some(passed);
             }
             if passage.is_long(plan) {
                 *front = front::WindowScratch::default();
             }
         }
-        self.observer.advance(width as u64);
+        all.observer.advance(width as u64);
         Ok(seen)
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::plan::Plan;
 use super::result::Axes;
 use crate::arrays::Precision;
-use crate::diagnostics::{MapBuilder, Part};
+use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
 use crate::moved::ArrivalWindows;
 use crate::numeric::sum;
@@ -203,18 +203,16 @@ impl ShowAxis {
             return Ok(());
         }
         let digits = crate::measure::digits;
-        Err(Error::Request {
-            option,
-            expected: format!(
-                "limits within {}:{} with a bin between them, the lower one first, or all",
-                digits(first),
-                digits(last)
-            ),
-            found: match self {
-                ShowAxis::UpTo(high) => high.to_string(),
-                _ => format!("{low}:{high}"),
-            },
-        })
+        let expected = format!(
+            "limits within {}:{} with a bin between them, the lower one first, or all",
+            digits(first),
+            digits(last)
+        );
+        let found = match self {
+            ShowAxis::UpTo(high) => high.to_string(),
+            _ => format!("{low}:{high}"),
+        };
+        Err(Error::request(option, expected, found))
     }
 }
 
@@ -294,7 +292,7 @@ impl Display {
             None => energies.wavenumber.map(<[f64]>::to_vec),
         };
         let precision = plan.request.precision;
-        let padding = plan.conventions.padded_space as f64 / axes.n_sites as f64;
+        let padding = plan.padding_space();
         let end = |energies: Option<&[f64]>, padding: f64| {
             energies.and_then(|energies| end_of(energies, padding, precision))
         };
@@ -323,11 +321,6 @@ impl Display {
             time: time.extent(time.shown_of(show.time, times), energies.time),
             space: space.extent(space.shown_of(show.space, sites), energies.space),
         }
-    }
-
-    /// Rows and columns of a map, by the extents of its axes.
-    pub(super) fn part(rows: &Extent, columns: &Extent) -> Part {
-        (rows.bins.clone(), columns.bins.clone())
     }
 }
 

@@ -305,9 +305,7 @@ pub(super) fn gather(
     };
     let fits: Vec<bool> = arrivals.iter().map(fits).collect();
     let (low_share, high_share) = (column(|p| p.low_share), column(|p| p.high_share));
-    let headline = Headline::of(&high_share, &fits, &fits, reference, |row| {
-        (plan.sites.start + row, plan.axes.space.at(row))
-    });
+    let headline = Headline::of(&high_share, &fits, &fits, reference, |row| plan.place(row));
     let at = |arrival: &Option<usize>| arrival.map_or(f64::NAN, |n| time.at(n));
     Front {
         length,
@@ -343,9 +341,7 @@ impl Front {
                 sites: later.len(),
                 noise: false,
             },
-            headline: Headline::of(&nowhere, &fits, &fits, None, |row| {
-                (plan.sites.start + row, plan.axes.space.at(row))
-            }),
+            headline: Headline::of(&nowhere, &fits, &fits, None, |row| plan.place(row)),
             arrival: nowhere.clone(),
             fits,
             low_share: nowhere.clone(),

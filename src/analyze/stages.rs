@@ -37,13 +37,15 @@ pub(super) struct Stages<'a> {
 }
 
 /// What transforms along time lead to.
+#[derive(Default)]
 pub(super) struct FromRecords {
     /// Where low frequencies end; `None` where no spectra along time are wanted.
     pub edge: Option<BandEdge>,
     pub front: Option<FrontLength>,
     /// Of the spectrum of the reference site.
     pub interval: Option<SpectrumInterval>,
-    pub columns: TemporalPassResult,
+    /// `None` where no transforms along time are needed.
+    pub columns: Option<TemporalPassResult>,
     pub spacetime: Option<Frequencies>,
     /// The error of amplitudes, and of how many.
     pub checked: Option<(f64, usize)>,
@@ -61,7 +63,7 @@ pub(super) struct FromProfiles {
 impl Stages<'_> {
     /// All passes. The two chains of passes run concurrently if memory allows, since one alone
     /// leaves threads idle at times.
-    pub fn run<T: Real>(&self, clock: &mut Clock) -> Result<(Option<FromRecords>, FromProfiles)> {
+    pub fn run<T: Real>(&self, clock: &mut Clock) -> Result<(FromRecords, FromProfiles)> {
         if !self.plan.interleaved {
             // Snapshots first: the page cache still holds part of a large field after the survey,
             // and loses it when a spill file is written.
@@ -106,14 +108,20 @@ impl Stages<'_> {
         }
     }
 
+    /// The prepared record of a site.
+    pub fn record(&self, site: usize) -> Vec<f64> {
+        let mut record = vec![0.0; self.plan.axes.n_times];
+        self.prepared.record(site, &mut record);
+        record
+    }
+
     /// Along time, then along space at each frequency; nothing where neither is needed.
-    fn records<T: Real>(&self, clock: &mut Clock) -> Result<Option<FromRecords>> {
-        let (plan, stored, sink, observer) = (self.plan, self.stored, self.sink, self.observer);
+    fn records<T: Real>(&self, clock: &mut Clock) -> Result<FromRecords> {
+        let plan = self.plan;
         if !plan.transforms_time() {
-            return Ok(None);
+            return Ok(FromRecords::default());
         }
-        let mut along_time = AlongTime::<T>::new(plan, self.prepared);
-        along_time.noise = self.noise;
+        let mut along_time = AlongTime::<T>::new(self);
         clock.lap(plan, "planning along time");
         let found = self.at_reference_site(&along_time);
         let interval = found.and_then(|(.., interval)| interval);
@@ -134,13 +142,7 @@ impl Stages<'_> {
                 Some(Intermediate::SpillFile(scratch))
             }
         };
-        let columns = along_time.transform_records(
-            value_of(edge),
-            stored,
-            between.as_mut(),
-            sink,
-            observer,
-        )?;
+        let columns = along_time.transform_records(value_of(edge), between.as_mut())?;
         clock.lap(plan, "along time");
         // Of a node there is rounding alone.
         let site = first_with_energy(&columns.energies, FLOOR);
@@ -152,23 +154,21 @@ impl Stages<'_> {
                 (None, checked)
             }
             Some(between) => {
-                let (seen, checked) = rayon::join(
-                    || spacetime::transform_frequencies(plan, between, stored, sink, observer),
-                    check,
-                );
+                let (seen, checked) =
+                    rayon::join(|| spacetime::transform_frequencies(self, between), check);
                 clock.lap(plan, "space-time");
                 (Some(seen?), checked)
             }
         };
         drop(between);
-        Ok(Some(FromRecords {
+        Ok(FromRecords {
             edge,
             front,
             interval,
-            columns,
+            columns: Some(columns),
             spacetime,
             checked,
-        }))
+        })
     }
 
     /// Where low frequencies end, how long windows at the front's passage are, and how well the spectrum is
@@ -194,7 +194,7 @@ impl Stages<'_> {
         let bin = 1.0 / (plan.segments.length as f64 * axes.time.step);
         let edge = found.map(|(site, (_, spectrum))| Edge {
             quantile: quantile_of(&spectrum, &plan.frequency_bins(), EDGE),
-            place: (plan.sites.start + site, axes.space.at(site)),
+            place: plan.place(site),
             bin,
         });
         let edge = edge.map_or(BandEdge::Undefined, Edge::settled);
@@ -223,18 +223,16 @@ impl Stages<'_> {
 
     /// Along space at each time, and short-time spectra.
     fn profiles<T: Real>(&self, clock: &mut Clock) -> Result<FromProfiles> {
-        let (plan, prepared, stored, observer) =
-            (self.plan, self.prepared, self.stored, self.observer);
+        let plan = self.plan;
         let edge = self.wavenumber_edge::<T>();
         if edge.is_some() {
             clock.lap(plan, "wavenumber band edge");
         }
-        let low = value_of(edge);
-        let rows = rows::transform_profiles::<T>(plan, prepared, low, stored, self.sink, observer)?;
+        let rows = rows::transform_profiles::<T>(self, value_of(edge))?;
         clock.lap(plan, "along space");
         let (short_time, short_space) = if plan.request.results.short_time {
-            let along = short_time::along_time::<T>(plan, prepared, stored, observer)?;
-            let across = short_time::along_space::<T>(plan, prepared, stored, observer)?;
+            let along = short_time::along_time::<T>(self)?;
+            let across = short_time::along_space::<T>(self)?;
             clock.lap(plan, "short-time");
             (Some(along), across)
         } else {
