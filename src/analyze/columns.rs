@@ -4,7 +4,7 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
-use super::front::{self, Passed, WindowTransforms};
+use super::front::{Passed, WindowScratch, WindowTransforms};
 use super::intermediate::{self, Intermediate, SpillFile};
 use super::noise::Subtracted;
 use super::stages::Stages;
@@ -40,8 +40,8 @@ const CHECKED_SAMPLES: usize = 1 << 18;
 
 /// The pass along time, planned.
 pub(super) struct AlongTime<'a, T: Real> {
-    stages: &'a Stages<'a>,
-    transform: RecordTransform<T>,
+    pub stages: &'a Stages<'a>,
+    pub transform: RecordTransform<T>,
     /// Transforms of the front windows, if requested.
     pub passage: Option<WindowTransforms<T>>,
 }
@@ -58,10 +58,10 @@ impl<'a, T: Real> AlongTime<'a, T> {
 
     /// The record of site `j` and its spectrum; `None` without energy.
     pub fn reference(&self, j: usize) -> Option<(Vec<f64>, Vec<f64>)> {
-        let mut worker = Worker::new(self.stages.plan, &self.transform);
+        let mut worker = Worker::default();
         let record = self.stages.record(j);
         let samples = RecordSamples::Records(&record);
-        worker.spectra(self.stages.prepared, j..j + 1, samples, None);
+        worker.spectra(self, j..j + 1, samples, None);
         if let Some(noise) = self.stages.noise {
             noise.subtract(j, 1, &mut worker.power);
         }
@@ -171,32 +171,22 @@ impl<'a, T: Real> AlongTime<'a, T> {
 }
 
 /// What a thread works with.
-struct SiteScratch<'w, T: Real> {
-    worker: Worker<'w, T>,
+#[derive(Default)]
+struct SiteScratch<T> {
+    worker: Worker<T>,
     samples: Vec<f64>,
     /// For the passage of the front.
-    front: front::WindowScratch<T>,
+    front: WindowScratch<T>,
     /// Transforms to be written to a scratch file.
     kept: Array2<Complex<T>>,
 }
 
-impl<'w, T: Real> SiteScratch<'w, T> {
-    fn new(of: &'w AlongTime<'w, T>) -> Self {
-        SiteScratch {
-            worker: Worker::new(of.stages.plan, &of.transform),
-            samples: Vec::new(),
-            front: front::WindowScratch::default(),
-            kept: Array2::default((0, 0)),
-        }
-    }
-}
-
 /// A block of sites, shared out in stripes of a few sites each.
-struct Stripes<'a, 'w, T: Real> {
-    all: &'w AlongTime<'w, T>,
-    workers: &'a ScratchPool<SiteScratch<'w, T>>,
+struct Stripes<'a, T: Real> {
+    all: &'a AlongTime<'a, T>,
+    workers: &'a ScratchPool<SiteScratch<T>>,
     ahead: Option<&'a ReadAhead>,
-    bins: &'a Bins<'w>,
+    bins: &'a Bins<'a>,
     edge: f64,
     from: usize,
 }
@@ -204,7 +194,7 @@ struct Stripes<'a, 'w, T: Real> {
 /// Findings at one site: measures of its spectrum, its energy, the noise that was in it, and the passage of the front.
 type SiteFindings = (SpectrumMoments, f64, Option<Subtracted>, Option<Passed>);
 
-impl<T: Real> Stripes<'_, '_, T> {
+impl<T: Real> Stripes<'_, T> {
     /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept`.
     fn run(
         &self,
@@ -224,7 +214,7 @@ impl<T: Real> Stripes<'_, '_, T> {
             .zip(kept.axis_chunks_iter_mut(Axis(1), tile))
             .enumerate()
             .map_init(
-                || self.workers.take(|_| true, || SiteScratch::new(self.all)),
+                || self.workers.take(|_| true, SiteScratch::default),
                 |room, (i, (spectra, kept))| {
                     let first = self.from + i * tile;
                     match scratch {
@@ -289,7 +279,7 @@ impl<T: Real> Stripes<'_, '_, T> {
             RecordSamples::Columns(samples)
         };
         let kept = (kept.nrows() > 0).then_some(kept);
-        worker.spectra(prepared, sites, seen, kept);
+        worker.spectra(self.all, sites, seen, kept);
         let subtracted = all
             .noise
             .map(|noise| noise.subtract(first, width, &mut worker.power));
@@ -305,7 +295,7 @@ impl<T: Real> Stripes<'_, '_, T> {
         let mut seen: Vec<SiteFindings> = seen.collect();
         if let Some(passage) = &self.all.passage {
             if passage.is_long(plan) {
-                worker.release();
+                *worker = Worker::default();
             }
             let passed = match by_record {
                 true => passage.of_records(samples, plan.axes.n_times, front),
@@ -315,7 +305,7 @@ impl<T: Real> Stripes<'_, '_, T> {
                 seen.3 = Some(passed);
             }
             if passage.is_long(plan) {
-                *front = front::WindowScratch::default();
+                *front = WindowScratch::default();
             }
         }
         all.observer.advance(width as u64);

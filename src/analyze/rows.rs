@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use ndarray::{ArrayView2, ArrayViewMut2};
-use num_complex::Complex;
 
 use super::blocks::RowBlocks;
 use super::flux::FluxSurrogate;
 use super::plan::Plan;
 use super::quality::Ends;
 use super::stages::Stages;
+use super::worker::AddPowers;
 use crate::arrays::LargeArray;
 use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::Result;
@@ -208,13 +208,14 @@ impl<T: Real> SpatialPass<'_, T> {
             let (transformed, energies) = transform.transform(profiles.chunks_exact(nx), scratch);
             // Unused lanes are not read.
             across.resize(nk, lanes::LaneBlock::default());
-            widest(SnapshotPowers {
-                transformed,
-                width,
-                scales: &self.scales,
-                across: &mut *across,
-                spectra,
+            let transformed = ArrayView2::from_shape((nk, width), transformed);
+            widest(AddPowers {
+                spectra: transformed.expect("as long as its shape"),
+                sums: across,
+                is_first: true,
+                factor: |m| self.scales[m],
             });
+            apart(across, spectra);
             let rows = interleaved_moments(across, &self.bins, self.edge);
             let spectra = rows.into_iter().zip(energies.iter().copied());
             let ends = profiles.chunks_exact(nx).map(Ends::of);
@@ -224,36 +225,11 @@ impl<T: Real> SpatialPass<'_, T> {
     }
 }
 
-/// Spectra of a few times from batched transforms, interleaved and one after the other.
-struct SnapshotPowers<'a, T> {
-    transformed: &'a [Complex<T>],
-    width: usize,
-    scales: &'a [f64],
-    across: &'a mut [lanes::LaneBlock],
-    spectra: &'a mut [f64],
-}
-
-impl<T: Real> lanes::SimdKernel for SnapshotPowers<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: lanes::Lanes>(self) {
-        let bins = self.transformed.chunks_exact(self.width);
-        for (powers, (bins, scale)) in self.across.iter_mut().zip(bins.zip(self.scales)) {
-            // Whole blocks have a length that the compiler knows.
-            if let Some(bins) = bins.first_chunk::<{ lanes::WIDTH }>() {
-                powers.0 = bins.map(|x| power(x) * scale);
-                continue;
-            }
-            for (p, &x) in powers.0.iter_mut().zip(bins) {
-                *p = power(x) * scale;
-            }
-        }
-        let bins = self.across.len();
-        for (lane, spectrum) in self.spectra.chunks_exact_mut(bins).enumerate() {
-            for (p, powers) in spectrum.iter_mut().zip(&*self.across) {
-                *p = powers.0[lane];
-            }
+/// Interleaved spectra one after the other.
+fn apart(across: &[lanes::LaneBlock], spectra: &mut [f64]) {
+    for (lane, spectrum) in spectra.chunks_exact_mut(across.len()).enumerate() {
+        for (p, powers) in spectrum.iter_mut().zip(across) {
+            *p = powers.0[lane];
         }
     }
 }
