@@ -5,8 +5,8 @@ use std::ops::Range;
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis, s};
 
-use crate::error::{Error, Result};
-use crate::observer::Observer;
+use crate::error::Result;
+use crate::observer::{Observer, go_on};
 use crate::system::scratch_pool::ScratchPool;
 
 /// How rows of two arrays are computed.
@@ -93,9 +93,7 @@ impl RowBlocks<'_> {
             .map_init(
                 || pool.take(|_| true, S::default),
                 |room, (i, (mut first, mut second))| {
-                    if self.observer.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
+                    go_on(self.observer)?;
                     let (from, count) = (rows.start + i * size, first.nrows());
                     self.observer.advance(count as u64);
                     // Bands of whole rows of standard arrays are contiguous.

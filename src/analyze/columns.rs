@@ -1,18 +1,19 @@
 //! The pass along time: every site's record to its spectrum.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayViewMut2, Axis};
+use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
 use super::front::{Passed, WindowScratch, WindowTransforms};
-use super::intermediate::{self, Intermediate, SpillFile};
+use super::intermediate::Intermediate;
 use super::noise::Subtracted;
 use super::stages::Stages;
 use super::worker::{RecordSamples, Worker};
 use crate::arrays::LargeArray;
 use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::numeric::sum;
+use crate::observer::go_on;
 use crate::prepare::ReadAhead;
 use crate::system::buffer::Buffer;
 use crate::system::scratch_pool::ScratchPool;
@@ -119,7 +120,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
             map: has_map.then(|| plan.map_builder((nf, nx), Keep::Largest)),
             frequency_energies: has_map.then(|| vec![0.0; nf]),
         };
-        let rows = if wanted { nf } else { 0 };
+        let rows = usize::from(wanted) * nf;
         let bins = plan.frequency_bins();
         let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
         let mut room = ReadAhead::default();
@@ -134,8 +135,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
                 edge,
                 from,
             };
-            let kept = between.as_deref_mut().map(|all| all.columns(from, width));
-            let seen = stripes.run(spectra.view_mut(), kept.transpose()?)?;
+            let seen = stripes.run(spectra.view_mut(), between.as_deref_mut())?;
             for (row, energy, subtracted, passed) in seen {
                 done.rows.push(row);
                 done.energies.push(energy);
@@ -199,14 +199,18 @@ impl<T: Real> Stripes<'_, T> {
     fn run(
         &self,
         mut spectra: ArrayViewMut2<f64>,
-        kept: Option<intermediate::Columns<T>>,
+        kept: Option<&mut Intermediate<T>>,
     ) -> Result<Vec<SiteFindings>> {
         let tile = self.all.stages.plan.tiles.sites;
-        let mut nothing = Array2::default((0, spectra.ncols()));
+        let width = spectra.ncols();
+        let mut nothing = Array2::default((0, width));
         let (mut kept, scratch) = match kept {
             None => (nothing.view_mut(), None),
-            Some(intermediate::Columns::Memory(columns)) => (columns, None),
-            Some(intermediate::Columns::SpillFile(scratch)) => (nothing.view_mut(), Some(scratch)),
+            Some(Intermediate::Memory { buffer, shape }) => {
+                let columns = s![.., self.from..self.from + width];
+                (buffer.view_mut(*shape)?.slice_move(columns), None)
+            }
+            Some(Intermediate::SpillFile(scratch)) => (nothing.view_mut(), Some(&*scratch)),
         };
         let done: Result<Vec<Vec<SiteFindings>>> = spectra
             .axis_chunks_iter_mut(Axis(1), tile)
@@ -217,34 +221,23 @@ impl<T: Real> Stripes<'_, T> {
                 || self.workers.take(|_| true, SiteScratch::default),
                 |room, (i, (spectra, kept))| {
                     let first = self.from + i * tile;
-                    match scratch {
-                        None => self.stripe(first, room, spectra, kept),
-                        Some(scratch) => self.stripe_to(scratch, first, room, spectra),
+                    let Some(scratch) = scratch else {
+                        return self.stripe(first, room, spectra, kept);
+                    };
+                    let shape = (self.all.stages.plan.between_rows(), spectra.ncols());
+                    let mut kept = std::mem::take(&mut room.kept);
+                    if kept.dim() != shape {
+                        drop(kept);
+                        kept = Array2::default(shape);
                     }
+                    let seen = self.stripe(first, room, spectra, kept.view_mut())?;
+                    scratch.put(first, kept.view())?;
+                    room.kept = kept;
+                    Ok(seen)
                 },
             )
             .collect();
         Ok(done?.into_iter().flatten().collect())
-    }
-
-    /// A stripe whose transforms go to `scratch`.
-    fn stripe_to(
-        &self,
-        scratch: &SpillFile<T>,
-        first: usize,
-        room: &mut SiteScratch<T>,
-        spectra: ArrayViewMut2<f64>,
-    ) -> Result<Vec<SiteFindings>> {
-        let shape = (self.all.stages.plan.between_rows(), spectra.ncols());
-        let mut kept = std::mem::take(&mut room.kept);
-        if kept.dim() != shape {
-            drop(kept);
-            kept = Array2::default(shape);
-        }
-        let seen = self.stripe(first, room, spectra, kept.view_mut())?;
-        scratch.put(first, kept.view())?;
-        room.kept = kept;
-        Ok(seen)
     }
 
     /// The sites from `first` on; `kept` has no rows where transforms are not.
@@ -256,9 +249,7 @@ impl<T: Real> Stripes<'_, T> {
         kept: ArrayViewMut2<Complex<T>>,
     ) -> Result<Vec<SiteFindings>> {
         let all = self.all.stages;
-        if all.observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
+        go_on(all.observer)?;
         let SiteScratch {
             worker,
             samples,

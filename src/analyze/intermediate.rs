@@ -4,7 +4,7 @@ use std::fs::File;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use ndarray::{ArrayView2, ArrayViewMut2, s};
+use ndarray::{ArrayView2, s};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -23,12 +23,6 @@ pub(super) enum Intermediate<T: Real> {
     SpillFile(SpillFile<T>),
 }
 
-/// Where the columns of neighbouring sites go.
-pub(super) enum Columns<'a, T: Real> {
-    Memory(ArrayViewMut2<'a, Complex<T>>),
-    SpillFile(&'a SpillFile<T>),
-}
-
 /// Neighbouring rows.
 pub(super) enum Rows<'a, T: Real> {
     Memory(ArrayView2<'a, Complex<T>>),
@@ -42,19 +36,6 @@ impl<T: Real> Intermediate<T> {
     pub fn in_memory(shape: (usize, usize)) -> Result<Self> {
         let buffer = Buffer::zeros(shape)?;
         Ok(Intermediate::Memory { buffer, shape })
-    }
-
-    /// The place of the columns `from .. from + width`, to be written whole.
-    pub fn columns(&mut self, from: usize, width: usize) -> Result<Columns<'_, T>> {
-        match self {
-            Intermediate::Memory { buffer, shape } => {
-                let columns = s![.., from..from + width];
-                Ok(Columns::Memory(
-                    buffer.view_mut(*shape)?.slice_move(columns),
-                ))
-            }
-            Intermediate::SpillFile(scratch) => Ok(Columns::SpillFile(scratch)),
-        }
     }
 
     /// `rows`, which come in order.
@@ -143,11 +124,9 @@ impl<T: Real> SpillFile<T> {
             values: Vec::new(),
         };
         let bytes = scratch_bytes(shape, stripe, size_of::<Complex<T>>() as u64);
-        let reserved = crate::system::file_io::allocate(&scratch.file, 0, bytes);
-        reserved.map_err(Error::write(
-            "reserve room for a scratch file in",
-            &scratch.place,
-        ))?;
+        let action = "reserve room for a scratch file in";
+        crate::system::file_io::allocate(&scratch.file, 0, bytes)
+            .map_err(Error::write(action, &scratch.place))?;
         Ok(scratch)
     }
 

@@ -9,6 +9,7 @@ use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
 use super::stages::Stages;
 use crate::error::{Error, Result};
 use crate::field::Axis;
+use crate::observer::go_on;
 use crate::transform::{
     Real, RecordScratch, RecordTransform, Scale, Scaling, Segments, fold, frequencies, power,
     wavenumbers,
@@ -52,9 +53,7 @@ impl<'a, T: Real> Frames<'a, T> {
         let starts: Vec<usize> = self.segments.starts().collect();
         let mut values = Array2::zeros((self.transform.bins(), starts.len()));
         for (block, starts) in starts.chunks(TOGETHER).enumerate() {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            go_on(observer)?;
             let frames = starts.iter().map(|&start| &record[start..start + n]);
             let (spectra, _) = self.transform.transform(frames, scratch);
             for (m, row) in spectra.chunks_exact(starts.len()).enumerate() {

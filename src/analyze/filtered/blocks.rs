@@ -6,10 +6,10 @@ use std::ops::Range;
 use ndarray::{ArrayViewMut2, s};
 use num_complex::Complex;
 
-use super::{Energies, Gaps, READ_BYTES, check, working_bytes};
+use super::{Energies, Gaps, READ_BYTES, working_bytes};
 use crate::error::{Error, Result};
 use crate::field::{Field, ScratchFile, Storage};
-use crate::observer::Observer;
+use crate::observer::{Observer, go_on};
 use crate::system::memory::try_filled;
 use crate::transform::{Passband, SpaceTimeFilter};
 
@@ -57,7 +57,7 @@ fn by_blocks(
     let mut rows = zeros::<Complex<f64>>(blocks.rows * shape.1)?;
     let mut room = zeros::<Complex<f64>>(blocks.rows * blocks.width)?;
     for from in (0..bins).step_by(blocks.rows) {
-        check(observer)?;
+        go_on(observer)?;
         let count = blocks.rows.min(bins - from);
         let mut rows = of_shape(&mut rows, (count, shape.1));
         // The padding, which the last block has overwritten.
@@ -86,7 +86,7 @@ fn by_blocks(
     let mut records = zeros::<f64>(shape.0 * blocks.width)?;
     let mut record = zeros::<f64>(times)?;
     for stripe in spectra.stripes() {
-        check(observer)?;
+        go_on(observer)?;
         let width = stripe.len();
         let mut bins_of = of_shape(&mut bins_of, (bins, width));
         let at = spectra.at(&stripe, 0);
@@ -158,7 +158,7 @@ impl Blocks {
             records.fill(0.0);
             let some = (READ_BYTES / (8 * width)).clamp(1, times);
             for from in (0..times).step_by(some) {
-                check(observer)?;
+                go_on(observer)?;
                 let of = from..times.min(from + some);
                 let mut block = records.slice_mut(s![of.clone(), ..]);
                 let block = block.as_slice_mut().expect("whole rows");

@@ -6,7 +6,7 @@ use ndarray::{Array2, ArrayView2, s};
 
 use crate::error::{Error, Result};
 use crate::field::{Field, Storage};
-use crate::observer::Observer;
+use crate::observer::{Observer, go_on};
 use crate::system::memory::{available_memory, try_filled};
 use crate::transform::{Passband, SpaceTimeFilter};
 
@@ -103,7 +103,7 @@ fn at_once(
     let steps = (field.time.step, field.space.step);
     observer.stage("filtering", 1);
     let passed = filter.apply(values.view(), steps, band)?;
-    check(observer)?;
+    go_on(observer)?;
     drop(values);
     let passed = match shape == (times, sites) {
         true => passed,
@@ -149,16 +149,9 @@ fn read_padded(
         }
         field.release_pages();
         observer.advance((to - from) as u64);
-        check(observer)?;
+        go_on(observer)?;
     }
     Ok(values)
-}
-
-fn check(observer: &dyn Observer) -> Result<()> {
-    match observer.cancelled() {
-        true => Err(Error::Cancelled),
-        false => Ok(()),
-    }
 }
 
 /// Samples that are no numbers.
