@@ -54,23 +54,24 @@ impl References {
             let found = format!("{}, whose noise is not known", site + plan.sites.start);
             return Err(Error::request("reference-site", expected, found));
         }
-        let by_energy = [
-            results.temporal && found.site.is_none(),
-            results.spatial && found.time.is_none(),
-        ];
-        if by_energy.contains(&true) {
+        let no_site = results.temporal && found.site.is_none();
+        let no_time = results.spatial && found.time.is_none();
+        if no_site || no_time {
             let (mut sites, times) = prepared.energies(observer)?;
-            if by_energy[0] {
-                for (site, energy) in sites.iter_mut().enumerate() {
-                    if !is_known(site) {
-                        *energy = 0.0;
-                    }
-                }
-                found.site = first_with_energy(&sites, REFERENCE);
-            }
-            if by_energy[1] {
-                found.time = first_with_energy(&times, REFERENCE);
-            }
+            let unknown = sites.iter_mut().enumerate();
+            let unknown = unknown.filter(|(site, _)| !is_known(*site));
+            unknown.for_each(|(_, energy)| *energy = 0.0);
+            let by_energy = |energies: &[f64]| first_with_energy(energies, REFERENCE);
+            found.site = if no_site {
+                by_energy(&sites)
+            } else {
+                found.site
+            };
+            found.time = if no_time {
+                by_energy(&times)
+            } else {
+                found.time
+            };
         }
         Ok(found)
     }

@@ -61,20 +61,19 @@ impl Axes {
 
     /// `time (s)`, `time (samples)` where times are counted, `time` where a step has no unit.
     pub fn time_label(&self) -> String {
-        match &self.time.unit {
-            Some(unit) => format!("time ({unit})"),
-            None if self.time.step == 1.0 => "time (samples)".into(),
-            None => "time".into(),
-        }
+        label(&self.time, "time", "time (samples)")
     }
 
     /// `position (m)`, `site` where sites are counted, `position` where a step has no unit.
     pub fn position_label(&self) -> String {
-        match &self.space.unit {
-            Some(unit) => format!("position ({unit})"),
-            None if self.space.step == 1.0 => "site".into(),
-            None => "position".into(),
-        }
+        label(&self.space, "position", "site")
+    }
+}
+
+fn label(axis: &Axis, name: &str, counted: &str) -> String {
+    match &axis.unit {
+        Some(unit) => format!("{name} ({unit})"),
+        None => unit(axis, counted, name).into(),
     }
 }
 

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::along::{self, Headline};
 use super::columns::TemporalPassResult;
-use super::display::{AxisEnergies, Display};
+use super::display::Display;
 use super::maps::Maps;
 use super::noise::KnownNoise;
 use super::plan::{Plan, plan};
@@ -23,7 +23,6 @@ use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::estimates::NoiseFloor;
 use crate::field::Field;
-use crate::moved::ArrivalWindows;
 use crate::numeric::{in_band, sum, sum_of, sum_of_squares};
 use crate::observer::{Observer, Silent};
 use crate::prepare::{Prepared, Sites, channels};
@@ -122,18 +121,13 @@ fn passes<T: Real>(
     let noise_left = noise_left
         .map(|(noise, columns)| noise.left(&columns.subtracted, plan.time_scale.measure * stored));
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
-    let segments = plan.segments.count() as f64;
-    let samples = columns.as_ref().map(|of| sum(&of.energies) / segments);
     // A guessed axis carries no verdict.
     let mut answer = match results.answer && !prepared.is_silent() && !field.has_guessed_layout() {
-        true => {
-            let spacetime = spacetime.as_ref();
-            Some(answer::find(plan, &prepared, samples, spacetime, observer)?)
-        }
+        true => Some(answer::find(&stages, columns.as_ref(), spacetime.as_ref())?),
         false => None,
     };
     let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
-    let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref(), windows);
+    let display = Display::find(plan, columns.as_ref(), &rows, spacetime.as_ref(), windows);
     let (temporal, spacetime_map) = match &mut spacetime {
         Some(found) => (found.temporal_map.take(), found.map.take()),
         None => (columns.as_mut().and_then(|found| found.map.take()), None),
@@ -231,28 +225,6 @@ fn passes<T: Real>(
         timings: clock.timings,
         warnings,
     })
-}
-
-/// The part of each axis that figures show.
-fn display(
-    plan: &Plan,
-    columns: Option<&TemporalPassResult>,
-    rows: &SpatialPassResult,
-    spacetime: Option<&Frequencies>,
-    windows: Option<&ArrivalWindows>,
-) -> Display {
-    let totals = |found: &Frequencies| found.directions.iter().map(ByDirection::total).collect();
-    let energies = AxisEnergies {
-        frequency: match spacetime {
-            Some(found) => Some(totals(found)),
-            None => columns.and_then(|columns| columns.frequency_energies.clone()),
-        },
-        wavenumber: rows.wavenumber_energies.as_deref(),
-        wavenumber_signed: spacetime.and_then(|found| found.wavenumber_energies.as_deref()),
-        time: (!rows.energies.is_empty()).then_some(&*rows.energies),
-        space: columns.map(|columns| &*columns.energies),
-    };
-    Display::find(plan, &energies, rows.field_map.as_ref(), windows)
 }
 
 /// What to doubt about the field and its results.

@@ -71,10 +71,9 @@ impl Stages<'_> {
             return Ok((self.records::<T>(clock)?, profiles));
         }
         let axes = &self.plan.axes;
-        let frequencies = if self.plan.request.results.spacetime {
-            axes.frequency.len()
-        } else {
-            0
+        let frequencies = match self.plan.request.results.spacetime {
+            true => axes.frequency.len(),
+            false => 0,
         };
         let units = axes.n_times + axes.n_sites + frequencies;
         self.observer.stage("transforming", units as u64);
@@ -177,7 +176,7 @@ impl Stages<'_> {
         &self,
         along_time: &AlongTime<T>,
     ) -> Option<(BandEdge, FrontLength, Option<SpectrumInterval>)> {
-        let (plan, axes) = (self.plan, &self.plan.axes);
+        let plan = self.plan;
         if !plan.request.results.temporal {
             return None;
         }
@@ -188,16 +187,12 @@ impl Stages<'_> {
         let interval = record.and_then(|record| {
             SpectrumInterval::of_record(record, &plan.window_time, plan.segments)
         });
-        if let Some(value) = plan.request.band_edge_frequency {
-            return Some((BandEdge::Given { value }, length, interval));
-        }
-        let bin = 1.0 / (plan.segments.length as f64 * axes.time.step);
-        let edge = found.map(|(site, (_, spectrum))| Edge {
-            quantile: quantile_of(&spectrum, &plan.frequency_bins(), EDGE),
-            place: plan.place(site),
-            bin,
+        let bin = 1.0 / (plan.segments.length as f64 * plan.axes.time.step);
+        let edge = edge(plan.request.band_edge_frequency, bin, || {
+            let (site, (_, spectrum)) = found?;
+            let quantile = quantile_of(&spectrum, &plan.frequency_bins(), EDGE)?;
+            Some((quantile, plan.place(site)))
         });
-        let edge = edge.map_or(BandEdge::Undefined, Edge::settled);
         Some((edge, length, interval))
     }
 
@@ -207,18 +202,13 @@ impl Stages<'_> {
         if !plan.request.results.spatial {
             return None;
         }
-        if let Some(value) = plan.request.band_edge_wavenumber {
-            return Some(BandEdge::Given { value });
-        }
-        let edge = self.references.time.map(|time| {
+        let bin = std::f64::consts::TAU / (axes.n_sites as f64 * axes.space.step);
+        Some(edge(plan.request.band_edge_wavenumber, bin, || {
+            let time = self.references.time?;
             let spectrum = rows::reference::<T>(plan, self.prepared, time);
-            Edge {
-                quantile: quantile_of(&spectrum, &plan.wavenumber_bins(), EDGE),
-                place: (plan.times.start + time, axes.time.at(time)),
-                bin: std::f64::consts::TAU / (axes.n_sites as f64 * axes.space.step),
-            }
-        });
-        Some(edge.map_or(BandEdge::Undefined, Edge::settled))
+            let quantile = quantile_of(&spectrum, &plan.wavenumber_bins(), EDGE)?;
+            Some((quantile, (plan.times.start + time, axes.time.at(time))))
+        }))
     }
 
     /// Along space at each time, and short-time spectra.
@@ -230,20 +220,18 @@ impl Stages<'_> {
         }
         let rows = rows::transform_profiles::<T>(self, value_of(edge))?;
         clock.lap(plan, "along space");
-        let (short_time, short_space) = if plan.request.results.short_time {
-            let along = short_time::along_time::<T>(self)?;
-            let across = short_time::along_space::<T>(self)?;
-            clock.lap(plan, "short-time");
-            (Some(along), across)
-        } else {
-            (None, None)
-        };
-        Ok(FromProfiles {
+        let mut found = FromProfiles {
             edge,
             rows,
-            short_time,
-            short_space,
-        })
+            short_time: None,
+            short_space: None,
+        };
+        if plan.request.results.short_time {
+            found.short_time = Some(short_time::along_time::<T>(self)?);
+            found.short_space = short_time::along_space::<T>(self)?;
+            clock.lap(plan, "short-time");
+        }
+        Ok(found)
     }
 }
 
@@ -253,29 +241,25 @@ const EDGE: f64 = 0.9;
 /// Bins from 0 within which an edge is not resolved.
 const RESOLVED: f64 = 3.0;
 
-/// Results at a reference.
-struct Edge {
-    quantile: Option<f64>,
-    /// Index in the file, and coordinate.
-    place: (usize, f64),
-    /// Distance between bins of the record without padding.
+/// As it is given, else where the quantile of a reference is, with its index in the file and its coordinate; `bin` is the
+/// distance between bins of the record without padding.
+fn edge(
+    given: Option<f64>,
     bin: f64,
-}
-
-impl Edge {
-    fn settled(self) -> BandEdge {
-        let (index, at) = self.place;
-        let bin = self.bin;
-        match self.quantile {
-            None => BandEdge::Undefined,
-            Some(value) if value <= RESOLVED * bin => BandEdge::Unresolved {
-                value,
-                index,
-                at,
-                bin,
-            },
-            Some(value) => BandEdge::Reference { value, index, at },
-        }
+    found: impl FnOnce() -> Option<(f64, (usize, f64))>,
+) -> BandEdge {
+    if let Some(value) = given {
+        return BandEdge::Given { value };
+    }
+    match found() {
+        None => BandEdge::Undefined,
+        Some((value, (index, at))) if value <= RESOLVED * bin => BandEdge::Unresolved {
+            value,
+            index,
+            at,
+            bin,
+        },
+        Some((value, (index, at))) => BandEdge::Reference { value, index, at },
     }
 }
 
