@@ -8,6 +8,7 @@ use super::result::Axes;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use crate::arrays::Precision;
+use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
 use crate::moved::ArrivalWindows;
 use crate::numeric::sum;
@@ -257,9 +258,12 @@ impl Display {
     /// The display limits of what the passes found.
     pub(super) fn find(
         plan: &Plan,
-        columns: Option<&TemporalPassResult>,
-        rows: &SpatialPassResult,
-        spacetime: Option<&Frequencies>,
+        (columns, rows, spacetime): (
+            Option<&TemporalPassResult>,
+            &SpatialPassResult,
+            Option<&Frequencies>,
+        ),
+        field: Option<&MapBuilder>,
         windows: Option<&ArrivalWindows>,
     ) -> Display {
         let (axes, show) = (&plan.axes, &plan.request.show);
@@ -298,7 +302,6 @@ impl Display {
         };
         let [time, space] = sampled(axes);
         let shape = (axes.n_times, axes.n_sites);
-        let field = rows.field_map.as_ref();
         let loud = field.map(|field| field.louder_than(QUIET, shape));
         let (times, sites) = loud.unwrap_or((0..shape.0, 0..shape.1));
         let (times, sites) = (cut(times, shape.0), cut(sites, shape.1));

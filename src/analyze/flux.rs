@@ -29,11 +29,8 @@ pub(super) struct FluxSurrogate {
 impl FluxSurrogate {
     pub fn new(plan: &Plan, stored: f64) -> Self {
         let energy = plan.space_scale_of(Scaling::Energy);
-        let rows = if plan.request.results.flux_surrogate {
-            plan.blocks.times + 2
-        } else {
-            0
-        };
+        let is_wanted = plan.request.results.flux_surrogate;
+        let rows = usize::from(is_wanted) * (plan.blocks.times + 2);
         // Each zeroed by itself: a clone would read pages that are not there yet.
         let room = || Array2::zeros((rows, plan.axes.wavenumber.len()));
         FluxSurrogate {
@@ -117,10 +114,8 @@ impl FluxSurrogate {
         sink.put(LargeArray::KINETIC_FLUX_SURROGATE, next, 0, flux.view())?;
         self.next = until;
         self.kept = held.min(2);
-        let kept = self
-            .cumulative
-            .slice(s![held - self.kept..held, ..])
-            .to_owned();
+        let kept = s![held - self.kept..held, ..];
+        let kept = self.cumulative.slice(kept).to_owned();
         self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
         Ok(())
     }

@@ -23,49 +23,35 @@ pub(super) enum Intermediate<T: Real> {
     SpillFile(SpillFile<T>),
 }
 
-/// Neighbouring rows.
-pub(super) enum Rows<'a, T: Real> {
-    Memory(ArrayView2<'a, Complex<T>>),
-    SpillFile {
-        scratch: &'a SpillFile<T>,
-        rows: Range<usize>,
-    },
-}
-
 impl<T: Real> Intermediate<T> {
     pub fn in_memory(shape: (usize, usize)) -> Result<Self> {
         let buffer = Buffer::zeros(shape)?;
         Ok(Intermediate::Memory { buffer, shape })
     }
 
-    /// `rows`, which come in order.
-    pub fn rows(&mut self, rows: Range<usize>) -> Result<Rows<'_, T>> {
+    /// Makes `rows`, which come in order, ready to be viewed.
+    pub fn hold(&mut self, rows: Range<usize>) -> Result<()> {
         match self {
-            Intermediate::Memory { buffer, shape } => {
-                let rows = s![rows, ..];
-                Ok(Rows::Memory(buffer.view(*shape)?.slice_move(rows)))
-            }
-            Intermediate::SpillFile(scratch) => {
-                scratch.hold(rows.clone())?;
-                Ok(Rows::SpillFile { scratch, rows })
-            }
+            Intermediate::Memory { .. } => Ok(()),
+            Intermediate::SpillFile(scratch) => scratch.hold(rows),
         }
     }
-}
 
-impl<T: Real> Rows<'_, T> {
-    /// A range of them, counted from the first; copied to `room` if they are not contiguous.
+    /// Rows that are held; copied to `room` if they are not contiguous.
     pub fn view<'r>(
         &'r self,
         rows: Range<usize>,
         room: &'r mut Vec<Complex<T>>,
     ) -> ArrayView2<'r, Complex<T>> {
         match self {
-            Rows::Memory(all) => all.slice(s![rows, ..]),
-            Rows::SpillFile { scratch, rows: all } => {
+            Intermediate::Memory { buffer, shape } => {
+                let all = buffer.view(*shape).expect("of this shape");
+                all.slice_move(s![rows, ..])
+            }
+            Intermediate::SpillFile(scratch) => {
                 let shape = (rows.len(), scratch.shape.1);
                 room.resize(shape.0 * shape.1, Complex::default());
-                scratch.gather(all.start + rows.start..all.start + rows.end, room);
+                scratch.gather(rows, room);
                 ArrayView2::from_shape(shape, &room[..]).expect("as long as its shape says")
             }
         }

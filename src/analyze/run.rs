@@ -16,7 +16,7 @@ use super::request::Request;
 use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
-use super::stages::{Clock, FromProfiles, FromRecords, Stages};
+use super::stages::{Clock, Stages};
 use super::{Spectra, Warning, answer, front};
 use crate::arrays::{Collect, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
@@ -99,46 +99,35 @@ fn passes<T: Real>(
         sink,
         observer,
     };
-    let (from_records, from_profiles) = stages.run::<T>(&mut clock)?;
-    let FromRecords {
-        edge: frequency_edge,
-        front: front_length,
-        interval,
-        mut columns,
-        mut spacetime,
-        checked,
-    } = from_records;
-    let FromProfiles {
-        edge: wavenumber_edge,
-        mut rows,
-        short_time,
-        short_space,
-    } = from_profiles;
+    let (mut records, mut profiles) = stages.run::<T>(&mut clock)?;
+    let (temporal, spacetime_map) = match (&mut records.spacetime, &mut records.columns) {
+        (Some(found), _) => (found.temporal_map.take(), found.map.take()),
+        (None, columns) => (columns.as_mut().and_then(|found| found.map.take()), None),
+    };
+    let maps = Maps {
+        field: profiles.rows.field_map.take(),
+        temporal: temporal.filter(|_| results.temporal),
+        spatial: profiles.rows.map.take(),
+        spacetime: spacetime_map,
+        flux: profiles.rows.flux_map.take(),
+    };
+    let (columns, spacetime) = (records.columns.as_ref(), records.spacetime.as_ref());
+    let rows = &profiles.rows;
 
-    let parseval = parseval(plan, columns.as_ref(), &rows, spacetime.as_ref());
+    let parseval = parseval(plan, columns, rows, spacetime);
     parseval.check(precision)?;
-    let noise_left = noise.as_ref().zip(columns.as_ref());
+    let noise_left = noise.as_ref().zip(columns);
     let noise_left = noise_left
         .map(|(noise, columns)| noise.left(&columns.subtracted, plan.time_scale.measure * stored));
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     // A guessed axis carries no verdict.
     let mut answer = match results.answer && !prepared.is_silent() && !field.has_guessed_layout() {
-        true => Some(answer::find(&stages, columns.as_ref(), spacetime.as_ref())?),
+        true => Some(answer::find(&stages, columns, spacetime)?),
         false => None,
     };
     let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
-    let display = Display::find(plan, columns.as_ref(), &rows, spacetime.as_ref(), windows);
-    let (temporal, spacetime_map) = match &mut spacetime {
-        Some(found) => (found.temporal_map.take(), found.map.take()),
-        None => (columns.as_mut().and_then(|found| found.map.take()), None),
-    };
-    let maps = Maps {
-        field: rows.field_map.take(),
-        temporal: temporal.filter(|_| results.temporal),
-        spatial: rows.map.take(),
-        spacetime: spacetime_map,
-        flux: rows.flux_map.take(),
-    };
+    let passes = (columns, rows, spacetime);
+    let display = Display::find(plan, passes, maps.field.as_ref(), windows);
     let maps = maps.finished(field, plan, [unit, power_unit], &display);
     let range = (plan.times.clone(), plan.sites.clone());
     let known = (&plan.request.without_sites[..], Some(&scans[..]));
@@ -148,9 +137,9 @@ fn passes<T: Real>(
         scans: &scans,
         simulated: field.struck.is_some(),
         has_fronts: answer.as_ref().is_some_and(|answer| answer.has_fronts),
-        rows: &rows,
-        columns: columns.as_ref(),
-        spacetime: spacetime.as_ref(),
+        rows,
+        columns,
+        spacetime,
     };
     let mut warnings = warnings(field, &found, channels.warnings);
     let bins = plan.axes.frequency.len();
@@ -163,22 +152,20 @@ fn passes<T: Real>(
             channels.has_steps,
         ));
     }
-    let direction = spacetime.as_ref().map(|s| direction(plan, &s.directions));
+    let direction = spacetime.map(|s| direction(plan, &s.directions));
     let undirected = spacetime
-        .as_ref()
         .and_then(|found| answer::withheld(plan, answer.as_ref(), found, field.struck.is_some()));
     let told = direction.filter(|_| undirected.is_none());
     if let Some((answer, direction)) = answer.as_mut().zip(told) {
         answer::returns(answer, direction.above(answer.noise));
     }
     clock.lap(plan, "answer");
-    let along_space = columns.as_ref().filter(|_| results.temporal);
-    let along_space = along_space.map(|columns| stages.along_space(columns, front_length));
-    let along_time = results.spatial.then(|| stages.along_time(&rows));
-    let (along_space, headline_space, front) = match along_space {
-        Some((moments, headline, front)) => (Some(moments), headline, front),
-        None => (None, Headline::default(), None),
-    };
+    let along_space = columns.filter(|_| results.temporal);
+    let along_space = along_space.map(|columns| stages.along_space(columns, records.front));
+    let along_time = results.spatial.then(|| stages.along_time(rows));
+    let (along_space, front) = along_space.unzip();
+    let (along_space, headline_space) = along_space.unzip();
+    let front = front.flatten();
     let front = match &answer {
         // All of a chain that moves from the start stands in modes: no front passes.
         Some(answer) if field.struck.is_some() && !answer.has_fronts => None,
@@ -187,7 +174,7 @@ fn passes<T: Real>(
     };
     let (along_time, headline_time) = along_time.unzip();
     // A single site has no wavenumber axis.
-    let by_frequency = spacetime.as_ref().filter(|_| plan.axes.n_sites > 1);
+    let by_frequency = spacetime.filter(|_| plan.axes.n_sites > 1);
     Ok(Analysis {
         name: field.name.clone(),
         content_hash: field.content_hash.clone(),
@@ -201,13 +188,13 @@ fn passes<T: Real>(
         answer,
         undirected,
         direction_by_frequency: by_frequency.map(|found| shares(&found.directions)),
-        interval,
+        interval: records.interval,
         noise: noise_left,
-        frequency_edge,
-        wavenumber_edge,
+        frequency_edge: records.edge,
+        wavenumber_edge: profiles.edge,
         along_space,
         along_time,
-        headline_space,
+        headline_space: headline_space.unwrap_or_default(),
         headline_time: headline_time.unwrap_or_default(),
         front,
         field_map: maps.field,
@@ -217,10 +204,10 @@ fn passes<T: Real>(
         flux_map: maps.flux,
         display,
         dispersion: plan.dispersion.clone(),
-        short_time,
-        short_space,
+        short_time: profiles.short_time,
+        short_space: profiles.short_space,
         sample_error: None,
-        accuracy: accuracy(precision, power_unit, checked, &parseval),
+        accuracy: accuracy(precision, power_unit, records.checked, &parseval),
         seconds: started.elapsed().as_secs_f64(),
         timings: clock.timings,
         warnings,
@@ -311,7 +298,7 @@ impl Stages<'_> {
         &self,
         columns: &TemporalPassResult,
         length: Option<FrontLength>,
-    ) -> (Moments, Headline, Option<Front>) {
+    ) -> ((Moments, Headline), Option<Front>) {
         let (plan, reference) = (self.plan, self.references.site);
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
         let noise_at = |site: usize| match self.noise {
@@ -345,7 +332,7 @@ impl Stages<'_> {
         };
         let place = |row| plan.place(row);
         let headline = Headline::of(&moments.high_share, &defined, whole, reference, place);
-        (moments, headline, front)
+        ((moments, headline), front)
     }
 
     fn along_time(&self, rows: &SpatialPassResult) -> (Moments, Headline) {

@@ -6,7 +6,7 @@ use ndarray::{ArrayView2, s};
 use num_complex::Complex;
 
 use super::blocks::RowBlocks;
-use super::intermediate::{Intermediate, Rows};
+use super::intermediate::Intermediate;
 use super::plan::Plan;
 use super::rows::add_rows;
 use super::stages::Stages;
@@ -108,11 +108,10 @@ pub(super) fn transform_frequencies<T: Real>(
     let segments = plan.segments.count();
     blocks.each(
         |of, block| {
-            let from = of.start;
-            let rows = between.rows(of.start * segments..of.end * segments)?;
+            between.hold(of.start * segments..of.end * segments)?;
+            let between = &*between;
             blocks.fill(of, block, &pool, |of, spectra, room| {
-                let profiles = (of.start - from) * segments..(of.end - from) * segments;
-                pass.frequencies(of.start, (&rows, profiles), room, spectra)
+                pass.frequencies(of, between, room, spectra)
             })
         },
         |from, directions, [powers, records]| {
@@ -160,30 +159,30 @@ struct SpacetimePass<'a, T: Real> {
 }
 
 impl<T: Real> SpacetimePass<'_, T> {
-    /// Frequencies from `first` on: spectra along space, and of each site; with scratch for rows that are not contiguous.
+    /// Frequencies `of`: spectra along space, and of each site; with scratch for rows that are not contiguous.
     fn frequencies(
         &self,
-        first: usize,
-        (rows, profiles): (&Rows<T>, Range<usize>),
+        of: Range<usize>,
+        between: &Intermediate<T>,
         (scratch, room): &mut (ComplexScratch<T>, Vec<Complex<T>>),
         [powers, records]: [&mut [f64]; 2],
     ) -> Vec<ByDirection> {
         let plan = self.plan;
         let segments = plan.segments.count();
         let together = ComplexTransform::<T>::TOGETHER;
-        let count = profiles.len() / segments;
-        let (nk, nx) = (powers.len() / count, records.len() / count);
+        let (nk, nx) = (powers.len() / of.len(), records.len() / of.len());
+        let profiles = of.start * segments..of.end * segments;
         let n = plan.conventions.padded_time;
         let mean = plan.time_scale.factor / segments as f64;
-        let mut directions = Vec::with_capacity(count);
+        let mut directions = Vec::with_capacity(of.len());
         for (group, from) in profiles.clone().step_by(together).enumerate() {
-            let profiles = rows.view(from..profiles.end.min(from + together), room);
+            let profiles = between.view(from..profiles.end.min(from + together), room);
             let spectra = self.transform.powers(profiles, scratch).chunks_exact(nk);
             for (i, (spectrum, profile)) in spectra.zip(profiles.outer_iter()).enumerate() {
                 let at = group * together + i;
                 let (row, segment) = (at / segments, at % segments);
                 let (is_first, is_last) = (segment == 0, segment + 1 == segments);
-                let m = first + row;
+                let m = of.start + row;
                 let scale = mean * fold(m, n);
                 let powers = &mut powers[row * nk..][..nk];
                 let along_space = scale * plan.space_scale.factor;

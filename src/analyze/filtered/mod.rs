@@ -143,10 +143,9 @@ fn read_padded(
         let to = times.min(from + rows);
         let block = &mut block[..(to - from) * sites];
         field.read_time_major(from..to, 0..sites, block);
-        let into = values.rows_mut().into_iter().skip(from);
-        for (mut into, row) in into.zip(block.chunks_exact(sites)) {
-            into.iter_mut().zip(row).for_each(|(to, from)| *to = *from);
-        }
+        let block = ArrayView2::from_shape((to - from, sites), &*block);
+        let mut into = values.slice_mut(s![from..to, ..sites]);
+        into.assign(&block.expect("a length of this shape"));
         field.release_pages();
         observer.advance((to - from) as u64);
         go_on(observer)?;
