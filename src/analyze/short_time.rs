@@ -67,6 +67,15 @@ impl<'a, T: Real> Frames<'a, T> {
         Ok(ShortTimeSpectrum { index, at, values })
     }
 
+    /// Sorts the rows whose spectra are made in this stage.
+    fn begin(&self, stage: &'static str, mut rows: Vec<usize>) -> Vec<usize> {
+        rows.sort_unstable();
+        rows.dedup();
+        let count = (rows.len() * self.segments.count()) as u64;
+        self.all.observer.stage(stage, count);
+        rows
+    }
+
     /// Spectra along `axis`.
     fn along(
         &self,
@@ -96,7 +105,7 @@ pub(super) fn along_time<T: Real>(all: &Stages) -> Result<ShortTimeSpectra> {
         let length = weights.len();
         Scale::along_time(scaling, weights, length, length, axes.time.step)
     });
-    let mut sites: Vec<usize> = match plan.request.short_time.sites.as_slice() {
+    let sites: Vec<usize> = match plan.request.short_time.sites.as_slice() {
         [] => {
             let present = (0..axes.n_sites).filter(|j| !all.prepared.is_left_out(*j));
             let present: Vec<usize> = present.collect();
@@ -105,10 +114,7 @@ pub(super) fn along_time<T: Real>(all: &Stages) -> Result<ShortTimeSpectra> {
         }
         chosen => chosen.iter().map(|j| j - plan.sites.start).collect(),
     };
-    sites.sort_unstable();
-    sites.dedup();
-    let count = (sites.len() * frames.segments.count()) as u64;
-    all.observer.stage("short-time", count);
+    let sites = frames.begin("short-time", sites);
     let of = |site: usize| {
         let place = (site, axes.space.at(site));
         frames.spectrum(place, &all.record(site), &mut RecordScratch::default())
@@ -132,11 +138,7 @@ pub(super) fn along_space<T: Real>(all: &Stages) -> Result<Option<ShortTimeSpect
         Scale::along_space(scaling, weights, weights.len(), axes.space.step)
     });
     let nearest = |&t: &f64| super::nearest(&axes.time, t, axes.n_times);
-    let mut times: Vec<usize> = asked.iter().map(nearest).collect();
-    times.sort_unstable();
-    times.dedup();
-    let count = (times.len() * frames.segments.count()) as u64;
-    all.observer.stage("short-space", count);
+    let times = frames.begin("short-space", asked.iter().map(nearest).collect());
     let (mut profile, mut scratch) = (vec![0.0; axes.n_sites], RecordScratch::default());
     let spectra: Result<Vec<ShortTimeSpectrum>> = times
         .into_iter()

@@ -87,16 +87,8 @@ impl Stages<'_> {
         };
         // A chain may wait for a thread, which is none of its time.
         let ((records, mut first), (profiles, mut second)) = rayon::join(
-            || {
-                let mut clock = Clock::new();
-                let records = chains.records::<T>(&mut clock);
-                (beside.noted(records), clock.timings)
-            },
-            || {
-                let mut clock = Clock::new();
-                let profiles = chains.profiles::<T>(&mut clock);
-                (beside.noted(profiles), clock.timings)
-            },
+            || beside.timed(|clock| chains.records::<T>(clock)),
+            || beside.timed(|clock| chains.profiles::<T>(clock)),
         );
         clock.timings.append(&mut first);
         clock.timings.append(&mut second);
@@ -145,27 +137,21 @@ impl Stages<'_> {
         clock.lap(plan, "along time");
         // Of a node there is rounding alone.
         let site = first_with_energy(&columns.energies, FLOOR);
-        let check = || site.and_then(|site| along_time.spot_check(site));
-        let (spacetime, checked) = match &mut between {
-            None => {
-                let checked = check();
-                clock.lap(plan, "spot check");
-                (None, checked)
-            }
-            Some(between) => {
-                let (seen, checked) =
-                    rayon::join(|| spacetime::transform_frequencies(self, between), check);
-                clock.lap(plan, "space-time");
-                (Some(seen?), checked)
-            }
+        let ends = match between {
+            None => "spot check",
+            Some(_) => "space-time",
         };
-        drop(between);
+        let (spacetime, checked) = rayon::join(
+            || between.map(|mut of| spacetime::transform_frequencies(self, &mut of)),
+            || site.and_then(|site| along_time.spot_check(site)),
+        );
+        clock.lap(plan, ends);
         Ok(FromRecords {
             edge,
             front,
             interval,
             columns: Some(columns),
-            spacetime,
+            spacetime: spacetime.transpose()?,
             checked,
         })
     }
@@ -276,11 +262,14 @@ struct Beside<'a> {
 }
 
 impl Beside<'_> {
-    fn noted<R>(&self, result: Result<R>) -> Result<R> {
+    /// A chain, and the times of its stages.
+    fn timed<R>(&self, chain: impl FnOnce(&mut Clock) -> Result<R>) -> (Result<R>, Vec<Timing>) {
+        let mut clock = Clock::new();
+        let result = chain(&mut clock);
         if result.is_err() {
             self.failed.store(true, Ordering::Relaxed);
         }
-        result
+        (result, clock.timings)
     }
 }
 

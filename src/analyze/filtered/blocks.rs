@@ -10,7 +10,6 @@ use super::{Energies, Gaps, READ_BYTES, working_bytes};
 use crate::error::{Error, Result};
 use crate::field::{Field, ScratchFile, Storage};
 use crate::observer::{Observer, go_on};
-use crate::system::memory::try_filled;
 use crate::transform::{Passband, SpaceTimeFilter};
 
 /// Records at once, at least: a cache line.
@@ -213,10 +212,7 @@ fn bytes_of<'a>(values: &'a mut ArrayViewMut2<Complex<f64>>) -> &'a mut [u8] {
 }
 
 fn zeros<T: Copy + Default>(len: usize) -> Result<Vec<T>> {
-    try_filled(len, T::default()).map_err(|_| Error::Refused {
-        what: "a block of the field",
-        needed: (len * size_of::<T>()) as u64,
-    })
+    super::zeros(len, "a block of the field")
 }
 
 #[cfg(test)]

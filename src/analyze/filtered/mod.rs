@@ -130,11 +130,7 @@ fn read_padded(
     observer: &dyn Observer,
 ) -> Result<Array2<f64>> {
     let (times, sites) = (field.n_times(), field.n_sites());
-    let len = shape.0 * shape.1;
-    let values = try_filled(len, 0.0).map_err(|_| Error::Refused {
-        what: "the field",
-        needed: 8 * len as u64,
-    })?;
+    let values = zeros(shape.0 * shape.1, "the field")?;
     let mut values = Array2::from_shape_vec(shape, values).expect("a length of this shape");
     let rows = (READ_BYTES / (8 * sites)).clamp(1, times);
     let mut block = vec![0.0; rows * sites];
@@ -151,6 +147,13 @@ fn read_padded(
         go_on(observer)?;
     }
     Ok(values)
+}
+
+fn zeros<T: Copy + Default>(len: usize, what: &'static str) -> Result<Vec<T>> {
+    try_filled(len, T::default()).map_err(|_| Error::Refused {
+        what,
+        needed: (len * size_of::<T>()) as u64,
+    })
 }
 
 /// Samples that are no numbers.
