@@ -250,44 +250,36 @@ impl<T: Real> Stripes<'_, T> {
     ) -> Result<Vec<SiteFindings>> {
         let all = self.all.stages;
         go_on(all.observer)?;
-        let SiteScratch {
-            worker,
-            samples,
-            front,
-            ..
-        } = room;
+        let (worker, samples) = (&mut room.worker, &mut room.samples);
         let (plan, prepared) = (all.plan, all.prepared);
         let width = spectra.ncols();
         let sites = first..first + width;
         samples.resize(width * plan.axes.n_times, 0.0);
         // Segments that are detrended one by one need records.
         let by_record = plan.request.welch.is_some();
-        let seen = if by_record {
+        let kept = (kept.nrows() > 0).then_some(kept);
+        if by_record {
             prepared.records(self.ahead, sites.clone(), samples);
-            RecordSamples::Records(samples)
+            worker.spectra(self.all, sites, RecordSamples::Records(samples), kept);
         } else {
             prepared.columns(self.ahead, sites.clone(), samples);
-            RecordSamples::Columns(samples)
-        };
-        let kept = (kept.nrows() > 0).then_some(kept);
-        worker.spectra(self.all, sites, seen, kept);
-        let subtracted = all
-            .noise
-            .map(|noise| noise.subtract(first, width, &mut worker.power));
+            worker.spectra(self.all, sites, RecordSamples::Columns(samples), kept);
+        }
+        let power = &mut worker.power;
+        let subtracted = all.noise.map(|noise| noise.subtract(first, width, power));
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
         let rows = interleaved_moments(&worker.power, self.bins, self.edge);
         let rows = rows.into_iter().zip(&worker.energies).enumerate();
-        let seen = rows.map(|(lane, (row, &energy))| {
-            let subtracted = subtracted.map(|subtracted| subtracted[lane]);
-            (row, energy, subtracted, None)
-        });
+        let seen = rows
+            .map(|(lane, (row, &energy))| (row, energy, subtracted.map(|lanes| lanes[lane]), None));
         let mut seen: Vec<SiteFindings> = seen.collect();
         if let Some(passage) = &self.all.passage {
             if passage.is_long(plan) {
                 *worker = Worker::default();
             }
+            let front = &mut room.front;
             let passed = match by_record {
                 true => passage.of_records(samples, plan.axes.n_times, front),
                 false => passage.of_columns(samples, width, front),

@@ -61,17 +61,12 @@ impl References {
             let unknown = sites.iter_mut().enumerate();
             let unknown = unknown.filter(|(site, _)| !is_known(*site));
             unknown.for_each(|(_, energy)| *energy = 0.0);
-            let by_energy = |energies: &[f64]| first_with_energy(energies, REFERENCE);
-            found.site = if no_site {
-                by_energy(&sites)
-            } else {
-                found.site
-            };
-            found.time = if no_time {
-                by_energy(&times)
-            } else {
-                found.time
-            };
+            if no_site {
+                found.site = first_with_energy(&sites, REFERENCE);
+            }
+            if no_time {
+                found.time = first_with_energy(&times, REFERENCE);
+            }
         }
         Ok(found)
     }

@@ -283,21 +283,20 @@ impl Parseval {
             crate::arrays::Precision::F64 => 1e-10,
             crate::arrays::Precision::F32 => 1e-4,
         };
-        let residuals = [
+        for (spectra, residual) in [
             ("along time", self.time),
             ("along space", self.space),
             ("in space and time", self.spacetime),
-        ];
-        let beyond = |residual: f64| residual.is_nan() || residual.abs() > bound;
-        let mut found = residuals.into_iter().filter_map(|(s, r)| Some((s, r?)));
-        match found.find(|(_, residual)| beyond(*residual)) {
-            Some((spectra, residual)) => Err(Error::Parseval {
-                spectra,
-                residual,
-                bound,
-            }),
-            None => Ok(()),
+        ] {
+            if let Some(residual) = residual.filter(|r| r.is_nan() || r.abs() > bound) {
+                return Err(Error::Parseval {
+                    spectra,
+                    residual,
+                    bound,
+                });
+            }
         }
+        Ok(())
     }
 }
 

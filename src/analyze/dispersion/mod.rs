@@ -142,13 +142,9 @@ impl Dispersion {
         let omega = match &self.relation {
             Relation::Lattice { cell, spacing } => {
                 let a = spacing.unwrap_or(site);
-                let mut branches = vec![Vec::with_capacity(wavenumber.len()); cell.branches()];
-                for &k in &wavenumber {
-                    for (branch, omega) in branches.iter_mut().zip(cell.frequencies(k * a)) {
-                        branch.push(omega);
-                    }
-                }
-                branches
+                let at: Vec<_> = wavenumber.iter().map(|k| cell.frequencies(k * a)).collect();
+                let branch = |n: usize| at.iter().map(|omega| omega[n]).collect();
+                (0..cell.branches()).map(branch).collect()
             }
             Relation::Formula { text, constants } => {
                 let node = at_sites(text, constants, site)?;

@@ -385,47 +385,28 @@ impl Plan {
             true => between,
             false => temporal,
         };
-        let Conventions {
-            padded_time,
-            padded_space,
-            ..
-        } = self.conventions;
-        let (records, profiles) = (nx * self.segments.count(), self.transforms_space());
-        let [times, length] = [nt, padded_space].map(|n| if profiles { n } else { 0 });
-        let rows = self.between_rows();
-        for (is_made, stage, transforms, length, [bytes_read, bytes_written]) in [
-            (
-                self.transforms_time(),
-                "along time",
-                records,
-                padded_time,
-                [field_bytes, from_records],
-            ),
-            (
-                true,
-                "along space",
-                times,
-                length,
-                [field_bytes, spatial + flux],
-            ),
-            (
-                results.spacetime,
-                "space-time",
-                rows,
-                padded_space,
-                [between, spacetime + temporal],
-            ),
-        ] {
-            if is_made {
-                self.stages.push(PlannedStage {
-                    stage,
-                    transforms: transforms as u64,
-                    length,
-                    bytes_read,
-                    bytes_written,
-                });
-            }
+        let [time, space] = [self.conventions.padded_time, self.conventions.padded_space];
+        let stage = |stage, transforms: usize, length, bytes: [u64; 2]| PlannedStage {
+            stage,
+            transforms: transforms as u64,
+            length,
+            bytes_read: bytes[0],
+            bytes_written: bytes[1],
+        };
+        let mut stages = Vec::new();
+        if self.transforms_time() {
+            let records = nx * self.segments.count();
+            let bytes = [field_bytes, from_records];
+            stages.push(stage("along time", records, time, bytes));
         }
+        let is_made = usize::from(self.transforms_space());
+        let bytes = [field_bytes, spatial + flux];
+        stages.push(stage("along space", is_made * nt, is_made * space, bytes));
+        if results.spacetime {
+            let bytes = [between, spacetime + temporal];
+            stages.push(stage("space-time", self.between_rows(), space, bytes));
+        }
+        self.stages = stages;
     }
 }
 
