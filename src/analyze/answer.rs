@@ -323,7 +323,7 @@ pub(super) fn withheld(
     if plan.axes.n_sites < DIRECTED {
         return Some(Reason::FewSites);
     }
-    let energies = spacetime.wavenumber_energies.as_deref()?;
+    let energies = &spacetime.wavenumber_energies;
     // Offsets of sensors do not travel.
     let moving = energies.iter().zip(&spacetime.static_energies);
     let energies: Vec<f64> = moving.map(|(all, still)| (all - still).max(0.0)).collect();

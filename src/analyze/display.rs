@@ -271,7 +271,7 @@ impl Display {
             return Display::whole(axes);
         }
         let [frequency, wavenumber, signed] = binned(axes);
-        let of_both = spacetime.and_then(|found| found.wavenumber_energies.as_deref());
+        let of_both = spacetime.map(|found| &found.wavenumber_energies[..]);
         let of_one = match of_both {
             Some(both) => Some(folded(both, wavenumber.count)),
             None => rows.wavenumber_energies.clone(),

@@ -52,14 +52,9 @@ fn pulse_width(record: &[f64]) -> Option<f64> {
     };
     let before = crossing(&mut record[..peak.0].iter().rev());
     let after = crossing(&mut record[peak.0 + 1..].iter());
-    match (before, after) {
-        (None, None) => None,
-        _ => {
-            let to_start = peak.0 as f64;
-            let to_end = (record.len() - 1 - peak.0) as f64;
-            Some(before.unwrap_or(to_start) + after.unwrap_or(to_end))
-        }
-    }
+    let [to_start, to_end] = [peak.0, record.len() - 1 - peak.0].map(|n| n as f64);
+    let crosses = before.is_some() || after.is_some();
+    crosses.then(|| before.unwrap_or(to_start) + after.unwrap_or(to_end))
 }
 
 /// How long windows are: as given, in units of time, or by the pulse in `reference`.

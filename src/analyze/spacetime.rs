@@ -62,8 +62,8 @@ pub(super) struct Frequencies {
     pub map: Option<MapBuilder>,
     /// Of the spectra along time, which this pass has by rows; see [`transform_frequencies`].
     pub temporal_map: Option<MapBuilder>,
-    /// Sum over frequencies at each wavenumber of both signs, with the map.
-    pub wavenumber_energies: Option<Vec<f64>>,
+    /// Sum over frequencies at each wavenumber of both signs.
+    pub wavenumber_energies: Vec<f64>,
     /// Of these, what stands still: energy at f = 0.
     pub static_energies: Vec<f64>,
 }
@@ -88,7 +88,7 @@ pub(super) fn transform_frequencies<T: Real>(
         directions: Vec::with_capacity(nf),
         map: map(true, nk),
         temporal_map: map(temporal, nx),
-        wavenumber_energies: Some(vec![0.0; nk]),
+        wavenumber_energies: vec![0.0; nk],
         static_energies: vec![0.0; nk],
     };
     let pass = SpacetimePass {
@@ -134,11 +134,9 @@ impl Frequencies {
         if let Some(map) = &mut self.map {
             map.add(from, 0, powers);
         }
-        if let Some(sums) = &mut self.wavenumber_energies {
-            add_rows(sums, powers);
-            if from == 0 {
-                add_rows(&mut self.static_energies, powers.slice(s![..1, ..]));
-            }
+        add_rows(&mut self.wavenumber_energies, powers);
+        if from == 0 {
+            add_rows(&mut self.static_energies, powers.slice(s![..1, ..]));
         }
         sink.put(LargeArray::SPACETIME_SPECTRUM, from, 0, powers)?;
         if records.ncols() > 0 {

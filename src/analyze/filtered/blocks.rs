@@ -121,14 +121,11 @@ impl Blocks {
         let fixed = working_bytes(shape) + READ_BYTES as u64 + 8 * shape.0 as u64;
         let needed = fixed + of_site * TOGETHER as u64;
         let of_row = 16 * ROW_COPIES * shape.1 as u64;
-        let needed = needed.max(of_row);
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "the transform of eight records",
-                needed,
-                allowed,
-            });
-        }
+        Error::beyond_memory(
+            "the transform of eight records",
+            needed.max(of_row),
+            allowed,
+        )?;
         let width = ((allowed - fixed) / of_site) as usize / TOGETHER * TOGETHER;
         let rows = (allowed.saturating_sub(fixed) / of_row).clamp(1, bins);
         Ok(Blocks {

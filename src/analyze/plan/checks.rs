@@ -89,17 +89,17 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
         Some(end) => {
             let before = &mut at_last[..end];
             let before = *before.select_nth_unstable_by(end / 2, f64::total_cmp).1;
-            if !(before > QUIET * threshold * largest) {
-                return Ok(0..end);
+            if before > QUIET * threshold * largest {
+                let expected = format!(
+                    "a last site that is quiet until |v| exceeds {threshold} of its largest value; state a larger \
+                     `--arrival-threshold`, above the noise"
+                );
+                let found = format!(
+                    "a median |v| of {before:.3e} before, and more than that after {end} samples"
+                );
+                return refuse(expected, found);
             }
-            let expected = format!(
-                "a last site that is quiet until |v| exceeds {threshold} of its largest value; state a larger \
-                 `--arrival-threshold`, above the noise"
-            );
-            let found = format!(
-                "a median |v| of {before:.3e} before, and more than that after {end} samples"
-            );
-            refuse(expected, found)
+            Ok(0..end)
         }
         None => Ok(0..n),
     }
@@ -265,14 +265,7 @@ pub(super) fn check_axes(padded_time: usize, padded_space: usize, allowed: u64) 
         .saturating_mul(2)
         .saturating_add(padded_time as u64)
         .saturating_mul(8);
-    if needed > allowed {
-        return Err(Error::Memory {
-            what: "holding the axes of the spectra",
-            needed,
-            allowed,
-        });
-    }
-    Ok(())
+    Error::beyond_memory("holding the axes of the spectra", needed, allowed)
 }
 
 /// `x` to 12 digits, for a message: without the rounding of `origin + n step`.

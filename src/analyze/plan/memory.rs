@@ -112,13 +112,7 @@ impl Plan {
         let vectors = results + self.map_bytes();
         // What moved is found once the passes have let go of theirs.
         let least = vectors + blocks.max(pieces + self.answer(1, 0) + self.per_site(true));
-        if allowed < least {
-            return Err(Error::Memory {
-                what: "the smallest block of this field",
-                needed: least,
-                allowed,
-            });
-        }
+        Error::beyond_memory("the smallest block of this field", least, allowed)?;
         let mut free = allowed - least;
         let intermediate = self.between_rows() as u64 * self.between_row_bytes();
         let in_memory = !spacetime || intermediate <= free.min(allowed / 2);
