@@ -8,7 +8,7 @@ use super::front::{Passed, WindowScratch, WindowTransforms};
 use super::intermediate::Intermediate;
 use super::noise::Subtracted;
 use super::stages::Stages;
-use super::worker::{RecordSamples, Worker};
+use super::worker::Worker;
 use crate::arrays::LargeArray;
 use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::Result;
@@ -61,8 +61,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
     pub fn reference(&self, j: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let mut worker = Worker::default();
         let record = self.stages.record(j);
-        let samples = RecordSamples::Records(&record);
-        worker.spectra(self, j..j + 1, samples, None);
+        worker.spectra(self, j..j + 1, &record, None);
         if let Some(noise) = self.stages.noise {
             noise.subtract(j, 1, &mut worker.power);
         }
@@ -258,13 +257,11 @@ impl<T: Real> Stripes<'_, T> {
         // Segments that are detrended one by one need records.
         let by_record = plan.request.welch.is_some();
         let kept = (kept.nrows() > 0).then_some(kept);
-        if by_record {
-            prepared.records(self.ahead, sites.clone(), samples);
-            worker.spectra(self.all, sites, RecordSamples::Records(samples), kept);
-        } else {
-            prepared.columns(self.ahead, sites.clone(), samples);
-            worker.spectra(self.all, sites, RecordSamples::Columns(samples), kept);
+        match by_record {
+            true => prepared.records(self.ahead, sites.clone(), samples),
+            false => prepared.columns(self.ahead, sites.clone(), samples),
         }
+        worker.spectra(self.all, sites, samples, kept);
         let power = &mut worker.power;
         let subtracted = all.noise.map(|noise| noise.subtract(first, width, power));
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {

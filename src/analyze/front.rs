@@ -8,7 +8,7 @@ use num_complex::Complex;
 
 use super::along::Headline;
 use super::plan::Plan;
-use super::quality::is_noise;
+use super::quality::{FLAT_PART, flat_part};
 use super::result::{Front, FrontLength};
 use super::worker::AddPowers;
 use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
@@ -262,7 +262,8 @@ pub(super) fn gather(
         let length = FrontLength::NoArrival {
             at_once,
             sites,
-            noise: is_noise(rows, &plan.frequency_bins()),
+            // As flat as those of white noise.
+            noise: flat_part(rows, &plan.frequency_bins()) > FLAT_PART,
         };
         return Front::untold(length, plan);
     }

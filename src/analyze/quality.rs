@@ -394,11 +394,6 @@ pub(super) fn flat_part(rows: &[SpectrumMoments], bins: &Bins) -> f64 {
     filled / total(rows, |r| r.total) / bins.centres[bins.len() - 1]
 }
 
-/// Whether spectra are as flat as those of white noise.
-pub(super) fn is_noise(rows: &[SpectrumMoments], bins: &Bins) -> bool {
-    flat_part(rows, bins) > FLAT_PART
-}
-
 /// The root mean square distance of the ends of rows over that of samples, where most of the energy lies in rows whose
 /// ends do not meet: they are further apart than half the root mean square, and than neighbours are, by far. `steps`
 /// are squared.

@@ -12,14 +12,6 @@ use crate::prepare::Trend;
 use crate::system::prefetch::{LINE, prefetch_after};
 use crate::transform::{Real, RecordScratch, fold, power};
 
-/// Samples of a few sites.
-pub(super) enum RecordSamples<'a> {
-    /// Record after record.
-    Records(&'a [f64]),
-    /// Interleaved, time by time; not if segments are detrended one by one.
-    Columns(&'a [f64]),
-}
-
 /// Records of a few sites to spectra, with the thread's own buffers.
 #[derive(Default)]
 pub(super) struct Worker<T> {
@@ -36,14 +28,14 @@ pub(super) struct Worker<T> {
 }
 
 impl<T: Real> Worker<T> {
-    /// Spectra and energies of `samples` of `width` sites from `first` on.
+    /// Spectra and energies of `samples`, interleaved or, if segments are detrended one by one, record after record, of `width` sites from `first` on.
     ///
     /// `kept`, `(bin x segment, site)`, gets the transforms.
     pub fn spectra(
         &mut self,
         of: &AlongTime<T>,
         sites: Range<usize>,
-        samples: RecordSamples,
+        samples: &[f64],
         mut kept: Option<ArrayViewMut2<Complex<T>>>,
     ) {
         let segments = of.stages.plan.segments;
@@ -64,7 +56,7 @@ impl<T: Real> Worker<T> {
                 None => passing.view_mut(),
             };
             let span = start..start + segments.length;
-            self.segment(of, &sites, &samples, span, spectra.view_mut());
+            self.segment(of, &sites, samples, span, spectra.view_mut());
             let (is_first, is_last) = (s == 0, s + 1 == segments.count());
             widest(AddPowers {
                 spectra: spectra.view(),
@@ -81,25 +73,19 @@ impl<T: Real> Worker<T> {
         &mut self,
         of: &AlongTime<T>,
         sites: &Range<usize>,
-        samples: &RecordSamples,
+        samples: &[f64],
         span: Range<usize>,
         spectra: ArrayViewMut2<Complex<T>>,
     ) {
         let (plan, transform) = (of.stages.plan, &of.transform);
-        let energies = match *samples {
-            RecordSamples::Columns(values) => {
-                let values = &values[span.start * sites.len()..span.end * sites.len()];
+        let energies = match plan.request.welch {
+            None => {
+                let values = &samples[span.start * sites.len()..span.end * sites.len()];
                 transform.transform_columns(values, spectra, &mut self.scratch)
             }
-            RecordSamples::Records(records) if plan.request.welch.is_some() => {
-                let length = span.len();
-                self.detrended(of.stages, sites.start, records, span);
-                let pieces = self.segments.chunks_exact(length);
-                transform.transform_into(pieces, spectra, &mut self.scratch)
-            }
-            RecordSamples::Records(records) => {
-                let records = records.chunks_exact(plan.axes.n_times);
-                let pieces = records.map(|record| &record[span.clone()]);
+            Some(welch) => {
+                self.detrended(of.stages, sites.start, samples, span);
+                let pieces = self.segments.chunks_exact(welch.segment);
                 transform.transform_into(pieces, spectra, &mut self.scratch)
             }
         };
