@@ -97,13 +97,11 @@ impl Headline {
         // The first of equal ones.
         let largest = known.reduce(|a, b| if high_share[b] > high_share[a] { b } else { a });
         let is_defined = |row: &usize| defined.get(*row) == Some(&true);
+        let last = (0..high_share.len()).rev().find(is_defined);
         Headline {
             reference: reference.filter(is_defined).map(spot),
             largest: largest.map(spot),
-            last: (0..high_share.len())
-                .rev()
-                .find(|row| is_defined(row))
-                .map(spot),
+            last: last.map(spot),
         }
     }
 }

@@ -202,7 +202,7 @@ fn wavenumbers(
     }
     let since = along.since.clone().unwrap_or(0..axes.n_times);
     let among = since.start..since.end.min(axes.n_times);
-    let time = &axes.time;
+    let (time, spacing) = (&axes.time, axes.space.step.abs());
     let first_time = plan.times.start;
     let motion = match (is_box, struck.is_some(), along.has_fronts) {
         (true, ..) => Motion::Box,
@@ -213,7 +213,7 @@ fn wavenumbers(
     in_time(&Source {
         profiles: &profiles,
         among,
-        step: std::f64::consts::TAU / (padded as f64 * axes.space.step.abs()),
+        step: std::f64::consts::TAU / (padded as f64 * spacing),
         first: match is_box {
             true => 1,
             false => (MEAN_MOTION * padding).ceil() as usize,
@@ -222,9 +222,7 @@ fn wavenumbers(
         motion,
         // The kinetic part of a run's energy oscillates all the while.
         is_inside: motion != Motion::Transient,
-        is_short: along
-            .speed
-            .is_some_and(|speed| speed.value.abs() * along.period < 2.0 * axes.space.step.abs()),
+        is_short: (along.speed).is_some_and(|of| of.value.abs() * along.period < 2.0 * spacing),
         uneven: gains::uneven(&along.onsets),
         tolerance: plan.request.least_move.unwrap_or(TOLERANCE),
         stays_along_x: along.frequency.verdict == Verdict::Unchanged,
@@ -264,9 +262,8 @@ impl OfField<'_> {
         let mean = sum(&snapshot) / snapshot.len() as f64;
         snapshot.iter_mut().for_each(|v| *v -= mean);
         let mut scratch = RecordScratch::default();
-        let (bins, _) = self
-            .transform
-            .transform(std::iter::once(&snapshot[..]), &mut scratch);
+        let record = std::iter::once(&snapshot[..]);
+        let (bins, _) = self.transform.transform(record, &mut scratch);
         let mut squares: Vec<f64> = bins.iter().map(|x| x.norm_sqr()).collect();
         squares[0] += mean * mean * self.window_energy * self.transform.padded() as f64;
         squares

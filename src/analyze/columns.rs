@@ -45,6 +45,10 @@ pub(super) struct AlongTime<'a, T: Real> {
     pub transform: RecordTransform<T>,
     /// Transforms of the front windows, if requested.
     pub passage: Option<WindowTransforms<T>>,
+    /// Where low frequencies end.
+    pub edge: f64,
+    bins: Bins<'a>,
+    workers: ScratchPool<SiteScratch<T>>,
 }
 
 impl<'a, T: Real> AlongTime<'a, T> {
@@ -54,6 +58,9 @@ impl<'a, T: Real> AlongTime<'a, T> {
             stages,
             transform: RecordTransform::new(&stages.plan.window_time, padded),
             passage: None,
+            edge: f64::NAN,
+            bins: stages.plan.frequency_bins(),
+            workers: ScratchPool::default(),
         }
     }
 
@@ -101,14 +108,12 @@ impl<'a, T: Real> AlongTime<'a, T> {
     /// Transforms all records. The transforms go to `between`, where there is one; where there is
     /// none, spectra go to the sink.
     pub fn transform_records(
-        &self,
-        edge: f64,
+        &mut self,
         mut between: Option<&mut Intermediate<T>>,
     ) -> Result<TemporalPassResult> {
         let (plan, prepared, stored) = (self.stages.plan, self.stages.prepared, self.stages.stored);
         let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
         self.stages.observer.stage("along time", nx as u64);
-        let workers = ScratchPool::default();
         let wanted = between.is_none();
         let has_map = wanted && plan.request.maps;
         let mut done = TemporalPassResult {
@@ -120,21 +125,14 @@ impl<'a, T: Real> AlongTime<'a, T> {
             frequency_energies: has_map.then(|| vec![0.0; nf]),
         };
         let rows = usize::from(wanted) * nf;
-        let bins = plan.frequency_bins();
         let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
         let mut room = ReadAhead::default();
         for from in (0..nx).step_by(plan.blocks.sites) {
             let width = plan.blocks.sites.min(nx - from);
             let mut spectra = buffer.view_mut((rows, width))?;
-            let stripes = Stripes {
-                all: self,
-                workers: &workers,
-                ahead: prepared.read_ahead(from..from + width, &mut room),
-                bins: &bins,
-                edge,
-                from,
-            };
-            let seen = stripes.run(spectra.view_mut(), between.as_deref_mut())?;
+            let ahead = prepared.read_ahead(from..from + width, &mut room);
+            let kept = between.as_deref_mut();
+            let seen = self.stripes((from, ahead), spectra.view_mut(), kept)?;
             for (row, energy, subtracted, passed) in seen {
                 done.rows.push(row);
                 done.energies.push(energy);
@@ -165,6 +163,8 @@ impl<'a, T: Real> AlongTime<'a, T> {
             }
             prepared.release_pages();
         }
+        // The next stage needs the memory.
+        self.workers = ScratchPool::default();
         Ok(done)
     }
 }
@@ -180,33 +180,25 @@ struct SiteScratch<T> {
     kept: Array2<Complex<T>>,
 }
 
-/// A block of sites, shared out in stripes of a few sites each.
-struct Stripes<'a, T: Real> {
-    all: &'a AlongTime<'a, T>,
-    workers: &'a ScratchPool<SiteScratch<T>>,
-    ahead: Option<&'a ReadAhead>,
-    bins: &'a Bins<'a>,
-    edge: f64,
-    from: usize,
-}
-
 /// Findings at one site: measures of its spectrum, its energy, the noise that was in it, and the passage of the front.
 type SiteFindings = (SpectrumMoments, f64, Option<Subtracted>, Option<Passed>);
 
-impl<T: Real> Stripes<'_, T> {
-    /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept`.
-    fn run(
+impl<T: Real> AlongTime<'_, T> {
+    /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept` with a block of sites, shared out in stripes
+    /// of a few each.
+    fn stripes(
         &self,
+        (from, ahead): (usize, Option<&ReadAhead>),
         mut spectra: ArrayViewMut2<f64>,
         kept: Option<&mut Intermediate<T>>,
     ) -> Result<Vec<SiteFindings>> {
-        let tile = self.all.stages.plan.tiles.sites;
+        let tile = self.stages.plan.tiles.sites;
         let width = spectra.ncols();
         let mut nothing = Array2::default((0, width));
         let (mut kept, scratch) = match kept {
             None => (nothing.view_mut(), None),
             Some(Intermediate::Memory { buffer, shape }) => {
-                let columns = s![.., self.from..self.from + width];
+                let columns = s![.., from..from + width];
                 (buffer.view_mut(*shape)?.slice_move(columns), None)
             }
             Some(Intermediate::SpillFile(scratch)) => (nothing.view_mut(), Some(&*scratch)),
@@ -219,17 +211,17 @@ impl<T: Real> Stripes<'_, T> {
             .map_init(
                 || self.workers.take(|_| true, SiteScratch::default),
                 |room, (i, (spectra, kept))| {
-                    let first = self.from + i * tile;
+                    let first = from + i * tile;
                     let Some(scratch) = scratch else {
-                        return self.stripe(first, room, spectra, kept);
+                        return self.stripe((first, ahead), room, spectra, kept);
                     };
-                    let shape = (self.all.stages.plan.between_rows(), spectra.ncols());
+                    let shape = (self.stages.plan.between_rows(), spectra.ncols());
                     let mut kept = std::mem::take(&mut room.kept);
                     if kept.dim() != shape {
                         drop(kept);
                         kept = Array2::default(shape);
                     }
-                    let seen = self.stripe(first, room, spectra, kept.view_mut())?;
+                    let seen = self.stripe((first, ahead), room, spectra, kept.view_mut())?;
                     scratch.put(first, kept.view())?;
                     room.kept = kept;
                     Ok(seen)
@@ -242,12 +234,12 @@ impl<T: Real> Stripes<'_, T> {
     /// The sites from `first` on; `kept` has no rows where transforms are not.
     fn stripe(
         &self,
-        first: usize,
+        (first, ahead): (usize, Option<&ReadAhead>),
         room: &mut SiteScratch<T>,
         mut spectra: ArrayViewMut2<f64>,
         kept: ArrayViewMut2<Complex<T>>,
     ) -> Result<Vec<SiteFindings>> {
-        let all = self.all.stages;
+        let all = self.stages;
         go_on(all.observer)?;
         let (worker, samples) = (&mut room.worker, &mut room.samples);
         let (plan, prepared) = (all.plan, all.prepared);
@@ -258,21 +250,21 @@ impl<T: Real> Stripes<'_, T> {
         let by_record = plan.request.welch.is_some();
         let kept = (kept.nrows() > 0).then_some(kept);
         match by_record {
-            true => prepared.records(self.ahead, sites.clone(), samples),
-            false => prepared.columns(self.ahead, sites.clone(), samples),
+            true => prepared.records(ahead, sites.clone(), samples),
+            false => prepared.columns(ahead, sites.clone(), samples),
         }
-        worker.spectra(self.all, sites, samples, kept);
+        worker.spectra(self, sites, samples, kept);
         let power = &mut worker.power;
         let subtracted = all.noise.map(|noise| noise.subtract(first, width, power));
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
-        let rows = interleaved_moments(&worker.power, self.bins, self.edge);
+        let rows = interleaved_moments(&worker.power, &self.bins, self.edge);
         let rows = rows.into_iter().zip(&worker.energies).enumerate();
         let seen = rows
             .map(|(lane, (row, &energy))| (row, energy, subtracted.map(|lanes| lanes[lane]), None));
         let mut seen: Vec<SiteFindings> = seen.collect();
-        if let Some(passage) = &self.all.passage {
+        if let Some(passage) = &self.passage {
             if passage.is_long(plan) {
                 *worker = Worker::default();
             }

@@ -70,12 +70,9 @@ impl KnownNoise {
         };
         let window = sum_of_squares(&plan.window_time);
         let energies = floor.sites.iter().map(|noise| variance(noise) * window);
-        let segments = plan.segments.count() as f64;
+        let (factor, segments) = (plan.time_scale.factor, plan.segments.count() as f64);
         Ok(KnownNoise {
-            power: energies
-                .clone()
-                .map(|e| e * plan.time_scale.factor)
-                .collect(),
+            power: energies.clone().map(|e| e * factor).collect(),
             energies: energies.map(|e| e * segments).collect(),
             floor,
             first: usize::from(plan.request.detrend_time != crate::prepare::Detrend::None),

@@ -58,10 +58,10 @@ pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<Spa
     let map = |wanted: bool, keep: Keep, columns: usize| {
         (wanted && has_maps).then(|| plan.map_builder((nt, columns), keep))
     };
-    let [spectra, columns] = match plan.transforms_space() {
-        true => [nt, nk],
-        false => [0, 0],
-    };
+    let is_made = plan.transforms_space();
+    let [spectra, columns] = [nt, nk].map(|n| usize::from(is_made) * n);
+    let scale = |m| plan.space_scale.factor * fold(m, plan.conventions.padded_space);
+    let has_sums = has_maps && is_made && !results.spacetime;
     let mut done = SpatialPassResult {
         rows: Vec::with_capacity(spectra),
         energies: Vec::with_capacity(spectra),
@@ -71,18 +71,13 @@ pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<Spa
         field_map: map(true, Keep::Extreme, nx),
         map: map(results.spatial, Keep::Largest, nk),
         flux_map: map(results.flux_surrogate, Keep::Extreme, nk),
-        wavenumber_energies: (has_maps && plan.transforms_space() && !results.spacetime)
-            .then(|| vec![0.0; nk]),
+        wavenumber_energies: has_sums.then(|| vec![0.0; nk]),
     };
     let mut flux = FluxSurrogate::new(plan, stored);
     let pass = SpatialPass {
         prepared,
-        transform: plan
-            .transforms_space()
-            .then(|| plan.profile_transform::<T>()),
-        scales: (0..nk)
-            .map(|m| plan.space_scale.factor * fold(m, plan.conventions.padded_space))
-            .collect(),
+        transform: is_made.then(|| plan.profile_transform::<T>()),
+        scales: (0..nk).map(scale).collect(),
         bins: plan.wavenumber_bins(),
         edge,
     };

@@ -133,7 +133,8 @@ impl Stages<'_> {
                 Some(Intermediate::SpillFile(scratch))
             }
         };
-        let columns = along_time.transform_records(value_of(edge), between.as_mut())?;
+        along_time.edge = value_of(edge);
+        let columns = along_time.transform_records(between.as_mut())?;
         clock.lap(plan, "along time");
         // Of a node there is rounding alone.
         let site = first_with_energy(&columns.energies, FLOOR);

@@ -9,6 +9,7 @@ use num_complex::Complex;
 use super::{Energies, Gaps, READ_BYTES, working_bytes};
 use crate::error::{Error, Result};
 use crate::field::{Field, ScratchFile, Storage};
+use crate::numeric::pieces;
 use crate::observer::{Observer, go_on};
 use crate::transform::{Passband, SpaceTimeFilter};
 
@@ -55,9 +56,9 @@ fn by_blocks(
     observer.stage("filtering", bins as u64);
     let mut rows = zeros::<Complex<f64>>(blocks.rows * shape.1)?;
     let mut room = zeros::<Complex<f64>>(blocks.rows * blocks.width)?;
-    for from in (0..bins).step_by(blocks.rows) {
+    for of in pieces(bins, blocks.rows) {
         go_on(observer)?;
-        let count = blocks.rows.min(bins - from);
+        let (from, count) = (of.start, of.len());
         let mut rows = of_shape(&mut rows, (count, shape.1));
         // The padding, which the last block has overwritten.
         rows.fill(Complex::default());
@@ -153,9 +154,8 @@ impl Blocks {
             let mut records = of_shape(&mut records, (shape.0, width));
             records.fill(0.0);
             let some = (READ_BYTES / (8 * width)).clamp(1, times);
-            for from in (0..times).step_by(some) {
+            for of in pieces(times, some) {
                 go_on(observer)?;
-                let of = from..times.min(from + some);
                 let mut block = records.slice_mut(s![of.clone(), ..]);
                 let block = block.as_slice_mut().expect("whole rows");
                 field.read_time_major(of, stripe.clone(), block);
@@ -185,10 +185,7 @@ struct Spectra {
 
 impl Spectra {
     fn stripes(&self) -> impl Iterator<Item = Range<usize>> {
-        let (width, sites) = (self.width, self.sites);
-        (0..sites)
-            .step_by(width)
-            .map(move |from| from..sites.min(from + width))
+        pieces(self.sites, self.width)
     }
 
     /// The byte at which frequency `row` of a stripe begins.

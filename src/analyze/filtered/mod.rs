@@ -6,6 +6,7 @@ use ndarray::{Array2, ArrayView2, s};
 
 use crate::error::{Error, Result};
 use crate::field::{Field, Storage};
+use crate::numeric::pieces;
 use crate::observer::{Observer, go_on};
 use crate::system::memory::{available_memory, try_filled};
 use crate::transform::{Passband, SpaceTimeFilter};
@@ -135,15 +136,15 @@ fn read_padded(
     let rows = (READ_BYTES / (8 * sites)).clamp(1, times);
     let mut block = vec![0.0; rows * sites];
     observer.stage("reading", times as u64);
-    for from in (0..times).step_by(rows) {
-        let to = times.min(from + rows);
-        let block = &mut block[..(to - from) * sites];
-        field.read_time_major(from..to, 0..sites, block);
-        let block = ArrayView2::from_shape((to - from, sites), &*block);
-        let mut into = values.slice_mut(s![from..to, ..sites]);
+    for of in pieces(times, rows) {
+        let count = of.len();
+        let block = &mut block[..count * sites];
+        field.read_time_major(of.clone(), 0..sites, block);
+        let block = ArrayView2::from_shape((count, sites), &*block);
+        let mut into = values.slice_mut(s![of, ..sites]);
         into.assign(&block.expect("a length of this shape"));
         field.release_pages();
-        observer.advance((to - from) as u64);
+        observer.advance(count as u64);
         go_on(observer)?;
     }
     Ok(values)

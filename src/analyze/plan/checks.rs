@@ -7,7 +7,7 @@ use crate::analyze::request::{Request, TimeRange};
 use crate::analyze::result::Axes;
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::numeric::in_band;
+use crate::numeric::{in_band, pieces};
 use crate::prepare::{Gaps, Window};
 use crate::transform::Segments;
 
@@ -71,8 +71,7 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
     let mut at_last = Vec::with_capacity(n);
     let mut block = Vec::new();
     let times = ((1 << 20) / width).max(1);
-    for start in (0..n).step_by(times) {
-        let piece = start..(start + times).min(n);
+    for piece in pieces(n, times) {
         block.resize(piece.len() * width, 0.0);
         field.read_time_major(piece, sites.clone(), &mut block);
         field.release_pages();
@@ -162,8 +161,8 @@ pub(super) fn check_references(
     }
     check_left_out(request, sites)?;
     let asked = request.reference_site.iter();
-    let asked = asked.map(|site| ("reference-site", site));
     let followed = request.short_time.sites.iter();
+    let asked = asked.map(|site| ("reference-site", site));
     for (option, site) in asked.chain(followed.map(|site| ("short-time-sites", site))) {
         let refuse = |expected: String| Err(Error::request(option, expected, site.to_string()));
         if !sites.contains(site) {
