@@ -1,7 +1,5 @@
 //! How long work tells its caller where it stands, and is told to stop.
 
-use crate::error::{Error, Result};
-
 /// Watches a run. Called from worker threads; the library itself prints nothing.
 pub trait Observer: Sync {
     /// A stage begins; `units` of work lie ahead in it.
@@ -21,15 +19,6 @@ pub trait Observer: Sync {
 pub struct Silent;
 
 impl Observer for Silent {}
-
-/// # Errors
-/// [`Error::Cancelled`] if the run is to end.
-pub(crate) fn go_on(observer: &dyn Observer) -> Result<()> {
-    match observer.cancelled() {
-        true => Err(Error::Cancelled),
-        false => Ok(()),
-    }
-}
 
 /// Forwards the question whether to stop, and no progress: for parts of a stage that the caller
 /// counts as one unit.

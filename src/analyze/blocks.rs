@@ -5,8 +5,9 @@ use std::ops::Range;
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis, s};
 
+use super::go_on;
 use crate::error::Result;
-use crate::observer::{Observer, go_on};
+use crate::observer::Observer;
 use crate::system::scratch_pool::ScratchPool;
 
 /// How rows of two arrays are computed.

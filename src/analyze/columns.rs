@@ -5,6 +5,7 @@ use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
 use super::front::{Passed, WindowScratch, WindowTransforms};
+use super::go_on;
 use super::intermediate::Intermediate;
 use super::noise::Subtracted;
 use super::stages::Stages;
@@ -13,7 +14,6 @@ use crate::arrays::LargeArray;
 use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::Result;
 use crate::numeric::sum;
-use crate::observer::go_on;
 use crate::prepare::ReadAhead;
 use crate::system::buffer::Buffer;
 use crate::system::scratch_pool::ScratchPool;

@@ -44,6 +44,18 @@ pub use request::{Request, Results, ShortTime, TimeRange, Welch};
 pub use result::*;
 pub use run::{analyze, run};
 
+use crate::error::{Error, Result};
+use crate::observer::Observer;
+
+/// # Errors
+/// [`Error::Cancelled`] if the run is to end.
+fn go_on(observer: &dyn Observer) -> Result<()> {
+    match observer.cancelled() {
+        true => Err(Error::Cancelled),
+        false => Ok(()),
+    }
+}
+
 /// Index of the sample nearest to `at`, within `count`.
 fn nearest(axis: &crate::field::Axis, at: f64, count: usize) -> usize {
     let index = ((at - axis.origin) / axis.step).round().max(0.0);

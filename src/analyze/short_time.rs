@@ -3,13 +3,13 @@
 use ndarray::Array2;
 use ndarray::parallel::prelude::*;
 
+use super::go_on;
 use super::plan::check_window;
 use super::request::Request;
 use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
 use super::stages::Stages;
 use crate::error::{Error, Result};
 use crate::field::Axis;
-use crate::observer::go_on;
 use crate::transform::{
     Real, RecordScratch, RecordTransform, Scale, Scaling, Segments, fold, frequencies, power,
     wavenumbers,

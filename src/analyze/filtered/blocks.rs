@@ -6,11 +6,11 @@ use std::ops::Range;
 use ndarray::{ArrayViewMut2, s};
 use num_complex::Complex;
 
-use super::{Energies, Gaps, READ_BYTES, working_bytes};
+use super::{Energies, Gaps, READ_BYTES, go_on, working_bytes};
 use crate::error::{Error, Result};
 use crate::field::{Field, ScratchFile, Storage};
 use crate::numeric::pieces;
-use crate::observer::{Observer, go_on};
+use crate::observer::Observer;
 use crate::transform::{Passband, SpaceTimeFilter};
 
 /// Records at once, at least: a cache line.

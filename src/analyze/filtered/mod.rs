@@ -4,10 +4,11 @@ mod blocks;
 
 use ndarray::{Array2, ArrayView2, s};
 
+use super::go_on;
 use crate::error::{Error, Result};
 use crate::field::{Field, Storage};
 use crate::numeric::pieces;
-use crate::observer::{Observer, go_on};
+use crate::observer::Observer;
 use crate::system::memory::{available_memory, try_filled};
 use crate::transform::{Passband, SpaceTimeFilter};
 
