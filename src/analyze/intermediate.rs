@@ -1,16 +1,14 @@
 //! The matrix between the two halves of a space-time transform: in memory, or in a scratch file.
 
-use std::fs::File;
 use std::ops::Range;
-use std::path::PathBuf;
 
 use ndarray::{ArrayView2, s};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::field::ScratchFile;
 use crate::system::buffer::Buffer;
-use crate::system::file_io::{read_at, write_at};
 use crate::transform::Real;
 
 /// `(frequency x segment, site)`: written by columns, read by rows.
@@ -58,15 +56,13 @@ impl<T: Real> Intermediate<T> {
     }
 }
 
-/// An unnamed spill file that disappears when it is closed, however the program ends. It holds
-/// stripes of a few columns one after the other, each stripe row by row.
+/// A scratch file of stripes of a few columns one after the other, each stripe row by row.
 ///
 /// A thread computes one stripe at a time and writes it in one piece. Neighbouring rows are one
 /// piece in every stripe. In a file of whole rows, writing a stripe would take one piece per row.
 #[derive(Debug)]
 pub(super) struct SpillFile<T: Real> {
-    file: File,
-    place: PathBuf,
+    file: ScratchFile,
     shape: (usize, usize),
     /// Columns a stripe; the last may be narrower.
     stripe: usize,
@@ -98,22 +94,15 @@ pub(super) fn scratch_bytes(shape: (usize, usize), stripe: usize, item: u64) -> 
 impl<T: Real> SpillFile<T> {
     /// A file for a matrix of `shape`, written `stripe` columns and read `together` rows at a time.
     pub fn new(shape: (usize, usize), stripe: usize, together: usize) -> Result<Self> {
-        let place = std::env::temp_dir();
-        let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
-        let scratch = SpillFile {
-            file,
-            place,
+        let bytes = scratch_bytes(shape, stripe, size_of::<Complex<T>>() as u64);
+        Ok(SpillFile {
+            file: ScratchFile::new(bytes)?,
             shape,
             stripe,
             together,
             held: 0..0,
             values: Vec::new(),
-        };
-        let bytes = scratch_bytes(shape, stripe, size_of::<Complex<T>>() as u64);
-        let action = "reserve room for a scratch file in";
-        crate::system::file_io::allocate(&scratch.file, 0, bytes)
-            .map_err(Error::write(action, &scratch.place))?;
-        Ok(scratch)
+        })
     }
 
     /// Byte at which a stripe starts.
@@ -126,8 +115,7 @@ impl<T: Real> SpillFile<T> {
     pub fn put(&self, first: usize, columns: ArrayView2<Complex<T>>) -> Result<()> {
         let at = self.start_of(first / self.stripe);
         let columns = columns.to_slice().expect("a stripe of its own");
-        write_at(&self.file, bytemuck::cast_slice(columns), at)
-            .map_err(Error::write("write to a scratch file in", &self.place))
+        self.file.write(at, bytemuck::cast_slice(columns))
     }
 
     /// Reads `rows` and some of the following ones, unless they are held.
@@ -146,9 +134,8 @@ impl<T: Real> SpillFile<T> {
             .try_for_each(|(stripe, piece)| {
                 let row = (size_of_val(piece) / held.len()) as u64;
                 let at = self.start_of(stripe) + held.start as u64 * row;
-                read_at(&self.file, bytemuck::cast_slice_mut(piece), at)
-            })
-            .map_err(Error::read("read a scratch file in", &self.place))?;
+                self.file.read(at, bytemuck::cast_slice_mut(piece))
+            })?;
         self.values = values;
         self.held = held;
         Ok(())
