@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::columns::TemporalPassResult;
 use super::plan::Plan;
+use super::request::Request;
 use super::result::Axes;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
@@ -199,8 +200,13 @@ impl ShowAxis {
     }
 }
 
-/// That all limits lie on the axes of the results.
-pub(super) fn check(show: &Show, axes: &Axes) -> Result<()> {
+/// That all limits lie on the axes of the results, and that there is a picture to show.
+pub(super) fn check(request: &Request, axes: &Axes) -> Result<()> {
+    let show = &request.show;
+    if !request.maps && *show != Show::default() {
+        let expected = "maps, which the display limits are for";
+        return Err(Error::request("show", expected, "none"));
+    }
     let [frequency, wavenumber, _] = binned(axes);
     let [time, space] = sampled(axes);
     let largest = wavenumber.at(wavenumber.count - 1);

@@ -105,10 +105,7 @@ impl Power<'_> {
         let amplitude = unit::scientific(self.amplitude, 3);
         unit::square(&unit::times(&amplitude, unit))
     }
-}
 
-/// Labels of curves.
-impl Power<'_> {
     /// The integral of a site's spectrum over frequency.
     pub fn of_site(self, axes: &Axes) -> String {
         let [time, _] = steps(axes);

@@ -81,10 +81,8 @@ fn passes<T: Real>(
     clock.lap(plan, "preparation");
     let unit = prepared.unit();
     let stored = stored_square(unit, precision);
-    let noise = match plan.request.subtract_noise {
-        true => Some(KnownNoise::find(field, plan, unit, observer)?),
-        false => None,
-    };
+    let find = || KnownNoise::find(field, plan, unit, observer);
+    let noise = plan.request.subtract_noise.then(find).transpose()?;
     if noise.is_some() {
         clock.lap(plan, "noise");
     }
@@ -121,10 +119,9 @@ fn passes<T: Real>(
         .map(|(noise, columns)| noise.left(&columns.subtracted, plan.time_scale.measure * stored));
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
     // A guessed axis carries no verdict.
-    let mut answer = match results.answer && !prepared.is_silent() && !field.has_guessed_layout() {
-        true => Some(answer::find(&stages, columns, spacetime)?),
-        false => None,
-    };
+    let is_told = results.answer && !prepared.is_silent() && !field.has_guessed_layout();
+    let find = || answer::find(&stages, columns, spacetime);
+    let mut answer = is_told.then(find).transpose()?;
     let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
     let passes = (columns, rows, spacetime);
     let display = Display::find(plan, passes, maps.field.as_ref(), windows);

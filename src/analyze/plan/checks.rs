@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use crate::analyze::display::{self, Show};
 use crate::analyze::request::{Request, TimeRange};
-use crate::analyze::result::Axes;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::numeric::{in_band, pieces};
@@ -270,15 +268,6 @@ pub(super) fn check_axes(padded_time: usize, padded_space: usize, allowed: u64) 
 /// `x` to 12 digits, for a message: without the rounding of `origin + n step`.
 fn rounded(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
-}
-
-/// That the display limits lie on the axes, and that there is a picture to show.
-pub(super) fn show_fits(request: &Request, axes: &Axes) -> Result<()> {
-    if !request.maps && request.show != Show::default() {
-        let expected = "maps, which the display limits are for";
-        return Err(Error::request("show", expected, "none"));
-    }
-    display::check(&request.show, axes)
 }
 
 /// The band over which directions are summed: as requested, within the axis, with at least one bin.

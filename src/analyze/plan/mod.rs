@@ -8,6 +8,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::dispersion::{self, DispersionCurve};
+use super::display;
 use super::request::Request;
 use super::result::{Axes, Conventions};
 use super::short_time::ShortTimeSegments;
@@ -20,8 +21,7 @@ use crate::transform::{
     Real, RecordTransform, Scale, Scaling, Segments, frequencies, wavenumbers, wavenumbers_signed,
 };
 use checks::{
-    check_axes, check_references, direction_band, padded, segments, show_fits, site_range,
-    time_range,
+    check_axes, check_references, direction_band, padded, segments, site_range, time_range,
 };
 
 pub(super) use checks::check_window;
@@ -157,7 +157,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         space: shifted(&field.space, sites.start),
         n_sites,
     };
-    show_fits(request, &axes)?;
+    display::check(request, &axes)?;
     let conventions = Conventions {
         scaling: request.scaling,
         window_time: request.window_time.gains(segments.length),
