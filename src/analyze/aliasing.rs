@@ -66,7 +66,7 @@ impl Findings<'_> {
     /// Whether the loudest records, flat as a whole, are not so in short frames: a tone sweeps over the axis, and
     /// what it does at the end of it, it does beyond it, too.
     pub(super) fn sweeps(&self, rows: &[SpectrumMoments]) -> bool {
-        if self.ends.len() < 2 * FRAME {
+        if self.rows.ends.len() < 2 * FRAME {
             return false;
         }
         let mut loudest: Vec<usize> = (0..rows.len()).collect();
@@ -75,7 +75,7 @@ impl Findings<'_> {
         let mut scratch = Default::default();
         let (mut wide, mut all) = (Vec::new(), Vec::new());
         for j in loudest.into_iter().take(LOOKED_AT) {
-            let record = (self.record)(j);
+            let record = self.all.record(j);
             for frame in record.chunks_exact(FRAME) {
                 let (spectrum, _) = transform.transform(std::iter::once(frame), &mut scratch);
                 let inside = &spectrum[1..FRAME / 2];

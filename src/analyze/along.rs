@@ -35,25 +35,22 @@ impl Moments {
         measure: f64,
         padded: f64,
     ) -> Moments {
-        let column = |of: fn(&SpectrumMoments) -> f64| -> Vec<f64> {
+        let column = |of: &dyn Fn(&SpectrumMoments) -> f64| -> Vec<f64> {
             let rows = rows.iter().zip(defined);
             rows.map(|(row, defined)| if *defined { of(row) } else { f64::NAN })
                 .collect()
         };
         Moments {
-            centroid: column(|r| r.centroid),
-            bandwidth: column(|r| r.bandwidth),
-            effective_bandwidth: column(|r| r.effective_bandwidth),
-            entropy: column(|r| r.entropy),
-            participation: column(|r| r.participation),
-            zero_share: column(|r| r.zero / r.total)
-                .into_iter()
-                .map(|share| share * padded)
-                .collect(),
-            median: column(|r| r.median),
-            quantile_90: column(|r| r.quantile_90),
-            low_share: column(|r| r.low_share),
-            high_share: column(|r| r.high_share),
+            centroid: column(&|r| r.centroid),
+            bandwidth: column(&|r| r.bandwidth),
+            effective_bandwidth: column(&|r| r.effective_bandwidth),
+            entropy: column(&|r| r.entropy),
+            participation: column(&|r| r.participation),
+            zero_share: column(&|r| r.zero / r.total * padded),
+            median: column(&|r| r.median),
+            quantile_90: column(&|r| r.quantile_90),
+            low_share: column(&|r| r.low_share),
+            high_share: column(&|r| r.high_share),
             energy: rows.iter().map(|r| r.total * measure).collect(),
             undefined: UndefinedRows {
                 quiet: defined.iter().filter(|defined| !**defined).count(),
@@ -100,13 +97,11 @@ impl Headline {
         // The first of equal ones.
         let largest = known.reduce(|a, b| if high_share[b] > high_share[a] { b } else { a });
         let is_defined = |row: &usize| defined.get(*row) == Some(&true);
+        let last = (0..high_share.len()).rev().find(is_defined);
         Headline {
             reference: reference.filter(is_defined).map(spot),
             largest: largest.map(spot),
-            last: (0..high_share.len())
-                .rev()
-                .find(|row| is_defined(row))
-                .map(spot),
+            last: last.map(spot),
         }
     }
 }

@@ -4,18 +4,19 @@ use std::ops::Range;
 
 use serde_json::json;
 
+use super::columns::TemporalPassResult;
 use super::gains;
 use super::plan::Plan;
 use super::result::Direction;
 use super::spacetime::{ByDirection, Frequencies};
+use super::stages::Stages;
 use crate::error::Result;
 use crate::field::Axis;
 use crate::moved::{
     Answer, Evidence, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source,
     TOLERANCE, Verdict, along_x, in_time,
 };
-use crate::numeric::sum;
-use crate::observer::Observer;
+use crate::numeric::{sum, sum_of};
 use crate::prepare::{Prepared, Sites, Window, some};
 use crate::sheet::{Warning, three_digits};
 use crate::transform::{RecordScratch, RecordTransform, fold, quick};
@@ -36,14 +37,13 @@ const QUIET: usize = 16;
 /// Share of directed energy that goes one way where records have no arrivals but a direction.
 const ONE_WAY: f64 = 0.8;
 
-/// Finds the answer from a field that is prepared and, where they were transformed, the sum of squares of its `samples` and its directions.
+/// Finds the answer from a field that is prepared and, where they were transformed, its records and its directions.
 pub(super) fn find(
-    plan: &Plan,
-    prepared: &Prepared,
-    samples: Option<f64>,
+    all: &Stages,
+    columns: Option<&TemporalPassResult>,
     spacetime: Option<&Frequencies>,
-    observer: &dyn Observer,
 ) -> Result<Answer> {
+    let (plan, prepared) = (all.plan, all.prepared);
     let (request, axes) = (&plan.request, &plan.axes);
     let struck = prepared
         .struck()
@@ -52,12 +52,11 @@ pub(super) fn find(
         let (plus, minus) = by_sign(&found.directions);
         minus > ONE_WAY * (plus + minus)
     });
+    let in_samples = |w: f64| (w / axes.time.step).round().max(1.0) as usize;
     let options = Options {
         dt: axes.time.step,
         tolerance: request.least_move.unwrap_or(TOLERANCE),
-        window: request
-            .front_window
-            .map(|w| (w / axes.time.step).round().max(1.0) as usize),
+        window: request.front_window.map(in_samples),
         noise: request.noise.map(|noise| noise / prepared.unit()),
         struck,
         toward_minus,
@@ -66,9 +65,12 @@ pub(super) fn find(
         dx: axes.space.step,
         most_bytes: plan.answer_bytes,
     };
-    let mut answer = along_x(prepared, &options, observer)?;
+    let mut answer = along_x(prepared, &options, all.observer)?;
     answer.is_periodic = request.periodic;
-    answer.noise = samples.map_or(0.0, |samples| answer.noise * axes.n_times as f64 / samples);
+    answer.noise = columns.map_or(0.0, |columns| {
+        let samples = sum(&columns.energies) / plan.segments.count() as f64;
+        answer.noise * axes.n_times as f64 / samples
+    });
     let is_known =
         spacetime.is_none_or(|found| goes(&found.directions, answer.noise, toward_minus));
     // What decays comes from where it is largest, though evanescent waves have no direction.
@@ -136,7 +138,7 @@ fn since(along: &Answer, first_site: usize) -> Option<Range<usize>> {
 }
 
 fn by_sign(directions: &[ByDirection]) -> (f64, f64) {
-    let total = |of: fn(&ByDirection) -> f64| sum(&directions.iter().map(of).collect::<Vec<_>>());
+    let total = |of: fn(&ByDirection) -> f64| sum_of(directions.iter().map(of));
     (total(|d| d.toward_plus_x), total(|d| d.toward_minus_x))
 }
 
@@ -174,13 +176,11 @@ fn wavenumbers(
     let padded = if is_box { sites } else { quick(4 * sites) };
     let padding = padded as f64 / sites as f64;
     // What is the same at all times is a part of the motion in a box, of the sensors elsewhere.
+    let levels = along.onsets.iter();
+    let levels = levels.map(|o| [o.baseline, o.noise.unwrap_or(0.0)]);
     let levels = match is_box {
         true => vec![[0.0; 2]; sites],
-        false => along
-            .onsets
-            .iter()
-            .map(|o| [o.baseline, o.noise.unwrap_or(0.0)])
-            .collect(),
+        false => levels.collect(),
     };
     let noise: Vec<f64> = levels.iter().map(|[_, noise]| noise * noise).collect();
     let tapered: Vec<f64> = noise.iter().zip(&window).map(|(n, w)| n * w * w).collect();
@@ -189,26 +189,20 @@ fn wavenumbers(
         levels: &levels,
         noise: sum(&noise),
         noise_powers: vec![sum(&tapered); padded / 2 + 1],
-        window_energy: sum(&window.iter().map(|w| w * w).collect::<Vec<_>>()),
+        window_energy: sum_of(window.iter().map(|w| w * w)),
         transform: RecordTransform::new(&window, padded),
     };
     // What is there before the wave enters is none of it: noise of any colour, and hum.
-    let enters = along
-        .onsets
-        .iter()
-        .filter_map(|o| o.arrival)
-        .min()
-        .unwrap_or(0);
+    let arrivals = along.onsets.iter().filter_map(|o| o.arrival);
+    let enters = arrivals.min().unwrap_or(0);
     let lead = along.windows.as_ref().map_or(0, |of| 2 * of.width as usize);
     let quiet = enters.saturating_sub(lead).min(axes.n_times);
     if along.has_fronts && struck.is_none() && !is_box && quiet >= QUIET {
         profiles.measure_noise(quiet);
     }
-    let among = match &along.since {
-        Some(since) => since.start..since.end.min(axes.n_times),
-        None => 0..axes.n_times,
-    };
-    let time = &axes.time;
+    let since = along.since.clone().unwrap_or(0..axes.n_times);
+    let among = since.start..since.end.min(axes.n_times);
+    let (time, spacing) = (&axes.time, axes.space.step.abs());
     let first_time = plan.times.start;
     let motion = match (is_box, struck.is_some(), along.has_fronts) {
         (true, ..) => Motion::Box,
@@ -219,19 +213,16 @@ fn wavenumbers(
     in_time(&Source {
         profiles: &profiles,
         among,
-        step: std::f64::consts::TAU / (padded as f64 * axes.space.step.abs()),
-        first: if is_box {
-            1
-        } else {
-            (MEAN_MOTION * padding).ceil() as usize
+        step: std::f64::consts::TAU / (padded as f64 * spacing),
+        first: match is_box {
+            true => 1,
+            false => (MEAN_MOTION * padding).ceil() as usize,
         },
         period: along.period / time.step,
         motion,
         // The kinetic part of a run's energy oscillates all the while.
         is_inside: motion != Motion::Transient,
-        is_short: along
-            .speed
-            .is_some_and(|speed| speed.value.abs() * along.period < 2.0 * axes.space.step.abs()),
+        is_short: (along.speed).is_some_and(|of| of.value.abs() * along.period < 2.0 * spacing),
         uneven: gains::uneven(&along.onsets),
         tolerance: plan.request.least_move.unwrap_or(TOLERANCE),
         stays_along_x: along.frequency.verdict == Verdict::Unchanged,
@@ -271,9 +262,8 @@ impl OfField<'_> {
         let mean = sum(&snapshot) / snapshot.len() as f64;
         snapshot.iter_mut().for_each(|v| *v -= mean);
         let mut scratch = RecordScratch::default();
-        let (bins, _) = self
-            .transform
-            .transform(std::iter::once(&snapshot[..]), &mut scratch);
+        let record = std::iter::once(&snapshot[..]);
+        let (bins, _) = self.transform.transform(record, &mut scratch);
         let mut squares: Vec<f64> = bins.iter().map(|x| x.norm_sqr()).collect();
         squares[0] += mean * mean * self.window_energy * self.transform.padded() as f64;
         squares
@@ -330,7 +320,7 @@ pub(super) fn withheld(
     if plan.axes.n_sites < DIRECTED {
         return Some(Reason::FewSites);
     }
-    let energies = spacetime.wavenumber_energies.as_deref()?;
+    let energies = &spacetime.wavenumber_energies;
     // Offsets of sensors do not travel.
     let moving = energies.iter().zip(&spacetime.static_energies);
     let energies: Vec<f64> = moving.map(|(all, still)| (all - still).max(0.0)).collect();

@@ -1,20 +1,19 @@
 //! The pass along time: every site's record to its spectrum.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayViewMut2, Axis};
+use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
-use super::front::{self, Passed, WindowTransforms};
-use super::intermediate::{self, Intermediate, SpillFile};
-use super::noise::{KnownNoise, Subtracted};
-use super::plan::Plan;
-use super::worker::{RecordSamples, Worker};
-use crate::arrays::{LargeArray, Sink};
+use super::front::{Passed, WindowScratch, WindowTransforms};
+use super::intermediate::Intermediate;
+use super::noise::Subtracted;
+use super::stages::Stages;
+use super::worker::Worker;
+use crate::arrays::LargeArray;
 use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::numeric::sum;
-use crate::observer::Observer;
-use crate::prepare::{Prepared, ReadAhead};
+use crate::prepare::ReadAhead;
 use crate::system::buffer::Buffer;
 use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{Real, RecordScratch, RecordTransform, direct_sums};
@@ -41,39 +40,35 @@ const CHECKED_SAMPLES: usize = 1 << 18;
 
 /// The pass along time, planned.
 pub(super) struct AlongTime<'a, T: Real> {
-    plan: &'a Plan,
-    prepared: &'a Prepared<'a>,
-    transform: RecordTransform<T>,
-    /// Noise that is subtracted from the spectra.
-    pub noise: Option<&'a KnownNoise>,
+    pub stages: &'a Stages<'a>,
+    pub transform: RecordTransform<T>,
     /// Transforms of the front windows, if requested.
     pub passage: Option<WindowTransforms<T>>,
+    /// Where low frequencies end.
+    pub edge: f64,
+    bins: Bins<'a>,
+    workers: ScratchPool<SiteScratch<T>>,
 }
 
 impl<'a, T: Real> AlongTime<'a, T> {
-    pub fn new(plan: &'a Plan, prepared: &'a Prepared<'a>) -> Self {
-        let transform = RecordTransform::new(&plan.window_time, plan.conventions.padded_time);
+    pub fn new(stages: &'a Stages<'a>) -> Self {
+        let padded = stages.plan.conventions.padded_time;
         AlongTime {
-            plan,
-            prepared,
-            transform,
-            noise: None,
+            stages,
+            transform: RecordTransform::new(&stages.plan.window_time, padded),
             passage: None,
+            edge: f64::NAN,
+            bins: stages.plan.frequency_bins(),
+            workers: ScratchPool::default(),
         }
     }
 
     /// The record of site `j` and its spectrum; `None` without energy.
     pub fn reference(&self, j: usize) -> Option<(Vec<f64>, Vec<f64>)> {
-        let mut worker = Worker::new(self.plan, &self.transform);
-        let mut record = vec![0.0; self.plan.axes.n_times];
-        self.prepared.record(j, &mut record);
-        worker.spectra(
-            self.prepared,
-            j..j + 1,
-            RecordSamples::Records(&record),
-            None,
-        );
-        if let Some(noise) = self.noise {
+        let mut worker = Worker::default();
+        let record = self.stages.record(j);
+        worker.spectra(self, j..j + 1, &record, None);
+        if let Some(noise) = self.stages.noise {
             noise.subtract(j, 1, &mut worker.power);
         }
         let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
@@ -83,11 +78,10 @@ impl<'a, T: Real> AlongTime<'a, T> {
     /// Root mean square difference of a few amplitudes of site `j` from direct sums, relative to the
     /// root mean square of all, which estimates the relative error of the transform; and how many.
     pub fn spot_check(&self, j: usize) -> Option<(f64, usize)> {
-        let (plan, transform) = (self.plan, &self.transform);
+        let (plan, transform) = (self.stages.plan, &self.transform);
         let (length, bins) = (transform.padded(), transform.bins());
         let count = CHECKED_BINS.min(bins).min(CHECKED_SAMPLES / length);
-        let mut record = vec![0.0; plan.axes.n_times];
-        self.prepared.record(j, &mut record);
+        let mut record = self.stages.record(j);
         record.truncate(plan.segments.length);
         let mut scratch = RecordScratch::default();
         let (spectrum, energies) = transform.transform(std::iter::once(&record[..]), &mut scratch);
@@ -95,43 +89,30 @@ impl<'a, T: Real> AlongTime<'a, T> {
         if count == 0 || energy <= 0.0 {
             return None;
         }
-        let mut tapered: Vec<f64> = record
-            .iter()
-            .zip(&plan.window_time)
-            .map(|(v, w)| v * w)
-            .collect();
+        let tapered = record.iter().zip(&plan.window_time);
+        let mut tapered: Vec<f64> = tapered.map(|(v, w)| v * w).collect();
         tapered.resize(length, 0.0);
-        let chosen: Vec<usize> = (0..count)
-            .map(|i| (2 * i + 1) * bins / (2 * count))
-            .collect();
-        let squared: f64 = chosen
-            .iter()
-            .zip(direct_sums(&tapered, &chosen))
-            .map(|(&m, z)| {
-                let (re, im) = (
-                    spectrum[m].re.to_f64() - z.re,
-                    spectrum[m].im.to_f64() - z.im,
-                );
-                re * re + im * im
-            })
-            .sum();
+        let chosen = (0..count).map(|i| (2 * i + 1) * bins / (2 * count));
+        let chosen: Vec<usize> = chosen.collect();
+        let both = chosen.iter().zip(direct_sums(&tapered, &chosen));
+        let squares = both.map(|(&m, z)| {
+            let re = spectrum[m].re.to_f64() - z.re;
+            let im = spectrum[m].im.to_f64() - z.im;
+            re * re + im * im
+        });
+        let squared: f64 = squares.sum();
         Some(((squared / count as f64 / energy).sqrt(), count))
     }
 
     /// Transforms all records. The transforms go to `between`, where there is one; where there is
-    /// none, spectra go to `sink`.
+    /// none, spectra go to the sink.
     pub fn transform_records(
-        &self,
-        edge: f64,
-        stored: f64,
+        &mut self,
         mut between: Option<&mut Intermediate<T>>,
-        sink: &dyn Sink,
-        observer: &dyn Observer,
     ) -> Result<TemporalPassResult> {
-        let (plan, prepared) = (self.plan, self.prepared);
+        let (plan, prepared, stored) = (self.stages.plan, self.stages.prepared, self.stages.stored);
         let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
-        observer.stage("along time", nx as u64);
-        let workers = ScratchPool::default();
+        self.stages.observer.stage("along time", nx as u64);
         let wanted = between.is_none();
         let has_map = wanted && plan.request.maps;
         let mut done = TemporalPassResult {
@@ -142,29 +123,20 @@ impl<'a, T: Real> AlongTime<'a, T> {
             map: has_map.then(|| plan.map_builder((nf, nx), Keep::Largest)),
             frequency_energies: has_map.then(|| vec![0.0; nf]),
         };
-        let rows = if wanted { nf } else { 0 };
-        let bins = plan.frequency_bins();
+        let rows = usize::from(wanted) * nf;
         let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
         let mut room = ReadAhead::default();
         for from in (0..nx).step_by(plan.blocks.sites) {
             let width = plan.blocks.sites.min(nx - from);
             let mut spectra = buffer.view_mut((rows, width))?;
-            let stripes = Stripes {
-                all: self,
-                workers: &workers,
-                observer,
-                ahead: prepared.read_ahead(from..from + width, &mut room),
-                bins: &bins,
-                edge,
-                from,
-            };
-            let kept = between.as_deref_mut().map(|all| all.columns(from, width));
-            let seen = stripes.run(spectra.view_mut(), kept.transpose()?)?;
-            for seen in seen {
-                done.rows.push(seen.row);
-                done.energies.push(seen.energy);
-                done.passed.extend(seen.passed);
-                done.subtracted.extend(seen.subtracted);
+            let ahead = prepared.read_ahead(from..from + width, &mut room);
+            let kept = between.as_deref_mut();
+            let seen = self.stripes((from, ahead), spectra.view_mut(), kept)?;
+            for (row, energy, subtracted, passed) in seen {
+                done.rows.push(row);
+                done.energies.push(energy);
+                done.passed.extend(passed);
+                done.subtracted.extend(subtracted);
             }
             if wanted {
                 if stored != 1.0 {
@@ -185,67 +157,50 @@ impl<'a, T: Real> AlongTime<'a, T> {
                         column.fill(f64::NAN);
                     }
                 }
-                sink.put(LargeArray::TEMPORAL_SPECTRUM, 0, from, spectra.view())?;
+                let array = LargeArray::TEMPORAL_SPECTRUM;
+                self.stages.sink.put(array, 0, from, spectra.view())?;
             }
             prepared.release_pages();
         }
+        // The next stage needs the memory.
+        self.workers = ScratchPool::default();
         Ok(done)
     }
 }
 
 /// What a thread works with.
-struct SiteScratch<'w, T: Real> {
-    worker: Worker<'w, T>,
+#[derive(Default)]
+struct SiteScratch<T> {
+    worker: Worker<T>,
     samples: Vec<f64>,
     /// For the passage of the front.
-    front: front::WindowScratch<T>,
+    front: WindowScratch<T>,
     /// Transforms to be written to a scratch file.
     kept: Array2<Complex<T>>,
 }
 
-impl<'w, T: Real> SiteScratch<'w, T> {
-    fn new(of: &'w AlongTime<'w, T>) -> Self {
-        SiteScratch {
-            worker: Worker::new(of.plan, &of.transform),
-            samples: Vec::new(),
-            front: front::WindowScratch::default(),
-            kept: Array2::default((0, 0)),
-        }
-    }
-}
+/// Findings at one site: measures of its spectrum, its energy, the noise that was in it, and the passage of the front.
+type SiteFindings = (SpectrumMoments, f64, Option<Subtracted>, Option<Passed>);
 
-/// A block of sites, shared out in stripes of a few sites each.
-struct Stripes<'a, 'w, T: Real> {
-    all: &'w AlongTime<'w, T>,
-    workers: &'a ScratchPool<SiteScratch<'w, T>>,
-    observer: &'a dyn Observer,
-    ahead: Option<&'a ReadAhead>,
-    bins: &'a Bins<'w>,
-    edge: f64,
-    from: usize,
-}
-
-/// Findings at one site.
-struct SiteFindings {
-    row: SpectrumMoments,
-    energy: f64,
-    passed: Option<Passed>,
-    subtracted: Option<Subtracted>,
-}
-
-impl<T: Real> Stripes<'_, '_, T> {
-    /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept`.
-    fn run(
+impl<T: Real> AlongTime<'_, T> {
+    /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept` with a block of sites, shared out in stripes
+    /// of a few each.
+    fn stripes(
         &self,
+        (from, ahead): (usize, Option<&ReadAhead>),
         mut spectra: ArrayViewMut2<f64>,
-        kept: Option<intermediate::Columns<T>>,
+        kept: Option<&mut Intermediate<T>>,
     ) -> Result<Vec<SiteFindings>> {
-        let tile = self.all.plan.tiles.sites;
-        let mut nothing = Array2::default((0, spectra.ncols()));
+        let tile = self.stages.plan.tiles.sites;
+        let width = spectra.ncols();
+        let mut nothing = Array2::default((0, width));
         let (mut kept, scratch) = match kept {
             None => (nothing.view_mut(), None),
-            Some(intermediate::Columns::Memory(columns)) => (columns, None),
-            Some(intermediate::Columns::SpillFile(scratch)) => (nothing.view_mut(), Some(scratch)),
+            Some(Intermediate::Memory { buffer, shape }) => {
+                let columns = s![.., from..from + width];
+                (buffer.view_mut(*shape)?.slice_move(columns), None)
+            }
+            Some(Intermediate::SpillFile(scratch)) => (nothing.view_mut(), Some(&*scratch)),
         };
         let done: Result<Vec<Vec<SiteFindings>>> = spectra
             .axis_chunks_iter_mut(Axis(1), tile)
@@ -253,104 +208,78 @@ impl<T: Real> Stripes<'_, '_, T> {
             .zip(kept.axis_chunks_iter_mut(Axis(1), tile))
             .enumerate()
             .map_init(
-                || self.workers.take(|_| true, || SiteScratch::new(self.all)),
+                || self.workers.take(|_| true, SiteScratch::default),
                 |room, (i, (spectra, kept))| {
-                    let first = self.from + i * tile;
-                    match scratch {
-                        None => self.stripe(first, room, spectra, kept),
-                        Some(scratch) => self.stripe_to(scratch, first, room, spectra),
+                    let first = from + i * tile;
+                    let Some(scratch) = scratch else {
+                        return self.stripe((first, ahead), room, spectra, kept);
+                    };
+                    let shape = (self.stages.plan.between_rows(), spectra.ncols());
+                    let mut kept = std::mem::take(&mut room.kept);
+                    if kept.dim() != shape {
+                        drop(kept);
+                        kept = Array2::default(shape);
                     }
+                    let seen = self.stripe((first, ahead), room, spectra, kept.view_mut())?;
+                    scratch.put(first, kept.view())?;
+                    room.kept = kept;
+                    Ok(seen)
                 },
             )
             .collect();
         Ok(done?.into_iter().flatten().collect())
     }
 
-    /// A stripe whose transforms go to `scratch`.
-    fn stripe_to(
-        &self,
-        scratch: &SpillFile<T>,
-        first: usize,
-        room: &mut SiteScratch<T>,
-        spectra: ArrayViewMut2<f64>,
-    ) -> Result<Vec<SiteFindings>> {
-        let shape = (self.all.plan.between_rows(), spectra.ncols());
-        let mut kept = std::mem::take(&mut room.kept);
-        if kept.dim() != shape {
-            drop(kept);
-            kept = Array2::default(shape);
-        }
-        let seen = self.stripe(first, room, spectra, kept.view_mut())?;
-        scratch.put(first, kept.view())?;
-        room.kept = kept;
-        Ok(seen)
-    }
-
     /// The sites from `first` on; `kept` has no rows where transforms are not.
     fn stripe(
         &self,
-        first: usize,
+        (first, ahead): (usize, Option<&ReadAhead>),
         room: &mut SiteScratch<T>,
         mut spectra: ArrayViewMut2<f64>,
         kept: ArrayViewMut2<Complex<T>>,
     ) -> Result<Vec<SiteFindings>> {
-        if self.observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
-        let SiteScratch {
-            worker,
-            samples,
-            front,
-            ..
-        } = room;
-        let (plan, prepared) = (self.all.plan, self.all.prepared);
+        let all = self.stages;
+        all.observer.go_on()?;
+        let (worker, samples) = (&mut room.worker, &mut room.samples);
+        let (plan, prepared) = (all.plan, all.prepared);
         let width = spectra.ncols();
         let sites = first..first + width;
         samples.resize(width * plan.axes.n_times, 0.0);
         // Segments that are detrended one by one need records.
         let by_record = plan.request.welch.is_some();
-        let seen = if by_record {
-            prepared.records(self.ahead, sites.clone(), samples);
-            RecordSamples::Records(samples)
-        } else {
-            prepared.columns(self.ahead, sites.clone(), samples);
-            RecordSamples::Columns(samples)
-        };
         let kept = (kept.nrows() > 0).then_some(kept);
-        worker.spectra(prepared, sites, seen, kept);
-        let noise = self.all.noise;
-        let subtracted = noise.map(|noise| noise.subtract(first, width, &mut worker.power));
+        match by_record {
+            true => prepared.records(ahead, sites.clone(), samples),
+            false => prepared.columns(ahead, sites.clone(), samples),
+        }
+        worker.spectra(self, sites, samples, kept);
+        let power = &mut worker.power;
+        let subtracted = all.noise.map(|noise| noise.subtract(first, width, power));
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
             row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
         }
-        let rows = interleaved_moments(&worker.power, self.bins, self.edge);
-        let mut seen: Vec<SiteFindings> = rows
-            .into_iter()
-            .zip(&worker.energies)
-            .enumerate()
-            .map(|(lane, (row, &energy))| SiteFindings {
-                row,
-                energy,
-                passed: None,
-                subtracted: subtracted.map(|subtracted| subtracted[lane]),
-            })
-            .collect();
-        if let Some(passage) = &self.all.passage {
+        let rows = interleaved_moments(&worker.power, &self.bins, self.edge);
+        let rows = rows.into_iter().zip(&worker.energies).enumerate();
+        let seen = rows
+            .map(|(lane, (row, &energy))| (row, energy, subtracted.map(|lanes| lanes[lane]), None));
+        let mut seen: Vec<SiteFindings> = seen.collect();
+        if let Some(passage) = &self.passage {
             if passage.is_long(plan) {
-                worker.release();
+                *worker = Worker::default();
             }
+            let front = &mut room.front;
             let passed = match by_record {
                 true => passage.of_records(samples, plan.axes.n_times, front),
                 false => passage.of_columns(samples, width, front),
             };
             for (seen, passed) in seen.iter_mut().zip(passed) {
-                seen.passed = Some(passed);
+                seen.3 = Some(passed);
             }
             if passage.is_long(plan) {
-                *front = front::WindowScratch::default();
+                *front = WindowScratch::default();
             }
         }
-        self.observer.advance(width as u64);
+        all.observer.advance(width as u64);
         Ok(seen)
     }
 }

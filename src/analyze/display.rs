@@ -2,10 +2,14 @@
 
 use std::ops::Range;
 
+use super::columns::TemporalPassResult;
 use super::plan::Plan;
+use super::request::Request;
 use super::result::Axes;
+use super::rows::SpatialPassResult;
+use super::spacetime::{ByDirection, Frequencies};
 use crate::arrays::Precision;
-use crate::diagnostics::{MapBuilder, Part};
+use crate::diagnostics::MapBuilder;
 use crate::error::{Error, Result};
 use crate::moved::ArrivalWindows;
 use crate::numeric::sum;
@@ -115,17 +119,6 @@ struct BinAxis {
 }
 
 impl BinAxis {
-    fn of(bins: &[f64]) -> Self {
-        BinAxis {
-            first: bins.first().copied().unwrap_or(0.0),
-            step: match bins {
-                [first, second, ..] => second - first,
-                _ => 1.0,
-            },
-            count: bins.len(),
-        }
-    }
-
     fn at(&self, bin: usize) -> f64 {
         self.first + bin as f64 * self.step
     }
@@ -141,17 +134,8 @@ impl BinAxis {
         first as usize..(last as usize).saturating_add(1).min(self.count)
     }
 
-    /// What is shown of an axis that begins at 0, where the energy ends at bin `end` (`None`: nowhere).
-    fn shown_from_zero(&self, show: ShowAxis, end: Option<usize>) -> Range<usize> {
-        match show.ends(0.0) {
-            Some((low, high)) => self.between((low.max(0.0), high)),
-            None if show == ShowAxis::Auto => 0..end.unwrap_or(self.count),
-            None => 0..self.count,
-        }
-    }
-
-    /// What is shown of times or sites, where `part` holds what is to be seen.
-    fn shown_of(&self, show: ShowAxis, part: Range<usize>) -> Range<usize> {
+    /// What is shown where `part` holds what is to be seen.
+    fn shown(&self, show: ShowAxis, part: Range<usize>) -> Range<usize> {
         match show.ends(self.first) {
             Some(ends) => self.between(ends),
             None if show == ShowAxis::Auto => part,
@@ -203,24 +187,27 @@ impl ShowAxis {
             return Ok(());
         }
         let digits = crate::measure::digits;
-        Err(Error::Request {
-            option,
-            expected: format!(
-                "limits within {}:{} with a bin between them, the lower one first, or all",
-                digits(first),
-                digits(last)
-            ),
-            found: match self {
-                ShowAxis::UpTo(high) => high.to_string(),
-                _ => format!("{low}:{high}"),
-            },
-        })
+        let expected = format!(
+            "limits within {}:{} with a bin between them, the lower one first, or all",
+            digits(first),
+            digits(last)
+        );
+        let found = match self {
+            ShowAxis::UpTo(high) => high.to_string(),
+            _ => format!("{low}:{high}"),
+        };
+        Err(Error::request(option, expected, found))
     }
 }
 
-/// That all limits lie on the axes of the results.
-pub(super) fn check(show: &Show, axes: &Axes) -> Result<()> {
-    let [frequency, wavenumber] = [&axes.frequency, &axes.wavenumber].map(|bins| BinAxis::of(bins));
+/// That all limits lie on the axes of the results, and that there is a picture to show.
+pub(super) fn check(request: &Request, axes: &Axes) -> Result<()> {
+    let show = &request.show;
+    if !request.maps && *show != Show::default() {
+        let expected = "maps, which the display limits are for";
+        return Err(Error::request("show", expected, "none"));
+    }
+    let [frequency, wavenumber, _] = binned(axes);
     let [time, space] = sampled(axes);
     let largest = wavenumber.at(wavenumber.count - 1);
     let lowest = match show.wavenumber {
@@ -232,6 +219,19 @@ pub(super) fn check(show: &Show, axes: &Axes) -> Result<()> {
         .check("show-wavenumber", wavenumber, lowest)?;
     show.time.check("show-time", time, time.first)?;
     show.space.check("show-space", space, space.first)
+}
+
+/// Of frequency, of wavenumber, and of wavenumbers of both signs.
+fn binned(axes: &Axes) -> [BinAxis; 3] {
+    let bins = [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed];
+    bins.map(|bins| BinAxis {
+        first: bins.first().copied().unwrap_or(0.0),
+        step: match bins[..] {
+            [first, second, ..] => second - first,
+            _ => 1.0,
+        },
+        count: bins.len(),
+    })
 }
 
 fn sampled(axes: &Axes) -> [BinAxis; 2] {
@@ -246,25 +246,12 @@ fn sampled(axes: &Axes) -> [BinAxis; 2] {
     ]
 }
 
-/// Sums of the energy along each axis, where a pass has made them.
-#[derive(Debug, Default)]
-pub(super) struct AxisEnergies<'a> {
-    pub frequency: Option<Vec<f64>>,
-    /// Of wavenumbers of one sign, and of both; the latter count where there are both.
-    pub wavenumber: Option<&'a [f64]>,
-    pub wavenumber_signed: Option<&'a [f64]>,
-    pub time: Option<&'a [f64]>,
-    pub space: Option<&'a [f64]>,
-}
-
 impl Display {
     /// Every axis whole, and nothing known of the energy along it.
     pub fn whole(axes: &Axes) -> Display {
-        let [frequency, wavenumber, wavenumber_signed] =
-            [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed]
-                .map(|bins| BinAxis::of(bins))
-                .map(|axis| axis.extent(0..axis.count, None));
-        let [time, space] = sampled(axes).map(|axis| axis.extent(0..axis.count, None));
+        let whole = |axis: BinAxis| axis.extent(0..axis.count, None);
+        let [frequency, wavenumber, wavenumber_signed] = binned(axes).map(whole);
+        let [time, space] = sampled(axes).map(whole);
         Display {
             frequency,
             wavenumber,
@@ -274,10 +261,14 @@ impl Display {
         }
     }
 
-    /// The display limits of a result with these energies.
+    /// The display limits of what the passes found.
     pub(super) fn find(
         plan: &Plan,
-        energies: &AxisEnergies,
+        (columns, rows, spacetime): (
+            Option<&TemporalPassResult>,
+            &SpatialPassResult,
+            Option<&Frequencies>,
+        ),
         field: Option<&MapBuilder>,
         windows: Option<&ArrivalWindows>,
     ) -> Display {
@@ -285,23 +276,28 @@ impl Display {
         if !plan.request.maps {
             return Display::whole(axes);
         }
-        let [frequency, wavenumber, signed] =
-            [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed]
-                .map(|bins| BinAxis::of(bins));
-        let of_both = energies.wavenumber_signed;
+        let [frequency, wavenumber, signed] = binned(axes);
+        let of_both = spacetime.map(|found| &found.wavenumber_energies[..]);
         let of_one = match of_both {
             Some(both) => Some(folded(both, wavenumber.count)),
-            None => energies.wavenumber.map(<[f64]>::to_vec),
+            None => rows.wavenumber_energies.clone(),
         };
         let precision = plan.request.precision;
-        let padding = plan.conventions.padded_space as f64 / axes.n_sites as f64;
+        let padding = plan.padding_space();
         let end = |energies: Option<&[f64]>, padding: f64| {
             energies.and_then(|energies| end_of(energies, padding, precision))
         };
-        let of_frequency = energies.frequency.as_deref();
-        let frequencies =
-            frequency.shown_from_zero(show.frequency, end(of_frequency, plan.padding_time()));
-        let one_sign = wavenumber.shown_from_zero(show.wavenumber, end(of_one.as_deref(), padding));
+        let of_frequency: Option<Vec<f64>> = match spacetime {
+            Some(found) => Some(found.directions.iter().map(ByDirection::total).collect()),
+            None => columns.and_then(|columns| columns.frequency_energies.clone()),
+        };
+        let of_frequency = of_frequency.as_deref();
+        let of_time = (!rows.energies.is_empty()).then_some(&rows.energies[..]);
+        let of_space = columns.map(|columns| &columns.energies[..]);
+        let heard = end(of_frequency, plan.padding_time()).unwrap_or(frequency.count);
+        let frequencies = frequency.shown(show.frequency, 0..heard);
+        let heard = end(of_one.as_deref(), padding).unwrap_or(wavenumber.count);
+        let one_sign = wavenumber.shown(show.wavenumber, 0..heard);
         let both_signs = match show.wavenumber {
             ShowAxis::Interval { low, high } => signed.between((low, high)),
             _ if one_sign == (0..wavenumber.count) => 0..signed.count,
@@ -320,14 +316,9 @@ impl Display {
             frequency: frequency.extent(frequencies, of_frequency),
             wavenumber: wavenumber.extent(one_sign, of_one.as_deref()),
             wavenumber_signed: signed.extent(both_signs, of_both),
-            time: time.extent(time.shown_of(show.time, times), energies.time),
-            space: space.extent(space.shown_of(show.space, sites), energies.space),
+            time: time.extent(time.shown(show.time, times), of_time),
+            space: space.extent(space.shown(show.space, sites), of_space),
         }
-    }
-
-    /// Rows and columns of a map, by the extents of its axes.
-    pub(super) fn part(rows: &Extent, columns: &Extent) -> Part {
-        (rows.bins.clone(), columns.bins.clone())
     }
 }
 
@@ -377,17 +368,7 @@ fn arriving(windows: &ArrivalWindows, times: &Range<usize>) -> Option<Range<usiz
     let start = arrivals().min()?.saturating_sub(lead).max(times.start);
     let end = (arrivals().max()? + windows.samples).min(times.end);
     let least = (LEAST_CUT * end.checked_sub(start)? as f64) as usize;
-    let start = if start - times.start > least {
-        start
-    } else {
-        times.start
-    };
-    let end = if times.end - end > least {
-        end
-    } else {
-        times.end
-    };
-    Some(start..end)
+    Some(unless_little(start..end, times, least))
 }
 
 /// The part that is heard with a fiftieth of the axis around it; each end whole where little would
@@ -397,7 +378,12 @@ fn cut(heard: Range<usize>, count: usize) -> Range<usize> {
     let around = count.div_ceil(50);
     let start = heard.start.saturating_sub(around);
     let end = (heard.end + around).min(count);
-    let start = if start > least { start } else { 0 };
-    let end = if count - end > least { end } else { count };
-    start..end
+    unless_little(start..end, &(0..count), least)
+}
+
+/// A part with each end as that of `all` where at most `least` would be cut there.
+fn unless_little(part: Range<usize>, all: &Range<usize>, least: usize) -> Range<usize> {
+    let cuts = [part.start - all.start, all.end - part.end].map(|cut| cut > least);
+    let start = if cuts[0] { part.start } else { all.start };
+    start..if cuts[1] { part.end } else { all.end }
 }

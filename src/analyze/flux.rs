@@ -29,11 +29,8 @@ pub(super) struct FluxSurrogate {
 impl FluxSurrogate {
     pub fn new(plan: &Plan, stored: f64) -> Self {
         let energy = plan.space_scale_of(Scaling::Energy);
-        let rows = if plan.request.results.flux_surrogate {
-            plan.blocks.times + 2
-        } else {
-            0
-        };
+        let is_wanted = plan.request.results.flux_surrogate;
+        let rows = usize::from(is_wanted) * (plan.blocks.times + 2);
         // Each zeroed by itself: a clone would read pages that are not there yet.
         let room = || Array2::zeros((rows, plan.axes.wavenumber.len()));
         FluxSurrogate {
@@ -90,25 +87,20 @@ impl FluxSurrogate {
             .enumerate()
             .for_each(|(i, mut row)| {
                 let n = next + i;
-                let ahead = |out: &mut f64, a: &f64, b: &f64, c: &f64, step: f64| {
-                    *out = -(4.0 * (b - a) - (c - a)) / (2.0 * step);
+                let (ends, step) = match (n, all) {
+                    (_, 1) => return row.fill(f64::NAN),
+                    (_, 2) => ([0, 1], dt),
+                    (0, _) => ([1, 2], dt),
+                    _ if n + 1 == all => ([n - 1, n - 2], -dt),
+                    _ => ([n - 1, n + 1], 2.0 * dt),
                 };
-                match (n, all) {
-                    (_, 1) => row.fill(f64::NAN),
-                    (_, 2) => azip!((out in &mut row, a in at(0), b in at(1)) {
-                        *out = -(b - a) / dt;
-                    }),
-                    (0, _) => azip!((out in &mut row, a in at(0), b in at(1), c in at(2)) {
-                        ahead(out, a, b, c, dt);
-                    }),
-                    _ if n + 1 == all => {
-                        azip!((out in &mut row, a in at(n), b in at(n - 1), c in at(n - 2)) {
-                            ahead(out, a, b, c, -dt);
-                        });
-                    }
-                    _ => azip!((out in &mut row, a in at(n - 1), b in at(n + 1)) {
-                        *out = -(b - a) / (2.0 * dt);
-                    }),
+                let [first, second] = ends.map(&at);
+                if all > 2 && (n == 0 || n + 1 == all) {
+                    azip!((out in &mut row, a in at(n), b in first, c in second) {
+                        *out = -(4.0 * (b - a) - (c - a)) / (2.0 * step);
+                    });
+                } else {
+                    azip!((out in &mut row, a in first, b in second) *out = -(b - a) / step);
                 }
             });
         if let Some(map) = map {
@@ -117,10 +109,8 @@ impl FluxSurrogate {
         sink.put(LargeArray::KINETIC_FLUX_SURROGATE, next, 0, flux.view())?;
         self.next = until;
         self.kept = held.min(2);
-        let kept = self
-            .cumulative
-            .slice(s![held - self.kept..held, ..])
-            .to_owned();
+        let kept = s![held - self.kept..held, ..];
+        let kept = self.cumulative.slice(kept).to_owned();
         self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
         Ok(())
     }

@@ -3,18 +3,18 @@
 //! Shares over a whole record depend on its length, since the motion behind the front differs from
 //! the front.
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayViewMut2};
 use num_complex::Complex;
 
 use super::along::Headline;
 use super::plan::Plan;
-use super::quality::is_noise;
+use super::quality::{FLAT_PART, flat_part};
 use super::result::{Front, FrontLength};
+use super::worker::AddPowers;
 use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
 use crate::moved::Answer;
-
-use crate::numeric::lanes::{LaneBlock, WIDTH};
-use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, power, quick};
+use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
+use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, quick};
 
 /// The part of a site's largest magnitude that its arrival exceeds for the first time.
 const ARRIVAL: f64 = 0.01;
@@ -52,14 +52,9 @@ fn pulse_width(record: &[f64]) -> Option<f64> {
     };
     let before = crossing(&mut record[..peak.0].iter().rev());
     let after = crossing(&mut record[peak.0 + 1..].iter());
-    match (before, after) {
-        (None, None) => None,
-        _ => {
-            let to_start = peak.0 as f64;
-            let to_end = (record.len() - 1 - peak.0) as f64;
-            Some(before.unwrap_or(to_start) + after.unwrap_or(to_end))
-        }
-    }
+    let [to_start, to_end] = [peak.0, record.len() - 1 - peak.0].map(|n| n as f64);
+    let crosses = before.is_some() || after.is_some();
+    crosses.then(|| before.unwrap_or(to_start) + after.unwrap_or(to_end))
 }
 
 /// How long windows are: as given, in units of time, or by the pulse in `reference`.
@@ -135,12 +130,9 @@ impl<T: Real> WindowTransforms<T> {
             .map(|(record, arrival)| &record[self.start(*arrival, length).unwrap_or(0)..])
             .map(|rest| &rest[..self.samples])
             .collect();
-        room.shape(self.transform.bins(), windows.len());
-        let WindowScratch {
-            scratch, spectra, ..
-        } = room;
+        let (spectra, scratch) = room.shaped((self.transform.bins(), windows.len()));
         self.transform
-            .transform_into(windows.into_iter(), spectra.view_mut(), scratch);
+            .transform_into(windows.into_iter(), spectra, scratch);
         self.measured(&arrivals, length, room)
     }
 
@@ -164,12 +156,8 @@ impl<T: Real> WindowTransforms<T> {
             }
         }
         let windows = &columns[..self.samples * width];
-        room.shape(self.transform.bins(), width);
-        let WindowScratch {
-            scratch, spectra, ..
-        } = room;
-        self.transform
-            .transform_columns(windows, spectra.view_mut(), scratch);
+        let (spectra, scratch) = room.shaped((self.transform.bins(), width));
+        self.transform.transform_columns(windows, spectra, scratch);
         self.measured(&arrivals, length, room)
     }
 
@@ -185,16 +173,14 @@ impl<T: Real> WindowTransforms<T> {
         room: &mut WindowScratch<T>,
     ) -> Vec<Passed> {
         let padded = self.transform.padded();
-        let spectra = &room.spectra;
-        room.power.clear();
         room.power
-            .extend(spectra.outer_iter().enumerate().map(|(m, row)| {
-                let mut powers = LaneBlock::default();
-                for (p, &x) in powers.0.iter_mut().zip(row) {
-                    *p = fold(m, padded) * power(x);
-                }
-                powers
-            }));
+            .resize(self.transform.bins(), LaneBlock::default());
+        widest(AddPowers {
+            spectra: room.spectra.view(),
+            sums: &mut room.power,
+            is_first: true,
+            factor: |m| fold(m, padded),
+        });
         let bins = Bins::new(&self.frequency, padded, 1.0 / (padded as f64 * self.dt));
         let rows = interleaved_moments(&room.power, &bins, self.edge);
         let found = arrivals.iter().zip(rows).map(|(&arrival, row)| {
@@ -211,27 +197,22 @@ impl<T: Real> WindowTransforms<T> {
 }
 
 /// What a thread works with.
+#[derive(Default)]
 pub(super) struct WindowScratch<T> {
     scratch: RecordScratch<T>,
     spectra: Array2<Complex<T>>,
     power: Vec<LaneBlock>,
 }
 
-impl<T: Real> Default for WindowScratch<T> {
-    fn default() -> Self {
-        WindowScratch {
-            scratch: RecordScratch::default(),
-            spectra: Array2::default((0, 0)),
-            power: Vec::new(),
-        }
-    }
-}
-
 impl<T: Real> WindowScratch<T> {
-    fn shape(&mut self, bins: usize, width: usize) {
-        if self.spectra.dim() != (bins, width) {
-            self.spectra = Array2::default((bins, width));
+    fn shaped(
+        &mut self,
+        shape: (usize, usize),
+    ) -> (ArrayViewMut2<'_, Complex<T>>, &mut RecordScratch<T>) {
+        if self.spectra.dim() != shape {
+            self.spectra = Array2::default(shape);
         }
+        (self.spectra.view_mut(), &mut self.scratch)
     }
 }
 
@@ -267,63 +248,63 @@ pub(super) fn gather(
     defined: &[bool],
     reference: Option<usize>,
 ) -> Front {
-    let moves = passed.iter().zip(defined).filter(|(_, defined)| **defined);
+    let FrontLength::Window { samples, .. } = length else {
+        return Front::untold(length, plan);
+    };
+    let defined = || passed.iter().zip(defined);
+    let moves = defined().filter(|(_, defined)| **defined);
     let (mut at_once, mut sites) = (0, 0);
     for (passed, _) in moves {
         sites += 1;
         at_once += usize::from(passed.arrival == Some(0));
     }
-    let length = match length {
-        FrontLength::Window { .. } if 2 * at_once > sites => FrontLength::NoArrival {
+    if 2 * at_once > sites {
+        let length = FrontLength::NoArrival {
             at_once,
             sites,
-            noise: is_noise(rows, &plan.frequency_bins()),
-        },
-        other => other,
-    };
-    let has_window = matches!(length, FrontLength::Window { .. });
-    let n_sites = plan.axes.n_sites;
+            // As flat as those of white noise.
+            noise: flat_part(rows, &plan.frequency_bins()) > FLAT_PART,
+        };
+        return Front::untold(length, plan);
+    }
     let column = |of: fn(&Passed) -> f64| -> Vec<f64> {
-        if !has_window {
-            return vec![f64::NAN; n_sites];
-        }
-        let values = passed.iter().zip(defined);
-        values
-            .map(|(passed, defined)| if *defined { of(passed) } else { f64::NAN })
-            .collect()
+        let or_nan = |(passed, defined): (_, &bool)| if *defined { of(passed) } else { f64::NAN };
+        defined().map(or_nan).collect()
     };
-    let arrivals = passed.iter().zip(defined);
-    let arrivals = arrivals.map(|(p, defined)| p.arrival.filter(|_| *defined && has_window));
-    let mut arrivals: Vec<Option<usize>> = arrivals.collect();
-    arrivals.resize(n_sites, None);
-    let time = &plan.axes.time;
-    let fits = |arrival: &Option<usize>| match length {
-        FrontLength::Window { samples, .. } => {
-            arrival.is_some_and(|n| n + samples <= plan.axes.n_times)
-        }
-        _ => false,
-    };
+    let arrivals = defined().map(|(p, defined)| p.arrival.filter(|_| *defined));
+    let arrivals: Vec<Option<usize>> = arrivals.collect();
+    let fits = |arrival: &Option<usize>| arrival.is_some_and(|n| n + samples <= plan.axes.n_times);
     let fits: Vec<bool> = arrivals.iter().map(fits).collect();
-    let (low_share, high_share) = (column(|p| p.low_share), column(|p| p.high_share));
-    let headline = Headline::of(&high_share, &fits, &fits, reference, |row| {
-        (plan.sites.start + row, plan.axes.space.at(row))
-    });
-    let at = |arrival: &Option<usize>| arrival.map_or(f64::NAN, |n| time.at(n));
+    let high_share = column(|p| p.high_share);
+    let at = |arrival: &Option<usize>| arrival.map_or(f64::NAN, |n| plan.axes.time.at(n));
     Front {
         length,
         arrival: arrivals.iter().map(at).collect(),
+        headline: Headline::of(&high_share, &fits, &fits, reference, |row| plan.place(row)),
         fits,
-        low_share,
+        low_share: column(|p| p.low_share),
         high_share,
-        headline,
     }
 }
 
 impl Front {
+    /// No arrivals and no shares, for the reason that `length` states.
+    fn untold(length: FrontLength, plan: &Plan) -> Front {
+        let nowhere = vec![f64::NAN; plan.axes.n_sites];
+        Front {
+            length,
+            fits: vec![false; nowhere.len()],
+            headline: Headline::default(),
+            arrival: nowhere.clone(),
+            low_share: nowhere.clone(),
+            high_share: nowhere,
+        }
+    }
+
     /// None where noise exceeds a hundredth of the largest value before the wave arrives, by the arrivals of the answer, at most sites:
     /// its windows hold that noise.
     pub(super) fn unless_noise(self, answer: &Answer, plan: &Plan) -> Front {
-        let (time, n_sites) = (&plan.axes.time, self.arrival.len());
+        let time = &plan.axes.time;
         let Some(windows) = &answer.windows else {
             return self;
         };
@@ -331,26 +312,16 @@ impl Front {
         let later = both.filter_map(|(first, arrival)| Some(time.at((*arrival)?) - first));
         let later: Vec<f64> = later.filter(|later| later.is_finite()).collect();
         let early = later.iter().filter(|t| **t > windows.width * time.step);
-        let early = early.count();
-        if 2 * early <= later.len() {
+        let (at_once, sites) = (early.count(), later.len());
+        if 2 * at_once <= sites {
             return self;
         }
-        let nowhere = vec![f64::NAN; n_sites];
-        let fits = vec![false; n_sites];
-        Front {
-            length: FrontLength::NoArrival {
-                at_once: early,
-                sites: later.len(),
-                noise: false,
-            },
-            headline: Headline::of(&nowhere, &fits, &fits, None, |row| {
-                (plan.sites.start + row, plan.axes.space.at(row))
-            }),
-            arrival: nowhere.clone(),
-            fits,
-            low_share: nowhere.clone(),
-            high_share: nowhere,
-        }
+        let length = FrontLength::NoArrival {
+            at_once,
+            sites,
+            noise: false,
+        };
+        Front::untold(length, plan)
     }
 }
 

@@ -1,16 +1,14 @@
 //! The matrix between the two halves of a space-time transform: in memory, or in a scratch file.
 
-use std::fs::File;
 use std::ops::Range;
-use std::path::PathBuf;
 
-use ndarray::{ArrayView2, ArrayViewMut2, s};
+use ndarray::{ArrayView2, s};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::field::ScratchFile;
 use crate::system::buffer::Buffer;
-use crate::system::file_io::{read_at, write_at};
 use crate::transform::Real;
 
 /// `(frequency x segment, site)`: written by columns, read by rows.
@@ -23,83 +21,48 @@ pub(super) enum Intermediate<T: Real> {
     SpillFile(SpillFile<T>),
 }
 
-/// Where the columns of neighbouring sites go.
-pub(super) enum Columns<'a, T: Real> {
-    Memory(ArrayViewMut2<'a, Complex<T>>),
-    SpillFile(&'a SpillFile<T>),
-}
-
-/// Neighbouring rows.
-pub(super) enum Rows<'a, T: Real> {
-    Memory(ArrayView2<'a, Complex<T>>),
-    SpillFile {
-        scratch: &'a SpillFile<T>,
-        rows: Range<usize>,
-    },
-}
-
 impl<T: Real> Intermediate<T> {
     pub fn in_memory(shape: (usize, usize)) -> Result<Self> {
         let buffer = Buffer::zeros(shape)?;
         Ok(Intermediate::Memory { buffer, shape })
     }
 
-    /// The place of the columns `from .. from + width`, to be written whole.
-    pub fn columns(&mut self, from: usize, width: usize) -> Result<Columns<'_, T>> {
+    /// Makes `rows`, which come in order, ready to be viewed.
+    pub fn hold(&mut self, rows: Range<usize>) -> Result<()> {
         match self {
-            Intermediate::Memory { buffer, shape } => {
-                let columns = s![.., from..from + width];
-                Ok(Columns::Memory(
-                    buffer.view_mut(*shape)?.slice_move(columns),
-                ))
-            }
-            Intermediate::SpillFile(scratch) => Ok(Columns::SpillFile(scratch)),
+            Intermediate::Memory { .. } => Ok(()),
+            Intermediate::SpillFile(scratch) => scratch.hold(rows),
         }
     }
 
-    /// `rows`, which come in order.
-    pub fn rows(&mut self, rows: Range<usize>) -> Result<Rows<'_, T>> {
-        match self {
-            Intermediate::Memory { buffer, shape } => {
-                let rows = s![rows, ..];
-                Ok(Rows::Memory(buffer.view(*shape)?.slice_move(rows)))
-            }
-            Intermediate::SpillFile(scratch) => {
-                scratch.hold(rows.clone())?;
-                Ok(Rows::SpillFile { scratch, rows })
-            }
-        }
-    }
-}
-
-impl<T: Real> Rows<'_, T> {
-    /// A range of them, counted from the first; copied to `room` if they are not contiguous.
+    /// Rows that are held; copied to `room` if they are not contiguous.
     pub fn view<'r>(
         &'r self,
         rows: Range<usize>,
         room: &'r mut Vec<Complex<T>>,
     ) -> ArrayView2<'r, Complex<T>> {
         match self {
-            Rows::Memory(all) => all.slice(s![rows, ..]),
-            Rows::SpillFile { scratch, rows: all } => {
+            Intermediate::Memory { buffer, shape } => {
+                let all = buffer.view(*shape).expect("of this shape");
+                all.slice_move(s![rows, ..])
+            }
+            Intermediate::SpillFile(scratch) => {
                 let shape = (rows.len(), scratch.shape.1);
                 room.resize(shape.0 * shape.1, Complex::default());
-                scratch.gather(all.start + rows.start..all.start + rows.end, room);
+                scratch.gather(rows, room);
                 ArrayView2::from_shape(shape, &room[..]).expect("as long as its shape says")
             }
         }
     }
 }
 
-/// An unnamed spill file that disappears when it is closed, however the program ends. It holds
-/// stripes of a few columns one after the other, each stripe row by row.
+/// A scratch file of stripes of a few columns one after the other, each stripe row by row.
 ///
 /// A thread computes one stripe at a time and writes it in one piece. Neighbouring rows are one
 /// piece in every stripe. In a file of whole rows, writing a stripe would take one piece per row.
 #[derive(Debug)]
 pub(super) struct SpillFile<T: Real> {
-    file: File,
-    place: PathBuf,
+    file: ScratchFile,
     shape: (usize, usize),
     /// Columns a stripe; the last may be narrower.
     stripe: usize,
@@ -131,24 +94,15 @@ pub(super) fn scratch_bytes(shape: (usize, usize), stripe: usize, item: u64) -> 
 impl<T: Real> SpillFile<T> {
     /// A file for a matrix of `shape`, written `stripe` columns and read `together` rows at a time.
     pub fn new(shape: (usize, usize), stripe: usize, together: usize) -> Result<Self> {
-        let place = std::env::temp_dir();
-        let file = tempfile::tempfile().map_err(Error::write("make a scratch file in", &place))?;
-        let scratch = SpillFile {
-            file,
-            place,
+        let bytes = scratch_bytes(shape, stripe, size_of::<Complex<T>>() as u64);
+        Ok(SpillFile {
+            file: ScratchFile::new(bytes)?,
             shape,
             stripe,
             together,
             held: 0..0,
             values: Vec::new(),
-        };
-        let bytes = scratch_bytes(shape, stripe, size_of::<Complex<T>>() as u64);
-        let reserved = crate::system::file_io::allocate(&scratch.file, 0, bytes);
-        reserved.map_err(Error::write(
-            "reserve room for a scratch file in",
-            &scratch.place,
-        ))?;
-        Ok(scratch)
+        })
     }
 
     /// Byte at which a stripe starts.
@@ -161,8 +115,7 @@ impl<T: Real> SpillFile<T> {
     pub fn put(&self, first: usize, columns: ArrayView2<Complex<T>>) -> Result<()> {
         let at = self.start_of(first / self.stripe);
         let columns = columns.to_slice().expect("a stripe of its own");
-        write_at(&self.file, bytemuck::cast_slice(columns), at)
-            .map_err(Error::write("write to a scratch file in", &self.place))
+        self.file.write(at, bytemuck::cast_slice(columns))
     }
 
     /// Reads `rows` and some of the following ones, unless they are held.
@@ -181,9 +134,8 @@ impl<T: Real> SpillFile<T> {
             .try_for_each(|(stripe, piece)| {
                 let row = (size_of_val(piece) / held.len()) as u64;
                 let at = self.start_of(stripe) + held.start as u64 * row;
-                read_at(&self.file, bytemuck::cast_slice_mut(piece), at)
-            })
-            .map_err(Error::read("read a scratch file in", &self.place))?;
+                self.file.read(at, bytemuck::cast_slice_mut(piece))
+            })?;
         self.values = values;
         self.held = held;
         Ok(())

@@ -28,18 +28,16 @@ pub(crate) fn position(axes: &Axes) -> String {
 
 /// `frequency (Hz)`: always in cycles.
 pub(crate) fn frequency(axes: &Axes) -> String {
-    label(
-        "frequency",
-        &axes.frequency_unit().replace("/unit of", " per unit of"),
-    )
+    in_words("frequency", &axes.frequency_unit())
 }
 
 /// `wavenumber (rad/m)`: always in rad.
 pub(crate) fn wavenumber(axes: &Axes) -> String {
-    label(
-        "wavenumber",
-        &axes.wavenumber_unit().replace("/unit of", " per unit of"),
-    )
+    in_words("wavenumber", &axes.wavenumber_unit())
+}
+
+fn in_words(name: &str, unit: &str) -> String {
+    label(name, &unit.replace("/unit of", " per unit of"))
 }
 
 /// How powers are scaled and what their amplitudes are measured in.
@@ -107,10 +105,7 @@ impl Power<'_> {
         let amplitude = unit::scientific(self.amplitude, 3);
         unit::square(&unit::times(&amplitude, unit))
     }
-}
 
-/// Labels of curves.
-impl Power<'_> {
     /// The integral of a site's spectrum over frequency.
     pub fn of_site(self, axes: &Axes) -> String {
         let [time, _] = steps(axes);
@@ -135,19 +130,11 @@ impl Power<'_> {
 /// Units of time and length, each with that of its frequency; empty for an axis without one, whose
 /// steps are numbers.
 fn steps(axes: &Axes) -> [(&str, String); 2] {
-    let of = |unit: &Option<String>, bin: String| match unit {
-        Some(_) => bin,
-        None => String::new(),
-    };
-    let [time, space] = [&axes.time.unit, &axes.space.unit];
-    [
-        (
-            time.as_deref().unwrap_or_default(),
-            of(time, axes.frequency_unit()),
-        ),
-        (
-            space.as_deref().unwrap_or_default(),
-            of(space, axes.wavenumber_unit()),
-        ),
-    ]
+    fn of(unit: &Option<String>, bin: String) -> (&str, String) {
+        let known = unit.as_deref().map(|unit| (unit, bin));
+        known.unwrap_or_default()
+    }
+    let (time, space) = (&axes.time.unit, &axes.space.unit);
+    let [f, k] = [axes.frequency_unit(), axes.wavenumber_unit()];
+    [of(time, f), of(space, k)]
 }

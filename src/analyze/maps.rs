@@ -7,92 +7,59 @@ use crate::diagnostics::{Map, MapBuilder};
 use crate::field::Field;
 use crate::unit;
 
-/// What the labels are made of.
-pub(super) struct Maps<'a> {
-    pub field: &'a Field,
-    pub plan: &'a Plan,
-    /// What prepared samples count as 1.
-    pub unit: f64,
-    /// Powers are stored in units of its square.
-    pub power_unit: f64,
-    pub display: &'a Display,
+/// The maps that the passes have collected; none where they are not wanted.
+pub(super) struct Maps<M> {
+    pub field: Option<M>,
+    pub temporal: Option<M>,
+    pub spatial: Option<M>,
+    pub spacetime: Option<M>,
+    pub flux: Option<M>,
 }
 
-/// An axis of a map.
-#[derive(Clone, Copy)]
-enum MapSide {
-    Time,
-    Space,
-    Frequency,
-    Wavenumber,
-    SignedWavenumber,
-}
-
-impl Maps<'_> {
-    pub fn field(&self, map: MapBuilder) -> Map {
-        let name = labels::quantity(self.field.quantity);
-        let label = unit::label(name, self.field.unit.as_deref().unwrap_or_default());
-        self.finish(map.times(self.unit), label, MapSide::Time, MapSide::Space)
-    }
-
-    pub fn temporal(&self, map: MapBuilder) -> Map {
-        let label = self.power().over_frequency(&self.plan.axes);
-        self.finish(map, label, MapSide::Frequency, MapSide::Space)
-    }
-
-    pub fn spatial(&self, map: MapBuilder) -> Map {
-        let label = self.power().over_wavenumber(&self.plan.axes);
-        self.finish(map, label, MapSide::Time, MapSide::Wavenumber)
-    }
-
-    pub fn spacetime(&self, map: MapBuilder) -> Map {
-        let label = self.power().over_both(&self.plan.axes);
-        self.finish(map, label, MapSide::Frequency, MapSide::SignedWavenumber)
-    }
-
-    pub fn flux(&self, map: MapBuilder) -> Map {
-        let label = self.power().flux(&self.plan.axes);
-        self.finish(map, label, MapSide::Time, MapSide::Wavenumber)
-    }
-
-    fn power(&self) -> Power<'_> {
-        Power {
-            scaling: self.plan.request.scaling,
-            unit: self.field.unit.as_deref(),
-            amplitude: self.power_unit,
-        }
-    }
-
-    fn finish(&self, map: MapBuilder, label: String, y: MapSide, x: MapSide) -> Map {
-        let ((y_label, y0, dy), (x_label, x0, dx)) = (self.axis(y), self.axis(x));
-        let part = Display::part(self.extent(y), self.extent(x));
-        map.finish_with(Some(&part), label, (&y_label, y0, dy), (&x_label, x0, dx))
-    }
-
-    fn extent(&self, side: MapSide) -> &Extent {
-        match side {
-            MapSide::Time => &self.display.time,
-            MapSide::Space => &self.display.space,
-            MapSide::Frequency => &self.display.frequency,
-            MapSide::Wavenumber => &self.display.wavenumber,
-            MapSide::SignedWavenumber => &self.display.wavenumber_signed,
-        }
-    }
-
-    /// Label, first coordinate and step.
-    fn axis(&self, side: MapSide) -> (String, f64, f64) {
-        let axes = &self.plan.axes;
-        let step = |bins: &[f64]| bins.get(1).copied().unwrap_or(1.0);
-        match side {
-            MapSide::Time => (labels::time(axes), axes.time.origin, axes.time.step),
-            MapSide::Space => (labels::position(axes), axes.space.origin, axes.space.step),
-            MapSide::Frequency => (labels::frequency(axes), 0.0, step(&axes.frequency)),
-            MapSide::Wavenumber => (labels::wavenumber(axes), 0.0, step(&axes.wavenumber)),
-            MapSide::SignedWavenumber => (
-                labels::wavenumber(axes),
-                axes.wavenumber_signed[0],
-                step(&axes.wavenumber),
-            ),
+impl Maps<MapBuilder> {
+    /// With their axes; prepared samples count `unit` as 1, and powers are stored in units of the square of `power_unit`.
+    pub fn finished(
+        self,
+        field: &Field,
+        plan: &Plan,
+        [unit, power_unit]: [f64; 2],
+        display: &Display,
+    ) -> Maps<Map> {
+        let axes = &plan.axes;
+        let power = Power {
+            scaling: plan.request.scaling,
+            unit: field.unit.as_deref(),
+            amplitude: power_unit,
+        };
+        let name = labels::quantity(field.quantity);
+        let samples = unit::label(name, field.unit.as_deref().unwrap_or_default());
+        let [df, dk] =
+            [&axes.frequency, &axes.wavenumber].map(|bins| bins.get(1).copied().unwrap_or(1.0));
+        // Label, first coordinate, step, and the part that is shown.
+        type Side<'a> = (&'a str, f64, f64, &'a Extent);
+        let [t, x] = [labels::time(axes), labels::position(axes)];
+        let [f, k] = [labels::frequency(axes), labels::wavenumber(axes)];
+        let time: Side = (&t, axes.time.origin, axes.time.step, &display.time);
+        let space: Side = (&x, axes.space.origin, axes.space.step, &display.space);
+        let frequency: Side = (&f, 0.0, df, &display.frequency);
+        let wavenumber: Side = (&k, 0.0, dk, &display.wavenumber);
+        let lowest = axes.wavenumber_signed[0];
+        let signed: Side = (&k, lowest, dk, &display.wavenumber_signed);
+        let finish = |map: MapBuilder, label: String, y: Side, x: Side| {
+            let part = (y.3.bins.clone(), x.3.bins.clone());
+            map.finish_with(Some(&part), label, (y.0, y.1, y.2), (x.0, x.1, x.2))
+        };
+        let of_field = |map: MapBuilder| finish(map.times(unit), samples.clone(), time, space);
+        let [of_f, of_k] = [power.over_frequency(axes), power.over_wavenumber(axes)];
+        let [of_both, of_flux] = [power.over_both(axes), power.flux(axes)];
+        Maps {
+            field: self.field.map(of_field),
+            temporal: self.temporal.map(|map| finish(map, of_f, frequency, space)),
+            spatial: self.spatial.map(|map| finish(map, of_k, time, wavenumber)),
+            spacetime: self
+                .spacetime
+                .map(|map| finish(map, of_both, frequency, signed)),
+            flux: self.flux.map(|map| finish(map, of_flux, time, wavenumber)),
         }
     }
 }

@@ -4,6 +4,7 @@ mod aliasing;
 mod along;
 mod answer;
 mod arrays;
+mod blocks;
 mod columns;
 mod dispersion;
 mod display;

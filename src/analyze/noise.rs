@@ -57,9 +57,8 @@ impl KnownNoise {
             let is_left_out = plan.is_left_out(site - plan.sites.start);
             sites.get(site).copied().flatten().filter(|_| !is_left_out)
         });
-        let sites: Vec<Option<SiteNoise>> = of_plan.collect();
         let floor = NoiseFloor {
-            sites,
+            sites: of_plan.collect(),
             subtracted: None,
         };
         if floor.known() == 0 {
@@ -70,15 +69,11 @@ impl KnownNoise {
             noise.map_or(0.0, |noise| noise.density / (2.0 * step) / (unit * unit))
         };
         let window = sum_of_squares(&plan.window_time);
-        let variances = floor.sites.iter().map(variance);
+        let energies = floor.sites.iter().map(|noise| variance(noise) * window);
+        let (factor, segments) = (plan.time_scale.factor, plan.segments.count() as f64);
         Ok(KnownNoise {
-            power: variances
-                .clone()
-                .map(|v| v * window * plan.time_scale.factor)
-                .collect(),
-            energies: variances
-                .map(|v| v * window * plan.segments.count() as f64)
-                .collect(),
+            power: energies.clone().map(|e| e * factor).collect(),
+            energies: energies.map(|e| e * segments).collect(),
             floor,
             first: usize::from(plan.request.detrend_time != crate::prepare::Detrend::None),
             length: plan.conventions.padded_time,
@@ -117,25 +112,17 @@ impl KnownNoise {
     /// What is left of the bias: sums over bins are multiplied by `measure` to be energies.
     pub fn left(&self, done: &[Subtracted], measure: f64) -> NoiseFloor {
         let uncertain = |(noise, power): (&Option<SiteNoise>, &f64)| {
-            noise.map_or(0.0, |noise| {
-                0.5 * (noise.high - noise.low) / noise.density
-                    * power
-                    * self.length as f64
-                    * measure
-            })
+            let Some(noise) = noise else { return 0.0 };
+            let relative = 0.5 * (noise.high - noise.low) / noise.density;
+            relative * power * self.length as f64 * measure
         };
+        let sites = self.floor.sites.iter().zip(&self.power);
         NoiseFloor {
             sites: self.floor.sites.clone(),
             subtracted: Some(SubtractedNoise {
                 clipped_bins: done.iter().map(|one| one.clipped_bins).collect(),
                 clipped_power: done.iter().map(|one| one.clipped * measure).collect(),
-                uncertain_power: self
-                    .floor
-                    .sites
-                    .iter()
-                    .zip(&self.power)
-                    .map(uncertain)
-                    .collect(),
+                uncertain_power: sites.map(uncertain).collect(),
             }),
         }
     }

@@ -3,10 +3,14 @@
 use num_complex::Complex;
 use serde_json::json;
 
+use super::Warning;
 use super::aliasing::aliased;
-use super::{Axes, Request, Warning};
+use super::columns::TemporalPassResult;
+use super::rows::SpatialPassResult;
+use super::spacetime::Frequencies;
+use super::stages::Stages;
 use crate::diagnostics::{Bins, SpectrumMoments};
-use crate::numeric::{sum, sum_of_squares};
+use crate::numeric::{sum, sum_of, sum_of_squares};
 use crate::prepare::{ChannelScan, Window};
 use crate::sheet::{number, percent, six_digits, three_digits};
 use crate::transform::Scaling;
@@ -34,27 +38,15 @@ impl Ends {
 }
 
 /// What the passes over the field found, as far as they were made.
-pub(crate) struct Findings<'a> {
+pub(super) struct Findings<'a> {
+    pub all: &'a Stages<'a>,
     pub scans: &'a [ChannelScan],
-    pub first_time: usize,
     /// The field is a simulated run: no sensor, and sites are all the bodies there are.
     pub simulated: bool,
     pub has_fronts: bool,
-    pub ends: &'a [Ends],
-    pub first_profile: &'a [f64],
-    pub last_profile: &'a [f64],
-    /// Measures of each site's spectrum.
-    pub by_site: Option<&'a [SpectrumMoments]>,
-    /// Measures of each time's spectrum.
-    pub by_time: Option<&'a [SpectrumMoments]>,
-    /// Energy at each frequency that travels neither way, at k = 0 and its Nyquist line.
-    pub undirected: Option<Vec<f64>>,
-    pub frequency: Bins<'a>,
-    pub wavenumber: Bins<'a>,
-    /// By how much records are longer with zeros; bin 0 is narrower by that.
-    pub padding_time: f64,
-    /// The prepared record of a site of the range.
-    pub record: &'a dyn Fn(usize) -> Vec<f64>,
+    pub rows: &'a SpatialPassResult,
+    pub columns: Option<&'a TemporalPassResult>,
+    pub spacetime: Option<&'a Frequencies>,
 }
 
 /// The effective bandwidth of a periodogram of white noise is 0.66 of the axis, and less for few bins.
@@ -91,48 +83,45 @@ const NOISE_DEVIATIONS: f64 = 6.0;
 /// Energy in a twentieth of the record: three times that of a steady record.
 const CUT_SHARE: f64 = 0.15;
 
-/// The warnings these findings give rise to.
-pub(crate) fn findings(
-    found: &Findings,
-    request: &Request,
-    axes: &Axes,
-    channels: Vec<Warning>,
-) -> Vec<Warning> {
-    let mut warnings = channels;
-    let energy = found.of_ends(|e| e.energy);
-    if energy <= 0.0 {
-        let advice = "check the range, the layout and the detrending";
-        let warning = Warning::new("the prepared field is zero everywhere", advice);
-        warnings.push(warning.coded("no-energy", json!({})));
-        return warnings;
-    }
-    if !found.simulated {
-        warnings.extend(found.zero_times());
-    }
-    let results = request.results;
-    if results.temporal || results.spacetime {
-        warnings.extend(found.along_time(request));
-    }
-    if results.spatial || results.spacetime || results.flux_surrogate {
-        warnings.extend(found.along_space(request, axes, energy));
-    }
-    warnings
-}
-
 impl Findings<'_> {
+    /// The warnings these findings give rise to.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        let energy = self.of_ends(|e| e.energy);
+        if energy <= 0.0 {
+            let advice = "check the range, the layout and the detrending";
+            let warning = Warning::new("the prepared field is zero everywhere", advice);
+            warnings.push(warning.coded("no-energy", json!({})));
+            return warnings;
+        }
+        if !self.simulated {
+            warnings.extend(self.zero_times());
+        }
+        let results = self.all.plan.request.results;
+        if results.temporal || results.spacetime {
+            warnings.extend(self.along_time());
+        }
+        if results.spatial || results.spacetime || results.flux_surrogate {
+            warnings.extend(self.along_space(energy));
+        }
+        warnings
+    }
+
     fn of_ends(&self, part: fn(&Ends) -> f64) -> f64 {
-        sum(&self.ends.iter().map(part).collect::<Vec<_>>())
+        sum_of(self.rows.ends.iter().map(part))
     }
 
     /// Defects that affect spectra along time.
-    fn along_time(&self, request: &Request) -> Vec<Warning> {
+    fn along_time(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
-        let n_times = self.ends.len();
-        let Some(rows) = self.by_site.filter(|_| n_times > 1) else {
+        let (plan, request) = (self.all.plan, &self.all.plan.request);
+        let n_times = self.rows.ends.len();
+        let Some(columns) = self.columns.filter(|_| n_times > 1) else {
             return warnings;
         };
+        let (rows, bins) = (&columns.rows[..], &plan.frequency_bins());
         let total = total(rows, |r| r.total);
-        let share = self.padding_time * self::total(rows, |r| r.zero) / total;
+        let share = plan.padding_time() * self::total(rows, |r| r.zero) / total;
         if share > STATIC_SHARE {
             let message = format!(
                 "{} of the energy lies at f = 0: means of the records, not their motion, decide centroids",
@@ -143,7 +132,7 @@ impl Findings<'_> {
             let numbers = json!({"share": share});
             warnings.push(Warning::new(message, advice).coded("static", numbers));
         }
-        let found = aliased(rows, &self.frequency, || self.sweeps(rows));
+        let found = aliased(rows, bins, || self.sweeps(rows));
         let advice = "sample faster, or low-pass before sampling; energy above Nyquist folds down";
         warnings.extend(found.map(|found| of_top("aliasing-time", "frequency", found, advice)));
         // A run ends when it was asked to, and its bodies fly on.
@@ -154,13 +143,12 @@ impl Findings<'_> {
         // never decays, and a taper would weight early sites differently from late ones.
         if n_times > 2 && request.welch.is_none() && self.starts_in_motion() {
             // Totals of rows are sums of squares but for a factor; so are those of all.
-            let steps = self.last_profile.iter().zip(self.first_profile);
+            let steps = self.rows.last_profile.iter().zip(&self.rows.first_profile);
             let steps: Vec<f64> = steps.map(|(b, a)| (b - a).powi(2)).collect();
             let energy = self.of_ends(|e| e.energy);
             let per_total = energy / total / n_times as f64;
             let mean_square: Vec<f64> = rows.iter().map(|r| r.total * per_total).collect();
-            if open_share(rows, &self.frequency, &steps, &mean_square, n_times) > 0.5 {
-                let step = (sum(&steps) / sum(&mean_square)).sqrt();
+            if let Some(step) = jump(rows, bins, &steps, &mean_square, n_times) {
                 let advice = "for a stationary record use `--window-time hann` or remove the trend; for a transient \
                               record until it has died down";
                 let what = "records jump from their last to their first sample";
@@ -169,7 +157,7 @@ impl Findings<'_> {
         }
         let start_up = self.start_up();
         if request.scaling == Scaling::Energy {
-            warnings.extend(self.cut(start_up.is_some(), flat_part(rows, &self.frequency)));
+            warnings.extend(self.cut(start_up.is_some(), flat_part(rows, bins)));
         }
         warnings.extend(start_up);
         warnings
@@ -180,15 +168,16 @@ impl Findings<'_> {
     fn starts_in_motion(&self) -> bool {
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         // Scans are of samples as they are in the file, profiles of prepared ones.
-        let level = 0.1 * largest(self.first_profile).max(largest(self.last_profile));
-        let moving = self.first_profile.iter().filter(|v| v.abs() > level);
+        let [first, last] = [&self.rows.first_profile, &self.rows.last_profile];
+        let level = 0.1 * largest(first).max(largest(last));
+        let moving = first.iter().filter(|v| v.abs() > level);
         2 * moving.count() > self.scans.len()
     }
 
     /// Times at which nothing moves, between others: two or more in a row.
     fn zero_times(&self) -> Option<Warning> {
-        let moves = |n: &usize| self.ends[*n].energy > 0.0;
-        let all = 0..self.ends.len();
+        let moves = |n: &usize| self.rows.ends[*n].energy > 0.0;
+        let all = 0..self.rows.ends.len();
         let (first, last) = (all.clone().find(moves)?, all.clone().rfind(moves)?);
         let mut zeros = Vec::new();
         let mut from = first;
@@ -200,7 +189,7 @@ impl Findings<'_> {
             from = end + 1;
         }
         let (&first, &last) = (zeros.first()?, zeros.last()?);
-        let [first, last] = [first, last].map(|row| self.first_time + row);
+        let [first, last] = [first, last].map(|row| self.all.plan.times.start + row);
         let times = zeros.len();
         let message = format!(
             "all sites are zero at {times} times between others, from row {first} to row {last}"
@@ -213,21 +202,20 @@ impl Findings<'_> {
 
     /// A transient of all sites at the start of a record that is steady from its twentieth part on.
     fn start_up(&self) -> Option<Warning> {
-        let n = self.ends.len();
+        let ends = &self.rows.ends;
+        let n = ends.len();
         let twentieth = n / 20;
-        let mean = |part: &[Ends]| {
-            sum(&part.iter().map(|e| e.energy).collect::<Vec<_>>()) / part.len() as f64
-        };
+        let mean = |part: &[Ends]| sum_of(part.iter().map(|e| e.energy)) / part.len() as f64;
         if twentieth == 0 || !self.starts_in_motion() {
             return None;
         }
-        let late = mean(&self.ends[n / 2..]);
-        let early = mean(&self.ends[twentieth..n / 2]);
+        let late = mean(&ends[n / 2..]);
+        let early = mean(&ends[twentieth..n / 2]);
         let is_high = |e: &&Ends| e.energy > STARTED_LEVEL * late;
-        let times = self.ends.iter().take_while(is_high).count();
+        let times = ends.iter().take_while(is_high).count();
         let is_steady = early <= STARTED_LEVEL * late && late <= STARTED_LEVEL * early;
-        let ratio = self.ends[0].energy / late;
-        let share = mean(&self.ends[..times.max(1)]) * times as f64 / self.of_ends(|e| e.energy);
+        let ratio = ends[0].energy / late;
+        let share = mean(&ends[..times.max(1)]) * times as f64 / self.of_ends(|e| e.energy);
         let found = ratio > START_LEVEL && times <= twentieth && is_steady && share > START_SHARE;
         let message = format!(
             "{} of the energy lies in the first {times} samples, where it is {} times that of the second half of the \
@@ -242,14 +230,15 @@ impl Findings<'_> {
 
     /// A record that begins in the middle of the motion, or ends while it grows.
     fn cut(&self, starts_up: bool, flat_part: f64) -> Option<Warning> {
-        let twentieth = self.ends.len() / 20;
+        let ends = &self.rows.ends;
+        let twentieth = ends.len() / 20;
         if twentieth == 0 {
             return None;
         }
         let energy = self.of_ends(|e| e.energy);
-        let part = |ends: &[Ends]| sum(&ends.iter().map(|e| e.energy).collect::<Vec<_>>()) / energy;
-        let first = part(&self.ends[..twentieth]);
-        let last = part(&self.ends[self.ends.len() - twentieth..]);
+        let part = |ends: &[Ends]| sum_of(ends.iter().map(|e| e.energy)) / energy;
+        let first = part(&ends[..twentieth]);
+        let last = part(&ends[ends.len() - twentieth..]);
         // Parts of a short record of noise differ by chance.
         let samples = (twentieth * self.scans.len()) as f64;
         let by_chance = 0.05 * (1.0 + NOISE_DEVIATIONS * (2.0 / samples).sqrt());
@@ -272,15 +261,16 @@ impl Findings<'_> {
 
     /// The frequency of the line in which the energy common to all sites lies, if it is one.
     fn common_line(&self) -> Option<[f64; 2]> {
-        let undirected = self.undirected.as_deref()?;
+        let by_direction = &self.spacetime?.directions;
+        let undirected: Vec<f64> = by_direction.iter().map(|d| d.undirected).collect();
         let moving = undirected.get(1..)?;
         let at = (0..moving.len()).max_by(|&a, &b| moving[a].total_cmp(&moving[b]))?;
         let near = &moving[at.saturating_sub(LINE_BINS)..(at + LINE_BINS + 1).min(moving.len())];
         // What lies at f = 0 are offsets.
         let is_line = sum(near) > LINE_PART * sum(moving) && undirected[0] < sum(near);
-        let (line, bin) = (self.frequency.centres[at + 1], self.frequency.centres[1]);
-        let is_line =
-            is_line && self.is_in_phase(std::f64::consts::PI * line / self.frequency.top());
+        let bins = self.all.plan.frequency_bins();
+        let (line, bin) = (bins.centres[at + 1], bins.centres[1]);
+        let is_line = is_line && self.is_in_phase(std::f64::consts::PI * line / bins.top());
         // No finer than it is known.
         let digit = 10f64.powf(bin.log10().ceil());
         let line = match line >= 10.0 * digit {
@@ -295,7 +285,7 @@ impl Findings<'_> {
         let sites = self.scans.len();
         let end = (sites / 4).clamp(1, ENDS);
         let at = |site: usize| -> Complex<f64> {
-            let record = (self.record)(site);
+            let record = self.all.record(site);
             let taper = Window::Hann.samples(record.len());
             let terms = record.iter().zip(taper).enumerate();
             terms
@@ -310,26 +300,26 @@ impl Findings<'_> {
 
     /// Motion that all sites have in common, and the line that it is. Of pulses, which hum at no frequency, it is none; of a box it is
     /// the mean flow, and of a chain between walls a mode.
-    fn common(&self, request: &Request, axes: &Axes, energy: f64) -> Option<Warning> {
+    fn common(&self, energy: f64) -> Option<Warning> {
+        let plan = self.all.plan;
         let share = self.of_ends(|e| e.common) / energy;
         let line = match self.simulated || self.has_fronts {
             true => None,
             false => self.common_line(),
         };
         let is_common = share > COMMON_SHARE || (line.is_some() && share > COMMON_LINE);
-        if self.scans.len() < COMMON_SITES || !is_common || request.periodic {
+        if self.scans.len() < COMMON_SITES || !is_common || plan.request.periodic {
             return None;
         }
         let what = match line {
             Some([line, half]) => {
+                let half_of_one_digit = format!("{half:.0e}").parse().unwrap_or(half);
                 let error = match half > KNOWN * line {
-                    true => format!(
-                        " ± {}",
-                        six_digits(format!("{half:.0e}").parse().unwrap_or(half))
-                    ),
+                    true => format!(" ± {}", six_digits(half_of_one_digit)),
                     false => String::new(),
                 };
-                format!("{}{error} {}", three_digits(line), axes.frequency_unit())
+                let unit = plan.axes.frequency_unit();
+                format!("{}{error} {unit}", three_digits(line))
             }
             None => "motion".into(),
         };
@@ -344,22 +334,23 @@ impl Findings<'_> {
     }
 
     /// Defects that affect spectra along space.
-    fn along_space(&self, request: &Request, axes: &Axes, energy: f64) -> Vec<Warning> {
+    fn along_space(&self, energy: f64) -> Vec<Warning> {
         let n_sites = self.scans.len();
-        let mut warnings: Vec<Warning> = self.common(request, axes, energy).into_iter().collect();
-        let Some(rows) = self.by_time.filter(|_| !self.simulated && n_sites > 2) else {
+        let mut warnings: Vec<Warning> = self.common(energy).into_iter().collect();
+        let (rows, ends) = (&self.rows.rows[..], &self.rows.ends);
+        if rows.is_empty() || self.simulated || n_sites <= 2 {
             return warnings;
-        };
-        let found = aliased(rows, &self.wavenumber, || false);
+        }
+        let bins = &self.all.plan.wavenumber_bins();
+        let found = aliased(rows, bins, || false);
         let advice = "measure at sites closer together; wavenumbers beyond Nyquist fold and may seem to travel \
                       backwards";
         warnings.extend(found.map(|found| of_top("aliasing-space", "wavenumber", found, advice)));
-        if request.window_space == Window::None {
-            let steps: Vec<f64> = self.ends.iter().map(|e| e.step).collect();
-            let mean_square = self.ends.iter().map(|e| e.energy / n_sites as f64);
+        if self.all.plan.request.window_space == Window::None {
+            let steps: Vec<f64> = ends.iter().map(|e| e.step).collect();
+            let mean_square = ends.iter().map(|e| e.energy / n_sites as f64);
             let mean_square: Vec<f64> = mean_square.collect();
-            if open_share(rows, &self.wavenumber, &steps, &mean_square, n_sites) > 0.5 {
-                let step = (sum(&steps) / sum(&mean_square)).sqrt();
+            if let Some(step) = jump(rows, bins, &steps, &mean_square, n_sites) {
                 let advice =
                     "use `--window-space hann`, or remove the trend with `--detrend-space linear`";
                 let what = "profiles jump from the last to the first site";
@@ -393,35 +384,31 @@ fn of_jump(code: &'static str, what: &str, step: f64, advice: &str) -> Warning {
 }
 
 pub(super) fn total(rows: &[SpectrumMoments], part: fn(&SpectrumMoments) -> f64) -> f64 {
-    sum(&rows.iter().map(part).collect::<Vec<_>>())
+    sum_of(rows.iter().map(part))
 }
 
 /// The mean effective bandwidth of spectra, weighted by their energy, over the length of the axis.
 pub(super) fn flat_part(rows: &[SpectrumMoments], bins: &Bins) -> f64 {
     let filled = rows.iter().filter(|r| r.effective_bandwidth.is_finite());
-    let filled: Vec<f64> = filled.map(|r| r.effective_bandwidth * r.total).collect();
-    sum(&filled) / total(rows, |r| r.total) / bins.centres[bins.len() - 1]
+    let filled = sum_of(filled.map(|r| r.effective_bandwidth * r.total));
+    filled / total(rows, |r| r.total) / bins.centres[bins.len() - 1]
 }
 
-/// Whether spectra are as flat as those of white noise.
-pub(super) fn is_noise(rows: &[SpectrumMoments], bins: &Bins) -> bool {
-    flat_part(rows, bins) > FLAT_PART
-}
-
-/// Share of the energy in rows whose ends do not meet: they are further apart than half the root mean
-/// square, and than neighbours are, by far. `steps` are squared.
+/// The root mean square distance of the ends of rows over that of samples, where most of the energy lies in rows whose
+/// ends do not meet: they are further apart than half the root mean square, and than neighbours are, by far. `steps`
+/// are squared.
 ///
 /// Neighbours a step d apart differ in the mean square by `sum p (2 sin(q d / 2))^2`, q in rad, of
 /// shares p, at most by `d^2` times the second moment of q, and by 4. A jump counts only where what
 /// it leaks is a part of what the top tenth of the axis holds: on noise, and where neighbours differ
 /// anyway, it is none.
-fn open_share(
+fn jump(
     rows: &[SpectrumMoments],
     bins: &Bins,
     steps: &[f64],
     mean_square: &[f64],
     length: usize,
-) -> f64 {
+) -> Option<f64> {
     let per_step = std::f64::consts::PI / bins.top();
     let open = rows.iter().zip(steps).zip(mean_square);
     let open = open.map(|((row, &step), &mean_square)| {
@@ -433,5 +420,6 @@ fn open_share(
             && leaked * row.total > LEAKED_PART * row.top;
         if is_open { mean_square } else { 0.0 }
     });
-    sum(&open.collect::<Vec<_>>()) / sum(mean_square)
+    let (open, all) = (sum_of(open), sum(mean_square));
+    (open / all > 0.5).then(|| (sum(steps) / all).sqrt())
 }

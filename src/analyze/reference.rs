@@ -50,27 +50,21 @@ impl References {
             time: results.spatial.then(time).flatten(),
         };
         if let Some(site) = found.site.filter(|site| !is_known(*site)) {
-            return Err(Error::Request {
-                option: "reference-site",
-                expected: "a site whose noise is known, since noise is subtracted".into(),
-                found: format!("{}, whose noise is not known", site + plan.sites.start),
-            });
+            let expected = "a site whose noise is known, since noise is subtracted";
+            let found = format!("{}, whose noise is not known", site + plan.sites.start);
+            return Err(Error::request("reference-site", expected, found));
         }
-        let by_energy = [
-            results.temporal && found.site.is_none(),
-            results.spatial && found.time.is_none(),
-        ];
-        if by_energy.contains(&true) {
+        let no_site = results.temporal && found.site.is_none();
+        let no_time = results.spatial && found.time.is_none();
+        if no_site || no_time {
             let (mut sites, times) = prepared.energies(observer)?;
-            if by_energy[0] {
-                for (site, energy) in sites.iter_mut().enumerate() {
-                    if !is_known(site) {
-                        *energy = 0.0;
-                    }
-                }
+            let unknown = sites.iter_mut().enumerate();
+            let unknown = unknown.filter(|(site, _)| !is_known(*site));
+            unknown.for_each(|(_, energy)| *energy = 0.0);
+            if no_site {
                 found.site = first_with_energy(&sites, REFERENCE);
             }
-            if by_energy[1] {
+            if no_time {
                 found.time = first_with_energy(&times, REFERENCE);
             }
         }

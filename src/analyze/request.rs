@@ -24,22 +24,19 @@ pub struct Results {
 }
 
 impl Results {
-    pub const ALL: Results = Results {
-        temporal: true,
-        spatial: true,
-        spacetime: true,
-        flux_surrogate: true,
-        short_time: true,
-        answer: true,
-    };
-    pub const NONE: Results = Results {
-        temporal: false,
-        spatial: false,
-        spacetime: false,
-        flux_surrogate: false,
-        short_time: false,
-        answer: false,
-    };
+    pub const ALL: Results = Results::each(true);
+    pub const NONE: Results = Results::each(false);
+
+    const fn each(is_wanted: bool) -> Results {
+        Results {
+            temporal: is_wanted,
+            spatial: is_wanted,
+            spacetime: is_wanted,
+            flux_surrogate: is_wanted,
+            short_time: is_wanted,
+            answer: is_wanted,
+        }
+    }
 }
 
 /// Which part of the record is analyzed.
@@ -200,12 +197,9 @@ impl Request {
     /// The preparation of the samples before transforms along time in `segments`.
     pub(crate) fn preparation(&self, segments: Segments) -> Preparation<'_> {
         let results = self.results;
-        let by_segments = results.temporal || results.spacetime;
+        let is_cut = results.temporal || results.spacetime;
         Preparation {
-            reached: match by_segments {
-                true => segments.record - segments.left_over(),
-                false => segments.record,
-            },
+            reached: segments.record - usize::from(is_cut) * segments.left_over(),
             transforms_all: results.spatial || results.flux_surrogate || results.short_time,
             gaps: self.gaps,
             masks_by_mean: false,

@@ -61,20 +61,19 @@ impl Axes {
 
     /// `time (s)`, `time (samples)` where times are counted, `time` where a step has no unit.
     pub fn time_label(&self) -> String {
-        match &self.time.unit {
-            Some(unit) => format!("time ({unit})"),
-            None if self.time.step == 1.0 => "time (samples)".into(),
-            None => "time".into(),
-        }
+        label(&self.time, "time", "time (samples)")
     }
 
     /// `position (m)`, `site` where sites are counted, `position` where a step has no unit.
     pub fn position_label(&self) -> String {
-        match &self.space.unit {
-            Some(unit) => format!("position ({unit})"),
-            None if self.space.step == 1.0 => "site".into(),
-            None => "position".into(),
-        }
+        label(&self.space, "position", "site")
+    }
+}
+
+fn label(axis: &Axis, name: &str, counted: &str) -> String {
+    match &axis.unit {
+        Some(unit) => format!("{name} ({unit})"),
+        None => unit(axis, counted, name).into(),
     }
 }
 
@@ -241,7 +240,7 @@ pub struct Front {
 }
 
 /// Shares of the energy that travel each way. They sum to 1; NaN for a field without energy.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize)]
 pub struct Direction {
     pub toward_plus_x: f64,
     pub toward_minus_x: f64,
@@ -266,7 +265,7 @@ impl Direction {
 }
 
 /// `(energy in the transform domain) / (energy of the prepared, tapered samples) - 1`.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize)]
 pub struct Parseval {
     pub time: Option<f64>,
     pub space: Option<f64>,
@@ -284,21 +283,20 @@ impl Parseval {
             crate::arrays::Precision::F64 => 1e-10,
             crate::arrays::Precision::F32 => 1e-4,
         };
-        let residuals = [
+        for (spectra, residual) in [
             ("along time", self.time),
             ("along space", self.space),
             ("in space and time", self.spacetime),
-        ];
-        let beyond = |residual: f64| residual.is_nan() || residual.abs() > bound;
-        let mut found = residuals.into_iter().filter_map(|(s, r)| Some((s, r?)));
-        match found.find(|(_, residual)| beyond(*residual)) {
-            Some((spectra, residual)) => Err(Error::Parseval {
-                spectra,
-                residual,
-                bound,
-            }),
-            None => Ok(()),
+        ] {
+            if let Some(residual) = residual.filter(|r| r.is_nan() || r.abs() > bound) {
+                return Err(Error::Parseval {
+                    spectra,
+                    residual,
+                    bound,
+                });
+            }
         }
+        Ok(())
     }
 }
 

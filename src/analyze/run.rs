@@ -6,27 +6,26 @@ use serde_json::json;
 
 use super::along::{self, Headline};
 use super::columns::TemporalPassResult;
-use super::display::{AxisEnergies, Display};
+use super::display::Display;
 use super::maps::Maps;
 use super::noise::KnownNoise;
 use super::plan::{Plan, plan};
-use super::quality::{Findings, findings};
+use super::quality::Findings;
 use super::reference::References;
 use super::request::Request;
 use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
-use super::stages::{Clock, FromProfiles, Stages};
+use super::stages::{Clock, Stages};
 use super::{Spectra, Warning, answer, front};
 use crate::arrays::{Collect, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
-use crate::estimates::{NoiseFloor, SubtractedNoise};
+use crate::estimates::NoiseFloor;
 use crate::field::Field;
-use crate::moved::{Answer, ArrivalWindows};
-use crate::numeric::{in_band, sum, sum_of_squares};
+use crate::numeric::{in_band, sum, sum_of, sum_of_squares};
 use crate::observer::{Observer, Silent};
-use crate::prepare::{Channels, Prepared, Sites, channels};
+use crate::prepare::{Prepared, Sites, channels};
 use crate::sheet::number;
 use crate::transform::Real;
 
@@ -64,30 +63,26 @@ fn passes<T: Real>(
     sink: &dyn Sink,
     observer: &dyn Observer,
 ) -> Result<Analysis> {
-    let results = plan.request.results;
+    let (results, precision) = (plan.request.results, plan.request.precision);
     for &(array, shape) in &plan.arrays {
         sink.reserve(array, shape)?;
     }
     let started = Instant::now();
     let mut clock = Clock::new();
 
-    let (times, sites) = (plan.times.clone(), plan.sites.clone());
     let (prepared, scans) = Prepared::new(
         field,
-        times,
-        sites,
+        plan.times.clone(),
+        plan.sites.clone(),
         plan.request.preparation(plan.segments),
         plan.tiles,
         observer,
     )?;
     clock.lap(plan, "preparation");
     let unit = prepared.unit();
-    let stored = stored_square(unit, plan.request.precision);
-
-    let noise = match plan.request.subtract_noise {
-        true => Some(KnownNoise::find(field, plan, unit, observer)?),
-        false => None,
-    };
+    let stored = stored_square(unit, precision);
+    let find = || KnownNoise::find(field, plan, unit, observer);
+    let noise = plan.request.subtract_noise.then(find).transpose()?;
     if noise.is_some() {
         clock.lap(plan, "noise");
     }
@@ -102,147 +97,81 @@ fn passes<T: Real>(
         sink,
         observer,
     };
-    let (from_records, from_profiles) = stages.run::<T>(&mut clock)?;
-    let interval = from_records.as_ref().and_then(|found| found.interval);
-    let (frequency_edge, front_length, mut columns, mut spacetime, checked) = match from_records {
-        Some(found) => (
-            found.edge,
-            found.front,
-            Some(found.columns),
-            found.spacetime,
-            found.checked,
-        ),
-        None => (None, None, None, None, None),
+    let (mut records, mut profiles) = stages.run::<T>(&mut clock)?;
+    let (temporal, spacetime_map) = match (&mut records.spacetime, &mut records.columns) {
+        (Some(found), _) => (found.temporal_map.take(), found.map.take()),
+        (None, columns) => (columns.as_mut().and_then(|found| found.map.take()), None),
     };
-    let FromProfiles {
-        edge: wavenumber_edge,
-        mut rows,
-        short_time,
-        short_space,
-    } = from_profiles;
+    let maps = Maps {
+        field: profiles.rows.field_map.take(),
+        temporal: temporal.filter(|_| results.temporal),
+        spatial: profiles.rows.map.take(),
+        spacetime: spacetime_map,
+        flux: profiles.rows.flux_map.take(),
+    };
+    let (columns, spacetime) = (records.columns.as_ref(), records.spacetime.as_ref());
+    let rows = &profiles.rows;
 
-    let parseval = parseval(
-        plan,
-        columns.as_ref(),
-        &rows,
-        spacetime.as_ref().map(|s| &*s.directions),
-    );
-    parseval.check(plan.request.precision)?;
-    let record = |site: usize| {
-        let mut record = vec![0.0; plan.axes.n_times];
-        prepared.record(site, &mut record);
-        record
-    };
-    let noise_left = noise.as_ref().zip(columns.as_ref());
+    let parseval = parseval(plan, columns, rows, spacetime);
+    parseval.check(precision)?;
+    let noise_left = noise.as_ref().zip(columns);
     let noise_left = noise_left
         .map(|(noise, columns)| noise.left(&columns.subtracted, plan.time_scale.measure * stored));
     let power_unit = if stored == 1.0 { unit } else { 1.0 };
-    let samples = columns
-        .as_ref()
-        .map(|columns| sum(&columns.energies) / plan.segments.count() as f64);
     // A guessed axis carries no verdict.
-    let mut answer = match results.answer && !prepared.is_silent() && !field.has_guessed_layout() {
-        true => Some(answer::find(
-            plan,
-            &prepared,
-            samples,
-            spacetime.as_ref(),
-            observer,
-        )?),
-        false => None,
-    };
+    let is_told = results.answer && !prepared.is_silent() && !field.has_guessed_layout();
+    let find = || answer::find(&stages, columns, spacetime);
+    let mut answer = is_told.then(find).transpose()?;
     let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
-    let display = display(plan, columns.as_ref(), &rows, spacetime.as_ref(), windows);
-    let maps = Maps {
-        field,
-        plan,
-        unit,
-        power_unit,
-        display: &display,
-    };
-    let (temporal_map, spacetime_map) = match &mut spacetime {
-        Some(found) => (found.temporal_map.take(), found.map.take()),
-        None => (columns.as_mut().and_then(|found| found.map.take()), None),
-    };
-    let temporal_map = temporal_map.filter(|_| results.temporal);
-    let field_map = rows.field_map.take().map(|map| maps.field(map));
-    let temporal_map = temporal_map.map(|map| maps.temporal(map));
-    let spatial_map = rows.map.take().map(|map| maps.spatial(map));
-    let spacetime_map = spacetime_map.map(|map| maps.spacetime(map));
-    let flux_map = rows.flux_map.take().map(|map| maps.flux(map));
+    let passes = (columns, rows, spacetime);
+    let display = Display::find(plan, passes, maps.field.as_ref(), windows);
+    let maps = maps.finished(field, plan, [unit, power_unit], &display);
     let range = (plan.times.clone(), plan.sites.clone());
-    let channels = channels(
-        field,
-        range,
-        (&plan.request.without_sites, Some(&scans)),
-        observer,
-    )?;
-    let has_steps = channels.has_steps;
+    let known = (&plan.request.without_sites[..], Some(&scans[..]));
+    let channels = channels(field, range, known, observer)?;
     let found = Findings {
+        all: &stages,
         scans: &scans,
-        first_time: plan.times.start,
         simulated: field.struck.is_some(),
         has_fronts: answer.as_ref().is_some_and(|answer| answer.has_fronts),
-        ends: &rows.ends,
-        first_profile: &rows.first_profile,
-        last_profile: &rows.last_profile,
-        by_site: columns.as_ref().map(|c| &*c.rows),
-        by_time: (!rows.rows.is_empty()).then_some(&*rows.rows),
-        undirected: spacetime
-            .as_ref()
-            .map(|found| found.directions.iter().map(|d| d.undirected).collect()),
-        frequency: plan.frequency_bins(),
-        wavenumber: plan.wavenumber_bins(),
-        padding_time: plan.padding_time(),
-        record: &record,
+        rows,
+        columns,
+        spacetime,
     };
-    let mut warnings = warnings(field, plan, &found, (unit, stored), channels);
-    if let Some((floor, left)) = noise_left
-        .as_ref()
-        .and_then(|f| Some((f, f.subtracted.as_ref()?)))
-    {
-        warnings.push(below_noise(floor, left, plan.axes.frequency.len()));
-    }
+    let mut warnings = warnings(field, &found, channels.warnings);
+    let bins = plan.axes.frequency.len();
+    warnings.extend(noise_left.as_ref().and_then(|of| below_noise(of, bins)));
     if let Some(answer) = answer.as_mut().filter(|_| field.struck.is_none()) {
-        warnings.extend(answer::gains(answer, plan, &field.space, has_steps));
+        warnings.extend(answer::gains(
+            answer,
+            plan,
+            &field.space,
+            channels.has_steps,
+        ));
     }
-    let undirected = spacetime.as_ref().and_then(|found| {
-        let withheld = answer::withheld(plan, answer.as_ref(), found, field.struck.is_some());
-        if let Some(answer) = answer.as_mut().filter(|_| withheld.is_none()) {
-            let direction = direction(plan, &found.directions).above(answer.noise);
-            answer::returns(answer, direction);
-        }
-        withheld
-    });
+    let direction = spacetime.map(|s| direction(plan, &s.directions));
+    let undirected = spacetime
+        .and_then(|found| answer::withheld(plan, answer.as_ref(), found, field.struck.is_some()));
+    let told = direction.filter(|_| undirected.is_none());
+    if let Some((answer, direction)) = answer.as_mut().zip(told) {
+        answer::returns(answer, direction.above(answer.noise));
+    }
     clock.lap(plan, "answer");
-    let summed = Summed {
-        plan,
-        unit,
-        stored,
-        references,
-        noise: noise.as_ref(),
-    };
-    let along_space = columns.as_ref().filter(|_| results.temporal);
-    let along_space = along_space.map(|columns| summed.along_space(columns, front_length));
-    let along_time = results.spatial.then(|| summed.along_time(&rows));
-    let (along_space, headline_space, front) = match along_space {
-        Some((moments, headline, front)) => (Some(moments), headline, front),
-        None => (None, Headline::default(), None),
-    };
-    // All of a chain that moves from the start stands in modes: no front passes.
-    let has_front = |answer: &Answer| field.struck.is_none() || answer.has_fronts;
-    let front = front.filter(|_| answer.as_ref().is_none_or(has_front));
-    let front = front.map(|front| match &answer {
-        Some(answer) => front.unless_noise(answer, plan),
+    let along_space = columns.filter(|_| results.temporal);
+    let along_space = along_space.map(|columns| stages.along_space(columns, records.front));
+    let along_time = results.spatial.then(|| stages.along_time(rows));
+    let (along_space, front) = along_space.unzip();
+    let (along_space, headline_space) = along_space.unzip();
+    let front = front.flatten();
+    let front = match &answer {
+        // All of a chain that moves from the start stands in modes: no front passes.
+        Some(answer) if field.struck.is_some() && !answer.has_fronts => None,
+        Some(answer) => front.map(|front| front.unless_noise(answer, plan)),
         None => front,
-    });
+    };
     let (along_time, headline_time) = along_time.unzip();
-    let by_direction = spacetime
-        .as_ref()
-        .map(|s| (direction(plan, &s.directions), shares(&s.directions)));
-    let (direction, direction_by_frequency) = by_direction.unzip();
     // A single site has no wavenumber axis.
-    let direction_by_frequency = direction_by_frequency.filter(|_| plan.axes.n_sites > 1);
+    let by_frequency = spacetime.filter(|_| plan.axes.n_sites > 1);
     Ok(Analysis {
         name: field.name.clone(),
         content_hash: field.content_hash.clone(),
@@ -255,64 +184,36 @@ fn passes<T: Real>(
         direction,
         answer,
         undirected,
-        direction_by_frequency,
-        interval,
+        direction_by_frequency: by_frequency.map(|found| shares(&found.directions)),
+        interval: records.interval,
         noise: noise_left,
-        frequency_edge,
-        wavenumber_edge,
+        frequency_edge: records.edge,
+        wavenumber_edge: profiles.edge,
         along_space,
         along_time,
-        headline_space,
+        headline_space: headline_space.unwrap_or_default(),
         headline_time: headline_time.unwrap_or_default(),
         front,
-        field_map,
-        temporal_map,
-        spatial_map,
-        spacetime_map,
-        flux_map,
+        field_map: maps.field,
+        temporal_map: maps.temporal,
+        spatial_map: maps.spatial,
+        spacetime_map: maps.spacetime,
+        flux_map: maps.flux,
         display,
         dispersion: plan.dispersion.clone(),
-        short_time,
-        short_space,
+        short_time: profiles.short_time,
+        short_space: profiles.short_space,
         sample_error: None,
-        accuracy: accuracy(plan.request.precision, power_unit, checked, &parseval),
+        accuracy: accuracy(precision, power_unit, records.checked, &parseval),
         seconds: started.elapsed().as_secs_f64(),
         timings: clock.timings,
         warnings,
     })
 }
 
-/// The part of each axis that figures show.
-fn display(
-    plan: &Plan,
-    columns: Option<&TemporalPassResult>,
-    rows: &SpatialPassResult,
-    spacetime: Option<&Frequencies>,
-    windows: Option<&ArrivalWindows>,
-) -> Display {
-    let of_site = columns.map(|columns| &*columns.energies);
-    let totals = |found: &Frequencies| found.directions.iter().map(ByDirection::total).collect();
-    let energies = AxisEnergies {
-        frequency: match spacetime {
-            Some(found) => Some(totals(found)),
-            None => columns.and_then(|columns| columns.frequency_energies.clone()),
-        },
-        wavenumber: rows.wavenumber_energies.as_deref(),
-        wavenumber_signed: spacetime.and_then(|found| found.wavenumber_energies.as_deref()),
-        time: (!rows.energies.is_empty()).then_some(&*rows.energies),
-        space: of_site,
-    };
-    Display::find(plan, &energies, rows.field_map.as_ref(), windows)
-}
-
 /// What to doubt about the field and its results.
-fn warnings(
-    field: &Field,
-    plan: &Plan,
-    found: &Findings,
-    (unit, stored): (f64, f64),
-    channels: Channels,
-) -> Vec<Warning> {
+fn warnings(field: &Field, found: &Findings, channels: Vec<Warning>) -> Vec<Warning> {
+    let (plan, unit) = (found.all.plan, found.all.prepared.unit());
     let doubts = field.notes.iter().filter(|note| note.is_doubtful());
     let mut warnings: Vec<Warning> = doubts.map(Warning::from).collect();
     let mut left_out = plan.request.without_sites.clone();
@@ -329,13 +230,9 @@ fn warnings(
                       even ones with `--resample cubic`";
         warnings.push(sites.warning("sites-left-out", what, advice, json!({})));
     }
-    warnings.extend(findings(
-        found,
-        &plan.request,
-        &plan.axes,
-        channels.warnings,
-    ));
-    if stored == 1.0 && unit != 1.0 {
+    warnings.extend(channels);
+    warnings.extend(found.warnings());
+    if found.all.stored == 1.0 && unit != 1.0 {
         let largest = found.scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
         let message = format!(
             "squares of amplitudes up to {} leave the number range; spectra are in units of (2^{})^2, 2^{1} being {}",
@@ -357,9 +254,10 @@ fn warnings(
 }
 
 /// Noise was subtracted from spectra along time: at how many sites, and bins that would have been negative.
-fn below_noise(floor: &NoiseFloor, left: &SubtractedNoise, bins: usize) -> Warning {
+fn below_noise(floor: &NoiseFloor, bins: usize) -> Option<Warning> {
     let (known, sites) = (floor.known(), floor.sites.len());
-    let (clipped, bins) = (left.clipped_bins.iter().sum::<usize>(), known * bins);
+    let clipped = &floor.subtracted.as_ref()?.clipped_bins;
+    let (clipped, bins) = (clipped.iter().sum::<usize>(), known * bins);
     let message = format!(
         "noise is subtracted at {known} of {sites} sites, where it is known; {clipped} of {bins} bins were below it and \
          are 0, which leaves a part of it: front windows, short-time spectra and spectra along space keep all of it"
@@ -367,7 +265,7 @@ fn below_noise(floor: &NoiseFloor, left: &SubtractedNoise, bins: usize) -> Warni
     let advice =
         "`summary.json` has the noise of each site with its interval, and what clipping added";
     let numbers = json!({"known": known, "sites": sites, "clipped": clipped, "bins": bins});
-    Warning::new(message, advice).coded("noise-subtracted", numbers)
+    Some(Warning::new(message, advice).coded("noise-subtracted", numbers))
 }
 
 fn accuracy(
@@ -377,16 +275,13 @@ fn accuracy(
     parseval: &Parseval,
 ) -> Accuracy {
     let residuals = [parseval.time, parseval.space, parseval.spacetime];
+    let residuals = residuals.into_iter().flatten().map(f64::abs);
     Accuracy {
         precision,
         amplitude_unit,
         spot_check: checked.map(|c| c.0),
         spot_checks: checked.map_or(0, |c| c.1),
-        parseval: residuals
-            .into_iter()
-            .flatten()
-            .map(f64::abs)
-            .reduce(f64::max),
+        parseval: residuals.reduce(f64::max),
         estimated_by: match checked {
             Some(_) => "direct sums in twice the precision; Parseval's identity",
             None => "Parseval's identity",
@@ -394,23 +289,13 @@ fn accuracy(
     }
 }
 
-/// Converts measures of rows to results.
-struct Summed<'a> {
-    plan: &'a Plan,
-    /// The amplitude that prepared samples count as 1.
-    unit: f64,
-    /// By which powers are multiplied before they are stored.
-    stored: f64,
-    references: References,
-    noise: Option<&'a KnownNoise>,
-}
-
-impl Summed<'_> {
+/// Measures of rows as results.
+impl Stages<'_> {
     fn along_space(
         &self,
         columns: &TemporalPassResult,
         length: Option<FrontLength>,
-    ) -> (Moments, Headline, Option<Front>) {
+    ) -> ((Moments, Headline), Option<Front>) {
         let (plan, reference) = (self.plan, self.references.site);
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
         let noise_at = |site: usize| match self.noise {
@@ -435,24 +320,16 @@ impl Summed<'_> {
         for site in &plan.request.without_sites {
             moments.energy[site - plan.sites.start] = f64::NAN;
         }
-        let front = length.map(|length| {
-            front::gather(
-                plan,
-                length,
-                (&columns.rows, &columns.passed),
-                &defined,
-                reference,
-            )
-        });
+        let passed = (&columns.rows[..], &columns.passed[..]);
+        let front = length.map(|length| front::gather(plan, length, passed, &defined, reference));
         // Where the record ends while the front passes, the end makes a part of the spectrum.
         let whole = match &front {
             Some(front) if matches!(front.length, FrontLength::Window { .. }) => &front.fits,
             _ => &defined,
         };
-        let headline = Headline::of(&moments.high_share, &defined, whole, reference, |row| {
-            (plan.sites.start + row, plan.axes.space.at(row))
-        });
-        (moments, headline, front)
+        let place = |row| plan.place(row);
+        let headline = Headline::of(&moments.high_share, &defined, whole, reference, place);
+        ((moments, headline), front)
     }
 
     fn along_time(&self, rows: &SpatialPassResult) -> (Moments, Headline) {
@@ -460,8 +337,7 @@ impl Summed<'_> {
         let noise = self.noise_in(&plan.window_space, 1);
         let defined = along::defined(&rows.rows, &rows.energies, |_| noise);
         let measure = plan.space_scale.measure * self.stored;
-        let padded = plan.conventions.padded_space as f64 / plan.axes.n_sites as f64;
-        let moments = Moments::gather(&rows.rows, &defined, measure, padded);
+        let moments = Moments::gather(&rows.rows, &defined, measure, plan.padding_space());
         let reference = self.references.time;
         let headline = Headline::of(&moments.high_share, &defined, &defined, reference, |row| {
             (plan.times.start + row, plan.axes.time.at(row))
@@ -471,7 +347,7 @@ impl Summed<'_> {
 
     /// The energy `sum (w v)^2` of the known noise in a row with the given number of segments.
     fn noise_in(&self, window: &[f64], segments: usize) -> Option<f64> {
-        let noise = self.plan.request.noise? / self.unit;
+        let noise = self.plan.request.noise? / self.prepared.unit();
         Some(noise * noise * sum_of_squares(window) * segments as f64)
     }
 }
@@ -483,10 +359,9 @@ fn stored_square(unit: f64, precision: Precision) -> f64 {
         Precision::F64 => 470.0,
         Precision::F32 => 23.0,
     };
-    if unit.log2().abs() <= limit {
-        unit * unit
-    } else {
-        1.0
+    match unit.log2().abs() <= limit {
+        true => unit * unit,
+        false => 1.0,
     }
 }
 
@@ -494,46 +369,44 @@ fn parseval(
     plan: &Plan,
     columns: Option<&TemporalPassResult>,
     rows: &SpatialPassResult,
-    spacetime: Option<&[ByDirection]>,
+    spacetime: Option<&Frequencies>,
 ) -> Parseval {
     let residual = |transformed: f64, samples: f64| {
         (samples > 0.0 && samples.is_finite()).then(|| transformed / samples - 1.0)
     };
-    let total = |rows: &[SpectrumMoments]| sum(&rows.iter().map(|r| r.total).collect::<Vec<_>>());
+    let total = |rows: &[SpectrumMoments]| sum_of(rows.iter().map(|r| r.total));
     let segments = plan.segments.count() as f64;
     let (time, space) = (plan.time_scale, plan.space_scale);
+    let along_time = columns.filter(|_| plan.request.results.temporal);
     Parseval {
-        time: columns
-            .filter(|_| plan.request.results.temporal)
-            .and_then(|c| {
-                let samples = sum(&c.energies) / segments * time.energy;
-                let subtracted: Vec<f64> = c.subtracted.iter().map(|one| one.total).collect();
-                residual((total(&c.rows) + sum(&subtracted)) * time.measure, samples)
-            }),
-        space: plan
-            .transforms_space()
-            .then(|| {
+        time: along_time.and_then(|c| {
+            let samples = sum(&c.energies) / segments * time.energy;
+            let subtracted = sum_of(c.subtracted.iter().map(|one| one.total));
+            residual((total(&c.rows) + subtracted) * time.measure, samples)
+        }),
+        space: match plan.transforms_space() {
+            true => {
                 let samples = sum(&rows.energies) * space.energy;
                 residual(total(&rows.rows) * space.measure, samples)
-            })
-            .flatten(),
+            }
+            false => None,
+        },
         spacetime: columns.zip(spacetime).and_then(|(c, by)| {
             let tapered = c.energies.iter().zip(&plan.window_space);
-            let tapered: Vec<f64> = tapered.map(|(e, w)| e * w * w).collect();
-            let samples = sum(&tapered) / segments * time.energy * space.energy;
-            let totals: Vec<f64> = by.iter().map(ByDirection::total).collect();
-            residual(sum(&totals) * time.measure * space.measure, samples)
+            let tapered = sum_of(tapered.map(|(e, w)| e * w * w));
+            let samples = tapered / segments * time.energy * space.energy;
+            let total = sum_of(by.directions.iter().map(ByDirection::total));
+            residual(total * time.measure * space.measure, samples)
         }),
     }
 }
 
 fn direction(plan: &Plan, by: &[ByDirection]) -> Direction {
-    let axis = &plan.axes.frequency;
     let band = plan.direction_band;
-    let inside = |q: &f64| in_band(*q, band);
     let of = |part: fn(&ByDirection) -> f64| {
-        let chosen = by.iter().zip(axis).filter(|(_, q)| inside(q));
-        sum(&chosen.map(|(b, _)| part(b)).collect::<Vec<_>>())
+        let all = by.iter().zip(&plan.axes.frequency);
+        let chosen = all.filter(|(_, q)| in_band(**q, band));
+        sum_of(chosen.map(|(b, _)| part(b)))
     };
     // A field without energy has no direction, 0 / 0 being NaN, and neither has a single site.
     let total = match plan.axes.n_sites {

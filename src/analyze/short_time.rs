@@ -3,15 +3,15 @@
 use ndarray::Array2;
 use ndarray::parallel::prelude::*;
 
-use super::plan::{Plan, check_window};
+use super::plan::check_window;
 use super::request::Request;
 use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
+use super::stages::Stages;
 use crate::error::{Error, Result};
 use crate::field::Axis;
-use crate::observer::Observer;
-use crate::prepare::{Prepared, Window};
 use crate::transform::{
-    Real, RecordScratch, RecordTransform, Scale, Segments, fold, frequencies, power, wavenumbers,
+    Real, RecordScratch, RecordTransform, Scale, Scaling, Segments, fold, frequencies, power,
+    wavenumbers,
 };
 
 /// Frames that are transformed together.
@@ -19,156 +19,134 @@ pub(super) const TOGETHER: usize = 8;
 
 /// Segments of one axis and the bins they are transformed to.
 struct Frames<'a, T: Real> {
+    all: &'a Stages<'a>,
     segments: Segments,
-    transform: &'a RecordTransform<T>,
-    scratch: RecordScratch<T>,
+    transform: RecordTransform<T>,
     scale: Scale,
 }
 
-impl<T: Real> Frames<'_, T> {
-    /// `(bin, frame)` of one record.
-    fn spectra(
-        &mut self,
+impl<'a, T: Real> Frames<'a, T> {
+    fn new(
+        all: &'a Stages<'a>,
+        segments: Segments,
+        scale: impl Fn(Scaling, &[f64]) -> Scale,
+    ) -> Self {
+        let request = &all.plan.request;
+        let weights = request.short_time.window.samples(segments.length);
+        Frames {
+            all,
+            segments,
+            transform: RecordTransform::new(&weights, segments.length),
+            scale: scale(request.scaling, &weights),
+        }
+    }
+
+    /// `(bin, frame)` of the record (or profile) with this index and coordinate.
+    fn spectrum(
+        &self,
+        (index, at): (usize, f64),
         record: &[f64],
-        stored: f64,
-        observer: &dyn Observer,
-    ) -> Result<Array2<f64>> {
-        let n = self.segments.length;
+        scratch: &mut RecordScratch<T>,
+    ) -> Result<ShortTimeSpectrum> {
+        let (n, observer) = (self.segments.length, self.all.observer);
         let starts: Vec<usize> = self.segments.starts().collect();
         let mut values = Array2::zeros((self.transform.bins(), starts.len()));
         for (block, starts) in starts.chunks(TOGETHER).enumerate() {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            observer.go_on()?;
             let frames = starts.iter().map(|&start| &record[start..start + n]);
-            let (spectra, _) = self.transform.transform(frames, &mut self.scratch);
+            let (spectra, _) = self.transform.transform(frames, scratch);
             for (m, row) in spectra.chunks_exact(starts.len()).enumerate() {
                 for (s, &x) in row.iter().enumerate() {
                     values[[m, block * TOGETHER + s]] =
-                        power(x) * (self.scale.factor * fold(m, n)) * stored;
+                        power(x) * (self.scale.factor * fold(m, n)) * self.all.stored;
                 }
             }
             observer.advance(starts.len() as u64);
         }
-        Ok(values)
+        Ok(ShortTimeSpectrum { index, at, values })
+    }
+
+    /// Sorts the rows whose spectra are made in this stage.
+    fn begin(&self, stage: &'static str, mut rows: Vec<usize>) -> Vec<usize> {
+        rows.sort_unstable();
+        rows.dedup();
+        let count = (rows.len() * self.segments.count()) as u64;
+        self.all.observer.stage(stage, count);
+        rows
+    }
+
+    /// Spectra along `axis`.
+    fn along(
+        &self,
+        axis: &Axis,
+        bins: fn(usize, f64) -> Vec<f64>,
+        spectra: Vec<ShortTimeSpectrum>,
+    ) -> ShortTimeSpectra {
+        let Segments { length, hop, .. } = self.segments;
+        let half = 0.5 * (length - 1) as f64;
+        let centres = self.segments.starts();
+        let centres = centres.map(|s| axis.origin + (s as f64 + half) * axis.step);
+        ShortTimeSpectra {
+            bins: bins(length, axis.step),
+            frames: centres.collect(),
+            segment: length,
+            hop,
+            window: self.all.plan.request.short_time.window.gains(length),
+            spectra,
+        }
     }
 }
 
 /// Spectra along t of the requested sites, by default the first, the middle and the last.
-pub(super) fn along_time<T: Real>(
-    plan: &Plan,
-    prepared: &Prepared,
-    stored: f64,
-    observer: &dyn Observer,
-) -> Result<ShortTimeSpectra> {
-    let asked = &plan.request.short_time;
-    let (nt, nx) = (plan.axes.n_times, plan.axes.n_sites);
-    let segments = plan.short_time.time;
-    let weights = asked.window.samples(segments.length);
-    let scaling = plan.request.scaling;
-    let dt = plan.axes.time.step;
-    let transform = RecordTransform::<T>::new(&weights, segments.length);
-    let scale = Scale::along_time(scaling, &weights, segments.length, segments.length, dt);
-    let mut sites: Vec<usize> = match asked.sites.as_slice() {
+pub(super) fn along_time<T: Real>(all: &Stages) -> Result<ShortTimeSpectra> {
+    let (plan, axes) = (all.plan, &all.plan.axes);
+    let frames = Frames::<T>::new(all, plan.short_time.time, |scaling, weights| {
+        let length = weights.len();
+        Scale::along_time(scaling, weights, length, length, axes.time.step)
+    });
+    let sites: Vec<usize> = match plan.request.short_time.sites.as_slice() {
         [] => {
-            let present: Vec<usize> = (0..nx).filter(|j| !prepared.is_left_out(*j)).collect();
+            let present = (0..axes.n_sites).filter(|j| !all.prepared.is_left_out(*j));
+            let present: Vec<usize> = present.collect();
             let last = present.len() - 1;
             vec![present[0], present[last / 2], present[last]]
         }
         chosen => chosen.iter().map(|j| j - plan.sites.start).collect(),
     };
-    sites.sort_unstable();
-    sites.dedup();
-    observer.stage("short-time", (sites.len() * segments.count()) as u64);
-    let of = |index: usize| {
-        let mut record = vec![0.0; nt];
-        prepared.record(index, &mut record);
-        let mut frames = Frames::<T> {
-            segments,
-            transform: &transform,
-            scratch: RecordScratch::default(),
-            scale,
-        };
-        Ok(ShortTimeSpectrum {
-            index,
-            at: plan.axes.space.at(index),
-            values: frames.spectra(&record, stored, observer)?,
-        })
+    let sites = frames.begin("short-time", sites);
+    let of = |site: usize| {
+        let place = (site, axes.space.at(site));
+        frames.spectrum(place, &all.record(site), &mut RecordScratch::default())
     };
     // A field larger than memory is swept once a site, and its records are held one at a time.
     let spectra: Result<Vec<ShortTimeSpectrum>> = match plan.tiles.ahead {
         Some(_) => sites.into_iter().map(of).collect(),
         None => sites.into_par_iter().map(of).collect(),
     };
-    Ok(ShortTimeSpectra {
-        bins: frequencies(segments.length, dt),
-        ..describe(&plan.axes.time, segments, asked.window, spectra?)
-    })
+    Ok(frames.along(&axes.time, frequencies, spectra?))
 }
 
 /// Spectra along x of the requested times; `None` if there are none.
-pub(super) fn along_space<T: Real>(
-    plan: &Plan,
-    prepared: &Prepared,
-    stored: f64,
-    observer: &dyn Observer,
-) -> Result<Option<ShortTimeSpectra>> {
-    let asked = &plan.request.short_time;
-    if asked.times.is_empty() {
+pub(super) fn along_space<T: Real>(all: &Stages) -> Result<Option<ShortTimeSpectra>> {
+    let (plan, axes) = (all.plan, &all.plan.axes);
+    let asked = &plan.request.short_time.times;
+    if asked.is_empty() {
         return Ok(None);
     }
-    let nx = plan.axes.n_sites;
-    let segments = plan.short_time.space;
-    let weights = asked.window.samples(segments.length);
-    let dx = plan.axes.space.step;
-    let transform = RecordTransform::<T>::new(&weights, segments.length);
-    let mut frames = Frames::<T> {
-        segments,
-        transform: &transform,
-        scratch: RecordScratch::default(),
-        scale: Scale::along_space(plan.request.scaling, &weights, segments.length, dx),
-    };
-    let nearest = |&t: &f64| super::nearest(&plan.axes.time, t, plan.axes.n_times);
-    let mut times: Vec<usize> = asked.times.iter().map(nearest).collect();
-    times.sort_unstable();
-    times.dedup();
-    let mut profile = vec![0.0; nx];
-    observer.stage("short-space", (times.len() * segments.count()) as u64);
+    let frames = Frames::<T>::new(all, plan.short_time.space, |scaling, weights| {
+        Scale::along_space(scaling, weights, weights.len(), axes.space.step)
+    });
+    let nearest = |&t: &f64| super::nearest(&axes.time, t, axes.n_times);
+    let times = frames.begin("short-space", asked.iter().map(nearest).collect());
+    let (mut profile, mut scratch) = (vec![0.0; axes.n_sites], RecordScratch::default());
     let spectra: Result<Vec<ShortTimeSpectrum>> = times
         .into_iter()
-        .map(|index| {
-            prepared.profiles(index..index + 1, &mut profile);
-            Ok(ShortTimeSpectrum {
-                index,
-                at: plan.axes.time.at(index),
-                values: frames.spectra(&profile, stored, observer)?,
-            })
+        .map(|time| {
+            all.prepared.profiles(time..time + 1, &mut profile);
+            frames.spectrum((time, axes.time.at(time)), &profile, &mut scratch)
         })
         .collect();
-    Ok(Some(ShortTimeSpectra {
-        bins: wavenumbers(segments.length, dx),
-        ..describe(&plan.axes.space, segments, asked.window, spectra?)
-    }))
-}
-
-fn describe(
-    axis: &Axis,
-    segments: Segments,
-    window: Window,
-    spectra: Vec<ShortTimeSpectrum>,
-) -> ShortTimeSpectra {
-    let half = 0.5 * (segments.length - 1) as f64;
-    ShortTimeSpectra {
-        bins: Vec::new(),
-        frames: segments
-            .starts()
-            .map(|s| axis.origin + (s as f64 + half) * axis.step)
-            .collect(),
-        segment: segments.length,
-        hop: segments.hop,
-        window: window.gains(segments.length),
-        spectra,
-    }
+    Ok(Some(frames.along(&axes.space, wavenumbers, spectra?)))
 }
 
 /// The segments of short-time spectra, settled before the run.
@@ -185,18 +163,10 @@ impl ShortTimeSegments {
     /// [`Error::Request`] names the option that does not fit.
     pub(super) fn settle(request: &Request, n_times: usize, n_sites: usize) -> Result<Self> {
         let asked = &request.short_time;
-        let time = choose(
-            ["short-time-segment", "short-time-hop"],
-            n_times,
-            asked.segment,
-            asked.hop,
-        )?;
-        let space = choose(
-            ["short-space-segment", "short-space-hop"],
-            n_sites,
-            asked.segment_space,
-            asked.hop_space,
-        )?;
+        let options = ["short-time-segment", "short-time-hop"];
+        let time = choose(options, n_times, asked.segment, asked.hop)?;
+        let options = ["short-space-segment", "short-space-hop"];
+        let space = choose(options, n_sites, asked.segment_space, asked.hop_space)?;
         if request.results.short_time {
             check_window("short-time-window", asked.window, time.length)?;
             if !asked.times.is_empty() {
@@ -218,19 +188,12 @@ fn choose(
     let default = (record / 8).max(1).next_power_of_two().max(16).min(record);
     let length = length.unwrap_or(default);
     if length == 0 || length > record {
-        return Err(Error::Request {
-            option: length_option,
-            expected: format!("1 to {record} samples"),
-            found: length.to_string(),
-        });
+        let expected = format!("1 to {record} samples");
+        return Err(Error::request(length_option, expected, length.to_string()));
     }
     let hop = hop.unwrap_or((length / 4).max(1));
     if hop == 0 {
-        return Err(Error::Request {
-            option: hop_option,
-            expected: "at least 1 sample".into(),
-            found: "0".into(),
-        });
+        return Err(Error::request(hop_option, "at least 1 sample", "0"));
     }
     Ok(Segments {
         record,

@@ -2,18 +2,18 @@
 
 use std::ops::Range;
 
-use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayViewMut2, Axis, s};
+use ndarray::{ArrayView2, s};
 use num_complex::Complex;
 
-use super::intermediate::{Intermediate, Rows};
+use super::blocks::RowBlocks;
+use super::intermediate::Intermediate;
 use super::plan::Plan;
 use super::rows::add_rows;
+use super::stages::Stages;
 use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::{Keep, MapBuilder};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::numeric::sum;
-use crate::observer::Observer;
 use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{ComplexScratch, ComplexTransform, Real, fold, power};
 
@@ -62,96 +62,83 @@ pub(super) struct Frequencies {
     pub map: Option<MapBuilder>,
     /// Of the spectra along time, which this pass has by rows; see [`transform_frequencies`].
     pub temporal_map: Option<MapBuilder>,
-    /// Sum over frequencies at each wavenumber of both signs, with the map.
-    pub wavenumber_energies: Option<Vec<f64>>,
+    /// Sum over frequencies at each wavenumber of both signs.
+    pub wavenumber_energies: Vec<f64>,
     /// Of these, what stands still: energy at f = 0.
     pub static_energies: Vec<f64>,
 }
 
-/// Transforms all frequencies; the spectrum goes to `sink`.
+/// Transforms all frequencies; the spectrum goes to the sink.
 ///
 /// So do the spectra along time if requested: `between` holds their transforms row by row, in the
 /// order of the array.
 pub(super) fn transform_frequencies<T: Real>(
-    plan: &Plan,
+    all: &Stages,
     between: &mut Intermediate<T>,
-    stored: f64,
-    sink: &dyn Sink,
-    observer: &dyn Observer,
 ) -> Result<Frequencies> {
+    let plan = all.plan;
     let (nf, nk) = (plan.axes.frequency.len(), plan.axes.wavenumber_signed.len());
     let nx = plan.axes.n_sites;
-    observer.stage("space-time", nf as u64);
-    let transform = ComplexTransform::<T>::new(&plan.window_space, plan.conventions.padded_space);
-    let pass = SpacetimePass {
-        plan,
-        transform: &transform,
-        pool: &ScratchPool::default(),
-        stored,
-        observer,
-    };
+    all.observer.stage("space-time", nf as u64);
+    let temporal = plan.request.results.temporal;
     let map = |wanted: bool, columns: usize| {
         (wanted && plan.request.maps).then(|| plan.map_builder((nf, columns), Keep::Largest))
     };
     let mut done = Frequencies {
         directions: Vec::with_capacity(nf),
         map: map(true, nk),
-        temporal_map: map(plan.request.results.temporal, nx),
-        wavenumber_energies: Some(vec![0.0; nk]),
+        temporal_map: map(temporal, nx),
+        wavenumber_energies: vec![0.0; nk],
         static_energies: vec![0.0; nk],
     };
-    let width = if plan.request.results.temporal { nx } else { 0 };
-    let room = || FrequencyBlock {
-        from: 0,
-        powers: Array2::zeros((plan.blocks.frequencies, nk)),
-        records: Array2::zeros((plan.blocks.frequencies, width)),
-        directions: Vec::new(),
+    let pass = SpacetimePass {
+        plan,
+        transform: ComplexTransform::new(&plan.window_space, plan.conventions.padded_space),
+        stored: all.stored,
     };
-    // While one block is handed on, the next is computed.
-    let (mut computed, mut next) = (room(), room());
-    let starts = (0..nf).step_by(plan.blocks.frequencies);
-    for from in starts.map(Some).chain([None]) {
-        let (handed_on, filled) = rayon::join(
-            || done.take(&mut computed, sink),
-            || from.map_or(Ok(()), |from| pass.fill(from, between, &mut next)),
-        );
-        handed_on?;
-        filled?;
-        std::mem::swap(&mut computed, &mut next);
-    }
+    let blocks = RowBlocks {
+        rows: nf,
+        block: plan.blocks.frequencies,
+        // Spectra along time have no columns where they are not wanted.
+        columns: [nk, if temporal { nx } else { 0 }],
+        tile: [ComplexTransform::<T>::TOGETHER, TILE],
+        observer: all.observer,
+    };
+    let pool = ScratchPool::default();
+    let segments = plan.segments.count();
+    blocks.each(
+        |of, block| {
+            between.hold(of.start * segments..of.end * segments)?;
+            let between = &*between;
+            blocks.fill(of, block, &pool, |of, spectra, room| {
+                pass.frequencies(of, between, room, spectra)
+            })
+        },
+        |from, directions, [powers, records]| {
+            done.take(all.sink, from, directions, [powers.view(), records.view()])
+        },
+    )?;
     Ok(done)
 }
 
-/// Neighbouring frequencies.
-struct FrequencyBlock {
-    from: usize,
-    powers: Array2<f64>,
-    /// Spectra along time; no columns where they are not wanted.
-    records: Array2<f64>,
-    /// One a frequency; none once it was handed on.
-    directions: Vec<ByDirection>,
-}
-
 impl Frequencies {
-    /// Takes a block in and passes its arrays on.
-    fn take(&mut self, block: &mut FrequencyBlock, sink: &dyn Sink) -> Result<()> {
-        let (from, count) = (block.from, block.directions.len());
-        if count == 0 {
-            return Ok(());
-        }
-        self.directions.append(&mut block.directions);
-        let powers = block.powers.slice(s![..count, ..]);
+    /// Takes a block of spectra along space and along time in and passes them on.
+    fn take(
+        &mut self,
+        sink: &dyn Sink,
+        from: usize,
+        directions: Vec<ByDirection>,
+        [powers, records]: [ArrayView2<f64>; 2],
+    ) -> Result<()> {
+        self.directions.extend(directions);
         if let Some(map) = &mut self.map {
             map.add(from, 0, powers);
         }
-        if let Some(sums) = &mut self.wavenumber_energies {
-            add_rows(sums, powers);
-            if from == 0 {
-                add_rows(&mut self.static_energies, powers.slice(s![..1, ..]));
-            }
+        add_rows(&mut self.wavenumber_energies, powers);
+        if from == 0 {
+            add_rows(&mut self.static_energies, powers.slice(s![..1, ..]));
         }
         sink.put(LargeArray::SPACETIME_SPECTRUM, from, 0, powers)?;
-        let records = block.records.slice(s![..count, ..]);
         if records.ncols() > 0 {
             if let Some(map) = &mut self.temporal_map {
                 map.add(from, 0, records);
@@ -165,84 +152,35 @@ impl Frequencies {
 /// What all blocks have in common.
 struct SpacetimePass<'a, T: Real> {
     plan: &'a Plan,
-    transform: &'a ComplexTransform<T>,
-    /// With scratch for rows that are not contiguous.
-    pool: &'a ScratchPool<(ComplexScratch<T>, Vec<Complex<T>>)>,
+    transform: ComplexTransform<T>,
     stored: f64,
-    observer: &'a dyn Observer,
 }
 
 impl<T: Real> SpacetimePass<'_, T> {
-    /// Transforms the frequencies from `from` on, in parallel.
-    fn fill(
-        &self,
-        from: usize,
-        between: &mut Intermediate<T>,
-        block: &mut FrequencyBlock,
-    ) -> Result<()> {
-        let all = self.plan.axes.frequency.len();
-        let count = self.plan.blocks.frequencies.min(all - from);
-        let segments = self.plan.segments.count();
-        // Several tiles per thread if the block is large enough.
-        let tile = count.div_ceil(4 * rayon::current_num_threads());
-        let tile = tile
-            .next_multiple_of(ComplexTransform::<T>::TOGETHER)
-            .min(TILE);
-        let mut powers = block.powers.slice_mut(s![..count, ..]);
-        let mut records = block.records.slice_mut(s![..count, ..]);
-        block.from = from;
-        let rows = between.rows(from * segments..(from + count) * segments)?;
-        let seen: Result<Vec<Vec<ByDirection>>> = powers
-            .axis_chunks_iter_mut(Axis(0), tile)
-            .into_par_iter()
-            .zip(records.axis_chunks_iter_mut(Axis(0), tile))
-            .enumerate()
-            .map_init(
-                || self.pool.take(|_| true, Default::default),
-                |room, (i, (powers, records))| {
-                    if self.observer.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
-                    let count = powers.nrows();
-                    self.observer.advance(count as u64);
-                    let first = i * tile * segments;
-                    let profiles = (&rows, first..first + count * segments);
-                    Ok(self.frequencies(from + i * tile, profiles, room, powers, records))
-                },
-            )
-            .collect();
-        block.directions = seen?.concat();
-        Ok(())
-    }
-
-    /// Frequencies from `first` on: spectra along space to `powers`, of each site to `records`.
+    /// Frequencies `of`: spectra along space, and of each site; with scratch for rows that are not contiguous.
     fn frequencies(
         &self,
-        first: usize,
-        (rows, profiles): (&Rows<T>, Range<usize>),
+        of: Range<usize>,
+        between: &Intermediate<T>,
         (scratch, room): &mut (ComplexScratch<T>, Vec<Complex<T>>),
-        mut powers: ArrayViewMut2<f64>,
-        mut records: ArrayViewMut2<f64>,
+        [powers, records]: [&mut [f64]; 2],
     ) -> Vec<ByDirection> {
         let plan = self.plan;
         let segments = plan.segments.count();
         let together = ComplexTransform::<T>::TOGETHER;
-        // Bands of whole rows of standard arrays are contiguous.
-        let (nk, nx) = (powers.ncols(), records.ncols());
-        let (Some(powers), Some(records)) = (powers.as_slice_mut(), records.as_slice_mut()) else {
-            return Vec::new();
-        };
+        let (nk, nx) = (powers.len() / of.len(), records.len() / of.len());
+        let profiles = of.start * segments..of.end * segments;
         let n = plan.conventions.padded_time;
         let mean = plan.time_scale.factor / segments as f64;
-        let mut directions = Vec::with_capacity(powers.len() / nk);
+        let mut directions = Vec::with_capacity(of.len());
         for (group, from) in profiles.clone().step_by(together).enumerate() {
-            let profiles = rows.view(from..profiles.end.min(from + together), room);
+            let profiles = between.view(from..profiles.end.min(from + together), room);
             let spectra = self.transform.powers(profiles, scratch).chunks_exact(nk);
             for (i, (spectrum, profile)) in spectra.zip(profiles.outer_iter()).enumerate() {
                 let at = group * together + i;
                 let (row, segment) = (at / segments, at % segments);
                 let (is_first, is_last) = (segment == 0, segment + 1 == segments);
-                let m = first + row;
+                let m = of.start + row;
                 let scale = mean * fold(m, n);
                 let powers = &mut powers[row * nk..][..nk];
                 let along_space = scale * plan.space_scale.factor;

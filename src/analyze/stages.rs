@@ -37,13 +37,15 @@ pub(super) struct Stages<'a> {
 }
 
 /// What transforms along time lead to.
+#[derive(Default)]
 pub(super) struct FromRecords {
     /// Where low frequencies end; `None` where no spectra along time are wanted.
     pub edge: Option<BandEdge>,
     pub front: Option<FrontLength>,
     /// Of the spectrum of the reference site.
     pub interval: Option<SpectrumInterval>,
-    pub columns: TemporalPassResult,
+    /// `None` where no transforms along time are needed.
+    pub columns: Option<TemporalPassResult>,
     pub spacetime: Option<Frequencies>,
     /// The error of amplitudes, and of how many.
     pub checked: Option<(f64, usize)>,
@@ -61,7 +63,7 @@ pub(super) struct FromProfiles {
 impl Stages<'_> {
     /// All passes. The two chains of passes run concurrently if memory allows, since one alone
     /// leaves threads idle at times.
-    pub fn run<T: Real>(&self, clock: &mut Clock) -> Result<(Option<FromRecords>, FromProfiles)> {
+    pub fn run<T: Real>(&self, clock: &mut Clock) -> Result<(FromRecords, FromProfiles)> {
         if !self.plan.interleaved {
             // Snapshots first: the page cache still holds part of a large field after the survey,
             // and loses it when a spill file is written.
@@ -69,10 +71,9 @@ impl Stages<'_> {
             return Ok((self.records::<T>(clock)?, profiles));
         }
         let axes = &self.plan.axes;
-        let frequencies = if self.plan.request.results.spacetime {
-            axes.frequency.len()
-        } else {
-            0
+        let frequencies = match self.plan.request.results.spacetime {
+            true => axes.frequency.len(),
+            false => 0,
         };
         let units = axes.n_times + axes.n_sites + frequencies;
         self.observer.stage("transforming", units as u64);
@@ -86,16 +87,8 @@ impl Stages<'_> {
         };
         // A chain may wait for a thread, which is none of its time.
         let ((records, mut first), (profiles, mut second)) = rayon::join(
-            || {
-                let mut clock = Clock::new();
-                let records = chains.records::<T>(&mut clock);
-                (beside.noted(records), clock.timings)
-            },
-            || {
-                let mut clock = Clock::new();
-                let profiles = chains.profiles::<T>(&mut clock);
-                (beside.noted(profiles), clock.timings)
-            },
+            || beside.timed(|clock| chains.records::<T>(clock)),
+            || beside.timed(|clock| chains.profiles::<T>(clock)),
         );
         clock.timings.append(&mut first);
         clock.timings.append(&mut second);
@@ -106,14 +99,20 @@ impl Stages<'_> {
         }
     }
 
+    /// The prepared record of a site.
+    pub fn record(&self, site: usize) -> Vec<f64> {
+        let mut record = vec![0.0; self.plan.axes.n_times];
+        self.prepared.record(site, &mut record);
+        record
+    }
+
     /// Along time, then along space at each frequency; nothing where neither is needed.
-    fn records<T: Real>(&self, clock: &mut Clock) -> Result<Option<FromRecords>> {
-        let (plan, stored, sink, observer) = (self.plan, self.stored, self.sink, self.observer);
+    fn records<T: Real>(&self, clock: &mut Clock) -> Result<FromRecords> {
+        let plan = self.plan;
         if !plan.transforms_time() {
-            return Ok(None);
+            return Ok(FromRecords::default());
         }
-        let mut along_time = AlongTime::<T>::new(plan, self.prepared);
-        along_time.noise = self.noise;
+        let mut along_time = AlongTime::<T>::new(self);
         clock.lap(plan, "planning along time");
         let found = self.at_reference_site(&along_time);
         let interval = found.and_then(|(.., interval)| interval);
@@ -134,41 +133,28 @@ impl Stages<'_> {
                 Some(Intermediate::SpillFile(scratch))
             }
         };
-        let columns = along_time.transform_records(
-            value_of(edge),
-            stored,
-            between.as_mut(),
-            sink,
-            observer,
-        )?;
+        along_time.edge = value_of(edge);
+        let columns = along_time.transform_records(between.as_mut())?;
         clock.lap(plan, "along time");
         // Of a node there is rounding alone.
         let site = first_with_energy(&columns.energies, FLOOR);
-        let check = || site.and_then(|site| along_time.spot_check(site));
-        let (spacetime, checked) = match &mut between {
-            None => {
-                let checked = check();
-                clock.lap(plan, "spot check");
-                (None, checked)
-            }
-            Some(between) => {
-                let (seen, checked) = rayon::join(
-                    || spacetime::transform_frequencies(plan, between, stored, sink, observer),
-                    check,
-                );
-                clock.lap(plan, "space-time");
-                (Some(seen?), checked)
-            }
+        let ends = match between {
+            None => "spot check",
+            Some(_) => "space-time",
         };
-        drop(between);
-        Ok(Some(FromRecords {
+        let (spacetime, checked) = rayon::join(
+            || between.map(|mut of| spacetime::transform_frequencies(self, &mut of)),
+            || site.and_then(|site| along_time.spot_check(site)),
+        );
+        clock.lap(plan, ends);
+        Ok(FromRecords {
             edge,
             front,
             interval,
-            columns,
-            spacetime,
+            columns: Some(columns),
+            spacetime: spacetime.transpose()?,
             checked,
-        }))
+        })
     }
 
     /// Where low frequencies end, how long windows at the front's passage are, and how well the spectrum is
@@ -177,7 +163,7 @@ impl Stages<'_> {
         &self,
         along_time: &AlongTime<T>,
     ) -> Option<(BandEdge, FrontLength, Option<SpectrumInterval>)> {
-        let (plan, axes) = (self.plan, &self.plan.axes);
+        let plan = self.plan;
         if !plan.request.results.temporal {
             return None;
         }
@@ -188,16 +174,12 @@ impl Stages<'_> {
         let interval = record.and_then(|record| {
             SpectrumInterval::of_record(record, &plan.window_time, plan.segments)
         });
-        if let Some(value) = plan.request.band_edge_frequency {
-            return Some((BandEdge::Given { value }, length, interval));
-        }
-        let bin = 1.0 / (plan.segments.length as f64 * axes.time.step);
-        let edge = found.map(|(site, (_, spectrum))| Edge {
-            quantile: quantile_of(&spectrum, &plan.frequency_bins(), EDGE),
-            place: (plan.sites.start + site, axes.space.at(site)),
-            bin,
+        let bin = 1.0 / (plan.segments.length as f64 * plan.axes.time.step);
+        let edge = edge(plan.request.band_edge_frequency, bin, || {
+            let (site, (_, spectrum)) = found?;
+            let quantile = quantile_of(&spectrum, &plan.frequency_bins(), EDGE)?;
+            Some((quantile, plan.place(site)))
         });
-        let edge = edge.map_or(BandEdge::Undefined, Edge::settled);
         Some((edge, length, interval))
     }
 
@@ -207,45 +189,36 @@ impl Stages<'_> {
         if !plan.request.results.spatial {
             return None;
         }
-        if let Some(value) = plan.request.band_edge_wavenumber {
-            return Some(BandEdge::Given { value });
-        }
-        let edge = self.references.time.map(|time| {
+        let bin = std::f64::consts::TAU / (axes.n_sites as f64 * axes.space.step);
+        Some(edge(plan.request.band_edge_wavenumber, bin, || {
+            let time = self.references.time?;
             let spectrum = rows::reference::<T>(plan, self.prepared, time);
-            Edge {
-                quantile: quantile_of(&spectrum, &plan.wavenumber_bins(), EDGE),
-                place: (plan.times.start + time, axes.time.at(time)),
-                bin: std::f64::consts::TAU / (axes.n_sites as f64 * axes.space.step),
-            }
-        });
-        Some(edge.map_or(BandEdge::Undefined, Edge::settled))
+            let quantile = quantile_of(&spectrum, &plan.wavenumber_bins(), EDGE)?;
+            Some((quantile, (plan.times.start + time, axes.time.at(time))))
+        }))
     }
 
     /// Along space at each time, and short-time spectra.
     fn profiles<T: Real>(&self, clock: &mut Clock) -> Result<FromProfiles> {
-        let (plan, prepared, stored, observer) =
-            (self.plan, self.prepared, self.stored, self.observer);
+        let plan = self.plan;
         let edge = self.wavenumber_edge::<T>();
         if edge.is_some() {
             clock.lap(plan, "wavenumber band edge");
         }
-        let low = value_of(edge);
-        let rows = rows::transform_profiles::<T>(plan, prepared, low, stored, self.sink, observer)?;
+        let rows = rows::transform_profiles::<T>(self, value_of(edge))?;
         clock.lap(plan, "along space");
-        let (short_time, short_space) = if plan.request.results.short_time {
-            let along = short_time::along_time::<T>(plan, prepared, stored, observer)?;
-            let across = short_time::along_space::<T>(plan, prepared, stored, observer)?;
-            clock.lap(plan, "short-time");
-            (Some(along), across)
-        } else {
-            (None, None)
-        };
-        Ok(FromProfiles {
+        let mut found = FromProfiles {
             edge,
             rows,
-            short_time,
-            short_space,
-        })
+            short_time: None,
+            short_space: None,
+        };
+        if plan.request.results.short_time {
+            found.short_time = Some(short_time::along_time::<T>(self)?);
+            found.short_space = short_time::along_space::<T>(self)?;
+            clock.lap(plan, "short-time");
+        }
+        Ok(found)
     }
 }
 
@@ -255,29 +228,25 @@ const EDGE: f64 = 0.9;
 /// Bins from 0 within which an edge is not resolved.
 const RESOLVED: f64 = 3.0;
 
-/// Results at a reference.
-struct Edge {
-    quantile: Option<f64>,
-    /// Index in the file, and coordinate.
-    place: (usize, f64),
-    /// Distance between bins of the record without padding.
+/// As it is given, else where the quantile of a reference is, with its index in the file and its coordinate; `bin` is the
+/// distance between bins of the record without padding.
+fn edge(
+    given: Option<f64>,
     bin: f64,
-}
-
-impl Edge {
-    fn settled(self) -> BandEdge {
-        let (index, at) = self.place;
-        let bin = self.bin;
-        match self.quantile {
-            None => BandEdge::Undefined,
-            Some(value) if value <= RESOLVED * bin => BandEdge::Unresolved {
-                value,
-                index,
-                at,
-                bin,
-            },
-            Some(value) => BandEdge::Reference { value, index, at },
-        }
+    found: impl FnOnce() -> Option<(f64, (usize, f64))>,
+) -> BandEdge {
+    if let Some(value) = given {
+        return BandEdge::Given { value };
+    }
+    match found() {
+        None => BandEdge::Undefined,
+        Some((value, (index, at))) if value <= RESOLVED * bin => BandEdge::Unresolved {
+            value,
+            index,
+            at,
+            bin,
+        },
+        Some((value, (index, at))) => BandEdge::Reference { value, index, at },
     }
 }
 
@@ -294,11 +263,14 @@ struct Beside<'a> {
 }
 
 impl Beside<'_> {
-    fn noted<R>(&self, result: Result<R>) -> Result<R> {
+    /// A chain, and the times of its stages.
+    fn timed<R>(&self, chain: impl FnOnce(&mut Clock) -> Result<R>) -> (Result<R>, Vec<Timing>) {
+        let mut clock = Clock::new();
+        let result = chain(&mut clock);
         if result.is_err() {
             self.failed.store(true, Ordering::Relaxed);
         }
-        result
+        (result, clock.timings)
     }
 }
 

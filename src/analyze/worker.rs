@@ -5,25 +5,16 @@ use std::ops::Range;
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
 
-use super::plan::Plan;
+use super::columns::AlongTime;
+use super::stages::Stages;
 use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
-use crate::prepare::{Prepared, Trend};
+use crate::prepare::Trend;
 use crate::system::prefetch::{LINE, prefetch_after};
-use crate::transform::{Real, RecordScratch, RecordTransform, Scale, fold, power};
-
-/// Samples of a few sites.
-pub(super) enum RecordSamples<'a> {
-    /// Record after record.
-    Records(&'a [f64]),
-    /// Interleaved, time by time; not if segments are detrended one by one.
-    Columns(&'a [f64]),
-}
+use crate::transform::{Real, RecordScratch, fold, power};
 
 /// Records of a few sites to spectra, with the thread's own buffers.
-pub(super) struct Worker<'a, T: Real> {
-    plan: &'a Plan,
-    transform: &'a RecordTransform<T>,
-    scale: Scale,
+#[derive(Default)]
+pub(super) struct Worker<T> {
     scratch: RecordScratch<T>,
     /// Segments without their trends, one a record.
     segments: Vec<f64>,
@@ -36,47 +27,25 @@ pub(super) struct Worker<'a, T: Real> {
     pub energies: Vec<f64>,
 }
 
-impl<'a, T: Real> Worker<'a, T> {
-    pub fn new(plan: &'a Plan, transform: &'a RecordTransform<T>) -> Self {
-        Worker {
-            plan,
-            transform,
-            scale: plan.time_scale,
-            scratch: RecordScratch::default(),
-            segments: Vec::new(),
-            fit: Vec::new(),
-            passing: Array2::default((0, 0)),
-            power: Vec::new(),
-            energies: Vec::new(),
-        }
-    }
-
-    /// Lets go of the working space.
-    pub fn release(&mut self) {
-        self.scratch = RecordScratch::default();
-        self.segments = Vec::new();
-        self.passing = Array2::default((0, 0));
-        self.power = Vec::new();
-    }
-
-    /// Spectra and energies of `samples` of `width` sites from `first` on.
+impl<T: Real> Worker<T> {
+    /// Spectra and energies of `samples`, interleaved or, if segments are detrended one by one, record after record, of `width` sites from `first` on.
     ///
     /// `kept`, `(bin x segment, site)`, gets the transforms.
     pub fn spectra(
         &mut self,
-        prepared: &Prepared,
+        of: &AlongTime<T>,
         sites: Range<usize>,
-        samples: RecordSamples,
+        samples: &[f64],
         mut kept: Option<ArrayViewMut2<Complex<T>>>,
     ) {
-        let segments = self.plan.segments;
-        let (bins, width) = (self.transform.bins(), sites.len());
+        let segments = of.stages.plan.segments;
+        let (bins, width) = (of.transform.bins(), sites.len());
         // Unused lanes are not read.
         self.power.resize(bins, LaneBlock::default());
         self.energies.clear();
         self.energies.resize(width, 0.0);
-        let n = self.transform.padded();
-        let mean = self.scale.factor / segments.count() as f64;
+        let n = of.transform.padded();
+        let mean = of.stages.plan.time_scale.factor / segments.count() as f64;
         let mut passing = std::mem::take(&mut self.passing);
         if kept.is_none() && passing.dim() != (bins, width) {
             passing = Array2::default((bins, width));
@@ -87,7 +56,7 @@ impl<'a, T: Real> Worker<'a, T> {
                 None => passing.view_mut(),
             };
             let span = start..start + segments.length;
-            self.segment(prepared, &sites, &samples, span, spectra.view_mut());
+            self.segment(of, &sites, samples, span, spectra.view_mut());
             let (is_first, is_last) = (s == 0, s + 1 == segments.count());
             widest(AddPowers {
                 spectra: spectra.view(),
@@ -102,30 +71,22 @@ impl<'a, T: Real> Worker<'a, T> {
     /// Transforms of the times `span`; adds their energies.
     fn segment(
         &mut self,
-        prepared: &Prepared,
+        of: &AlongTime<T>,
         sites: &Range<usize>,
-        samples: &RecordSamples,
+        samples: &[f64],
         span: Range<usize>,
         spectra: ArrayViewMut2<Complex<T>>,
     ) {
-        let n_times = self.plan.axes.n_times;
-        let energies = match *samples {
-            RecordSamples::Columns(values) => {
-                let values = &values[span.start * sites.len()..span.end * sites.len()];
-                self.transform
-                    .transform_columns(values, spectra, &mut self.scratch)
+        let (plan, transform) = (of.stages.plan, &of.transform);
+        let energies = match plan.request.welch {
+            None => {
+                let values = &samples[span.start * sites.len()..span.end * sites.len()];
+                transform.transform_columns(values, spectra, &mut self.scratch)
             }
-            RecordSamples::Records(records) if self.plan.request.welch.is_some() => {
-                let length = span.len();
-                self.detrended(prepared, sites.start, records, span);
-                let pieces = self.segments.chunks_exact(length);
-                self.transform
-                    .transform_into(pieces, spectra, &mut self.scratch)
-            }
-            RecordSamples::Records(records) => {
-                let pieces = records.chunks_exact(n_times).map(|r| &r[span.clone()]);
-                self.transform
-                    .transform_into(pieces, spectra, &mut self.scratch)
+            Some(welch) => {
+                self.detrended(of.stages, sites.start, samples, span);
+                let pieces = self.segments.chunks_exact(welch.segment);
+                transform.transform_into(pieces, spectra, &mut self.scratch)
             }
         };
         for (sum, energy) in self.energies.iter_mut().zip(energies) {
@@ -135,21 +96,15 @@ impl<'a, T: Real> Worker<'a, T> {
 
     /// The times `span` of all records to `segments`, each without its own trend; masked samples
     /// have no weight.
-    fn detrended(
-        &mut self,
-        prepared: &Prepared,
-        first: usize,
-        records: &[f64],
-        span: Range<usize>,
-    ) {
-        let kind = self.plan.request.detrend_time;
-        let records = records.chunks_exact(self.plan.axes.n_times);
+    fn detrended(&mut self, all: &Stages, first: usize, records: &[f64], span: Range<usize>) {
+        let kind = all.plan.request.detrend_time;
+        let records = records.chunks_exact(all.plan.axes.n_times);
         self.segments.clear();
         for (c, record) in records.enumerate() {
             let begin = self.segments.len();
             self.segments.extend_from_slice(&record[span.clone()]);
             let segment = &mut self.segments[begin..];
-            let masked = prepared.masked(first + c);
+            let masked = all.prepared.masked(first + c);
             let from = masked.partition_point(|gap| gap.time < span.start);
             let masked = masked[from..].iter().take_while(|gap| gap.time < span.end);
             let is_masked = |i: usize| masked.clone().any(|gap| gap.time == span.start + i);
@@ -166,11 +121,11 @@ const AHEAD: usize = 48;
 
 /// `|X|^2` of one segment of a few sites, added to the sums of those before and times a factor of the
 /// bin.
-struct AddPowers<'a, T, F> {
-    spectra: ArrayView2<'a, Complex<T>>,
-    sums: &'a mut [LaneBlock],
-    is_first: bool,
-    factor: F,
+pub(super) struct AddPowers<'a, T, F> {
+    pub spectra: ArrayView2<'a, Complex<T>>,
+    pub sums: &'a mut [LaneBlock],
+    pub is_first: bool,
+    pub factor: F,
 }
 
 impl<T: Real, F: Fn(usize) -> f64> SimdKernel for AddPowers<'_, T, F> {

@@ -288,6 +288,18 @@ impl Error {
         }
     }
 
+    /// [`Error::Memory`] where more than what is allowed is needed.
+    pub(crate) fn beyond_memory(what: &'static str, needed: u64, allowed: u64) -> Result<()> {
+        match needed <= allowed {
+            true => Ok(()),
+            false => Err(Error::Memory {
+                what,
+                needed,
+                allowed,
+            }),
+        }
+    }
+
     pub(crate) fn scene(fault: SceneFault) -> Error {
         Error::Scene {
             fault: Box::new(fault),

@@ -12,6 +12,7 @@ use crate::system::file_io::{allocate, read_at, write_at};
 use crate::system::memory::{half_of_free_memory, try_filled};
 
 /// An unnamed file, which disappears when it is closed, however the program ends.
+#[derive(Debug)]
 pub(crate) struct ScratchFile {
     file: File,
     place: PathBuf,

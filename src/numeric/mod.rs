@@ -1,6 +1,8 @@
 //! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots, medians,
 //! quantiles, lines through points, complex least squares, eigenvalues of Hermitian matrices.
 
+use std::ops::Range;
+
 mod angle;
 mod bins;
 mod golden;
@@ -28,3 +30,9 @@ pub(crate) use quantile::{
 pub(crate) use random::{Random, split_mix, unit_interval};
 pub(crate) use root::between as find_root;
 pub(crate) use sums::*;
+
+/// `0..all` in pieces of `most`; the last may be shorter.
+pub(crate) fn pieces(all: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
+    let starts = (0..all).step_by(most);
+    starts.map(move |from| from..all.min(from + most))
+}

@@ -11,6 +11,11 @@ pub(crate) fn sum(x: &[f64]) -> f64 {
     fold(x, &|v| v)
 }
 
+/// [`sum`] of terms as they come.
+pub(crate) fn sum_of(terms: impl Iterator<Item = f64>) -> f64 {
+    sum(&terms.collect::<Vec<f64>>())
+}
+
 /// `sum x_i^2`, with the same bound.
 pub(crate) fn sum_of_squares(x: &[f64]) -> f64 {
     fold(x, &|v| v * v)

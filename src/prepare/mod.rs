@@ -15,8 +15,8 @@ mod trend;
 mod unit;
 mod window;
 
-pub(crate) use channels::{Channels, Sites, channels, some};
 pub use channels::{Examined, channel_findings};
+pub(crate) use channels::{Sites, channels, some};
 pub(crate) use prepared::{Prepared, Tiles};
 pub(crate) use read_ahead::{ReadAhead, piece_bytes};
 pub(crate) use scan::ChannelScan;

@@ -14,12 +14,5 @@ use crate::error::{Error, Result};
 /// [`Error::Memory`], of `what`.
 pub(crate) fn check_memory(what: &'static str, needed: u64, allowed: Option<u64>) -> Result<()> {
     let allowed = allowed.unwrap_or_else(memory::half_of_free_memory);
-    match needed > allowed {
-        true => Err(Error::Memory {
-            what,
-            needed,
-            allowed,
-        }),
-        false => Ok(()),
-    }
+    Error::beyond_memory(what, needed, allowed)
 }

@@ -66,23 +66,18 @@ pub struct DispersionCurve {
 impl DispersionCurve {
     /// Each branch as a curve over a map, the first with the name of its relation.
     pub(crate) fn curves(relations: &[DispersionCurve]) -> Vec<Curve> {
-        let of_one = |relation: &DispersionCurve| -> Vec<Curve> {
-            let curve = |(n, branch): (usize, &Vec<f64>)| Curve {
-                label: if n == 0 {
-                    relation.name.clone()
-                } else {
-                    String::new()
-                },
-                points: relation
-                    .wavenumber
-                    .iter()
-                    .copied()
-                    .zip(branch.iter().copied())
-                    .collect(),
-            };
-            relation.branches.iter().enumerate().map(curve).collect()
-        };
-        relations.iter().flat_map(of_one).collect()
+        let mut curves = Vec::new();
+        for relation in relations {
+            let mut label = relation.name.clone();
+            for branch in &relation.branches {
+                let points = relation.wavenumber.iter().copied();
+                curves.push(Curve {
+                    label: std::mem::take(&mut label),
+                    points: points.zip(branch.iter().copied()).collect(),
+                });
+            }
+        }
+        curves
     }
 }
 
@@ -111,16 +106,12 @@ impl Dispersion {
         let (formula, own) = text.split_once(';').unwrap_or((text, ""));
         let mut constants = known.clone();
         constants.extend(parse_constants(own)?);
-        let dispersion = Dispersion {
-            name: formula.trim().into(),
-            relation: Relation::Formula {
-                text: formula.trim().into(),
-                constants,
-            },
-        };
+        let name = formula.trim().to_owned();
         // The distance of sites is known with the field.
-        dispersion.formula(1.0)?;
-        Ok(dispersion)
+        at_sites(&name, &constants, 1.0)?;
+        let text = name.clone();
+        let relation = Relation::Formula { text, constants };
+        Ok(Dispersion { name, relation })
     }
 
     /// Reads a table of comma-separated values: a column `k`, and columns `omega` or `f`, each
@@ -132,23 +123,11 @@ impl Dispersion {
     /// # Errors
     /// [`Error::Read`]; [`Error::Unfit`] names the line or column at fault.
     pub fn read_csv(path: &Path) -> Result<Dispersion> {
+        let name = path.file_name().unwrap_or_default();
         Ok(Dispersion {
-            name: path
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into(),
+            name: name.to_string_lossy().into(),
             relation: Relation::Table(Table::read(path)?),
         })
-    }
-
-    fn formula(&self, spacing: f64) -> Result<Option<formula::Node>> {
-        let Relation::Formula { text, constants } = &self.relation else {
-            return Ok(None);
-        };
-        let mut constants = constants.clone();
-        constants.entry("a".into()).or_insert(spacing);
-        formula::parse(text, &constants, WORDS).map(Some)
     }
 
     /// On the axes of a field.
@@ -158,24 +137,19 @@ impl Dispersion {
     pub(super) fn on(&self, axes: &Axes) -> Result<DispersionCurve> {
         let site = axes.space.step;
         let nyquist = PI / site;
-        let wavenumber: Vec<f64> = (0..=INTERVALS)
-            .map(|n| nyquist * (2.0 * n as f64 / INTERVALS as f64 - 1.0))
-            .collect();
+        let points = (0..=INTERVALS).map(|n| 2.0 * n as f64 / INTERVALS as f64 - 1.0);
+        let wavenumber: Vec<f64> = points.map(|part| nyquist * part).collect();
         let omega = match &self.relation {
             Relation::Lattice { cell, spacing } => {
                 let a = spacing.unwrap_or(site);
-                let mut branches = vec![Vec::with_capacity(wavenumber.len()); cell.branches()];
-                for &k in &wavenumber {
-                    for (branch, omega) in branches.iter_mut().zip(cell.frequencies(k * a)) {
-                        branch.push(omega);
-                    }
-                }
-                branches
+                let at: Vec<_> = wavenumber.iter().map(|k| cell.frequencies(k * a)).collect();
+                let branch = |n: usize| at.iter().map(|omega| omega[n]).collect();
+                (0..cell.branches()).map(branch).collect()
             }
-            Relation::Formula { .. } => match self.formula(site)? {
-                Some(node) => vec![wavenumber.iter().map(|&k| node.at(k)).collect()],
-                None => Vec::new(),
-            },
+            Relation::Formula { text, constants } => {
+                let node = at_sites(text, constants, site)?;
+                vec![wavenumber.iter().map(|&k| node.at(k)).collect()]
+            }
             Relation::Table(table) => table.branches(axes, &wavenumber)?,
         };
         let branches = omega.into_iter().flat_map(both_directions).map(cycles);
@@ -185,6 +159,13 @@ impl Dispersion {
             branches: branches.collect(),
         })
     }
+}
+
+/// A formula where sites are `spacing` apart, unless it states so.
+fn at_sites(text: &str, constants: &Constants, spacing: f64) -> Result<formula::Node> {
+    let mut constants = constants.clone();
+    constants.entry("a".into()).or_insert(spacing);
+    formula::parse(text, &constants, WORDS)
 }
 
 /// The values of a formula, such as [`Dispersion::parse`] reads, at each k.
@@ -210,10 +191,7 @@ pub(super) fn curves(
         (None, Some(text)) => vec![Dispersion::parse(text, &Constants::new())?],
         (None, None) => Vec::new(),
     };
-    stated
-        .iter()
-        .map(|dispersion| dispersion.on(axes))
-        .collect()
+    stated.iter().map(|of| of.on(axes)).collect()
 }
 
 /// Reads `c=1, m=2.5`.
@@ -230,24 +208,22 @@ fn of_bodies(text: &str, two: bool, constants: &Constants) -> Result<Dispersion>
         true => [&["c1", "c2", "m1", "m2"], &["c1", "c2"], &["m1", "m2"]],
         false => [&["c", "m"], &["c"], &["m"]],
     };
-    let refuse = |found: String| Error::Request {
-        option: "dispersion",
-        expected: format!(
-            "`{}` with {} and, where it is not the distance of the sites, a, all above 0",
-            if two { "diatomic:" } else { "monatomic:" },
-            needed.join(", ")
-        ),
-        found,
-    };
-    if let Some(name) = needed.iter().find(|name| !constants.contains_key(**name)) {
-        return Err(refuse(format!("`{text}` without {name}")));
-    }
+    let mut missing = needed.iter().filter(|name| !constants.contains_key(**name));
     let is_odd = |name: &&String| *name != "a" && !needed.contains(&name.as_str());
-    if let Some(name) = constants.keys().find(is_odd) {
-        return Err(refuse(format!("{name} in `{text}`")));
-    }
-    if constants.values().any(|value| *value <= 0.0) {
-        return Err(refuse(format!("`{text}`")));
+    let mut odd = constants.keys().filter(is_odd);
+    let found = match (missing.next(), odd.next()) {
+        (Some(name), _) => Some(format!("`{text}` without {name}")),
+        (_, Some(name)) => Some(format!("{name} in `{text}`")),
+        _ if constants.values().any(|value| *value <= 0.0) => Some(format!("`{text}`")),
+        _ => None,
+    };
+    if let Some(found) = found {
+        let kind = if two { "diatomic" } else { "monatomic" };
+        let needed = needed.join(", ");
+        let expected = format!(
+            "`{kind}:` with {needed} and, where it is not the distance of the sites, a, all above 0"
+        );
+        return Err(Error::request("dispersion", expected, found));
     }
     let values = |names: &[&str]| names.iter().map(|name| constants[*name]).collect();
     let cell = UnitCell::new(values(heavy), values(stiff))?;
@@ -261,11 +237,9 @@ fn both_directions(omega: Vec<f64>) -> Vec<Vec<f64>> {
     let forward: Vec<f64> = omega.iter().map(positive).collect();
     let mirrored = |w: &f64| if *w < 0.0 { -w } else { f64::NAN };
     let backward: Vec<f64> = omega.iter().rev().map(mirrored).collect();
-    let adds = |(f, b): (&f64, &f64)| b.is_finite() && (f - b).abs() <= 1e-9 * b;
-    let is_new = backward
-        .iter()
-        .zip(&forward)
-        .any(|(b, f)| b.is_finite() && !adds((f, b)));
+    let are_alike = |f: &f64, b: &f64| (f - b).abs() <= 1e-9 * b;
+    let mut both = forward.iter().zip(&backward);
+    let is_new = both.any(|(f, b)| b.is_finite() && !are_alike(f, b));
     match is_new {
         true => vec![forward, backward],
         false => vec![forward],

@@ -24,20 +24,18 @@ struct Curve {
     points: Vec<(f64, f64)>,
 }
 
-/// What a column of the table is, from its header.
-#[derive(Debug, Clone, PartialEq)]
+/// What a column of the table is.
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Column {
-    Wavenumber(Option<String>),
-    Frequency {
-        is_cycles: bool,
-        unit: Option<String>,
-    },
+    Wavenumber,
+    Omega,
+    Cycles,
     Curve,
 }
 
 impl Column {
-    /// `k`, `k (rad/m)`, `omega`, `omega_2 [rad/s]`, `f (Hz)`, `frequency`, `curve`.
-    fn of(header: &str) -> Option<Column> {
+    /// With its unit: `k`, `k (rad/m)`, `omega`, `omega_2 [rad/s]`, `f (Hz)`, `frequency`, `curve`.
+    fn of(header: &str) -> Option<(Column, Option<String>)> {
         let header = header.trim();
         let (name, unit) = match header.find(['(', '[']) {
             Some(at) => {
@@ -48,19 +46,14 @@ impl Column {
         };
         // A number after the name tells branches apart.
         let name = name.trim_end_matches(|c: char| c.is_ascii_digit());
-        match name.trim_end_matches('_').to_ascii_lowercase().as_str() {
-            "k" | "wavenumber" => Some(Column::Wavenumber(unit)),
-            "omega" | "\u{3c9}" | "angular_frequency" => Some(Column::Frequency {
-                is_cycles: false,
-                unit,
-            }),
-            "f" | "frequency" => Some(Column::Frequency {
-                is_cycles: true,
-                unit,
-            }),
-            "curve" | "branch" => Some(Column::Curve),
-            _ => None,
-        }
+        let column = match name.trim_end_matches('_').to_ascii_lowercase().as_str() {
+            "k" | "wavenumber" => Column::Wavenumber,
+            "omega" | "\u{3c9}" | "angular_frequency" => Column::Omega,
+            "f" | "frequency" => Column::Cycles,
+            "curve" | "branch" => Column::Curve,
+            _ => return None,
+        };
+        Some((column, unit))
     }
 }
 
@@ -84,16 +77,17 @@ impl Table {
         let headers = reader.headers().map_err(broken)?.clone();
         let header = "columns k and omega or f by name, such as `k (rad/m),f (Hz)`, and at most \
                       one column `curve`";
-        let columns: Vec<Column> = headers
+        let columns: Vec<(Column, Option<String>)> = headers
             .iter()
             .map(|cell| Column::of(cell).ok_or_else(|| fault(header, format!("`{cell}`"))))
             .collect::<Result<_>>()?;
-        let places = |is: fn(&Column) -> bool| -> Vec<usize> {
-            (0..columns.len()).filter(|&n| is(&columns[n])).collect()
+        let places = |of: &[Column]| -> Vec<usize> {
+            let places = 0..columns.len();
+            places.filter(|&n| of.contains(&columns[n].0)).collect()
         };
-        let k = places(|c| matches!(c, Column::Wavenumber(_)));
-        let frequencies = places(|c| matches!(c, Column::Frequency { .. }));
-        let curve = places(|c| *c == Column::Curve);
+        let k = places(&[Column::Wavenumber]);
+        let frequencies = places(&[Column::Omega, Column::Cycles]);
+        let curve = places(&[Column::Curve]);
         if k.len() != 1 || frequencies.is_empty() || curve.len() > 1 {
             let found: Vec<&str> = headers.iter().collect();
             return Err(fault(header, format!("`{}`", found.join(","))));
@@ -129,38 +123,37 @@ impl Table {
         if points.is_empty() {
             return Err(fault("rows of numbers", "none".into()));
         }
-        let curves = points
-            .into_iter()
-            .filter_map(|((_, n), points)| match &columns[n] {
-                Column::Frequency { is_cycles, unit } => Some(Curve {
-                    is_cycles: *is_cycles,
-                    unit: unit.clone(),
-                    points,
-                }),
-                _ => None,
-            });
+        let curves = points.into_iter().map(|((_, n), points)| Curve {
+            is_cycles: columns[n].0 == Column::Cycles,
+            unit: columns[n].1.clone(),
+            points,
+        });
         Ok(Table {
             path: path.to_owned(),
-            k_unit: match &columns[k[0]] {
-                Column::Wavenumber(unit) => unit.clone(),
-                _ => None,
-            },
+            k_unit: columns[k[0]].1.clone(),
             curves: curves.collect(),
         })
     }
 
     /// Omega of every branch at the wavenumbers of a field, in its units.
     pub(super) fn branches(&self, axes: &Axes, wavenumber: &[f64]) -> Result<Vec<Vec<f64>>> {
-        let k_factor = self.factor(self.k_unit.as_deref(), &wavenumber_factor(axes))?;
+        let in_k = |unit: &str| {
+            let length = unit.strip_prefix("rad/").or(unit.strip_prefix("1/"))?;
+            Some(size::<Length>(axes.space_unit())? / size::<Length>(length)?)
+        };
+        let k_factor = self.factor(&self.k_unit, axes.wavenumber_unit(), in_k)?;
+        let second = size::<Time>(axes.time_unit());
+        let in_cycles = |unit: &str| Some(second? * size::<Frequency>(unit)?);
+        let in_omega = |unit: &str| Some(second? / size::<Time>(unit.strip_prefix("rad/")?)?);
         let one_sided = |curve: &Curve| curve.points.iter().all(|point| point.0 >= 0.0);
         let both = self.curves.iter().all(one_sided);
         let branch = |curve: &Curve| {
-            let of_time = frequency_factor(axes, curve.is_cycles);
-            let factor = self.factor(curve.unit.as_deref(), &of_time)?;
-            let factor = if curve.is_cycles {
-                TAU * factor
-            } else {
-                factor
+            let factor = match curve.is_cycles {
+                true => TAU * self.factor(&curve.unit, axes.frequency_unit(), in_cycles)?,
+                false => {
+                    let own = format!("rad/{}", axes.time_unit());
+                    self.factor(&curve.unit, own, in_omega)?
+                }
             };
             let at = |&k: &f64| {
                 let k = if both { k.abs() } else { k };
@@ -171,53 +164,22 @@ impl Table {
         self.curves.iter().map(branch).collect()
     }
 
-    /// By what values in `unit` are multiplied; without a unit they are in that of the field.
-    fn factor(&self, unit: Option<&str>, known: &UnitFactor) -> Result<f64> {
-        let Some(unit) = unit else { return Ok(1.0) };
-        if unit == known.own {
+    /// By what values in `unit` are multiplied; without a unit they are in that of the field, its `own`, in which `of` is
+    /// the size of others.
+    fn factor(
+        &self,
+        unit: &Option<String>,
+        own: String,
+        of: impl Fn(&str) -> Option<f64>,
+    ) -> Result<f64> {
+        let Some(unit) = unit.as_ref().filter(|unit| **unit != own) else {
             return Ok(1.0);
-        }
-        (known.of)(unit).ok_or_else(|| Error::Unfit {
+        };
+        of(unit).ok_or_else(|| Error::Unfit {
             path: self.path.clone(),
-            expected: format!("values in {} or a unit that converts to it", known.own),
+            expected: format!("values in {own} or a unit that converts to it"),
             found: format!("values in {unit}"),
         })
-    }
-}
-
-type SizeOf<'a> = Box<dyn Fn(&str) -> Option<f64> + 'a>;
-
-/// The unit of an axis, and the size of others in it.
-struct UnitFactor<'a> {
-    own: String,
-    of: SizeOf<'a>,
-}
-
-fn wavenumber_factor(axes: &Axes) -> UnitFactor<'_> {
-    UnitFactor {
-        own: axes.wavenumber_unit(),
-        of: Box::new(|unit| {
-            let length = unit.strip_prefix("rad/").or(unit.strip_prefix("1/"))?;
-            Some(size::<Length>(axes.space_unit())? / size::<Length>(length)?)
-        }),
-    }
-}
-
-fn frequency_factor(axes: &Axes, is_cycles: bool) -> UnitFactor<'_> {
-    let own = match is_cycles {
-        true => axes.frequency_unit(),
-        false => format!("rad/{}", axes.time_unit()),
-    };
-    let of = move |unit: &str| {
-        let second = size::<Time>(axes.time_unit())?;
-        match is_cycles {
-            true => Some(second * size::<Frequency>(unit)?),
-            false => Some(second / size::<Time>(unit.strip_prefix("rad/")?)?),
-        }
-    };
-    UnitFactor {
-        own,
-        of: Box::new(of),
     }
 }
 

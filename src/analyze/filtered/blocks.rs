@@ -3,14 +3,14 @@
 
 use std::ops::Range;
 
-use ndarray::{ArrayView2, ArrayViewMut2, s};
+use ndarray::{ArrayViewMut2, s};
 use num_complex::Complex;
 
-use super::{Energies, Gaps, READ_BYTES, check, working_bytes};
+use super::{Energies, Gaps, READ_BYTES, working_bytes};
 use crate::error::{Error, Result};
 use crate::field::{Field, ScratchFile, Storage};
+use crate::numeric::pieces;
 use crate::observer::Observer;
-use crate::system::memory::try_filled;
 use crate::transform::{Passband, SpaceTimeFilter};
 
 /// Records at once, at least: a cache line.
@@ -55,23 +55,31 @@ fn by_blocks(
     let steps = (field.time.step, field.space.step);
     observer.stage("filtering", bins as u64);
     let mut rows = zeros::<Complex<f64>>(blocks.rows * shape.1)?;
-    let mut piece = zeros::<Complex<f64>>(blocks.rows * blocks.width)?;
-    for from in (0..bins).step_by(blocks.rows) {
-        check(observer)?;
-        let of = from..bins.min(from + blocks.rows);
-        let shape = (of.len(), shape.1);
-        let rows = &mut rows[..shape.0 * shape.1];
+    let mut room = zeros::<Complex<f64>>(blocks.rows * blocks.width)?;
+    for of in pieces(bins, blocks.rows) {
+        observer.go_on()?;
+        let (from, count) = (of.start, of.len());
+        let mut rows = of_shape(&mut rows, (count, shape.1));
         // The padding, which the last block has overwritten.
         rows.fill(Complex::default());
-        let mut rows = ArrayViewMut2::from_shape(shape, rows).expect("as long as its shape");
-        spectra.read_rows(of.clone(), rows.view_mut(), &mut piece)?;
+        for stripe in spectra.stripes() {
+            let at = spectra.at(&stripe, from);
+            let mut piece = of_shape(&mut room, (count, stripe.len()));
+            spectra.file.read(at, bytes_of(&mut piece))?;
+            rows.slice_mut(s![.., stripe]).assign(&piece);
+        }
         let gain = filter.gain(steps, band);
         let done = filter.plan.filter_rows(from, rows.view_mut(), gain);
         done.expect("sites of the plan");
-        spectra.write_rows(of.clone(), rows.view(), &mut piece)?;
-        observer.advance(of.len() as u64);
+        for stripe in spectra.stripes() {
+            let at = spectra.at(&stripe, from);
+            let mut piece = of_shape(&mut room, (count, stripe.len()));
+            piece.assign(&rows.slice(s![.., stripe]));
+            spectra.file.write(at, bytes_of(&mut piece))?;
+        }
+        observer.advance(count as u64);
     }
-    drop((rows, piece));
+    drop((rows, room));
 
     let out = ScratchFile::new(8 * times as u64 * sites as u64)?;
     let mut after = Vec::with_capacity(sites);
@@ -80,16 +88,17 @@ fn by_blocks(
     let mut records = zeros::<f64>(shape.0 * blocks.width)?;
     let mut record = zeros::<f64>(times)?;
     for stripe in spectra.stripes() {
-        check(observer)?;
+        observer.go_on()?;
         let width = stripe.len();
-        let bins_of = &mut bins_of[..bins * width];
-        spectra.read(stripe.start, bins_of)?;
-        let bins_of = ArrayView2::from_shape((bins, width), &*bins_of).expect("a whole stripe");
-        let records = &mut records[..shape.0 * width];
-        let mut records = ArrayViewMut2::from_shape((shape.0, width), records).expect("a stripe");
-        let done = filter.plan.columns_of_spectrum(bins_of, records.view_mut());
+        let mut bins_of = of_shape(&mut bins_of, (bins, width));
+        let at = spectra.at(&stripe, 0);
+        spectra.file.read(at, bytes_of(&mut bins_of))?;
+        let mut records = of_shape(&mut records, (shape.0, width));
+        let done = filter
+            .plan
+            .columns_of_spectrum(bins_of.view(), records.view_mut());
         done.expect("records of the plan");
-        for (site, column) in stripe.clone().zip(records.columns()) {
+        for (site, column) in stripe.zip(records.columns()) {
             let mut energy = 0.0;
             for (to, from) in record.iter_mut().zip(column) {
                 *to = *from;
@@ -118,13 +127,11 @@ impl Blocks {
         let fixed = working_bytes(shape) + READ_BYTES as u64 + 8 * shape.0 as u64;
         let needed = fixed + of_site * TOGETHER as u64;
         let of_row = 16 * ROW_COPIES * shape.1 as u64;
-        if needed.max(of_row) > allowed {
-            return Err(Error::Memory {
-                what: "the transform of eight records",
-                needed: needed.max(of_row),
-                allowed,
-            });
-        }
+        Error::beyond_memory(
+            "the transform of eight records",
+            needed.max(of_row),
+            allowed,
+        )?;
         let width = ((allowed - fixed) / of_site) as usize / TOGETHER * TOGETHER;
         let rows = (allowed.saturating_sub(fixed) / of_row).clamp(1, bins);
         Ok(Blocks {
@@ -149,26 +156,26 @@ impl Blocks {
         observer.stage("reading", spectra.sites as u64);
         for stripe in spectra.stripes() {
             let width = stripe.len();
-            let records = &mut records[..shape.0 * width];
+            let mut records = of_shape(&mut records, (shape.0, width));
             records.fill(0.0);
             let some = (READ_BYTES / (8 * width)).clamp(1, times);
-            for from in (0..times).step_by(some) {
-                check(observer)?;
-                let of = from..times.min(from + some);
-                let block = &mut records[of.start * width..of.end * width];
+            for of in pieces(times, some) {
+                observer.go_on()?;
+                let mut block = records.slice_mut(s![of.clone(), ..]);
+                let block = block.as_slice_mut().expect("whole rows");
                 field.read_time_major(of, stripe.clone(), block);
                 field.release_pages();
             }
-            let records = ArrayView2::from_shape((shape.0, width), &*records).expect("a stripe");
             let samples = records.slice(s![..times, ..]);
             gaps.look(samples, stripe.start);
             energies.extend(super::energies(samples));
-            let bins_of = &mut bins_of[..spectra.bins * width];
-            let into = ArrayViewMut2::from_shape((spectra.bins, width), &mut *bins_of);
-            let into = into.expect("a stripe of bins");
-            let done = filter.plan.columns_to_spectrum(records, into);
+            let mut bins_of = of_shape(&mut bins_of, (spectra.bins, width));
+            let done = filter
+                .plan
+                .columns_to_spectrum(records.view(), bins_of.view_mut());
             done.expect("records of the plan");
-            spectra.write(stripe.start, bins_of)?;
+            let at = spectra.at(&stripe, 0);
+            spectra.file.write(at, bytes_of(&mut bins_of))?;
             observer.advance(width as u64);
         }
         gaps.check(field)?;
@@ -186,67 +193,28 @@ struct Spectra {
 
 impl Spectra {
     fn stripes(&self) -> impl Iterator<Item = Range<usize>> {
-        let (width, sites) = (self.width, self.sites);
-        (0..sites)
-            .step_by(width)
-            .map(move |from| from..sites.min(from + width))
+        pieces(self.sites, self.width)
     }
 
     /// The byte at which frequency `row` of a stripe begins.
     fn at(&self, stripe: &Range<usize>, row: usize) -> u64 {
         16 * (stripe.start as u64 * self.bins as u64 + row as u64 * stripe.len() as u64)
     }
+}
 
-    fn write(&self, from: usize, bins: &[Complex<f64>]) -> Result<()> {
-        let at = 16 * from as u64 * self.bins as u64;
-        self.file.write(at, bytemuck::cast_slice(bins))
-    }
+/// The start of `room` as an array.
+fn of_shape<T>(room: &mut [T], shape: (usize, usize)) -> ArrayViewMut2<'_, T> {
+    let values = &mut room[..shape.0 * shape.1];
+    ArrayViewMut2::from_shape(shape, values).expect("as long as its shape")
+}
 
-    fn read(&self, from: usize, bins: &mut [Complex<f64>]) -> Result<()> {
-        let at = 16 * from as u64 * self.bins as u64;
-        self.file.read(at, bytemuck::cast_slice_mut(bins))
-    }
-
-    fn read_rows(
-        &self,
-        of: Range<usize>,
-        mut rows: ArrayViewMut2<Complex<f64>>,
-        piece: &mut [Complex<f64>],
-    ) -> Result<()> {
-        for stripe in self.stripes() {
-            let piece = &mut piece[..of.len() * stripe.len()];
-            self.file
-                .read(self.at(&stripe, of.start), bytemuck::cast_slice_mut(piece))?;
-            let from = ArrayView2::from_shape((of.len(), stripe.len()), &*piece);
-            rows.slice_mut(s![.., stripe])
-                .assign(&from.expect("as long as its shape"));
-        }
-        Ok(())
-    }
-
-    fn write_rows(
-        &self,
-        of: Range<usize>,
-        rows: ArrayView2<Complex<f64>>,
-        piece: &mut [Complex<f64>],
-    ) -> Result<()> {
-        for stripe in self.stripes() {
-            let piece = &mut piece[..of.len() * stripe.len()];
-            let into = ArrayViewMut2::from_shape((of.len(), stripe.len()), &mut *piece);
-            into.expect("as long as its shape")
-                .assign(&rows.slice(s![.., stripe.clone()]));
-            self.file
-                .write(self.at(&stripe, of.start), bytemuck::cast_slice(piece))?;
-        }
-        Ok(())
-    }
+/// Those of an array from [`of_shape`].
+fn bytes_of<'a>(values: &'a mut ArrayViewMut2<Complex<f64>>) -> &'a mut [u8] {
+    bytemuck::cast_slice_mut(values.as_slice_mut().expect("whole"))
 }
 
 fn zeros<T: Copy + Default>(len: usize) -> Result<Vec<T>> {
-    try_filled(len, T::default()).map_err(|_| Error::Refused {
-        what: "a block of the field",
-        needed: (len * size_of::<T>()) as u64,
-    })
+    super::zeros(len, "a block of the field")
 }
 
 #[cfg(test)]

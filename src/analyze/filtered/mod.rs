@@ -6,6 +6,7 @@ use ndarray::{Array2, ArrayView2, s};
 
 use crate::error::{Error, Result};
 use crate::field::{Field, Storage};
+use crate::numeric::pieces;
 use crate::observer::Observer;
 use crate::system::memory::{available_memory, try_filled};
 use crate::transform::{Passband, SpaceTimeFilter};
@@ -103,7 +104,7 @@ fn at_once(
     let steps = (field.time.step, field.space.step);
     observer.stage("filtering", 1);
     let passed = filter.apply(values.view(), steps, band)?;
-    check(observer)?;
+    observer.go_on()?;
     drop(values);
     let passed = match shape == (times, sites) {
         true => passed,
@@ -130,35 +131,30 @@ fn read_padded(
     observer: &dyn Observer,
 ) -> Result<Array2<f64>> {
     let (times, sites) = (field.n_times(), field.n_sites());
-    let len = shape.0 * shape.1;
-    let values = try_filled(len, 0.0).map_err(|_| Error::Refused {
-        what: "the field",
-        needed: 8 * len as u64,
-    })?;
+    let values = zeros(shape.0 * shape.1, "the field")?;
     let mut values = Array2::from_shape_vec(shape, values).expect("a length of this shape");
     let rows = (READ_BYTES / (8 * sites)).clamp(1, times);
     let mut block = vec![0.0; rows * sites];
     observer.stage("reading", times as u64);
-    for from in (0..times).step_by(rows) {
-        let to = times.min(from + rows);
-        let block = &mut block[..(to - from) * sites];
-        field.read_time_major(from..to, 0..sites, block);
-        let into = values.rows_mut().into_iter().skip(from);
-        for (mut into, row) in into.zip(block.chunks_exact(sites)) {
-            into.iter_mut().zip(row).for_each(|(to, from)| *to = *from);
-        }
+    for of in pieces(times, rows) {
+        let count = of.len();
+        let block = &mut block[..count * sites];
+        field.read_time_major(of.clone(), 0..sites, block);
+        let block = ArrayView2::from_shape((count, sites), &*block);
+        let mut into = values.slice_mut(s![of, ..sites]);
+        into.assign(&block.expect("a length of this shape"));
         field.release_pages();
-        observer.advance((to - from) as u64);
-        check(observer)?;
+        observer.advance(count as u64);
+        observer.go_on()?;
     }
     Ok(values)
 }
 
-fn check(observer: &dyn Observer) -> Result<()> {
-    match observer.cancelled() {
-        true => Err(Error::Cancelled),
-        false => Ok(()),
-    }
+fn zeros<T: Copy + Default>(len: usize, what: &'static str) -> Result<Vec<T>> {
+    try_filled(len, T::default()).map_err(|_| Error::Refused {
+        what,
+        needed: (len * size_of::<T>()) as u64,
+    })
 }
 
 /// Samples that are no numbers.

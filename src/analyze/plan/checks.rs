@@ -2,12 +2,10 @@
 
 use std::ops::Range;
 
-use crate::analyze::display::{self, Show};
 use crate::analyze::request::{Request, TimeRange};
-use crate::analyze::result::Axes;
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::numeric::in_band;
+use crate::numeric::{in_band, pieces};
 use crate::prepare::{Gaps, Window};
 use crate::transform::Segments;
 
@@ -15,14 +13,12 @@ use crate::transform::Segments;
 const MOST_THREADS: usize = 1024;
 
 pub(super) fn site_range(field: &Field, request: &Request) -> Result<Range<usize>> {
-    let all = 0..field.n_sites();
-    let range = request.sites.clone().unwrap_or(all.clone());
-    if range.is_empty() || range.end > all.end {
-        return Err(Error::Request {
-            option: "sites",
-            expected: format!("a range of sites within 0:{}", all.end),
-            found: format!("{}:{}", range.start, range.end),
-        });
+    let all = field.n_sites();
+    let range = request.sites.clone().unwrap_or(0..all);
+    if range.is_empty() || range.end > all {
+        let expected = format!("a range of sites within 0:{all}");
+        let found = format!("{}:{}", range.start, range.end);
+        return Err(Error::request("sites", expected, found));
     }
     Ok(range)
 }
@@ -32,15 +28,10 @@ pub(super) fn time_range(
     request: &Request,
     sites: &Range<usize>,
 ) -> Result<Range<usize>> {
-    let n = field.n_times();
-    let axis = &field.time;
+    let (n, axis) = (field.n_times(), &field.time);
     match request.times {
         TimeRange::All if n > 0 => Ok(0..n),
-        TimeRange::All => Err(Error::Request {
-            option: "field",
-            expected: "at least one time".into(),
-            found: "none".into(),
-        }),
+        TimeRange::All => Err(Error::request("field", "at least one time", "none")),
         TimeRange::Interval { from, to } => {
             // Ends of the interval that fall on a sample up to rounding belong to it.
             let farthest = axis.origin.abs().max(axis.at(n).abs());
@@ -48,19 +39,15 @@ pub(super) fn time_range(
             let first = ((from - axis.origin - slack) / axis.step).ceil().max(0.0);
             let last = ((to - axis.origin + slack) / axis.step).floor();
             let last = last.min(n as f64 - 1.0);
-            if !(last >= 0.0 && first <= last) {
-                return Err(Error::Request {
-                    option: "times",
-                    expected: format!(
-                        "an interval that holds times from {} to {}, {} apart",
-                        rounded(axis.origin),
-                        rounded(axis.at(n.saturating_sub(1))),
-                        axis.step
-                    ),
-                    found: format!("{from}:{to}"),
-                });
+            if last >= 0.0 && first <= last {
+                return Ok(first as usize..last as usize + 1);
             }
-            Ok(first as usize..last as usize + 1)
+            let [begin, end] = [axis.origin, axis.at(n.saturating_sub(1))].map(rounded);
+            let expected = format!(
+                "an interval that holds times from {begin} to {end}, {} apart",
+                axis.step
+            );
+            Err(Error::request("times", expected, format!("{from}:{to}")))
         }
         TimeRange::UntilArrival { threshold } => until_arrival(field, sites, threshold),
     }
@@ -73,52 +60,41 @@ const QUIET: f64 = 0.125;
 /// Times before `|v|` at the last site exceeds `threshold` of the field's largest `|v|`.
 fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<Range<usize>> {
     if !(threshold > 0.0 && threshold < 1.0) {
-        return Err(Error::Request {
-            option: "arrival-threshold",
-            expected: "a share of the largest amplitude between 0 and 1".into(),
-            found: threshold.to_string(),
-        });
+        let expected = "a share of the largest amplitude between 0 and 1";
+        let found = threshold.to_string();
+        return Err(Error::request("arrival-threshold", expected, found));
     }
-    let n = field.n_times();
-    let last = sites.len() - 1;
+    let (n, width) = (field.n_times(), sites.len());
     let mut largest = 0.0f64;
     let mut at_last = Vec::with_capacity(n);
     let mut block = Vec::new();
-    let times = ((1 << 20) / sites.len()).max(1);
-    for start in (0..n).step_by(times) {
-        let piece = start..(start + times).min(n);
-        block.resize(piece.len() * sites.len(), 0.0);
+    let times = ((1 << 20) / width).max(1);
+    for piece in pieces(n, times) {
+        block.resize(piece.len() * width, 0.0);
         field.read_time_major(piece, sites.clone(), &mut block);
         field.release_pages();
         let finite = block.iter().filter(|v| v.is_finite());
         largest = finite.fold(largest, |m, v| m.max(v.abs()));
-        at_last.extend(
-            block
-                .chunks_exact(sites.len())
-                .map(|profile| profile[last].abs()),
-        );
+        at_last.extend(block.chunks_exact(width).map(|row| row[width - 1].abs()));
     }
-    let arrival = at_last.iter().position(|&v| v > threshold * largest);
-    match arrival {
-        Some(0) => Err(Error::Request {
-            option: "until-arrival",
-            expected: "a last site that is quiet at the first time".into(),
-            found: format!("|v| = {:.3e} there at once", at_last[0]),
-        }),
+    let refuse = |expected: String, found| Err(Error::request("until-arrival", expected, found));
+    match at_last.iter().position(|&v| v > threshold * largest) {
+        Some(0) => {
+            let expected = "a last site that is quiet at the first time".into();
+            refuse(expected, format!("|v| = {:.3e} there at once", at_last[0]))
+        }
         Some(end) => {
             let before = &mut at_last[..end];
             let before = *before.select_nth_unstable_by(end / 2, f64::total_cmp).1;
             if before > QUIET * threshold * largest {
-                return Err(Error::Request {
-                    option: "until-arrival",
-                    expected: format!(
-                        "a last site that is quiet until |v| exceeds {threshold} of its largest value; state a larger \
-                         `--arrival-threshold`, above the noise"
-                    ),
-                    found: format!(
-                        "a median |v| of {before:.3e} before, and more than that after {end} samples"
-                    ),
-                });
+                let expected = format!(
+                    "a last site that is quiet until |v| exceeds {threshold} of its largest value; state a larger \
+                     `--arrival-threshold`, above the noise"
+                );
+                let found = format!(
+                    "a median |v| of {before:.3e} before, and more than that after {end} samples"
+                );
+                return refuse(expected, found);
             }
             Ok(0..end)
         }
@@ -130,19 +106,15 @@ pub(super) fn segments(request: &Request, n_times: usize) -> Result<Segments> {
     let Some(welch) = request.welch else {
         return Ok(Segments::whole(n_times));
     };
-    if welch.segment == 0 || welch.segment > n_times {
-        return Err(Error::Request {
-            option: "segment",
-            expected: format!("1 to {n_times} samples (the record)"),
-            found: welch.segment.to_string(),
-        });
+    if !(1..=n_times).contains(&welch.segment) {
+        let expected = format!("1 to {n_times} samples (the record)");
+        let found = welch.segment.to_string();
+        return Err(Error::request("segment", expected, found));
     }
     if welch.overlap >= welch.segment {
-        return Err(Error::Request {
-            option: "overlap",
-            expected: format!("fewer samples than a segment of {}", welch.segment),
-            found: welch.overlap.to_string(),
-        });
+        let expected = format!("fewer samples than a segment of {}", welch.segment);
+        let found = welch.overlap.to_string();
+        return Err(Error::request("overlap", expected, found));
     }
     Ok(Segments {
         record: n_times,
@@ -152,15 +124,12 @@ pub(super) fn segments(request: &Request, n_times: usize) -> Result<Segments> {
 }
 
 pub(super) fn padded(option: &'static str, asked: Option<usize>, samples: usize) -> Result<usize> {
-    match asked {
-        Some(length) if length < samples => Err(Error::Request {
-            option,
-            expected: format!("at least the {samples} samples to be transformed"),
-            found: length.to_string(),
-        }),
-        Some(length) => Ok(length),
-        None => Ok(samples),
+    let length = asked.unwrap_or(samples);
+    if length < samples {
+        let expected = format!("at least the {samples} samples to be transformed");
+        return Err(Error::request(option, expected, length.to_string()));
     }
+    Ok(length)
 }
 
 pub(super) fn check_references(
@@ -169,95 +138,63 @@ pub(super) fn check_references(
     times: &Range<usize>,
     sites: &Range<usize>,
 ) -> Result<()> {
-    let inside = |option, sites: &Range<usize>, site: usize| {
-        if sites.contains(&site) {
-            return Ok(());
-        }
-        Err(Error::Request {
-            option,
-            expected: format!("a site of the range {}:{}", sites.start, sites.end),
-            found: site.to_string(),
-        })
-    };
     if request.gaps == Gaps::LeaveOut {
-        return Err(Error::Request {
-            option: "gaps",
-            expected: "refuse, interpolate or mask: segments are left out of averages over them, which have \
-                       intervals"
-                .into(),
-            found: "leave-out".into(),
-        });
+        let expected = "refuse, interpolate or mask: segments are left out of averages over them, which have \
+                        intervals";
+        return Err(Error::request("gaps", expected, "leave-out"));
     }
     if request.subtract_noise {
-        let refuse = |expected: &str, found: &str| {
-            Err(Error::Request {
-                option: "subtract-noise",
-                expected: expected.into(),
-                found: found.into(),
-            })
-        };
-        if request.results.spacetime {
+        let refused = if request.results.spacetime {
             let expected = "spectra along time without space-time spectra, which keep the noise";
-            return refuse(expected, "space-time spectra");
-        }
-        if !request.results.temporal {
-            return refuse("spectra along time", "none");
-        }
-        if request.noise.is_some() {
-            return refuse("noise that is found in the field", "noise that is stated");
+            Some((expected, "space-time spectra"))
+        } else if !request.results.temporal {
+            Some(("spectra along time", "none"))
+        } else {
+            let stated = ("noise that is found in the field", "noise that is stated");
+            request.noise.map(|_| stated)
+        };
+        if let Some((expected, found)) = refused {
+            return Err(Error::request("subtract-noise", expected, found));
         }
     }
     check_left_out(request, sites)?;
-    let present = |option, site: usize| match request.without_sites.contains(&site) {
-        false => Ok(()),
-        true => Err(Error::Request {
-            option,
-            expected: "a site that is not left out".into(),
-            found: site.to_string(),
-        }),
-    };
-    if let Some(site) = request.reference_site {
-        inside("reference-site", sites, site)?;
-        present("reference-site", site)?;
-    }
-    for &site in &request.short_time.sites {
-        inside("short-time-sites", sites, site)?;
-        present("short-time-sites", site)?;
-    }
-    let (from, to) = (field.time.at(times.start), field.time.at(times.end - 1));
-    let asked = request.reference_time.map(|t| ("reference-time", t));
-    let followed = request.short_time.times.iter();
-    for (option, t) in asked
-        .into_iter()
-        .chain(followed.map(|&t| ("short-time-times", t)))
-    {
-        let slack = 0.5 * field.time.step;
-        if !(t >= from - slack && t <= to + slack) {
-            return Err(Error::Request {
-                option,
-                expected: format!("a time from {} to {}", rounded(from), rounded(to)),
-                found: t.to_string(),
-            });
+    let asked = request.reference_site.iter();
+    let followed = request.short_time.sites.iter();
+    let asked = asked.map(|site| ("reference-site", site));
+    for (option, site) in asked.chain(followed.map(|site| ("short-time-sites", site))) {
+        let refuse = |expected: String| Err(Error::request(option, expected, site.to_string()));
+        if !sites.contains(site) {
+            return refuse(format!("a site of the range {}:{}", sites.start, sites.end));
+        }
+        if request.without_sites.contains(site) {
+            return refuse("a site that is not left out".into());
         }
     }
-    let ends = [
-        0.5 / field.time.step.abs(),
-        std::f64::consts::PI / field.space.step.abs(),
-    ];
-    for ((option, edge), end) in [
-        ("band-edge-frequency", request.band_edge_frequency),
-        ("band-edge-wavenumber", request.band_edge_wavenumber),
-    ]
-    .into_iter()
-    .zip(ends)
-    {
-        // Of a single site there is no other wavenumber than 0.
-        if edge.is_some_and(|e| !(e >= 0.0 && e <= end)) {
-            return Err(Error::Request {
-                option,
-                expected: format!("a number from 0 to {}, where the axis ends", rounded(end)),
-                found: edge.unwrap_or_default().to_string(),
-            });
+    let (from, to) = (field.time.at(times.start), field.time.at(times.end - 1));
+    let slack = 0.5 * field.time.step;
+    let asked = request.reference_time.iter();
+    let asked = asked.map(|t| ("reference-time", t));
+    let followed = request.short_time.times.iter();
+    for (option, t) in asked.chain(followed.map(|t| ("short-time-times", t))) {
+        if !(*t >= from - slack && *t <= to + slack) {
+            let expected = format!("a time from {} to {}", rounded(from), rounded(to));
+            return Err(Error::request(option, expected, t.to_string()));
+        }
+    }
+    let highest = 0.5 / field.time.step.abs();
+    // Of a single site there is no other wavenumber than 0.
+    let largest = std::f64::consts::PI / field.space.step.abs();
+    for (option, edge, end) in [
+        ("band-edge-frequency", request.band_edge_frequency, highest),
+        (
+            "band-edge-wavenumber",
+            request.band_edge_wavenumber,
+            largest,
+        ),
+    ] {
+        if let Some(edge) = edge.filter(|e| !(*e >= 0.0 && *e <= end)) {
+            let expected = format!("a number from 0 to {}, where the axis ends", rounded(end));
+            return Err(Error::request(option, expected, edge.to_string()));
         }
     }
     for (option, given) in [
@@ -265,61 +202,46 @@ pub(super) fn check_references(
         ("noise", request.noise),
     ] {
         if let Some(found) = given.filter(|x| !(*x > 0.0 && x.is_finite())) {
-            return Err(Error::Request {
+            return Err(Error::request(
                 option,
-                expected: "a number above 0".into(),
-                found: found.to_string(),
-            });
+                "a number above 0",
+                found.to_string(),
+            ));
         }
     }
     if let Some(threads) = request.threads.filter(|n| !(1..=MOST_THREADS).contains(n)) {
-        return Err(Error::Request {
-            option: "threads",
-            expected: format!("1 to {MOST_THREADS}"),
-            found: threads.to_string(),
-        });
+        let expected = format!("1 to {MOST_THREADS}");
+        return Err(Error::request("threads", expected, threads.to_string()));
     }
     Ok(())
 }
 
 /// That sites which are left out are there, leave others, and that nothing is wanted that needs all.
 fn check_left_out(request: &Request, sites: &Range<usize>) -> Result<()> {
-    let refuse = |expected: String, found: String| {
-        Err(Error::Request {
-            option: "without-sites",
-            expected,
-            found,
-        })
-    };
-    let left_out = &request.without_sites;
+    let (left_out, results) = (&request.without_sites, request.results);
     if left_out.is_empty() {
         return Ok(());
     }
+    let refuse =
+        |expected: &str, found: &str| Err(Error::request("without-sites", expected, found));
     if let Some(site) = left_out.iter().find(|site| !sites.contains(site)) {
         let expected = format!("sites of the range {}:{}", sites.start, sites.end);
-        return refuse(expected, site.to_string());
+        return refuse(&expected, &site.to_string());
     }
     if sites.clone().all(|site| left_out.contains(&site)) {
-        return refuse("sites that remain".into(), "all sites".into());
+        return refuse("sites that remain", "all sites");
     }
-    let results = request.results;
+    let short_space = results.short_time && !request.short_time.times.is_empty();
     let along_space = [
         (results.spatial, "spatial spectra"),
         (results.spacetime, "space-time spectra"),
         (results.flux_surrogate, "the flux surrogate"),
-        (
-            results.short_time && !request.short_time.times.is_empty(),
-            "short-time spectra along space",
-        ),
+        (short_space, "short-time spectra along space"),
     ];
-    match along_space.into_iter().find(|(is_wanted, _)| *is_wanted) {
-        None => Ok(()),
-        Some((_, what)) => refuse(
-            "spectra along time alone, since spectra along space need sites at even distances"
-                .into(),
-            what.into(),
-        ),
-    }
+    let expected =
+        "spectra along time alone, since spectra along space need sites at even distances";
+    let found = along_space.into_iter().find(|(is_wanted, _)| *is_wanted);
+    found.map_or(Ok(()), |(_, what)| refuse(expected, what))
 }
 
 /// Checks the window's parameter for its number of samples.
@@ -328,10 +250,9 @@ pub(in crate::analyze) fn check_window(
     window: Window,
     samples: usize,
 ) -> Result<()> {
-    window.validate(samples).map_err(|error| Error::Request {
-        option,
-        expected: format!("{} for {samples} samples", error.expected),
-        found: error.found,
+    window.validate(samples).map_err(|error| {
+        let expected = format!("{} for {samples} samples", error.expected);
+        Error::request(option, expected, error.found)
     })
 }
 
@@ -341,14 +262,7 @@ pub(super) fn check_axes(padded_time: usize, padded_space: usize, allowed: u64) 
         .saturating_mul(2)
         .saturating_add(padded_time as u64)
         .saturating_mul(8);
-    if needed > allowed {
-        return Err(Error::Memory {
-            what: "holding the axes of the spectra",
-            needed,
-            allowed,
-        });
-    }
-    Ok(())
+    Error::beyond_memory("holding the axes of the spectra", needed, allowed)
 }
 
 /// `x` to 12 digits, for a message: without the rounding of `origin + n step`.
@@ -357,18 +271,6 @@ fn rounded(x: f64) -> f64 {
 }
 
 /// The band over which directions are summed: as requested, within the axis, with at least one bin.
-/// That the display limits lie on the axes, and that there is a picture to show.
-pub(super) fn show_fits(request: &Request, axes: &Axes) -> Result<()> {
-    if !request.maps && request.show != Show::default() {
-        return Err(Error::Request {
-            option: "show",
-            expected: "maps, which the display limits are for".into(),
-            found: "none".into(),
-        });
-    }
-    display::check(&request.show, axes)
-}
-
 pub(super) fn direction_band(asked: Option<(f64, f64)>, frequencies: &[f64]) -> Result<(f64, f64)> {
     let highest = frequencies[frequencies.len() - 1];
     let (from, to) = asked.unwrap_or((0.0, highest));
@@ -376,12 +278,8 @@ pub(super) fn direction_band(asked: Option<(f64, f64)>, frequencies: &[f64]) -> 
     if frequencies.iter().any(|&f| in_band(f, band)) {
         return Ok(band);
     }
-    Err(Error::Request {
-        option: "direction-band",
-        expected: format!(
-            "two frequencies with a bin between them, up to {}",
-            rounded(highest)
-        ),
-        found: format!("{from}:{to}"),
-    })
+    let highest = rounded(highest);
+    let expected = format!("two frequencies with a bin between them, up to {highest}");
+    let found = format!("{from}:{to}");
+    Err(Error::request("direction-band", expected, found))
 }

@@ -53,10 +53,8 @@ impl Plan {
         let frame = |segments: Segments| 8 * segments.length as u64 + 64 * bins(segments);
         let worked_on = 8 * self.axes.n_times as u64 + TOGETHER as u64 * frame(time);
         let at_once = self.threads.min(sites) as u64;
-        let across = match asked.times.len() {
-            0 => 0,
-            count => held(space, count) + TOGETHER as u64 * frame(space),
-        };
+        let times = asked.times.len();
+        let across = held(space, times) + times.min(1) as u64 * TOGETHER as u64 * frame(space);
         held(time, sites) + at_once * worked_on + across
     }
 
@@ -99,132 +97,108 @@ impl Plan {
     /// matrix of the space-time transform is held in memory. The survey of the samples takes
     /// `surveyed` bytes per thread.
     pub(super) fn fit_into_memory(&mut self, surveyed: u64, time_major: bool) -> Result<()> {
-        let need = Need::of(self);
-        let allowed = self.memory_allowed;
-        let results = need.vectors(surveyed) + self.short_time_bytes();
+        let [nt, nx, ..] = self.counts();
+        let (allowed, spacetime) = (self.memory_allowed, self.request.results.spacetime);
+        let results = self.vectors(surveyed) + self.short_time_bytes();
         // Mapped pages of the field count as memory, so a large field is read piece by piece.
-        let mapped = 8 * need.nt * need.nx;
-        let piece = (piece_bytes(self.threads) as u64).max(8 * need.nx);
-        let pieces = mapped.min(need.threads * piece);
-        let blocks = pieces + need.smallest_blocks();
+        let mapped = 8 * nt * nx;
+        let piece = (piece_bytes(self.threads) as u64).max(8 * nx);
+        let pieces = mapped.min(self.threads as u64 * piece);
+        let blocks = pieces + self.smallest_blocks();
         // Fine maps where they take little of what there is.
         self.has_fine_maps = true;
         let fine = self.map_bytes();
         self.has_fine_maps = fine <= allowed / FINE_SHARE && results + fine + blocks <= allowed;
         let vectors = results + self.map_bytes();
         // What moved is found once the passes have let go of theirs.
-        let answers = self.request.results.answer;
-        let answer = |tile: u64| match answers {
-            true => need.answer(tile, 0),
-            false => 0,
-        };
-        let least = vectors + blocks.max(pieces + answer(1) + need.per_site(true));
-        if allowed < least {
-            return Err(Error::Memory {
-                what: "the smallest block of this field",
-                needed: least,
-                allowed,
-            });
-        }
+        let least = vectors + blocks.max(pieces + self.answer(1, 0) + self.per_site(true));
+        Error::beyond_memory("the smallest block of this field", least, allowed)?;
         let mut free = allowed - least;
-        let intermediate = self.between_rows() as u64 * need.intermediate_row;
-        let in_memory = !need.spacetime || intermediate <= free.min(allowed / 2);
-        let held = if need.spacetime && in_memory {
-            intermediate
-        } else {
-            0
-        };
+        let intermediate = self.between_rows() as u64 * self.between_row_bytes();
+        let in_memory = !spacetime || intermediate <= free.min(allowed / 2);
+        let held = u64::from(spacetime && in_memory) * intermediate;
         free -= held;
-        let streams = mapped > free.min(allowed / 4) || vectors + mapped + answer(1) > allowed;
+        let streams =
+            mapped > free.min(allowed / 4) || vectors + mapped + self.answer(1, 0) > allowed;
 
         let fixed = vectors + held + if streams { pieces } else { mapped };
         let spare = allowed - fixed;
         let across = streams && !time_major;
-        let [columns, rows] = self.fit_tiles(&need, in_memory, across, spare);
+        let [columns, rows] = self.fit_tiles(in_memory, across, spare);
         let tiles = columns.max(rows);
-        let [records, snapshots] =
-            self.fit_blocks(&need, streams, across, in_memory, spare - tiles);
+        let [records, snapshots] = self.fit_blocks(streams, across, in_memory, spare - tiles);
         let both = columns + rows + records + snapshots;
         self.interleaved = !streams && in_memory && fixed + both <= allowed;
         self.memory_needed = match self.interleaved {
             true => fixed + both,
             false => fixed + tiles + records.max(snapshots),
         };
-        let beside = match streams {
-            true => pieces + need.nt * 8 * self.blocks.sites as u64,
-            false => mapped,
-        };
-        let base = vectors + beside;
-        while self.tiles.sites > 1 && base + answer(self.tiles.sites as u64) > allowed {
+        let base = vectors
+            + match streams {
+                true => pieces + nt * 8 * self.blocks.sites as u64,
+                false => mapped,
+            };
+        while self.tiles.sites > 1 && base + self.answer(self.tiles.sites as u64, 0) > allowed {
             self.tiles.sites = self.tiles.sites.div_ceil(2);
         }
         let tile = self.tiles.sites as u64;
-        self.answer_bytes = allowed
-            .saturating_sub(base + answer(tile))
-            .min(allowed / ANSWER_SHARE);
-        if answers {
-            let answer = need.answer(tile, self.answer_bytes);
+        let left = allowed.saturating_sub(base + self.answer(tile, 0));
+        self.answer_bytes = left.min(allowed / ANSWER_SHARE);
+        if self.request.results.answer {
+            let answer = self.answer(tile, self.answer_bytes);
             self.memory_needed = self.memory_needed.max((base + answer).min(allowed));
         }
         self.tiles.ahead = streams.then_some(self.blocks.sites);
         let shape = (self.between_rows(), self.axes.n_sites);
-        self.scratch_file = match in_memory {
-            true => 0,
-            false => scratch_bytes(shape, self.tiles.sites, need.complex),
-        };
+        let scratch = scratch_bytes(shape, self.tiles.sites, self.complex_bytes());
+        self.scratch_file = u64::from(!in_memory) * scratch;
         Ok(())
     }
 
     /// Halves the tiles until each takes at most half of the `spare` bytes. Snapshots that are read
     /// `across` the records of a file, piece by piece, take a third of it. Returns the bytes of tiles of
     /// records and of snapshots.
-    fn fit_tiles(&mut self, need: &Need, in_memory: bool, across: bool, spare: u64) -> [u64; 2] {
-        let tiles = &mut self.tiles;
-        let columns = |sites: usize| need.column_tile(sites as u64, in_memory);
-        let rows = |times: usize| need.row_tile(times as u64, in_memory);
+    fn fit_tiles(&mut self, in_memory: bool, across: bool, spare: u64) -> [u64; 2] {
+        let (mut tiles, n_times) = (self.tiles, self.axes.n_times);
+        let columns = |sites: usize| self.column_tile(sites as u64, in_memory);
+        let rows = |times: usize| self.row_tile(times as u64, in_memory);
         while tiles.sites > 1 && columns(tiles.sites) > spare / 2 {
             tiles.sites /= 2;
         }
         while tiles.times > 1 && rows(tiles.times) > spare / 2 {
             tiles.times /= 2;
         }
-        while across && (tiles.times as u64) < need.nt && rows(2 * tiles.times) <= spare / 3 {
+        while across && tiles.times < n_times && rows(2 * tiles.times) <= spare / 3 {
             tiles.times *= 2;
         }
-        [columns(tiles.sites), rows(tiles.times)]
+        let bytes = [columns(tiles.sites), rows(tiles.times)];
+        self.tiles = tiles;
+        bytes
     }
 
     /// Chooses the blocks that `spare` bytes hold. Returns the bytes of blocks of records (or of
     /// frequencies) and of snapshots.
-    fn fit_blocks(
-        &mut self,
-        need: &Need,
-        streams: bool,
-        across: bool,
-        in_memory: bool,
-        spare: u64,
-    ) -> [u64; 2] {
-        let (per_site, per_time) = (need.per_site(streams), need.per_time());
-        let per_frequency = need.per_frequency();
-        let [nt, nx, nf] = [need.nt, need.nx, need.nf].map(|n| n as usize);
+    fn fit_blocks(&mut self, streams: bool, across: bool, in_memory: bool, spare: u64) -> [u64; 2] {
+        let (per_site, per_time) = (self.per_site(streams), self.per_time());
+        let per_frequency = self.per_frequency();
+        let [nt, nx, nf, ..] = self.counts().map(|n| n as usize);
         let block = |bytes: u64, per: u64, tile: usize, least: usize, all: usize| -> usize {
             let fit = usize::try_from(bytes / per.max(1)).unwrap_or(usize::MAX);
-            if fit >= all {
-                all
-            } else {
-                (fit / tile * tile).max(least)
+            match fit >= all {
+                true => all,
+                false => (fit / tile * tile).max(least),
             }
         };
         // In the cache if there is room, at least a tile if that fits at all.
         let cached = |per: u64, tile: usize, least: usize, all: usize| -> usize {
-            let bytes = (BLOCK_BYTES * need.threads).max(per * tile.max(4) as u64);
+            let bytes = (BLOCK_BYTES * self.threads as u64).max(per * tile.max(4) as u64);
             block(bytes.min(spare), per, tile, least, all)
         };
         let sites = block(spare, per_site, self.tiles.sites, 1, nx);
         // Every pass over the field takes the same number of sites.
         let each = nx.div_ceil(nx.div_ceil(sites));
         let together = ComplexTransform::<f64>::TOGETHER;
-        let least_times = need.least_times() as usize;
+        let least_times = self.least_times() as usize;
         let times = match across {
             true => block(spare, per_time, WIDTH, least_times, nt),
             false => cached(per_time, self.tiles.times, least_times, nt),
@@ -237,17 +211,14 @@ impl Plan {
         };
         // No tile is wider than its block: stripes of a scratch file are tiles.
         self.tiles.sites = self.tiles.sites.min(blocks.sites);
-        let frequencies = if need.spacetime {
-            blocks.frequencies
-        } else {
-            0
-        };
-        let mut from_records = frequencies as u64 * per_frequency;
+        let mut from_records =
+            u64::from(self.request.results.spacetime) * blocks.frequencies as u64 * per_frequency;
         if !in_memory {
             // Whole blocks, which are read together.
-            let block = blocks.frequencies as u64 * need.segments * need.intermediate_row;
+            let rows = blocks.frequencies * self.segments.count();
+            let block = rows as u64 * self.between_row_bytes();
             let more = SCRATCH_BYTES.min(spare).saturating_sub(from_records) / block;
-            let more = more.min(need.nf.div_ceil(blocks.frequencies as u64) - 1);
+            let more = more.min(nf.div_ceil(blocks.frequencies) as u64 - 1);
             blocks.scratch = blocks.frequencies * (1 + more as usize);
             from_records += more * block;
         }
@@ -257,146 +228,111 @@ impl Plan {
     }
 }
 
-/// What the tiles and blocks of a plan need, in bytes.
-struct Need {
-    nt: u64,
-    nx: u64,
-    nf: u64,
-    /// Wavenumbers of one sign, and of both.
-    nk: u64,
-    nks: u64,
-    threads: u64,
-    /// Bytes of a complex number.
-    complex: u64,
-    spacetime: bool,
-    segments: u64,
-    /// Samples of a segment of Welch's method; 0 without.
-    welch: u64,
-    /// Samples of a segment, and padded.
-    time: [usize; 2],
-    /// Sites, and padded.
-    space: [usize; 2],
-    /// Samples of the longest windows at the front's passage.
-    front: Option<usize>,
-    /// A row of the intermediate matrix.
-    intermediate_row: u64,
-}
+/// What tiles and blocks need, in bytes.
+impl Plan {
+    /// Times, sites, frequencies, and wavenumbers of one sign and of both.
+    fn counts(&self) -> [u64; 5] {
+        let axes = &self.axes;
+        let bins = [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed];
+        let [nf, nk, nks] = bins.map(Vec::len);
+        [axes.n_times, axes.n_sites, nf, nk, nks].map(|n| n as u64)
+    }
 
-impl Need {
-    fn of(plan: &Plan) -> Need {
-        let complex = plan.complex_bytes();
-        let nx = plan.axes.n_sites as u64;
-        Need {
-            nt: plan.axes.n_times as u64,
-            nx,
-            nf: plan.axes.frequency.len() as u64,
-            nk: plan.axes.wavenumber.len() as u64,
-            nks: plan.axes.wavenumber_signed.len() as u64,
-            threads: plan.threads as u64,
-            complex,
-            spacetime: plan.request.results.spacetime,
-            segments: plan.segments.count() as u64,
-            welch: match plan.request.welch {
-                Some(_) => plan.segments.length as u64,
-                None => 0,
-            },
-            time: [plan.segments.length, plan.conventions.padded_time],
-            space: [plan.axes.n_sites, plan.conventions.padded_space],
-            front: plan.front_beside(),
-            intermediate_row: nx * complex,
-        }
+    /// A row of the intermediate matrix.
+    fn between_row_bytes(&self) -> u64 {
+        self.axes.n_sites as u64 * self.complex_bytes()
     }
 
     /// Number of threads with a tile of `each` of `all` items.
     fn at_work(&self, all: u64, each: u64) -> u64 {
-        self.threads.min(all.div_ceil(each))
+        (self.threads as u64).min(all.div_ceil(each))
     }
 
     /// Vectors as long as an axis, of the result and of each thread.
     fn vectors(&self, surveyed: u64) -> u64 {
-        let result = 160 * (self.nt + self.nx) + 40 * (self.nf + self.nks) + (4 << 20);
-        result + self.threads * (160 * self.nx + surveyed)
+        let [nt, nx, nf, _, nks] = self.counts();
+        let result = 160 * (nt + nx) + 40 * (nf + nks) + (4 << 20);
+        result + self.threads as u64 * (160 * nx + surveyed)
     }
 
     /// Tiles of records, one a thread: as read and as transformed, their transforms, scratch, and
     /// powers of eight sites, even if there are fewer.
     fn column_tile(&self, sites: u64, in_memory: bool) -> u64 {
-        let [length, padded] = self.time;
+        let [nt, nx, nf, ..] = self.counts();
+        let (segments, padded) = (self.segments, self.conventions.padded_time);
+        let length = segments.length;
         let scratch = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
         // Transforms of all segments are held until they are written to a scratch file.
-        let waiting = match in_memory {
-            true => 0,
-            false => self.complex * self.nf * (self.segments - 1),
-        };
-        let front = self
-            .front
-            .map_or(0, |samples| front_bytes(samples, sites as usize));
-        let measured = MEASURED * self.nf;
-        let tile = sites * (8 * (self.nt + self.welch) + waiting) + scratch + measured + front;
-        self.at_work(self.nx, sites) * tile
+        let further = segments.count() as u64 - 1;
+        let waiting = u64::from(!in_memory) * self.complex_bytes() * nf * further;
+        let front = |samples| front_bytes(samples, sites as usize);
+        let front = self.front_beside().map_or(0, front);
+        let welch = self.request.welch.map_or(0, |_| length as u64);
+        let tile = sites * (8 * (nt + welch) + waiting) + scratch + MEASURED * nf + front;
+        self.at_work(nx, sites) * tile
     }
 
     /// Tiles of snapshots and of frequencies, one a thread.
     fn row_tile(&self, times: u64, in_memory: bool) -> u64 {
-        let [sites, padded] = self.space;
+        let [nt, nx, nf, nk, nks] = self.counts();
+        let (sites, padded) = (self.axes.n_sites, self.conventions.padded_space);
         // A small block is divided among all threads, eight snapshots each.
         let at_once = times.min(WIDTH as u64);
         let scratch = RecordTransform::<f64>::working_bytes(sites, padded, WIDTH);
-        let snapshots = self.at_work(self.nt, times) * times * 8 * (self.nx + self.nks)
-            + self.at_work(self.nt, at_once) * (MEASURED * self.nk + scratch);
-        if !self.spacetime {
+        let snapshots = self.at_work(nt, times) * times * 8 * (nx + nks)
+            + self.at_work(nt, at_once) * (MEASURED * nk + scratch);
+        if !self.request.results.spacetime {
             return snapshots;
         }
         let together = ComplexTransform::<f64>::TOGETHER as u64;
         // Rows are gathered from the stripes of a scratch file.
-        let gathered = match in_memory {
-            true => 0,
-            false => together * self.intermediate_row,
-        };
+        let gathered = u64::from(!in_memory) * together * self.between_row_bytes();
         let scratch = ComplexTransform::<f64>::working_bytes(sites, padded);
-        snapshots + self.at_work(self.nf, together) * (gathered + scratch)
+        snapshots + self.at_work(nf, together) * (gathered + scratch)
     }
 
     /// Of a block of records. Spectra along time are written by the pass that has them in rows, where
     /// there is one.
     fn per_site(&self, streams: bool) -> u64 {
-        let written = if self.spacetime { 0 } else { 8 * self.nf };
-        written + if streams { 8 * self.nt } else { 0 }
+        let [nt, _, nf, ..] = self.counts();
+        let is_written = !self.request.results.spacetime;
+        8 * (u64::from(is_written) * nf + u64::from(streams) * nt)
     }
 
     /// Of blocks of snapshots: one is computed while another is written.
     fn per_time(&self) -> u64 {
-        8 * (2 * self.nx + 4 * self.nk)
+        let [_, nx, _, nk, _] = self.counts();
+        8 * (2 * nx + 4 * nk)
     }
 
     /// Of blocks of frequencies: one is computed while another is written.
     fn per_frequency(&self) -> u64 {
-        16 * (self.nks + self.nx) + self.segments * self.intermediate_row
+        let [_, nx, .., nks] = self.counts();
+        16 * (nks + nx) + self.segments.count() as u64 * self.between_row_bytes()
     }
 
     /// Of the answer: tiles of records and the scratch of one a thread, what is known of each site, and the spectra of windows
-    /// at some sites, in `spectra` bytes or those of the fewest sites.
+    /// at some sites, in `spectra` bytes or those of the fewest sites. 0 where it is not wanted.
     fn answer(&self, tile: u64, spectra: u64) -> u64 {
-        let records = self.at_work(self.nx, tile) * (8 * tile + ANSWER_SAMPLE) * self.nt;
-        let of = |sites: u64| self.nx.min(sites) * ANSWER_BIN * self.nt.min(2 * FINE_BINS);
-        records + ANSWER_SITE * self.nx + of(320).min(spectra.max(of(32)))
+        let [nt, nx, ..] = self.counts();
+        let records = self.at_work(nx, tile) * (8 * tile + ANSWER_SAMPLE) * nt;
+        let of = |sites: u64| nx.min(sites) * ANSWER_BIN * nt.min(2 * FINE_BINS);
+        let all = records + ANSWER_SITE * nx + of(320).min(spectra.max(of(32)));
+        u64::from(self.request.results.answer) * all
     }
 
     /// Times of the smallest block: the flux surrogate differentiates over three neighbours.
     fn least_times(&self) -> u64 {
-        self.nt.min(4)
+        self.counts()[0].min(4)
     }
 
     /// One record and a few snapshots, in tiles and blocks.
     fn smallest_blocks(&self) -> u64 {
-        let in_memory = !self.spacetime;
-        let tile = self
-            .column_tile(1, in_memory)
-            .max(self.row_tile(1, in_memory));
-        let block = self
-            .per_site(true)
-            .max(self.least_times() * self.per_time())
-            .max(self.per_frequency());
+        let in_memory = !self.request.results.spacetime;
+        let [records, snapshots] = [self.column_tile(1, in_memory), self.row_tile(1, in_memory)];
+        let tile = records.max(snapshots);
+        let times = self.least_times() * self.per_time();
+        let block = self.per_site(true).max(times).max(self.per_frequency());
         (2 * tile).max(tile + block)
     }
 }

@@ -8,6 +8,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::dispersion::{self, DispersionCurve};
+use super::display;
 use super::request::Request;
 use super::result::{Axes, Conventions};
 use super::short_time::ShortTimeSegments;
@@ -16,10 +17,11 @@ use crate::diagnostics::{Bins, Keep, MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
-use crate::transform::{Scale, Scaling, Segments, frequencies, wavenumbers, wavenumbers_signed};
+use crate::transform::{
+    Real, RecordTransform, Scale, Scaling, Segments, frequencies, wavenumbers, wavenumbers_signed,
+};
 use checks::{
-    check_axes, check_references, direction_band, padded, segments, show_fits, site_range,
-    time_range,
+    check_axes, check_references, direction_band, padded, segments, site_range, time_range,
 };
 
 pub(super) use checks::check_window;
@@ -127,12 +129,10 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     check_window("window-time", request.window_time, segments.length)?;
     check_window("window-space", request.window_space, n_sites)?;
     // What is loaded already counts where the memory was stated; what is free is beside it.
-    let (memory_allowed, loaded) = match request.memory {
-        Some(stated) => (
-            stated.saturating_sub(field.loaded_bytes()),
-            field.loaded_bytes(),
-        ),
-        None => (crate::system::memory::half_of_free_memory(), 0),
+    let loaded = request.memory.map_or(0, |_| field.loaded_bytes());
+    let memory_allowed = match request.memory {
+        Some(stated) => stated.saturating_sub(loaded),
+        None => crate::system::memory::half_of_free_memory(),
     };
     check_axes(padded_time, padded_space, memory_allowed)?;
     let window_time = request.window_time.samples(segments.length);
@@ -142,25 +142,22 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         ("window-space", &window_space, request.window_space),
     ] {
         if crate::numeric::sum_of_squares(window) == 0.0 {
-            return Err(Error::Request {
-                option,
-                expected: "a window that leaves some samples".into(),
-                found: format!("{gains} over {} samples, all zero", window.len()),
-            });
+            let found = format!("{gains} over {} samples, all zero", window.len());
+            let expected = "a window that leaves some samples";
+            return Err(Error::request(option, expected, found));
         }
     }
 
-    let space = shifted(&field.space, sites.start);
     let axes = Axes {
         frequency: frequencies(padded_time, field.time.step),
         wavenumber: wavenumbers(padded_space, field.space.step),
         wavenumber_signed: wavenumbers_signed(padded_space, field.space.step),
         time: shifted(&field.time, times.start),
         n_times,
-        space,
+        space: shifted(&field.space, sites.start),
         n_sites,
     };
-    show_fits(request, &axes)?;
+    display::check(request, &axes)?;
     let conventions = Conventions {
         scaling: request.scaling,
         window_time: request.window_time.gains(segments.length),
@@ -176,19 +173,9 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
         .unwrap_or(1);
     let direction_band = direction_band(request.direction_band, &axes.frequency)?;
-    let time_scale = Scale::along_time(
-        request.scaling,
-        &window_time,
-        n_times,
-        padded_time,
-        axes.time.step,
-    );
-    let space_scale = Scale::along_space(
-        request.scaling,
-        &window_space,
-        padded_space,
-        axes.space.step,
-    );
+    let (scaling, dt, dx) = (request.scaling, axes.time.step, axes.space.step);
+    let time_scale = Scale::along_time(scaling, &window_time, n_times, padded_time, dt);
+    let space_scale = Scale::along_space(scaling, &window_space, padded_space, dx);
     let dispersion = dispersion::curves(field, request, &axes)?;
     let kinetic = field.quantity == Quantity::Velocity;
     let mut request = request.clone();
@@ -251,19 +238,11 @@ impl Plan {
         if is_inside && own == (&time, &shifted(&field.space, self.sites.start)) {
             return Ok(());
         }
-        Err(Error::Request {
-            option: "plan",
-            expected: format!(
-                "a field with the axes of the plan, {} times by {} sites: plan this one",
-                self.axes.n_times, self.axes.n_sites
-            ),
-            found: format!(
-                "{} times by {} sites of {}",
-                field.n_times(),
-                field.n_sites(),
-                field.name
-            ),
-        })
+        let size = |times: usize, sites: usize| format!("{times} times by {sites} sites");
+        let planned = size(self.axes.n_times, self.axes.n_sites);
+        let expected = format!("a field with the axes of the plan, {planned}: plan this one");
+        let found = size(field.n_times(), field.n_sites()) + " of " + &field.name;
+        Err(Error::request("plan", expected, found))
     }
 
     /// Rows of the matrix between the two halves of a space-time transform.
@@ -297,6 +276,16 @@ impl Plan {
         self.conventions.padded_time as f64 / self.segments.length as f64
     }
 
+    /// By how much profiles become longer by zeros.
+    pub(crate) fn padding_space(&self) -> f64 {
+        self.conventions.padded_space as f64 / self.axes.n_sites as f64
+    }
+
+    /// Index in the file and coordinate of a site of the range analyzed.
+    pub(super) fn place(&self, site: usize) -> (usize, f64) {
+        (self.sites.start + site, self.axes.space.at(site))
+    }
+
     pub(crate) fn space_scale_of(&self, scaling: Scaling) -> Scale {
         Scale::along_space(
             scaling,
@@ -304,6 +293,11 @@ impl Plan {
             self.conventions.padded_space,
             self.axes.space.step,
         )
+    }
+
+    /// The transform of profiles.
+    pub(crate) fn profile_transform<T: Real>(&self) -> RecordTransform<T> {
+        RecordTransform::new(&self.window_space, self.conventions.padded_space)
     }
 
     /// Whether transforms along time are made at all.
@@ -334,15 +328,13 @@ impl Plan {
 
     /// The plan as data, for programs.
     pub fn describe(&self) -> PlanSummary<'_> {
+        let arrays = self.arrays.iter();
+        let arrays = arrays.map(|&(array, (rows, columns))| (array.name(), [rows, columns]));
         PlanSummary {
             times: [self.times.start, self.times.end],
             sites: [self.sites.start, self.sites.end],
             stages: &self.stages,
-            arrays: self
-                .arrays
-                .iter()
-                .map(|&(array, (rows, columns))| (array.name(), [rows, columns]))
-                .collect(),
+            arrays: arrays.collect(),
             blocks: self.blocks,
             threads: self.threads,
             memory_needed: self.memory_needed,
@@ -371,69 +363,48 @@ impl Plan {
         let item = self.complex_bytes() / 2;
         let field_bytes = 8 * (nt * nx) as u64;
         let between = self.between_rows() as u64 * nx as u64 * self.complex_bytes();
-        if results.temporal {
-            self.arrays.push((LargeArray::TEMPORAL_SPECTRUM, (nf, nx)));
-        }
-        if results.spatial {
-            self.arrays.push((LargeArray::SPATIAL_SPECTRUM, (nt, nk)));
-        }
-        if results.spacetime {
-            self.arrays
-                .push((LargeArray::SPACETIME_SPECTRUM, (nf, nks)));
-        }
-        if results.flux_surrogate {
-            self.arrays
-                .push((LargeArray::KINETIC_FLUX_SURROGATE, (nt, nk)));
-        }
-        let size =
-            |(_, (rows, columns)): &(LargeArray, (usize, usize))| (rows * columns) as u64 * item;
-        let bytes_of = |wanted: &[LargeArray]| -> u64 {
-            let chosen = self.arrays.iter().filter(|a| wanted.contains(&a.0));
-            chosen.map(size).sum()
+        let arrays = [
+            (results.temporal, LargeArray::TEMPORAL_SPECTRUM, (nf, nx)),
+            (results.spatial, LargeArray::SPATIAL_SPECTRUM, (nt, nk)),
+            (results.spacetime, LargeArray::SPACETIME_SPECTRUM, (nf, nks)),
+            (
+                results.flux_surrogate,
+                LargeArray::KINETIC_FLUX_SURROGATE,
+                (nt, nk),
+            ),
+        ];
+        let [temporal, spatial, spacetime, flux] =
+            arrays.map(|(is_wanted, _, (rows, columns))| match is_wanted {
+                true => (rows * columns) as u64 * item,
+                false => 0,
+            });
+        let wanted = arrays.into_iter().filter(|(is_wanted, ..)| *is_wanted);
+        self.arrays
+            .extend(wanted.map(|(_, array, shape)| (array, shape)));
+        let from_records = match results.spacetime {
+            true => between,
+            false => temporal,
+        };
+        let [time, space] = [self.conventions.padded_time, self.conventions.padded_space];
+        let stage = |stage, transforms: usize, length, bytes: [u64; 2]| PlannedStage {
+            stage,
+            transforms: transforms as u64,
+            length,
+            bytes_read: bytes[0],
+            bytes_written: bytes[1],
         };
         let mut stages = Vec::new();
         if self.transforms_time() {
-            stages.push(PlannedStage {
-                stage: "along time",
-                transforms: (nx * self.segments.count()) as u64,
-                length: self.conventions.padded_time,
-                bytes_read: field_bytes,
-                bytes_written: if results.spacetime {
-                    between
-                } else {
-                    bytes_of(&[LargeArray::TEMPORAL_SPECTRUM])
-                },
-            });
+            let records = nx * self.segments.count();
+            let bytes = [field_bytes, from_records];
+            stages.push(stage("along time", records, time, bytes));
         }
-        stages.push(PlannedStage {
-            stage: "along space",
-            transforms: if self.transforms_space() {
-                nt as u64
-            } else {
-                0
-            },
-            length: if self.transforms_space() {
-                self.conventions.padded_space
-            } else {
-                0
-            },
-            bytes_read: field_bytes,
-            bytes_written: bytes_of(&[
-                LargeArray::SPATIAL_SPECTRUM,
-                LargeArray::KINETIC_FLUX_SURROGATE,
-            ]),
-        });
+        let is_made = usize::from(self.transforms_space());
+        let bytes = [field_bytes, spatial + flux];
+        stages.push(stage("along space", is_made * nt, is_made * space, bytes));
         if results.spacetime {
-            stages.push(PlannedStage {
-                stage: "space-time",
-                transforms: self.between_rows() as u64,
-                length: self.conventions.padded_space,
-                bytes_read: between,
-                bytes_written: bytes_of(&[
-                    LargeArray::SPACETIME_SPECTRUM,
-                    LargeArray::TEMPORAL_SPECTRUM,
-                ]),
-            });
+            let bytes = [between, spacetime + temporal];
+            stages.push(stage("space-time", self.between_rows(), space, bytes));
         }
         self.stages = stages;
     }

@@ -121,12 +121,10 @@ impl Analysis {
         if self.answer.is_none() {
             self.directions(&mut sheet);
         }
-        let transforms: u64 = self.timings.iter().map(|timing| timing.transforms).sum();
+        let transforms: u64 = self.timings.iter().map(|of| of.transforms).sum();
         let seconds = self.seconds;
-        sheet.detail(
-            "computation",
-            format!("{transforms} transforms in {seconds:.3} s"),
-        );
+        let computation = format!("{transforms} transforms in {seconds:.3} s");
+        sheet.detail("computation", computation);
         sheet.warnings.clone_from(&self.warnings);
         sheet.numbers(numbers::of(self));
         sheet.tables = tables::of(self);
@@ -152,18 +150,13 @@ impl Analysis {
 
     /// How exact the transforms are.
     fn checks(&self) -> String {
-        let energy = self.accuracy.parseval.map(|largest| {
-            format!(
-                "energy in the transforms agrees with that of the samples to {}",
-                error_size(largest)
-            )
-        });
-        let amplitudes = self
-            .accuracy
-            .spot_check
-            .map(|error| format!("amplitudes agree with direct sums to {}", error_size(error)));
-        let said: Vec<String> = energy.into_iter().chain(amplitudes).collect();
-        said.join("; ")
+        let of = &self.accuracy;
+        let energy = "energy in the transforms agrees with that of the samples";
+        let amplitudes = "amplitudes agree with direct sums";
+        let checks = [(energy, of.parseval), (amplitudes, of.spot_check)].into_iter();
+        let said =
+            checks.filter_map(|(what, error)| Some(format!("{what} to {}", error_size(error?))));
+        said.collect::<Vec<String>>().join("; ")
     }
 
     /// The shares of the energy that travel each way.

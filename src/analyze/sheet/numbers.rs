@@ -16,11 +16,9 @@ pub(super) fn of(analysis: &Analysis) -> Value {
             numbers
         })
     };
-    let along_x = analysis
-        .along_space
-        .as_ref()
-        .map(|_| analysis.headline_space);
-    let along_t = analysis.along_time.as_ref().map(|_| analysis.headline_time);
+    let (along_x, along_t) = (&analysis.along_space, &analysis.along_time);
+    let along_x = along_x.as_ref().map(|_| analysis.headline_space);
+    let along_t = along_t.as_ref().map(|_| analysis.headline_time);
     let front = analysis.front.as_ref().map(|front| {
         let mut numbers = json!(front.headline);
         numbers["length"] = json!(front.length);
@@ -68,17 +66,8 @@ pub(super) fn of(analysis: &Analysis) -> Value {
         "interval": analysis.interval,
         "moved": Words::of(analysis).as_ref().map(moved),
         "noise": analysis.noise.as_ref().map(NoiseFloor::numbers),
-        "parseval": {
-            "time": analysis.parseval.time,
-            "space": analysis.parseval.space,
-            "spacetime": analysis.parseval.spacetime,
-        },
-        "direction": analysis.direction.map(|direction| json!({
-            "toward_plus_x": direction.toward_plus_x,
-            "toward_minus_x": direction.toward_minus_x,
-            "undirected": direction.undirected,
-            "band": direction.band,
-        })),
+        "parseval": analysis.parseval,
+        "direction": analysis.direction,
         "low_high": {
             "frequency": edge(analysis.frequency_edge),
             "wavenumber": edge(analysis.wavenumber_edge),
@@ -128,10 +117,8 @@ fn movement<'w>(
     last: &dyn Fn(&Place) -> Value,
     why: &dyn Fn(&Reason) -> (&'w str, String, &'w str),
 ) -> Value {
-    let (code, reason, advice) = match of.reason.as_ref().map(why) {
-        Some((code, reason, advice)) => (Some(code), Some(reason), Some(advice)),
-        None => (None, None, None),
-    };
+    let why = of.reason.as_ref().map(why);
+    let reason = why.as_ref().map(|(_, reason, _)| reason);
     let most = of.moves().then(|| {
         let most = of.most();
         json!({
@@ -170,8 +157,8 @@ fn movement<'w>(
         "from_rows": of.from.map(|place| place.rows),
         "to_rows": of.to.map(|place| place.rows),
         "reason": reason,
-        "reason_code": code,
-        "advice": advice,
+        "reason_code": why.as_ref().map(|(code, ..)| code),
+        "advice": why.as_ref().map(|(.., advice)| advice),
     })
 }
 
@@ -181,9 +168,10 @@ fn profile(evidence: &Evidence) -> Value {
         evidence.moves.iter().map(|both| of(&both[way])).collect()
     };
     let groups = || evidence.groups.iter();
+    let rows: Vec<[usize; 2]> = groups().map(|group| group.place.rows).collect();
     json!({
         "position": groups().map(|group| group.place.at).collect::<Vec<_>>(),
-        "rows": groups().map(|group| group.place.rows).collect::<Vec<_>>(),
+        "rows": rows,
         "up": moves(0, |of| of.share),
         "up_error": moves(0, |of| of.error),
         "down": moves(1, |of| of.share),
