@@ -2,7 +2,7 @@
 //!
 //! The sequences of length n that hold most of their energy in `|f| <= W = NW / n` are
 //! eigenvectors of the band matrix `sin(2 pi W (i - j)) / (pi (i - j))`, and of a tridiagonal one
-//! that commutes with it (Slepian 1978, eq. 14). ScratchGuard from `(n^2 - 1) / 4`, the latter is
+//! that commutes with it (Slepian 1978, eq. 14). Subtracted from `(n^2 - 1) / 4`, the latter is
 //!
 //! ```text
 //! A = Laplacian of the path with weights e_i = i (n - i) / 2, plus diag(s_i),

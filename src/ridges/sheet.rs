@@ -89,6 +89,7 @@ impl Describe for Ridges {
             about: format!("dispersion, times in {time_unit}, lengths in {space_unit}"),
             answer: self.answer(),
             note,
+            needs_sites_in_step: true,
             ..Sheet::of("ridges", "Ridges of S(k, f)", &DEFINITIONS)
         };
         if !self.ridges.is_empty() {

@@ -49,6 +49,8 @@ pub struct Sheet<'a> {
     pub about: String,
     /// What was found, in one sentence without its subject, the data.
     pub answer: String,
+    /// Whether it holds only of sites in step: of one sign, and none late.
+    pub needs_sites_in_step: bool,
     pub facts: Vec<Fact>,
     pub warnings: Vec<Warning>,
     /// Beside schema, provenance, answer and warnings in `summary.json`; undefined numbers are `null`.

@@ -57,6 +57,7 @@ impl Describe for Modes {
         let confidence = confidence(self.alpha);
         let mut sheet = Sheet {
             name: "modes",
+            needs_sites_in_step: true,
             version: 1,
             title: "Modes that are coherent along x".into(),
             about: format!("positions in {space_unit}, times in {time_unit}"),

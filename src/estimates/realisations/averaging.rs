@@ -521,12 +521,16 @@ impl Averaging {
     }
 
     /// The whole record as one segment, where none is stated: shots of transients, whose segments are not independent, show
-    /// no delay beyond one.
+    /// no delay beyond one. The usual window, which would move them, is left out.
     pub(crate) fn of_whole_shots(&self, record: usize) -> Option<Averaging> {
         let whole = Averaging {
             segment: Some(record),
             overlap: None,
-            ..self.clone()
+            tapers: match &self.tapers {
+                Tapers::Window(Window::USUAL) => Tapers::Window(Window::None),
+                other => other.clone(),
+            },
+            detrend: self.detrend,
         };
         self.segment.is_none().then_some(whole)
     }

@@ -59,7 +59,9 @@ impl Work<'_> {
         let threads = rayon::current_num_threads() as u64;
         let of_thread = (TOGETHER * (16 * n_sites + 16 * bins)) as u64
             + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
-        let needed = threads * of_thread + 16 * (frames * bins * 2) as u64;
+        // Those of all shots are held.
+        let held = 16 * (frames * bins * 2 * self.fields.len()) as u64;
+        let needed = threads * of_thread + held;
         check_memory("the spectra of all frames", needed, self.request.memory)?;
         self.observer.stage("spectra along x", n_times as u64);
         let step = field.space.step.abs();

@@ -46,6 +46,7 @@ impl Describe for SpaceTimeEstimate {
         let interval = interval_in_words(degrees, self.alpha);
         let mut sheet = Sheet {
             name: "spacetime",
+            needs_sites_in_step: true,
             version: 1,
             title: "Space-time spectrum with intervals".into(),
             about: format!(

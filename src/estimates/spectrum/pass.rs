@@ -18,9 +18,9 @@ use crate::numeric::lanes::{LaneBlock, widest};
 use crate::prepare::{Detrend, Gaps};
 use crate::transform::{RecordTransform, Segments, fold};
 
-/// Numbers of a cell of a site: spectrum, degrees, both ends of the interval, jackknife, of which the sums give way to those
-/// that are made of them.
-const NUMBERS: u64 = 5;
+/// Numbers of a cell of a site: spectrum, degrees, both ends of the interval, jackknife, for which the sums give way; and both
+/// ends of its interval, which are written.
+const NUMBERS: u64 = 7;
 /// Those of lines with their lists.
 const OF_LINES: u64 = 7;
 

@@ -39,6 +39,11 @@ pub struct Examined<D> {
 impl<D: Describe> Describe for Examined<D> {
     fn describe(&self) -> Sheet<'_> {
         let mut sheet = self.found.describe();
+        let is_apart = |w: &Warning| ["reversed-channels", "late-channels"].contains(&w.code);
+        if sheet.needs_sites_in_step && self.channels.iter().any(is_apart) {
+            sheet.answer =
+                "waves along x are not told: sites are out of step with the others".into();
+        }
         for warning in &self.channels {
             if sheet.warnings.iter().all(|own| own.code != warning.code) {
                 sheet.warnings.push(warning.clone());
