@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use ndarray::{Array2, s};
 use serde::Deserialize;
+use test_support::changed;
 use wavecascade::estimates::{Averaging, Bicoherence, BicoherenceRequest, Tapers, bicoherence};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
@@ -247,10 +248,7 @@ fn val_constructed_coupling_has_its_share_and_biphase() {
             "{:?}",
             all[0]
         );
-        let request = BicoherenceRequest {
-            output: Some(1),
-            ..request
-        };
+        let request = changed(request, |it| it.output = Some(1));
         let cross = found(values, &request);
         let all = cross.strongest(10);
         assert_eq!(all.len(), 1, "{all:?}");
@@ -289,10 +287,7 @@ fn regress_one_transient_has_no_significance() {
         // An offset is no steady motion.
         (-t * t).exp() - 0.8
     });
-    let request = BicoherenceRequest {
-        along: vec![0, 5],
-        ..request(128, 64)
-    };
+    let request = changed(request(128, 64), |it| it.along = vec![0, 5]);
     let one = found(values.clone(), &request);
     assert!(one.independence.is_transient());
     assert!(one.cell_level().is_none() && one.map_level().is_none());

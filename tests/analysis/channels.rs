@@ -2,7 +2,8 @@
 
 use ndarray::{Array2, s};
 use serde_json::json;
-use test_support::fields::{analyzed, noise, struck};
+use test_support::changed;
+use test_support::fields::{TEMPORAL, analyzed, asking, noise, struck};
 use wavecascade::analyze::{Request, Results, Warning, analyze, channel_findings};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
@@ -161,10 +162,7 @@ fn val_sites_that_are_left_out_change_no_others() {
         },
         ..Request::default()
     };
-    let without = Request {
-        without_sites: vec![0, 9, 23],
-        ..temporal.clone()
-    };
+    let without = changed(temporal.clone(), |it| it.without_sites = vec![0, 9, 23]);
     let mut faulty = values.clone();
     faulty.column_mut(9).fill(f64::NAN);
     faulty.column_mut(0).mapv_inplace(|v| 1e6 * v);
@@ -198,10 +196,7 @@ fn val_sites_that_are_left_out_change_no_others() {
         Error::Request { option, .. } => option,
         other => panic!("{other}"),
     };
-    let with_space = Request {
-        without_sites: vec![0, 9],
-        ..Request::default()
-    };
+    let with_space = asking(|it| it.without_sites = vec![0, 9]);
     assert_eq!(refused(with_space), "without-sites");
     for (without_sites, reference_site, option) in [
         (vec![24], None, "without-sites"),
@@ -219,10 +214,7 @@ fn val_sites_that_are_left_out_change_no_others() {
 
 fn aliases(values: Array2<f64>) -> bool {
     let temporal = Request {
-        results: Results {
-            temporal: true,
-            ..Results::NONE
-        },
+        results: TEMPORAL,
         ..Request::default()
     };
     let found = analyzed(&field(values), &temporal).warnings;

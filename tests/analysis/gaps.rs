@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 
 use ndarray::{Array2, concatenate};
 use serde::Deserialize;
-use test_support::fields::{Congruential, noise};
+use test_support::changed;
+use test_support::fields::{Congruential, asking, noise};
 use wavecascade::estimates::{
     Averaging, BicoherenceRequest, CoherenceRequest, ModesRequest, SpectrumAxis, SpectrumRequest,
     Tapers, bicoherence, coherence, modes, slope, spectrum,
@@ -141,10 +142,7 @@ fn val_scipy_segments_picked_by_hand() {
     }
     // Sites without gaps are what they are without the choice, to rounding; others are refused then.
     let whole = field_of(&field, 0);
-    let usual = SpectrumRequest {
-        gaps: Gaps::Refuse,
-        ..request(64, 32)
-    };
+    let usual = changed(request(64, 32), |it| it.gaps = Gaps::Refuse);
     let usual = spectrum(&[&whole], &usual, &Silent).unwrap();
     let chosen = spectrum(&[&whole], &request(64, 32), &Silent).unwrap();
     assert_eq!(usual.spectrum, chosen.spectrum);
@@ -230,10 +228,7 @@ fn val_estimates_of_several_sites_leave_out_what_any_of_them_misses() {
         .filter(|part| part.iter().all(|v| v.is_finite()))
         .collect();
     let whole = field(concatenate(ndarray::Axis(0), &parts).unwrap());
-    let of_two = BicoherenceRequest {
-        output: Some(1),
-        ..of_three(Gaps::Refuse)
-    };
+    let of_two = changed(of_three(Gaps::Refuse), |it| it.output = Some(1));
     let expected = bicoherence(&[&whole], &of_two, &Silent).unwrap();
     assert_eq!(found.map.bicoherence, expected.map.bicoherence);
     assert_eq!(found.independence.segments, parts.len());
@@ -274,10 +269,7 @@ fn nothing_left_is_an_error_and_so_is_what_cannot_leave_out() {
         ..Default::default()
     };
     assert_eq!(option(slope(&[&all], &steep, &Silent).unwrap_err()), "gaps");
-    let whole = wavecascade::analyze::Request {
-        gaps: Gaps::LeaveOut,
-        ..Default::default()
-    };
+    let whole = asking(|it| it.gaps = Gaps::LeaveOut);
     assert_eq!(
         option(wavecascade::analyze(&all, &whole).unwrap_err()),
         "gaps"
@@ -348,10 +340,7 @@ fn val_construction_filled_records_have_no_intervals() {
     };
     for gaps in [Gaps::Interpolate, Gaps::Mask] {
         let of = |share: f64| {
-            let request = SpectrumRequest {
-                gaps,
-                ..request(128, 64)
-            };
+            let request = changed(request(128, 64), |it| it.gaps = gaps);
             spectrum(&[&field(values(share))], &request, &Silent).unwrap()
         };
         let (few, many) = (of(0.02), of(0.25));
@@ -368,10 +357,7 @@ fn val_construction_filled_records_have_no_intervals() {
         assert!(found.level().is_some(), "{gaps:?}");
         assert!(found.coherence.column(1).iter().all(|v| v.is_nan()));
         assert!(found.coherence.column(3).iter().all(|v| v.is_finite()));
-        let request = CoherenceRequest {
-            reference: 1,
-            ..request
-        };
+        let request = changed(request, |it| it.reference = 1);
         let found = coherence(&[&field(values(0.25))], &request, &Silent).unwrap();
         assert!(found.level().is_none(), "{gaps:?}");
         let request = BicoherenceRequest {
@@ -412,10 +398,7 @@ fn val_theory_intervals_of_filled_spectra_hold_or_are_withheld() {
                     }
                 }
             }
-            let request = SpectrumRequest {
-                gaps,
-                ..request(512, 256)
-            };
+            let request = changed(request(512, 256), |it| it.gaps = gaps);
             let found = spectrum(&[&field(red)], &request, &Silent).unwrap();
             for (m, f) in found.bins.iter().enumerate().skip(2).take(250) {
                 let [re, im] = [(TAU * f * DT).cos(), (TAU * f * DT).sin()];

@@ -3,6 +3,7 @@
 
 use ndarray::Array2;
 use serde::Deserialize;
+use test_support::changed;
 use test_support::fields::{Congruential, noise};
 use wavecascade::estimates::{
     AxisIncrements, ExponentBasis, FieldAxis, Increments, IncrementsRequest, IntervalBasis,
@@ -221,10 +222,7 @@ fn val_brownian_motion_scales_like_the_root() {
 #[test]
 fn val_histogram_of_normal_increments() {
     let values = noise(1024, 64);
-    let request = IncrementsRequest {
-        histograms: 2,
-        ..IncrementsRequest::default()
-    };
+    let request = changed(IncrementsRequest::default(), |it| it.histograms = 2);
     let found = found(&field(values), &request);
     let histogram = &along(&found, FieldAxis::Space).histograms[0];
     let sum: f64 = histogram.density.iter().map(|d| d * 0.25).sum();

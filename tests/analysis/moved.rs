@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use ndarray::Array2;
 use serde_json::json;
 use wavecascade::Field;
-use wavecascade::analyze::{Analysis, Request};
+use wavecascade::analyze::Analysis;
 use wavecascade::budget;
 use wavecascade::chain::Run;
 use wavecascade::chain::scene::SceneSource;
@@ -14,6 +14,7 @@ use wavecascade::observer::Silent;
 use wavecascade::reference::LatticeImpact;
 
 use crate::moved_kinds::{hann, request, ricker};
+use test_support::changed;
 use test_support::fields::{analyzed, noise};
 
 fn field(values: Array2<f64>, dt: f64, dx: f64) -> Field {
@@ -573,10 +574,7 @@ fn regress_answers_are_the_same_on_any_number_of_threads() {
     let run =
         run("sites = 80\nstiffness_ratio = 2.4\nend_time = 90\nsamples = 1024\ntolerance = 1e-6");
     let answer = |threads| {
-        let request = Request {
-            threads: Some(threads),
-            ..request()
-        };
+        let request = changed(request(), |it| it.threads = Some(threads));
         analyzed(&run.to_field(), &request).answer.unwrap()
     };
     let one = answer(1);

@@ -8,9 +8,10 @@ use wavecascade::analyze::{Analysis, Request, Results};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::moved::{Answer, Reason, Verdict};
 use wavecascade::observer::Silent;
-use wavecascade::reference::{Grid, GrowingHarmonic};
+use wavecascade::reference::GrowingHarmonic;
 
-use test_support::fields::{analyzed, noise};
+use test_support::changed;
+use test_support::fields::{analyzed, asking, noise};
 
 pub fn request() -> Request {
     Request {
@@ -255,10 +256,7 @@ fn val_identity_graded_chains_keep_their_energy() {
         );
         let setup = SceneSource::new(None, &scene).setup().unwrap();
         let run = setup.simulation.run(&Silent).unwrap();
-        let request = Request {
-            maps: false,
-            ..Request::default()
-        };
+        let request = asking(|it| it.maps = false);
         let answer = analyzed(&run.to_field(), &request).answer.unwrap();
         let moved = &answer.frequency;
         assert_eq!(moved.verdict, expected, "{key} {value}: {moved:?}");
@@ -356,11 +354,7 @@ fn val_theory_modes_of_a_held_chain_keep_their_wavenumbers() {
 fn val_armstrong_a_growing_harmonic_moves_up_unless_it_folds() {
     let at_distance = |dx: f64, n_sites: usize| {
         let example = GrowingHarmonic::EXAMPLE;
-        let grid = Grid {
-            dx,
-            n_sites,
-            ..example.grid
-        };
+        let grid = changed(example.grid, |it| (it.dx, it.n_sites) = (dx, n_sites));
         analyzed(
             &GrowingHarmonic { grid, ..example }.field(),
             &Request::default(),

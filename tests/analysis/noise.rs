@@ -1,7 +1,8 @@
 //! The noise of each site against constructed fields whose noise is known, and what subtracting it leaves.
 
 use ndarray::{Array2, s};
-use test_support::fields::{noise, struck};
+use test_support::changed;
+use test_support::fields::{TEMPORAL, noise, struck};
 use wavecascade::analyze::{Request, Results, UndefinedRows, analyze};
 use wavecascade::estimates::{
     Averaging, NoiseFloor, NoiseSource, SpectrumEstimate, SpectrumRequest, spectrum,
@@ -48,10 +49,7 @@ fn found(values: Array2<f64>, subtract_noise: bool) -> SpectrumEstimate {
     let mut field = Field::from_array(values);
     field.time.step = 0.5;
     let request = SpectrumRequest {
-        averaging: Averaging {
-            segment: Some(256),
-            ..Averaging::default()
-        },
+        averaging: changed(Averaging::default(), |it| it.segment = Some(256)),
         subtract_noise,
         ..SpectrumRequest::default()
     };
@@ -193,10 +191,7 @@ fn val_centroids_and_shares_without_the_noise() {
     let [motion, floor] = steady();
     let some = |values: &Array2<f64>| values.slice(s![.., 150..]).to_owned();
     let request = |subtract_noise: bool| Request {
-        results: Results {
-            temporal: true,
-            ..Results::NONE
-        },
+        results: TEMPORAL,
         band_edge_frequency: Some(0.1),
         subtract_noise,
         ..Request::default()
@@ -233,10 +228,7 @@ fn val_centroids_and_shares_without_the_noise() {
     for n in 1..coloured.nrows() {
         coloured[[n, 180]] = motion[[n, 180]] + 0.5 * (floor[[n, 180]] + floor[[n - 1, 180]]);
     }
-    let but_one = Request {
-        without_sites: vec![3, 3],
-        ..request(true)
-    };
+    let but_one = changed(request(true), |it| it.without_sites = vec![3, 3]);
     let (compared, _) = analyze(&Field::from_array(some(&coloured)), &but_one).unwrap();
     let rows = compared.along_space.as_ref().unwrap();
     let expected = UndefinedRows {
@@ -269,10 +261,7 @@ fn val_centroids_and_shares_without_the_noise() {
             other => panic!("{other}"),
         };
     // S(k, f) keeps its noise; motion alone has none.
-    let all = Request {
-        results: Results::ALL,
-        ..request(true)
-    };
+    let all = changed(request(true), |it| it.results = Results::ALL);
     assert_eq!(option(&all, some(&floor)), "subtract-noise");
     assert_eq!(option(&request(true), some(&motion)), "subtract-noise");
     let from_it = Request {

@@ -2,6 +2,7 @@
 //! Fermi-Pasta-Ulam-Tsingou chain.
 
 use ndarray::Array2;
+use test_support::changed;
 use test_support::fields::noise;
 use wavecascade::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation};
 use wavecascade::estimates::{
@@ -95,10 +96,7 @@ fn val_exact_power_laws_and_their_break() {
     transposed.time.step = 0.5;
     let request = SlopeRequest {
         axis: FieldAxis::Time,
-        averaging: Averaging {
-            segment: Some(512),
-            ..periodic((0.0, 1.0)).averaging
-        },
+        averaging: changed(periodic((0.0, 1.0)).averaging, |it| it.segment = Some(512)),
         ..periodic((2.0 / 256.0, 35.0 / 256.0))
     };
     let found = found(&transposed, &request);
@@ -266,10 +264,7 @@ fn val_intervals_over_shots_hold() {
             })
             .collect();
         let fields: Vec<&Field> = shots.iter().collect();
-        let request = SlopeRequest {
-            band: (0.2, 3.0),
-            ..SlopeRequest::default()
-        };
+        let request = changed(SlopeRequest::default(), |it| it.band = (0.2, 3.0));
         let law = slope(&fields, &request, &Silent).unwrap().law;
         assert_eq!(law.basis, ExponentBasis::Shots);
         inside += usize::from(law.slope.abs() < law.half);

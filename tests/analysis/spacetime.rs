@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use ndarray::Array2;
+use test_support::changed;
 use test_support::fields::Congruential as Noise;
 use wavecascade::estimates::{Averaging, SpaceTimeEstimate, SpaceTimeRequest, Tapers, spacetime};
 use wavecascade::observer::Silent;
@@ -45,10 +46,7 @@ fn tapers(time: (f64, usize), space: (f64, usize)) -> SpaceTimeRequest {
 }
 
 fn adaptive(time: (f64, usize), space: (f64, usize)) -> SpaceTimeRequest {
-    SpaceTimeRequest {
-        is_adaptive: true,
-        ..tapers(time, space)
-    }
+    changed(tapers(time, space), |it| it.is_adaptive = true)
 }
 
 fn found(field: &Field, request: &SpaceTimeRequest) -> SpaceTimeEstimate {
@@ -95,10 +93,7 @@ fn val_adaptive_weights_by_numpy() {
     });
     let request = adaptive((2.5, 4), (2.0, 3));
     let [one, equal] = [true, false].map(|is_adaptive| {
-        let request = SpaceTimeRequest {
-            is_adaptive,
-            ..request.clone()
-        };
+        let request = changed(request.clone(), |it| it.is_adaptive = is_adaptive);
         found(&field(values.clone()), &request)
     });
     let [spectrum, degrees] = &reference.steep;
@@ -243,10 +238,7 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
         ];
         numbers.chain(more).map(f64::to_bits).collect()
     };
-    let equal = SpaceTimeRequest {
-        is_adaptive: false,
-        ..slepian.clone()
-    };
+    let equal = changed(slepian.clone(), |it| it.is_adaptive = false);
     for (fields, request) in [
         (&shots[..1], welch(64, 32)),
         (&shots[..], slepian),

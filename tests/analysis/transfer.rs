@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use ndarray::{Array2, s};
 use num_complex::Complex;
+use test_support::changed;
 use test_support::fields::Congruential;
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{
@@ -120,10 +121,7 @@ fn val_errors_of_gains_hold() {
     for seed in 1..40 {
         let mut random = Noise::new(seed);
         let values = periods([length, count, modes], 2.0, &mut random, |_, x| 0.9 * x);
-        let request = TransferRequest {
-            resamplings: 60,
-            ..request(length, 7.0 / 16.0)
-        };
+        let request = changed(request(length, 7.0 / 16.0), |it| it.resamplings = 60);
         let found = found(values, &request);
         for output in &found.outputs {
             let score = output.gain / output.gain_error;
@@ -216,10 +214,7 @@ fn val_burgers_transfer_is_that_of_the_budget() {
         fields.push(field);
     }
     let all: Vec<&Field> = fields.iter().collect();
-    let request = TransferRequest {
-        to: sites - 1,
-        ..request(samples, MODES as f64 / TAU)
-    };
+    let request = changed(request(samples, MODES as f64 / TAU), |it| it.to = sites - 1);
     let found = transfer(&all, &request, &Silent).unwrap();
     let df = found.outputs[0].frequency;
     let largest = exact.iter().fold(0.0, |m: f64, t| m.max(t.abs()));

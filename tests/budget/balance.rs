@@ -1,6 +1,7 @@
 //! Budgets of simulated chains over time: the change of a quantity against the integral of its
 //! rate.
 
+use test_support::changed;
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{
     Budget, BudgetRequest, Closure, Filter, Integration, Motion, Residual, budget,
@@ -33,10 +34,7 @@ fn simulate(chain: Chain, drive: Option<Drive>, end: f64, samples: usize) -> Run
 }
 
 fn found(run: &Run, integration: Integration) -> Budget {
-    let request = BudgetRequest {
-        integration,
-        ..BudgetRequest::default()
-    };
+    let request = changed(BudgetRequest::default(), |it| it.integration = integration);
     budget(&Motion::of(run).unwrap(), &request).unwrap().0
 }
 
@@ -61,15 +59,9 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         amplitude: 0.2,
         frequency: 0.1,
     };
-    let with = |losses| Chain {
-        losses,
-        ..Chain::dimer(n, 2.398)
-    };
+    let with = |losses| changed(Chain::dimer(n, 2.398), |it| it.losses = losses);
     let none = Losses::default();
-    let mut free = Chain {
-        ends: Ends::Free,
-        ..Chain::dimer(n, 3.0)
-    };
+    let mut free = changed(Chain::dimer(n, 3.0), |it| it.ends = Ends::Free);
     free.coefficient.pop();
     let fixed = Ends::Fixed {
         left_coefficient: 1.0,
@@ -95,19 +87,13 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         ("stiff", Chain::dimer(n, 1e6), None, 30.0),
         (
             "dashpot",
-            with(Losses {
-                dashpot: 0.05,
-                ..none
-            }),
+            with(changed(none, |it| it.dashpot = 0.05)),
             None,
             60.0,
         ),
         (
             "tangent",
-            with(Losses {
-                tangent: 0.05,
-                ..none
-            }),
+            with(changed(none, |it| it.tangent = 0.05)),
             None,
             60.0,
         ),
@@ -138,10 +124,7 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         ),
         (
             "driven wall",
-            Chain {
-                ends: fixed,
-                ..Chain::dimer(n, 2.0)
-            },
+            changed(Chain::dimer(n, 2.0), |it| it.ends = fixed),
             Some(Drive::Wall(wave.clone())),
             30.0,
         ),
@@ -167,10 +150,7 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         ),
         (
             "toda",
-            Chain {
-                law: Law::toda(1.0).into(),
-                ..Chain::dimer(n, 2.0)
-            },
+            changed(Chain::dimer(n, 2.0), |it| it.law = Law::toda(1.0).into()),
             None,
             30.0,
         ),
@@ -345,11 +325,7 @@ fn val_identity_scales_of_a_long_chain() {
         ends: Ends::Fixed {
             left_coefficient: 1.0,
         },
-        losses: Losses {
-            dashpot: 0.05,
-            drag: 0.01,
-            ..Losses::default()
-        },
+        losses: changed(Losses::default(), |it| (it.dashpot, it.drag) = (0.05, 0.01)),
         ..Chain::dimer(20, 2.0)
     };
     let run = simulate(chain, Some(Drive::Wall(wave)), 20.0, 41);
@@ -375,10 +351,7 @@ fn a_window_balances_by_itself() {
     let run = simulate(Chain::dimer(26, 2.398), None, 60.0, 61);
     let motion = Motion::of(&run).unwrap();
     let residual = |window| {
-        let request = BudgetRequest {
-            window: Some(window),
-            ..BudgetRequest::default()
-        };
+        let request = changed(BudgetRequest::default(), |it| it.window = Some(window));
         closed(&budget(&motion, &request).unwrap().0.closure.real_space)
     };
     let whole = residual([0..61, 0..26]);
@@ -441,16 +414,9 @@ fn val_observed_order_from_samples() {
 fn val_differences_of_the_energy_spectrum() {
     for losses in [
         Losses::default(),
-        Losses {
-            tangent: 0.05,
-            drag: 0.01,
-            ..Losses::default()
-        },
+        changed(Losses::default(), |it| (it.tangent, it.drag) = (0.05, 0.01)),
     ] {
-        let chain = Chain {
-            losses,
-            ..Chain::dimer(24, 4.0)
-        };
+        let chain = changed(Chain::dimer(24, 4.0), |it| it.losses = losses);
         // Samples so dense that the error of fourth-order differences is rounding over h.
         let run = simulate(chain, None, 20.0, 8001);
         let motion = Motion::of(&run).unwrap();

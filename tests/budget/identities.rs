@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex;
+use test_support::changed;
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, Views, budget};
 use wavecascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
@@ -88,17 +89,11 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
         for kappa in [1.0, 2.398, 1e6] {
             all.push((Chain::dimer(n, kappa), None));
             all.push((
-                Chain {
-                    losses: lossy,
-                    ..Chain::dimer(n, kappa)
-                },
+                changed(Chain::dimer(n, kappa), |it| it.losses = lossy),
                 None,
             ));
         }
-        let mut free = Chain {
-            ends: Ends::Free,
-            ..Chain::dimer(n, 3.0)
-        };
+        let mut free = changed(Chain::dimer(n, 3.0), |it| it.ends = Ends::Free);
         free.coefficient.pop();
         all.push((free.clone(), Some(Drive::Force(wave.clone()))));
         all.push((free, None));
@@ -108,13 +103,7 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
             precompression: 0.4,
             ..Chain::dimer(even, 2.0)
         };
-        all.push((
-            Chain {
-                losses: lossy,
-                ..ring.clone()
-            },
-            None,
-        ));
+        all.push((changed(ring.clone(), |it| it.losses = lossy), None));
         all.push((ring, None));
         let spring = Law::Spring {
             alpha: 0.25,
@@ -293,10 +282,7 @@ fn by_definition(states: &States, t: f64, x: &[f64], v: &[f64]) -> [Vec<f64>; 4]
 fn val_defining_sums_of_scale_flux() {
     for filter in [Filter::Gaussian, Filter::Box] {
         let chain = Chain {
-            losses: Losses {
-                dashpot: 0.1,
-                ..Losses::default()
-            },
+            losses: changed(Losses::default(), |it| it.dashpot = 0.1),
             ..Chain::dimer(120, 3.0)
         };
         let states = States::new(chain, None, 7);
@@ -352,10 +338,7 @@ fn val_defining_sums_of_scale_flux() {
 /// Power flow by its defining transforms, for records of even and odd length, and its sums.
 #[test]
 fn val_defining_sums_of_power_flow() {
-    let losses = Losses {
-        tangent: 0.1,
-        ..Losses::default()
-    };
+    let losses = changed(Losses::default(), |it| it.tangent = 0.1);
     let ring = Chain {
         ends: Ends::Periodic,
         losses,
@@ -462,10 +445,7 @@ fn val_identity_branches_sum_to_the_energy() {
     // Without a linear limit, or without a dimer, there are no branches.
     for chain in [
         Chain::dimer(40, 2.5),
-        Chain {
-            precompression: 1.0,
-            ..Chain::dimer(40, 1.0)
-        },
+        changed(Chain::dimer(40, 1.0), |it| it.precompression = 1.0),
     ] {
         let (found, _) = States::new(chain, None, 13).budget(&wavenumber_only());
         assert!(found.wavenumber.unwrap().branches.is_none());
@@ -479,10 +459,7 @@ fn hard_chains_have_budgets() {
     states.x.fill(0.0);
     states.v.fill(0.0);
     for integration in [Integration::Samples, Integration::Stepping] {
-        let request = BudgetRequest {
-            integration,
-            ..BudgetRequest::default()
-        };
+        let request = changed(BudgetRequest::default(), |it| it.integration = integration);
         let (found, _) = states.budget(&request);
         assert_eq!(found.closure.wavenumber.value(), Some(0.0));
     }
@@ -522,10 +499,7 @@ fn hard_chains_have_budgets() {
 fn the_same_bits_from_any_number_of_threads() {
     let states = States::new(Chain::dimer(64, 2.0), None, 23);
     let with = |threads| {
-        let request = BudgetRequest {
-            threads: Some(threads),
-            ..BudgetRequest::default()
-        };
+        let request = changed(BudgetRequest::default(), |it| it.threads = Some(threads));
         let (found, arrays) = states.budget(&request);
         let bits: Vec<Vec<u64>> = arrays
             .values()
@@ -562,16 +536,10 @@ fn what_does_not_fit_is_refused() {
     }
     let request = BudgetRequest::default;
     let short = Array2::zeros((9, 39));
-    let unfit = Motion {
-        velocity: short.view(),
-        ..motion
-    };
+    let unfit = changed(motion, |it| it.velocity = short.view());
     assert!(budget(&unfit, &request()).is_err());
     let mut holes = states.v.clone();
     holes[[2, 3]] = f64::NAN;
-    let unfit = Motion {
-        velocity: holes.view(),
-        ..motion
-    };
+    let unfit = changed(motion, |it| it.velocity = holes.view());
     assert!(budget(&unfit, &request()).is_err());
 }

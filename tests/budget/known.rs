@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use ndarray::{Array1, Array2};
+use test_support::changed;
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
 use wavecascade::chain::{
@@ -30,11 +31,7 @@ fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: Law, ends: Ends, static_for
 /// The wavenumber budget alone.
 fn of(run: &Run) -> (Budget, Arrays) {
     let request = BudgetRequest {
-        views: Views {
-            frequency: false,
-            scale: false,
-            ..Views::ALL
-        },
+        views: changed(Views::ALL, |it| (it.frequency, it.scale) = (false, false)),
         ..BudgetRequest::default()
     };
     budget(&Motion::of(run).unwrap(), &request).unwrap()
@@ -179,12 +176,9 @@ fn val_expansion_pressed_chains_approach_linear_ones_at_first_order() {
             estimate_error: false,
             ..Simulation::impact(pressed, 0.0, 40.0, 401)
         };
-        let run = Simulation {
-            velocity: scaled(2),
-            ..simulation
-        }
-        .run(&Silent)
-        .unwrap();
+        let run = changed(simulation, |it| it.velocity = scaled(2))
+            .run(&Silent)
+            .unwrap();
         let (found, arrays) = of(&run);
         // T is proportional to the amplitude; its rounding error is not.
         let identities = found.closure.identities;

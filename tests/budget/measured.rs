@@ -2,6 +2,7 @@
 //! are known, so every stated error is compared with the true one.
 
 use ndarray::{Array2, s};
+use test_support::changed;
 use test_support::measured::{
     DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step,
 };
@@ -309,10 +310,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     for noise in [0.3, 1.0, 10.0] {
         for drift in [Drift::None, Drift::Linear] {
             let record = Spoilt::by(noise).of(&run, 1);
-            let options = MeasuredOptions {
-                drift,
-                ..MeasuredOptions::default()
-            };
+            let options = changed(MeasuredOptions::default(), |it| it.drift = drift);
             let error = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options)
                 .map(|m| m.report.energy)
                 .unwrap_err();
@@ -325,10 +323,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     // Where the front has just arrived the force is below noise; elsewhere it is not.
     let run = simulated(40, DISPERSIVE, 30.0, 601);
     let mut record = Spoilt::by(1e-2).of(&run, 1);
-    let options = MeasuredOptions {
-        drift: Drift::None,
-        ..MeasuredOptions::default()
-    };
+    let options = changed(MeasuredOptions::default(), |it| it.drift = Drift::None);
     let measured = measure(&run, record.view(), &options);
     let drowned: Vec<usize> = (0..40)
         .filter(|j| measured.check_contact(*j).is_err())
@@ -353,10 +348,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     let drowned = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options);
     let error = drowned.unwrap_err();
     assert!(matches!(error, Error::BelowNoise { .. }) && !error.is_usage());
-    let missing = MeasuredOptions {
-        missing: vec![15],
-        ..options
-    };
+    let missing = changed(options, |it| it.missing = vec![15]);
     let measured = measure(&run, record.view(), &missing);
     assert!((0..15).all(|j| measured.check_contact(j).is_ok()));
 }
@@ -420,10 +412,7 @@ fn val_hostile_records_are_refused() {
 #[test]
 fn regress_threads_entries_and_pretrigger_samples() {
     let run = simulated(20, DISPERSIVE, 30.0, 601);
-    let options = |threads| MeasuredOptions {
-        threads: Some(threads),
-        ..MeasuredOptions::default()
-    };
+    let options = |threads| changed(MeasuredOptions::default(), |it| it.threads = Some(threads));
     let field = run.to_field();
     let one = from_field(&field, &run.chain, &options(1)).unwrap();
     let two = from_field(&field, &run.chain, &options(2)).unwrap();

@@ -14,6 +14,7 @@ use wavecascade::budget::{
 use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Run, Scheme, Simulation};
 use wavecascade::observer::Silent;
 
+use test_support::changed;
 use test_support::measured::{
     DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step,
 };
@@ -28,10 +29,7 @@ fn options(drift: Drift, uncertainty: Uncertainty) -> MeasuredOptions {
 }
 
 fn gains(share: f64) -> Uncertainty {
-    Uncertainty {
-        gain: vec![share],
-        ..Uncertainty::default()
-    }
+    changed(Uncertainty::default(), |it| it.gain = vec![share])
 }
 
 /// Request for the exact budget, with the band edges and scales of the measurement.
@@ -134,11 +132,7 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
     let (mut known, mut unknown) = (0.0, 0.0);
     let seeds = 6;
     for seed in 0..seeds {
-        let spoilt = Spoilt {
-            noise: 1e-4,
-            gain: 0.01,
-            ..Spoilt::default()
-        };
+        let spoilt = changed(Spoilt::default(), |it| (it.noise, it.gain) = (1e-4, 0.01));
         let record = spoilt.of(&run, 40 + seed);
         for (stated, share) in [(0.01, &mut known), (0.0, &mut unknown)] {
             let measured = measure(&run, record.view(), &options(Drift::None, gains(stated)));
@@ -316,10 +310,7 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
 
     let mut simulation = Simulation::impact(
         Chain {
-            losses: Losses {
-                drag: 0.02,
-                ..Losses::default()
-            },
+            losses: changed(Losses::default(), |it| it.drag = 0.02),
             ..Chain::dimer(40, DISPERSIVE)
         },
         1.0,
@@ -379,10 +370,7 @@ fn val_simulation_branches_of_uncertain_chains() {
         },
         ..options(
             Drift::None,
-            Uncertainty {
-                mass: vec![0.02],
-                ..Uncertainty::default()
-            },
+            changed(Uncertainty::default(), |it| it.mass = vec![0.02]),
         )
     };
     let measured = measure(&run, record.view(), &options);
@@ -400,19 +388,15 @@ fn val_simulation_branches_of_uncertain_chains() {
     // A linear chain: noise alone gives no direction.
     assert_eq!(passed.direction().unwrap(), Direction::Unresolved);
 
-    let refused = measured.budget(&BudgetRequest {
-        integration: Integration::Stepping,
-        ..request
-    });
+    let refused = measured.budget(&changed(request, |it| {
+        it.integration = Integration::Stepping
+    }));
     assert!(refused.unwrap_err().is_usage());
     let mut wrong = [-0.1, 1.0, f64::NAN, 0.0, 0.0].map(gains);
     wrong[3].mass = vec![0.1; 3];
     wrong[4].coefficient = vec![0.1; n + 1];
     for uncertainty in wrong {
-        let options = MeasuredOptions {
-            uncertainty,
-            ..options.clone()
-        };
+        let options = changed(options.clone(), |it| it.uncertainty = uncertainty);
         let refused = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options);
         assert!(refused.unwrap_err().is_usage());
     }

@@ -1,6 +1,7 @@
 //! Energy that has passed each wavenumber: with losses at any sampling interval, and where it is
 //! zero.
 
+use test_support::changed;
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{
     Budget, BudgetRequest, Direction, Integration, Motion, PassedError, Views, budget,
@@ -21,11 +22,7 @@ fn run(chain: Chain, end: f64, samples: usize) -> Run {
 
 fn found(run: &Run, integration: Integration) -> (Budget, Arrays) {
     let request = BudgetRequest {
-        views: Views {
-            frequency: false,
-            scale: false,
-            ..Views::ALL
-        },
+        views: changed(Views::ALL, |it| (it.frequency, it.scale) = (false, false)),
         integration,
         ..BudgetRequest::default()
     };
@@ -95,10 +92,7 @@ fn val_identity_losses_are_integrated_inside_the_stepping() {
 /// largest k indicates the error.
 #[test]
 fn val_observed_order_of_losses_from_samples() {
-    let drag = Losses {
-        drag: 0.01,
-        ..Losses::default()
-    };
+    let drag = changed(Losses::default(), |it| it.drag = 0.01);
     for (losses, orders, ratios) in [
         (lossy().losses, 0.85..1.25, 0.5..5.0),
         (drag, 1.7..2.3, 0.5..20.0),

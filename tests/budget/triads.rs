@@ -1,6 +1,7 @@
 //! Transfer by triads: against the change of energy, and refused where it has no meaning.
 
 use std::f64::consts::TAU;
+use test_support::changed;
 use wavecascade::Error;
 use wavecascade::budget::{Motion, Triads, TriadsRequest, chain_triads};
 use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Simulation};
@@ -129,10 +130,7 @@ fn val_expansion_of_pressed_contacts() {
 fn regress_refusals_name_what_is_missing() {
     let touching = run(Chain::dimer(12, 1.0), |x| x, 1.0, 5);
     let dimer = run(
-        Chain {
-            precompression: 1.0,
-            ..Chain::dimer(12, 2.0)
-        },
+        changed(Chain::dimer(12, 2.0), |it| it.precompression = 1.0),
         |x| x,
         1.0,
         5,
@@ -168,10 +166,7 @@ fn regress_threads_do_not_matter() {
         50,
     );
     let of = |threads| {
-        let request = TriadsRequest {
-            threads: Some(threads),
-            ..TriadsRequest::default()
-        };
+        let request = changed(TriadsRequest::default(), |it| it.threads = Some(threads));
         triads(&run, &request)
     };
     let (one, three) = (of(1), of(3));

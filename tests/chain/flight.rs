@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
+use test_support::changed;
 use wavecascade::chain::{
     Accuracy, Chain, Drive, EndTime, Ends, Law, Losses, Run, RunWarning, Scheme, Simulation,
     Waveform,
@@ -96,10 +97,7 @@ fn val_closed_form_two_bodies_meet_late() {
 fn regress_samples_agree_within_a_late_collision() {
     let simulation = apart(&[1.0, 1.0], &[45.026, 0.0], Ends::Free, 46.812);
     let at_end = |samples| {
-        let simulation = Simulation {
-            samples,
-            ..simulation.clone()
-        };
+        let simulation = changed(simulation.clone(), |it| it.samples = samples);
         simulation
             .run(&Silent)
             .unwrap()
@@ -160,10 +158,7 @@ fn regress_samples_agree_behind_heavy_strikers() {
         let simulation = Simulation::impact(chain, 1.0, end, 1025);
         let fine = simulation.run(&Silent).unwrap();
         for samples in [2, 9, 65] {
-            let simulation = Simulation {
-                samples,
-                ..simulation.clone()
-            };
+            let simulation = changed(simulation.clone(), |it| it.samples = samples);
             let run = simulation.run(&Silent).unwrap();
             let off = largest_difference(&run, &fine);
             assert!(
@@ -303,10 +298,7 @@ fn regress_random_scenes_agree_at_all_samples() {
             let runs: Vec<Run> = [2, 9, 65, 1025]
                 .into_iter()
                 .map(|samples| {
-                    let simulation = Simulation {
-                        samples,
-                        ..simulation.clone()
-                    };
+                    let simulation = changed(simulation.clone(), |it| it.samples = samples);
                     simulation
                         .run(&Silent)
                         .unwrap_or_else(|e| panic!("{seed}: {e}"))

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use test_support::changed;
 use wavecascade::Error;
 use wavecascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Run, Scheme, Simulation, run_each,
@@ -13,10 +14,7 @@ fn fixed(kappa: f64, scheme: Scheme) -> Simulation {
     let mut simulation = Simulation::impact(Chain::dimer(45, kappa), 1.0, 40.0, 9);
     simulation.scheme = scheme;
     simulation.accuracy = Accuracy::Step(0.03);
-    simulation.record = Record {
-        energy: false,
-        ..Record::ALL
-    };
+    simulation.record = changed(Record::ALL, |it| it.energy = false);
     simulation
 }
 
@@ -52,10 +50,7 @@ fn mixture() -> Vec<Simulation> {
     adaptive.accuracy = Accuracy::Tolerance(1e-6);
     let mut lossy = adaptive.clone();
     lossy.scheme = Scheme::RungeKutta;
-    lossy.chain.losses = Losses {
-        drag: 0.01,
-        ..Losses::default()
-    };
+    lossy.chain.losses = changed(Losses::default(), |it| it.drag = 0.01);
     all.insert(2, pressed);
     all.insert(7, power);
     all.extend([adaptive, lossy]);

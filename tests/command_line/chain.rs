@@ -13,6 +13,7 @@ use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 use wavecascade::{Error, Field};
 
+use test_support::fields::reading;
 use test_support::place::Place;
 
 fn examples() -> PathBuf {
@@ -90,10 +91,7 @@ fn an_si_run_states_its_units_and_its_scene_is_no_sidecar() {
     ]);
     assert!(place.path("quartz.npz").exists());
     let open = |member: Option<&str>| {
-        let options = OpenOptions {
-            variable: member.map(str::to_owned),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.variable = member.map(str::to_owned));
         Field::open(place.path("quartz.npz"), &options).unwrap()
     };
     let field = open(None);

@@ -4,12 +4,12 @@ use std::fs;
 
 use ndarray::Array2;
 use serde_json::Value;
+use test_support::fields::reading;
 use test_support::made::{open, pulse, savez, steps, values};
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::{Place, text};
 use wavecascade::Field;
 use wavecascade::arrays::Precision;
-use wavecascade::field::OpenOptions;
 use wavecascade_formats::{Container, Format, Options};
 
 fn container(place: &Place, name: &str) -> Container {
@@ -194,10 +194,7 @@ fn regress_filter_and_simulate_write_what_they_read() {
     // Contacts are between sites.
     for variable in ["force", "displacement"] {
         let [a, b] = ["run.npz", "run.nc"].map(|name| {
-            let options = OpenOptions {
-                variable: Some(variable.into()),
-                ..OpenOptions::default()
-            };
+            let options = reading(|it| it.variable = Some(variable.into()));
             Field::open(place.path(name), &options).unwrap()
         });
         assert_eq!(values(&a), values(&b), "{variable}");

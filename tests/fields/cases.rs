@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use ndarray::Array2;
+use test_support::changed;
+use test_support::fields::reading;
 use test_support::made::{axis, values};
 use test_support::place::Place;
 use test_support::shared::shared_data;
@@ -108,10 +110,7 @@ fn val_definition_a_slice_of_three_dimensions() {
             ("x", "3", array.index_axis(D(2), 3)),
         ] {
             for read in [ReadMode::Map, ReadMode::Copy] {
-                let options = OpenOptions {
-                    read,
-                    ..at(dimension, label)
-                };
+                let options = changed(at(dimension, label), |it| it.read = read);
                 let field = Field::open(place.path("a.npy"), &options).unwrap();
                 assert_eq!(values(&field), kept, "{dimension}={label}");
                 let mut out = vec![0.0; 2 * kept.ncols()];
@@ -153,10 +152,7 @@ fn regress_what_a_reader_doubts_is_a_warning() {
     };
     let frames: String = (0..9).map(frame).collect();
     std::fs::write(place.path("a.lammpstrj"), frames).unwrap();
-    let options = OpenOptions {
-        variable: Some("vx".into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.variable = Some("vx".into()));
     let field = Field::open(place.path("a.lammpstrj"), &options).unwrap();
     let doubt = field
         .notes

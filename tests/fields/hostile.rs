@@ -2,6 +2,7 @@
 //! without a large allocation, and in bounded time.
 
 use proptest::prelude::*;
+use test_support::fields::reading;
 use test_support::hostile::{Folder, fault, npy, npy_f64, npy_with_header, npz};
 use wavecascade::error::{FileKind, InputFault};
 use wavecascade::field::OpenOptions;
@@ -262,10 +263,7 @@ fn sidecars_that_mislead() {
 #[test]
 fn stated_steps_that_are_no_step() {
     for dt in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let options = OpenOptions {
-            dt: Some(dt.into()),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.dt = Some(dt.into()));
         let error = Field::open("field.npy", &options).unwrap_err();
         assert!(matches!(error, Error::Request { option: "dt", .. }));
     }

@@ -1,5 +1,6 @@
 //! Archives that are damaged, lie about what they hold or leave the choice open.
 
+use test_support::fields::reading;
 use test_support::hostile::{BOTH, Folder, fault, fault_with, npy, npy_f64, npz, refusal};
 use wavecascade::error::InputFault;
 use wavecascade::field::OpenOptions;
@@ -195,10 +196,7 @@ fn npz_bomb_stays_within_its_header_and_the_memory_allowed() {
 
     let large = npy("<f8", "(1024, 1024)", &vec![0; 8 << 20]);
     let archive = npz(CompressionMethod::Deflated, &[("velocity.npy", &large)]);
-    let options = OpenOptions {
-        memory: Some(1 << 20),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.memory = Some(1 << 20));
     match refusal("field.npz", archive, &options) {
         Error::Memory {
             needed, allowed, ..
@@ -235,10 +233,7 @@ fn npz_members_are_listed_where_the_choice_is_open() {
         ];
         assert_eq!(listed, expected);
 
-        let options = OpenOptions {
-            variable: Some("c".into()),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.variable = Some("c".into()));
         let fault = fault_with("field.npz", &archive, &options);
         assert!(matches!(
             fault,
@@ -280,10 +275,7 @@ fn npz_coordinates_that_do_not_fit() {
     assert_eq!(fault, expected);
 
     let folder = Folder::new();
-    let options = OpenOptions {
-        dt: Some(1.25.into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.dt = Some(1.25.into()));
     let field = Field::open(folder.write("run.npz", uneven), &options).unwrap();
     assert_eq!((field.time.origin, field.time.step), (0.0, 1.25));
 }

@@ -6,6 +6,7 @@ use std::fs;
 
 use ndarray::Array2;
 use ndarray_npy::NpzWriter;
+use test_support::fields::reading;
 use test_support::made::{axis, fault, open, pulse, savetxt, savez, steps, values};
 use test_support::place::Place;
 use wavecascade::Field;
@@ -57,10 +58,7 @@ fn val_numpy_savetxt_without_a_header() {
         let layout = Layout::TimeSite;
         let step = 2.5e-4;
         assert_eq!(read.notes, [Note::FirstColumn { layout, step }]);
-        let options = OpenOptions {
-            time_column: TimeColumn::None,
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.time_column = TimeColumn::None);
         let all = Field::open(place.path("a.csv"), &options).unwrap();
         assert_eq!((all.n_sites(), all.notes.len()), (3, 0));
     }
@@ -102,10 +100,7 @@ fn what_may_be_a_time_column_is_asked_about() {
     // Rows that are sites begin with their positions.
     let text = "0,1,5,2\n0.5,3,1,1\n1,2,2,7\n";
     fs::write(place.path("a.csv"), text).unwrap();
-    let options = OpenOptions {
-        layout: Some(Layout::SiteTime),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.layout = Some(Layout::SiteTime));
     let field = Field::open(place.path("a.csv"), &options).unwrap();
     assert_eq!((field.n_times(), field.n_sites()), (3, 3));
     assert_eq!(field.space, axis(0.5, None));
@@ -181,10 +176,7 @@ fn a_wide_array_is_asked_about() {
     };
     assert_eq!(open(&place, "wide.npy").notes, [wide]);
     for layout in [Layout::SiteTime, Layout::TimeSite] {
-        let options = OpenOptions {
-            layout: Some(layout),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.layout = Some(layout));
         let field = Field::open(place.path("wide.npy"), &options).unwrap();
         assert_eq!(field.notes, []);
     }

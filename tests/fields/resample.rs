@@ -7,6 +7,8 @@ use std::fs;
 
 use ndarray::Array2;
 use serde_json::Value;
+use test_support::changed;
+use test_support::fields::reading;
 use test_support::made::{fault, savez, values};
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
@@ -24,10 +26,7 @@ pub fn numbers(value: &Value) -> Vec<f64> {
 }
 
 pub fn by(method: Interpolation) -> OpenOptions {
-    OpenOptions {
-        resample: Resample::both(method),
-        ..OpenOptions::default()
-    }
+    reading(|it| it.resample = Resample::both(method))
 }
 
 fn resampled(field: &Field) -> Option<(&'static str, usize, f64)> {
@@ -151,10 +150,7 @@ fn val_identity_memory_does_not_change_a_bit() {
     let field = Array2::from_shape_fn((3000, 9), |(n, j)| ((n * (j + 2)) as f64).sin());
     savez(&place, "v.npz", ("v", &field), &[("t", nodes)]);
     let open = |memory| {
-        let options = OpenOptions {
-            memory,
-            ..by(Interpolation::Cubic)
-        };
+        let options = changed(by(Interpolation::Cubic), |it| it.memory = memory);
         Field::open(place.path("v.npz"), &options)
     };
     let whole = values(&open(None).unwrap());

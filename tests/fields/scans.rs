@@ -8,6 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use ndarray::{Array1, Array2, s};
+use test_support::fields::reading;
 use test_support::made::values;
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
@@ -113,18 +114,12 @@ fn val_identity_records_by_the_numbers_of_their_names() {
         let files = save(&place, |j| format!("scan3_x={}mm.{extension}", 2 * j));
         check(&opened(&by_name(), &files));
         // The same in a scratch file.
-        let options = OpenOptions {
-            memory: Some(5000),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.memory = Some(5000));
         if extension != "csv" {
             check(&by_name().open(&files, &options).unwrap());
         }
         // Metres are asked for.
-        let options = OpenOptions {
-            space_unit: Some("m".into()),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.space_unit = Some("m".into()));
         let field = by_name().open(&files, &options).unwrap().field;
         assert_eq!(
             (field.space.step, field.space.unit.as_deref()),
@@ -244,10 +239,7 @@ fn val_closed_form_fractions_of_a_sample_are_taken_out() {
         );
         assert!((record.delay - delay).abs() < 0.01, "{record:?}");
     }
-    let options = OpenOptions {
-        resample: Resample::both(Interpolation::Cubic),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.resample = Resample::both(Interpolation::Cubic));
     let scanned = scan.open(&files, &options).unwrap();
     let found = values(&scanned.field);
     let mut worst: f64 = 0.0;
@@ -307,10 +299,7 @@ fn val_closed_form_starts_between_samples() {
     let (path, found) = fault(&by_name(), &files, &OpenOptions::default());
     assert_eq!(path, files[1]);
     assert!(matches!(found, ScanFault::Fraction { shift } if (shift - 0.3).abs() < 1e-12));
-    let options = OpenOptions {
-        resample: Resample::both(Interpolation::Cubic),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.resample = Resample::both(Interpolation::Cubic));
     let scanned = by_name().open(&files, &options).unwrap();
     let field = values(&scanned.field);
     assert_eq!((scanned.field.time.origin, field.dim()), (2.0, (98, 3)));

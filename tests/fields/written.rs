@@ -1,10 +1,11 @@
 //! Fields that the program writes, read back: the same bits, axes and units.
 
 use ndarray::Array2;
+use test_support::fields::reading;
 use test_support::made::{axis_at as axis, open, values};
 use test_support::place::Place;
 use wavecascade::arrays::Precision;
-use wavecascade::field::{Axis, OpenOptions, Quantity};
+use wavecascade::field::{Axis, Quantity};
 use wavecascade::report::FieldFile;
 use wavecascade::{Error, Field};
 
@@ -197,10 +198,7 @@ fn only_fields_of_this_program_are_replaced() {
         let refused = FieldFile::check(&place.path(name), false);
         assert!(matches!(refused, Err(Error::Request { .. })), "{name}");
     }
-    let options = OpenOptions {
-        variable: Some("velocity".into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.variable = Some("velocity".into()));
     assert!(Field::open(place.path("own.nc"), &options).is_ok());
 }
 

@@ -1,6 +1,7 @@
 //! Localized waves against the paper, an independent program, finite differences, conservation laws
 //! and chains.
 
+use test_support::changed;
 use wavecascade::localized::{Alternation, Family, PUBLISHED, SlowWave, Wave};
 use wavecascade::observer::Silent;
 
@@ -217,17 +218,11 @@ fn regress_bad_requests_are_refused() {
         let family = Family { exponent, ..family };
         assert!(family.search(2).unwrap_err().is_usage(), "{exponent}");
     }
-    let other = Family {
-        exponent: 2.0,
-        ..family
-    };
+    let other = changed(family, |it| it.exponent = 2.0);
     let slow = SlowWave::exact(1.5).unwrap();
     assert!(other.estimates(&slow, 2).unwrap_err().is_usage());
     // Too wide, or too fast, for any grid: an error rather than a wrong number.
-    let wide = Family {
-        exponent: 1.02,
-        ..family
-    };
+    let wide = changed(family, |it| it.exponent = 1.02);
     for (family, order) in [(wide, 1), (family, 130)] {
         let error = family
             .search(order)

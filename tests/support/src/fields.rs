@@ -1,9 +1,47 @@
 //! Fields that are in order, and their analysis.
 
 use ndarray::Array2;
-use wavecascade::analyze::{Analysis, Request};
+use wavecascade::analyze::{Analysis, Request, Results};
 use wavecascade::chain::{Chain, Run, Simulation};
-use wavecascade::{Field, analyze};
+use wavecascade::estimates::Averaging;
+use wavecascade::field::OpenOptions;
+use wavecascade::{Error, Field, analyze};
+
+use crate::changed;
+
+/// Spectra of sites alone.
+pub const TEMPORAL: Results = Results {
+    temporal: true,
+    ..Results::NONE
+};
+
+/// The default request with a change.
+pub fn asking(change: impl FnOnce(&mut Request)) -> Request {
+    changed(Request::default(), change)
+}
+
+/// The default options of reading with a change.
+pub fn reading(change: impl FnOnce(&mut OpenOptions)) -> OpenOptions {
+    changed(OpenOptions::default(), change)
+}
+
+/// Averages over segments of this length and overlap.
+pub fn averaging(segment: usize, overlap: usize) -> Averaging {
+    Averaging {
+        segment: Some(segment),
+        overlap: Some(overlap),
+        ..Averaging::default()
+    }
+}
+
+/// The option that an error is about.
+#[track_caller]
+pub fn option(error: Error) -> &'static str {
+    match error {
+        Error::Request { option, .. } => option,
+        other => panic!("{other}"),
+    }
+}
 
 pub fn analyzed(field: &Field, request: &Request) -> Analysis {
     analyze(field, request).unwrap().0

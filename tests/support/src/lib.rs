@@ -12,3 +12,9 @@ pub mod preload;
 pub mod pulse;
 pub mod running;
 pub mod shared;
+
+/// The same with a change.
+pub fn changed<T>(mut it: T, change: impl FnOnce(&mut T)) -> T {
+    change(&mut it);
+    it
+}
