@@ -243,11 +243,8 @@ fn val_constructed_coupling_has_its_share_and_biphase() {
         println!("{share}: {:?}", all[0]);
         assert!((all[0].bicoherence - share).abs() < 0.05, "{:?}", all[0]);
         let off = (all[0].biphase - biphase).abs();
-        assert!(
-            off < all[0].biphase_interval + 1e-3 && off < 0.12,
-            "{:?}",
-            all[0]
-        );
+        assert!(off < all[0].biphase_interval + 1e-3, "{:?}", all[0]);
+        assert!(off < 0.12, "{:?}", all[0]);
         let request = changed(request, |it| it.output = Some(1));
         let cross = found(values, &request);
         let all = cross.strongest(10);

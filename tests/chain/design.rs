@@ -57,14 +57,10 @@ fn val_closed_form_a_limit_is_kept_and_used() {
     let designed = found(&request, text);
     let force = (2.5f64 * 1.5).sqrt();
     let measure = designed.after.measure.unwrap();
-    assert!(
-        designed.after.values[0] <= 2.5 && designed.beyond > 0,
-        "{designed:?}"
-    );
-    assert!(
-        (measure / force - 1.0).abs() < 0.01 && measure <= force * (1.0 + 1e-9),
-        "{measure} {force}"
-    );
+    assert!(designed.after.values[0] <= 2.5, "{designed:?}");
+    assert!(designed.beyond > 0, "{designed:?}");
+    assert!((measure / force - 1.0).abs() < 0.01, "{measure} {force}");
+    assert!(measure <= force * (1.0 + 1e-9), "{measure} {force}");
 }
 
 /// Values of a list are taken, descents beat random tries, and no thread changes a bit.
@@ -79,10 +75,8 @@ fn regress_search_beats_random_tries_for_any_threads() {
         *designed.search.last().unwrap(),
         *designed.random.last().unwrap(),
     );
-    assert!(
-        !designed.is_random && search < 0.95 * random,
-        "{search} {random}"
-    );
+    assert!(!designed.is_random, "{search} {random}");
+    assert!(search < 0.95 * random, "{search} {random}");
     assert!(
         designed.describe().answer.contains("less"),
         "{}",

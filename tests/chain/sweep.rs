@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use test_support::contains_all;
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::observer::{Observer, Silent};
@@ -239,9 +240,9 @@ fn what_is_not_this_sweep_is_left_alone() {
         .run(&out, Part::WHOLE, &Silent)
         .unwrap_err()
         .to_string();
-    assert!(
-        error.contains("another sweep: it varies stiffness_ratio from 1.0 to 20.0 in 6"),
-        "{error}"
+    contains_all(
+        &error,
+        &["another sweep: it varies stiffness_ratio from 1.0 to 20.0 in 6"],
     );
     let scene = SceneSource::new(None, SCENE.replace("samples = 240", "samples = 241"));
     let other = Sweep::new(scene, &VARY.map(str::to_owned)).unwrap();
@@ -262,12 +263,7 @@ fn what_is_not_this_sweep_is_left_alone() {
     let stray = line.replacen(&line[..line.find(',').unwrap()], "{\"member\":18", 1);
     std::fs::write(&members, format!("{text}{stray}\n")).unwrap();
     let error = sweep(&VARY).run(&out, Part::WHOLE, &Silent).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("line 19: expected a member below 18"),
-        "{error}"
-    );
+    contains_all(&error.to_string(), &["line 19: expected a member below 18"]);
     let foreign = place.path().join("foreign");
     std::fs::create_dir(&foreign).unwrap();
     std::fs::write(foreign.join("thesis.tex"), "").unwrap();
@@ -297,10 +293,8 @@ fn members_at_fault() {
         let error = made
             .and_then(|s| s.run(&out, Part::WHOLE, &Silent))
             .unwrap_err();
-        assert!(
-            error.is_usage() && error.to_string().contains(named),
-            "{error}"
-        );
+        assert!(error.is_usage(), "{error}");
+        assert!(error.to_string().contains(named), "{error}");
         assert!(!out.exists());
     }
     let scene =

@@ -5,6 +5,7 @@ use std::fs;
 
 use ndarray::Array2;
 use serde_json::{Value, json};
+use test_support::contains_all;
 use test_support::made::in_one_line;
 use test_support::place::{Place, names, set, text};
 use test_support::pulse;
@@ -105,8 +106,7 @@ fn figures_are_those_asked_for() {
         fs::read_to_string(folder.join("temporal-spectrum.svg")).unwrap()
     };
     let paper = drawn("--style paper --figure-size 8.6x7cm --db 40");
-    assert!(paper.contains("width=\"86.00mm\" height=\"70.00mm\""));
-    assert!(paper.contains("dB re"));
+    contains_all(&paper, &["width=\"86.00mm\" height=\"70.00mm\"", "dB re"]);
     assert!(drawn("--colormap gray") != drawn(""));
     for (options, named) in [
         ("--figures none,png", "--figures"),
@@ -149,10 +149,7 @@ fn a_plan_writes_nothing() {
     let place = pulse::place();
     let before = place.names();
     let said = place.says("analyze wave.npy --plan");
-    assert!(
-        said.contains("memory") && said.contains("threads"),
-        "{said}"
-    );
+    contains_all(&said, &["memory", "threads"]);
     let json = place.says("analyze wave.npy --plan --json --threads 3");
     let plan: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(plan["arrays"]["temporal_spectrum"], json!([49, 12]));
@@ -254,10 +251,7 @@ fn regress_what_is_left_open_is_named_with_commands_that_run() {
     let place = Place::new();
     place.save("noise.npy", &test_support::fields::noise(1024, 20));
     let said = place.says("analyze noise.npy --rate 1kHz --figures none --verbose");
-    assert!(
-        said.contains("cascade COMMAND noise.npy --rate 1kHz\n"),
-        "{said}"
-    );
+    contains_all(&said, &["cascade COMMAND noise.npy --rate 1kHz\n"]);
     for name in ["ridges", "spectrum", "coherence", "bicoherence"] {
         assert!(said.contains(name), "{name}\n{said}");
         let line = format!("{name} noise.npy --rate 1kHz --figures none --quiet");

@@ -35,10 +35,8 @@ fn regress_coupling_is_found_and_written() {
         "png",
     ]);
     let first = said.lines().next().unwrap();
-    assert!(
-        first.starts_with("field.npy: ") && first.contains("are coupled with"),
-        "{said}"
-    );
+    assert!(first.starts_with("field.npy: "), "{said}");
+    assert!(first.contains("are coupled with"), "{said}");
     assert!(said.contains("biphase"), "{said}");
     let summary = place.json("field-bicoherence/summary.json");
     assert!(summary["above_map_level"].as_u64().unwrap() > 20);

@@ -4,6 +4,7 @@ use std::fs;
 
 use ndarray::Array2;
 use serde_json::Value;
+use test_support::contains_all;
 use test_support::made::{axis, open, pulse, savez, steps, values};
 use test_support::place::{Place, text};
 
@@ -62,15 +63,12 @@ fn steps_carry_units() {
         (&0.01.into(), &(-300.0).into())
     );
     assert_eq!(field["units"]["frequency"], "kHz");
-    assert!(
-        first.contains("dt 0.01 ms, no dx: x counts sites"),
-        "{first}"
-    );
+    contains_all(&first, &["dt 0.01 ms, no dx: x counts sites"]);
     // Without steps, the first line says what is counted.
     let (field, first) = found(&[], "");
-    assert!(
-        first.contains("no dt: time counts samples, no dx: x counts sites"),
-        "{first}"
+    contains_all(
+        &first,
+        &["no dt: time counts samples, no dx: x counts sites"],
     );
     assert_eq!(field["units"]["frequency"], "cycles/sample");
     for (code, words, expected) in [
@@ -138,10 +136,7 @@ fn a_filter_says_what_it_cannot_mean() {
         text(&output.stderr)
     };
     let said = warned(&["--speed", "0.1:3"]);
-    assert!(
-        said.contains("site per sample") && said.contains("`--dt` and `--dx`"),
-        "{said}"
-    );
+    contains_all(&said, &["site per sample", "`--dt` and `--dx`"]);
     assert_eq!(
         warned(&["--speed", "0.1:3", "--dt", "2s", "--dx", "3m"]),
         ""
@@ -152,10 +147,7 @@ fn a_filter_says_what_it_cannot_mean() {
     let output = place.run(&["filter", "a.npy", "--frequency", "9:10", "--out", "c.npz"]);
     assert_eq!(output.status.code(), Some(2));
     let said = text(&output.stderr);
-    assert!(
-        said.contains("nothing passes") && said.contains("0.5000 cycles/sample"),
-        "{said}"
-    );
+    contains_all(&said, &["nothing passes", "0.5000 cycles/sample"]);
     assert_eq!(place.names(), before);
 }
 

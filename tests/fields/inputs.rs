@@ -6,6 +6,7 @@ use std::fs;
 
 use ndarray::Array2;
 use ndarray_npy::NpzWriter;
+use test_support::contains_all;
 use test_support::fields::reading;
 use test_support::made::{axis, fault, open, pulse, savetxt, savez, steps, values};
 use test_support::place::Place;
@@ -152,10 +153,7 @@ fn val_numpy_savez_with_short_names() {
     // What has the name but not the length is no coordinate of it.
     savez(&place, "a.npz", ("v", &field), &[("t", steps(7, 1.0))]);
     let found = fault(&place, "a.npz", &OpenOptions::default()).to_string();
-    assert!(
-        found.contains("\"t\"") && found.contains("expected 40"),
-        "{found}"
-    );
+    contains_all(&found, &["\"t\"", "expected 40"]);
     // A second array of two dimensions does not hide the field.
     let mut archive = NpzWriter::new(fs::File::create(place.path("a.npz")).unwrap());
     archive.add_array("u", &(&field * 2.0)).unwrap();
@@ -185,10 +183,7 @@ fn a_wide_array_is_asked_about() {
     let summary = place.json("wide-cascade/summary.json");
     assert_eq!(summary["moved"], serde_json::Value::Null);
     let said = summary["answer"].as_str().unwrap();
-    assert!(
-        said.contains("`--layout time-site` reads 10 times of 80 sites"),
-        "{said}"
-    );
+    contains_all(&said, &["`--layout time-site` reads 10 times of 80 sites"]);
     let first = &summary["warnings"][0];
     assert_eq!(first["code"], "wide-array");
     // Coordinates settle it, numpy.savez(path, v=v, t=t).

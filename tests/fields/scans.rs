@@ -205,10 +205,8 @@ fn val_closed_form_records_are_aligned_by_a_reference() {
     assert_eq!(found.dim(), (183, 4));
     for (j, record) in scanned.records.iter().enumerate() {
         assert_eq!((record.delay - record.left).round(), delays[j] - 5.0);
-        assert!(
-            record.left.abs() < 1e-5 && record.correlation.unwrap() > 0.999,
-            "{record:?}"
-        );
+        assert!(record.left.abs() < 1e-5, "{record:?}");
+        assert!(record.correlation.unwrap() > 0.999, "{record:?}");
         for n in 0..183 {
             let t = scanned.field.time.at(n) - 5.0;
             let expected = (0.05 * (t - 2.0 * j as f64)).sin();
@@ -379,10 +377,8 @@ fn what_does_not_go_together_is_refused() {
         other => panic!("{other:?}"),
     }
     let one = scan.open(&uneven[..1], &plain).unwrap_err();
-    assert!(
-        one.is_usage() && one.to_string().contains("two files"),
-        "{one}"
-    );
+    assert!(one.is_usage(), "{one}");
+    assert!(one.to_string().contains("two files"), "{one}");
     let mut flat = by_name();
     flat.reference = Some("0".into());
     flat.channel = Some("0".into());

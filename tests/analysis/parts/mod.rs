@@ -3,7 +3,7 @@
 mod blocks;
 
 use ndarray::Array2;
-use test_support::changed;
+use test_support::{changed, contains_all};
 use wavecascade::estimates::{
     Averaging, BlockPlace, Coherence, CoherenceRequest, Combined, DividedRequest, Part, Partial,
     SpectrumEstimate, SpectrumRequest, Tapers, coherence, combine, join, partial, partial_of_block,
@@ -255,10 +255,7 @@ fn regress_a_part_reads_its_own_samples_alone() {
     gappy.time.step = 1e-3;
     let filled = changed(welch(64, 32), |it| it.gaps = Gaps::Interpolate);
     let error = partial(&[&gappy], &filled.into(), part, &Silent).unwrap_err();
-    assert!(
-        error.to_string().contains("time row 671, site 4"),
-        "{error}"
-    );
+    contains_all(&error.to_string(), &["time row 671, site 4"]);
 }
 
 #[test]
@@ -292,10 +289,7 @@ fn regress_what_is_missing_twice_or_foreign_is_named() {
     assert!(said(&[a, b, c, d]).contains("no part 5/5"));
     assert!(said(&[a, b, b, c, d, e]).contains("in part 2/5 and part 2/5"));
     let text = said(&[a, b, c, d, &foreign[4]]);
-    assert!(
-        text.contains("overlap 30 in place of 32 in part 5/5"),
-        "{text}"
-    );
+    contains_all(&text, &["overlap 30 in place of 32 in part 5/5"]);
     assert!(said(&[]).contains("none"));
     // Parts of different cuts may be combined.
     let halves = parts_of(&fields, &request, 2);
