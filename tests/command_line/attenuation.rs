@@ -47,9 +47,9 @@ fn attenuation_by_ratio_its_files_and_words() {
     let found = json(&printed);
     assert_eq!(found["schema"], "cascade.attenuation/2");
     assert_eq!(found["curves"].as_array().unwrap().len(), 6);
-    let kept = fs::read_to_string(place.path("kept/summary.json")).unwrap();
+    let kept = place.read("kept/summary.json");
     assert_eq!(kept.trim_end(), printed.trim_end());
-    let table = fs::read_to_string(place.path("kept/curves.csv")).unwrap();
+    let table = place.read("kept/curves.csv");
     assert!(
         table.starts_with("chain,sense,bodies,contact_kind,relative_force"),
         "{table}"
@@ -106,11 +106,10 @@ fn val_paper_attenuation_by_angle_and_the_best_angle() {
 #[test]
 fn transmission_its_files_and_what_was_measured() {
     let place = Place::of(&["attenuate"]);
-    fs::write(
-        place.path("measured.csv"),
+    place.write(
+        "measured.csv",
         "ratio, force, error\n2.0, 0.75, 0.02\n# a comment\n3.0, 0.70, 0.02\n",
-    )
-    .unwrap();
+    );
     let words = [
         "--sites",
         "21",
@@ -131,12 +130,12 @@ fn transmission_its_files_and_what_was_measured() {
         &said,
         &["measured at 2.000  0.7500 +- 0.02000, computed 0.7"],
     );
-    let found = json(&fs::read_to_string(place.path("kept/summary.json")).unwrap());
+    let found = json(&place.read("kept/summary.json"));
     assert_eq!(found["measured"].as_array().unwrap().len(), 2);
     let difference = found["measured"][0]["difference"].as_f64().unwrap();
     let computed = found["measured"][0]["computed"].as_f64().unwrap();
     assert!((0.75 - computed - difference).abs() < 1e-15);
-    let table = fs::read_to_string(place.path("kept/curves.csv")).unwrap();
+    let table = place.read("kept/curves.csv");
     assert!(
         table.starts_with("row,stiffness_ratio,value_error"),
         "{table}"
@@ -151,7 +150,7 @@ fn transmission_its_files_and_what_was_measured() {
 
 /// Both pictures are there, with charts of these titles.
 fn drawn(place: &Place, stem: &str, titles: &[&str]) {
-    let picture = fs::read_to_string(place.path(format!("{stem}.svg"))).unwrap();
+    let picture = place.read(format!("{stem}.svg"));
     for title in titles {
         assert!(picture.contains(title), "{stem}: {title}");
     }
@@ -171,7 +170,7 @@ const FIELD_CHARTS: [&str; 3] = [
 fn regress_a_measured_field_over_its_own_chain() {
     let place = Place::new();
     let simulate = "simulate --sites 31 --stiffness-ratio 2.4 --samples 400 --out run.npz --quiet";
-    place.good(&simulate.split(' ').collect::<Vec<_>>());
+    place.says(simulate);
     let attenuate = "attenuate --ratios 2.4 --bodies 20 --sense chain --measured run.npz \
                      --measured-field --figures png,svg --out kept";
     let words: Vec<&str> = attenuate.split_whitespace().collect();
@@ -251,7 +250,7 @@ fn regress_a_measured_field_at_a_wall() {
     let place = Place::new();
     let simulate = "simulate --sites 21 --stiffness-ratio 2.4 --samples 900 --end-time 40 \
                     --out walled.npz --quiet";
-    place.good(&simulate.split_whitespace().collect::<Vec<_>>());
+    place.says(simulate);
     let transmit = "attenuate --sites 21 --against stiffness_ratio=2.2,2.6 --no-extremes \
                     --measured 2.4=walled.npz --figures png,svg --out kept";
     let words: Vec<&str> = transmit.split_whitespace().collect();
@@ -271,11 +270,11 @@ fn regress_a_measured_field_at_a_wall() {
 #[test]
 fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
     let place = Place::new();
-    fs::write(place.path("bad.csv"), "1,2\nx,y\n").unwrap();
-    fs::write(place.path("notes.txt"), "").unwrap();
-    fs::write(place.path("field.npz"), b"PK\xff\xfe").unwrap();
+    place.write("bad.csv", "1,2\nx,y\n");
+    place.write("notes.txt", "");
+    place.write("field.npz", b"PK\xff\xfe");
     fs::create_dir(place.path("full")).unwrap();
-    fs::write(place.path("full/thesis.tex"), "").unwrap();
+    place.write("full/thesis.tex", "");
     for (words, code, named) in [
         (&["attenuate"][..], 2, "--angles"),
         (&["attenuate", "--ratios", "0.5"], 2, "--ratios"),

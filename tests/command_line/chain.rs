@@ -120,7 +120,7 @@ fn an_si_run_states_its_units_and_its_scene_is_no_sidecar() {
     let refused = Field::open(place.path("other.npz"), &OpenOptions::default());
     assert!(matches!(refused, Err(Error::Input { .. })));
     // A sidecar of a run has the run's whole name.
-    fs::write(place.path("quartz.npz.toml"), "time_unit = 'h'").unwrap();
+    place.write("quartz.npz.toml", "time_unit = 'h'");
     assert_eq!(open(None).time.unit.as_deref(), Some("h"));
 }
 
@@ -130,15 +130,8 @@ fn what_is_written_is_what_the_library_computes_and_reads_back() {
     let text = "sites = 9\nmass_spread = 0.2\nends = 'free'\ndrag = 0.01\ndrive = 'force'\n\
                 drive_amplitude = 0.3\ndrive_frequency = 0.1\nend_time = 6.0\nsamples = 20\n\
                 # a comment in \u{3ba}\n";
-    fs::write(place.path("scene.toml"), text).unwrap();
-    place.good(&[
-        "simulate",
-        "scene.toml",
-        "-o",
-        "deep/folder/a.npz",
-        "--seed",
-        "5",
-    ]);
+    place.write("scene.toml", text);
+    place.says("simulate scene.toml -o deep/folder/a.npz --seed 5");
     let source = SceneSource::read(&place.path("scene.toml")).unwrap();
     let setting = wavecascade::chain::scene::Setting {
         key: "seed".into(),
@@ -215,7 +208,7 @@ fn nothing_is_overwritten_unasked_and_nothing_but_a_run_ever() {
     place.good(&short(
         &["--out", "run.npz", "--force", "--sites", "13"][..3],
     ));
-    fs::write(place.path("notes.npz"), "mine").unwrap();
+    place.write("notes.npz", "mine");
     fs::create_dir(place.path("folder")).unwrap();
     for taken in ["notes.npz", "folder"] {
         let said = place.bad(2, &short(&["--out", taken, "--force"]));
@@ -301,7 +294,7 @@ fn the_examples_are_scenes_and_the_short_ones_run() {
 #[test]
 fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
     let place = Place::new();
-    fs::write(place.path("scene.toml"), place.good(&["scene"])).unwrap();
+    place.write("scene.toml", place.good(&["scene"]));
     let said = place.good(&["simulate", "scene.toml", "--plan", "--json"]);
     let plan: Value = serde_json::from_str(&said).unwrap();
     assert_eq!(
@@ -331,11 +324,7 @@ fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
     assert!(help.contains("Number of sites, the striker (site 0) included"));
     let page = place.good(&["man", "simulate"]);
     assert!(page.contains("stiffness\\-ratio"), "{page}");
-    assert!(
-        place
-            .good(&["completions", "bash"])
-            .contains("--stiffness-ratio")
-    );
+    assert!(place.says("completions bash").contains("--stiffness-ratio"));
 }
 
 #[test]
@@ -365,7 +354,7 @@ striker_radius = \"9 mm\"
 \
                  striker_velocity = \"0.88 m/s\"
 ";
-    std::fs::write(place.path("scene.toml"), scene).unwrap();
+    place.write("scene.toml", scene);
     let said = place.good(&["scene", "--check", "scene.toml"]);
     // 4.507 in the paper.
     assert!(said.contains("stiffness ratio 4.506814"), "{said}");

@@ -169,15 +169,7 @@ fn walk(place: &Place, case: &Case, has_older: bool) -> Option<usize> {
 /// What all cases read.
 fn inputs_of_cases() -> Place {
     let place = test_support::pulse::place();
-    place.good(&[
-        "simulate",
-        "--sites",
-        "4",
-        "--samples",
-        "8",
-        "--out",
-        "chain.npz",
-    ]);
+    place.says("simulate --sites 4 --samples 8 --out chain.npz");
     place
 }
 

@@ -39,7 +39,7 @@ fn fields_of_a_few_samples_and_of_zeros_are_analysed() {
     for field in fields {
         place.save("small.npy", &field);
         let said = place.says("analyze small.npy --force --out out");
-        let json = fs::read_to_string(place.path("out/summary.json")).unwrap();
+        let json = place.read("out/summary.json");
         for text in [said, json] {
             contains_none(&text, &["NaN", "Infinity"]);
         }
@@ -65,7 +65,7 @@ fn an_axis_without_a_unit_says_so() {
             (&units["frequency"], &units["wavenumber"]),
             (&frequency.into(), &wavenumber.into())
         );
-        let page = fs::read_to_string(place.path("wave-cascade/report.html")).unwrap();
+        let page = place.read("wave-cascade/report.html");
         assert_eq!(page.contains("time (samples)"), options.is_empty());
     }
 }

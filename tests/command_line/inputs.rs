@@ -13,7 +13,7 @@ fn steps_carry_units() {
     let place = Place::new();
     place.save("a.npy", &pulse(64, 8));
     let found = |options: &[&str], sidecar: &str| -> (Value, String) {
-        fs::write(place.path("a.npy.toml"), sidecar).unwrap();
+        place.write("a.npy.toml", sidecar);
         let words = ["analyze", "a.npy", "--figures", "none", "--force"];
         let said = place.good(&[&words[..], options].concat());
         let of_axes = said.lines().find(|line| line.starts_with("field"));
@@ -100,7 +100,7 @@ fn regress_a_field_beside_an_si_scene_is_put_into_si() {
     let place = Place::new();
     let si = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
               striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
-    fs::write(place.path("si.toml"), si).unwrap();
+    place.write("si.toml", si);
     place.good(&["simulate", "si.toml", "--out", "run.npz", "--quiet"]);
     place.save("a.npy", &values(&open(&place, "run.npz")));
     let base =
@@ -186,21 +186,10 @@ fn a_filtered_field_is_written_as_its_name_says() {
         let said = place.bad(2, &filter(&["--out", name]));
         assert!(said.contains("--out") && said.contains(".npz"), "{said}");
     }
-    let said = place.bad(
-        2,
-        &[
-            "simulate",
-            "--sites",
-            "3",
-            "--end-time",
-            "3",
-            "--out",
-            "run.npy",
-        ],
-    );
+    let said = place.refuses(2, "simulate --sites 3 --end-time 3 --out run.npy");
     assert!(said.contains("--out") && said.contains(".npz"), "{said}");
     // Beside a sidecar under the other name the array would have two.
-    fs::write(place.path("minus.toml"), "dt = 1\n").unwrap();
+    place.write("minus.toml", "dt = 1\n");
     let said = place.bad(2, &filter(&["--out", "minus.npy"]));
     assert!(said.contains("minus.toml"), "{said}");
 }
@@ -233,9 +222,9 @@ fn default_names_of_results_differ() {
 fn options_without_effect_are_refused() {
     let place = Place::new();
     place.save("a.npy", &pulse(64, 8));
-    fs::write(place.path("a.csv"), "1,2\n5,1\n2,2\n").unwrap();
+    place.write("a.csv", "1,2\n5,1\n2,2\n");
     let run = "simulate --sites 4 --end-time 4 --samples 65 --quiet --out run.npz";
-    place.good(&run.split(' ').collect::<Vec<_>>());
+    place.says(run);
     for (words, option) in [
         ("analyze a.npy --variable v", "--variable"),
         ("analyze a.csv --variable v", "--variable"),
@@ -294,8 +283,7 @@ fn options_without_effect_are_refused() {
             "--lengths",
         ),
     ] {
-        let said = place.bad(2, &words.split(' ').collect::<Vec<_>>());
-        assert!(said.contains(option), "{words}: {said}");
+        place.refuses_for(2, words, option);
     }
 }
 
@@ -313,7 +301,7 @@ fn messages_name_what_was_typed_and_the_file() {
               --out si.npz",
     );
     place.save("still.npy", &Array2::<f64>::zeros((64, 4)));
-    fs::write(place.path("nan.csv"), "1,2\nnan,1\n2,2\n").unwrap();
+    place.write("nan.csv", "1,2\nnan,1\n2,2\n");
     for (code, words, named, not) in [
         (
             2,
@@ -370,7 +358,7 @@ fn messages_name_what_was_typed_and_the_file() {
             "--frequency",
         ),
     ] {
-        let said = place.bad(code, &words.split(' ').collect::<Vec<_>>());
+        let said = place.refuses(code, words);
         for word in named {
             assert!(said.contains(word), "{words}: {said}");
         }

@@ -133,7 +133,7 @@ fn regress_peaks_of_commands_without_a_memory_option() {
     let simulate = "simulate --sites 200 --samples 10000 --end-time 20";
     for (ratio, out) in [("1", "first.npz"), ("2", "second.npz")] {
         let words = format!("{simulate} --stiffness-ratio {ratio} --out {out} --quiet");
-        place.good(&words.split(' ').collect::<Vec<_>>());
+        place.says(&words);
     }
     // Times, velocities, displacements, forces, energies passed.
     let run: u64 = 8 * 10_000 * (1 + 2 * 200 + 2 * 199);
@@ -178,7 +178,7 @@ fn regress_peaks_of_commands_without_a_memory_option() {
 fn regress_a_run_larger_than_memory_is_refused() {
     let place = Place::new();
     let simulate = "simulate --sites 200 --samples 20000 --end-time 20 --out run.npz --quiet";
-    place.good(&simulate.split(' ').collect::<Vec<_>>());
+    place.says(simulate);
     for words in ["budget run.npz", "compare run.npz run.npz"] {
         let (code, said) = limited(&place, 230_000, words);
         assert_eq!(code, Some(2), "{words}: {said}");
@@ -203,11 +203,10 @@ fn regress_a_stiff_chain_is_refused_with_its_key() {
     contains_all(&said, &["--dashpot", "steps"]);
     let short = [&stiff[..], &["--end-time", "0.01", "--quiet"]].concat();
     place.good(&short);
-    std::fs::write(
-        place.path("scene.toml"),
+    place.write(
+        "scene.toml",
         "sites = 4\nsamples = 5\ndashpot = 1e4\nend_time = 1\n",
-    )
-    .unwrap();
+    );
     let said = place.good(&["scene", "--check", "scene.toml"]);
     contains_all(&said, &["6.7e3 steps", "dashpot"]);
     let json = place.good(&["scene", "--check", "scene.toml", "--json"]);
@@ -240,8 +239,7 @@ fn regress_the_time_allowed_ends_a_command() {
     assert!(place.path("sweep/members.jsonl").exists());
     // While the scenes are checked, nothing is there to go on from.
     let many = "sweep --sites 60 --samples 2 --vary seed=1:100000 --mass-spread 0.1 --out many --max-time 50ms";
-    let said = place.bad(124, &many.split(' ').collect::<Vec<_>>());
-    assert!(said.contains("nothing was written"), "{said}");
+    place.refuses_for(124, many, "nothing was written");
     assert!(!place.path("many").exists());
     place.bad(2, &["scene", "--max-time", "soon"]);
 }

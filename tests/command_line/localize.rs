@@ -99,7 +99,7 @@ fn a_directory_with_the_table_and_the_waves_appears_whole() {
     assert_eq!(summary["schema"], "cascade.localize/2");
     assert_eq!(summary["family"]["alternation"], "stiffness");
     assert_eq!(summary["orders"][1]["order"], 3);
-    let table = fs::read_to_string(place.path("waves/table.csv")).unwrap();
+    let table = place.read("waves/table.csv");
     let mut reader = csv::Reader::from_reader(table.as_bytes());
     let header = reader.headers().unwrap().clone();
     let records: Vec<csv::StringRecord> = reader.records().map(|r| r.unwrap()).collect();
@@ -108,18 +108,14 @@ fn a_directory_with_the_table_and_the_waves_appears_whole() {
     let kappa = summary["orders"][0]["exact"]["kappa"].as_f64().unwrap();
     assert_eq!(records[0][column].parse::<f64>().unwrap(), kappa);
 
-    let said = place.bad(2, &["--order", "2", "--out", "waves"]);
-    assert!(said.contains("--force"), "{said}");
+    place.refuses_for(2, "--order 2 --out waves", "--force");
     place.good(&["--order", "2", "--out", "waves", "--force", "--quiet"]);
     assert!(!place.path("waves/wave-03.npz").exists());
     // Nothing else is replaced.
     fs::create_dir(place.path("mine")).unwrap();
-    fs::write(place.path("mine/notes.txt"), "mine").unwrap();
+    place.write("mine/notes.txt", "mine");
     place.bad(2, &["--order", "2", "--out", "mine", "--force"]);
-    assert_eq!(
-        fs::read_to_string(place.path("mine/notes.txt")).unwrap(),
-        "mine"
-    );
+    assert_eq!(place.read("mine/notes.txt"), "mine");
 }
 
 /// The arrays satisfy what they are: forces are powers of psi, the parts make up psi.
@@ -195,8 +191,7 @@ fn val_chain_a_launched_wave_keeps_its_shape() {
 fn val_paper_angles_of_localized_and_most_dispersive_waves() {
     let place = Place::of(&["localize"]);
     let words = "--order 2..3 --angles --material quartz --radius 9mm --cells 80 --json";
-    let words: Vec<&str> = words.split(' ').collect();
-    let table: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let table: Value = serde_json::from_str(&place.says(words)).unwrap();
     let rows = &table["orders"];
     let degrees = rows[0]["angle"]["degrees"].as_f64().unwrap();
     assert!((7.0..8.0).contains(&degrees), "{degrees}");
@@ -226,7 +221,7 @@ fn an_unresolved_order_is_told_in_its_row() {
     assert!(rows[0]["exact"].is_null() && rows[0]["asymptotic"].is_null());
     let reason = rows[0]["reason"].as_str().unwrap();
     assert!(reason.contains("rounding beyond order"), "{reason}");
-    let table = fs::read_to_string(place.path("found/table.csv")).unwrap();
+    let table = place.read("found/table.csv");
     assert!(
         table
             .lines()
@@ -269,10 +264,8 @@ fn wrong_requests_end_with_code_2_and_leave_nothing() {
         "--alternation both",
         "--order 1..2 --out .",
     ] {
-        let words: Vec<&str> = words.split(' ').collect();
-        place.bad(2, &words);
+        place.refuses(2, words);
     }
     // The wave of the homogeneous chain is too wide: a run that fails.
-    let said = place.bad(1, &["--exponent", "1.02", "--out", "wide"]);
-    assert!(said.contains("1.02"), "{said}");
+    place.refuses_for(1, "--exponent 1.02 --out wide", "1.02");
 }

@@ -58,17 +58,14 @@ fn regress_what_is_no_part_is_refused() {
         ("coherence --merge part --out out --memory 0", "--memory"),
         ("analyze field.npy --part 3/64", "cascade spectrum FIELD"),
     ] {
-        let said = place.refuses(2, line);
-        assert!(said.contains(named), "{line}: {said}");
+        place.refuses_for(2, line, named);
     }
-    let said = place.refuses(1, "coherence --merge field.npy --out out");
-    assert!(said.contains("field.npy"), "{said}");
+    place.refuses_for(1, "coherence --merge field.npy --out out", "field.npy");
     // A part that was damaged.
     let path = place.path("part/part.npz");
     let mut bytes = fs::read(&path).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     fs::write(&path, bytes).unwrap();
-    let said = place.refuses(1, "coherence --merge part --out out");
-    assert!(said.contains("part.npz"), "{said}");
+    place.refuses_for(1, "coherence --merge part --out out", "part.npz");
 }

@@ -61,18 +61,13 @@ fn regress_a_speed_is_found_fitted_and_written() {
     );
     assert!((value - 2000.0).abs() < 4.0 * error, "{speed}");
     assert!(error < 10.0, "{speed}");
-    let table = std::fs::read_to_string(place.path("field-ridges/ridges.csv")).unwrap();
+    let table = place.read("field-ridges/ridges.csv");
     let file = std::fs::File::open(place.path("field-ridges/ridges.npz")).unwrap();
     let mut archive = NpzReader::new(file).unwrap();
     let k: Array1<f64> = archive.by_name("wavenumber").unwrap();
     assert_eq!(table.lines().count(), k.len() + 1);
     assert!(k.iter().any(|k| *k > 0.5) && k.iter().any(|k| *k < -0.5));
-    for name in ["report.html", "figures/ridges.png"] {
-        assert!(
-            place.path(format!("field-ridges/{name}")).exists(),
-            "{name}"
-        );
-    }
+    place.has("field-ridges", "report.html figures/ridges.png");
 }
 
 #[test]

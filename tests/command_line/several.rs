@@ -11,9 +11,9 @@ fn fields() -> Place {
     let place = Place::new();
     for name in ["one", "two"] {
         place.save(&format!("{name}.npy"), &wave(96, 12));
-        fs::write(place.path(format!("{name}.toml")), SIDECAR).unwrap();
+        place.write(format!("{name}.toml"), SIDECAR);
     }
-    fs::write(place.path("bad.npy"), "no array").unwrap();
+    place.write("bad.npy", "no array");
     place
 }
 
@@ -43,7 +43,7 @@ fn each_field_has_a_directory_and_one_page_lists_them() {
     place.says("analyze one.npy --out single --quiet");
     let spectra = |of: &str| fs::read(place.path(of).join("spectra.npz")).unwrap();
     assert_eq!(spectra("all/one"), spectra("single"));
-    let page = fs::read_to_string(place.path("all/index.html")).unwrap();
+    let page = place.read("all/index.html");
     for word in ["href=\"one/report.html\"", "href=\"two/report.html\""] {
         assert!(page.contains(word), "{word}");
     }
@@ -61,7 +61,7 @@ fn each_field_has_a_directory_and_one_page_lists_them() {
         }
     }
     assert!(rows[1]["failed"].as_str().unwrap().contains("bad.npy"));
-    let table = fs::read_to_string(place.path("all/headlines.csv")).unwrap();
+    let table = place.read("all/headlines.csv");
     assert_eq!(table.lines().count(), 4, "{table}");
 }
 
@@ -77,10 +77,10 @@ fn results_are_replaced_as_a_whole_and_only_if_asked_for() {
     let expected = ["headlines.csv", "index.html", "index.json", "two"];
     assert_eq!(names(&place.path("all")), set(&expected));
     // What somebody else has put there is not ours.
-    fs::write(place.path("all/notes.txt"), "mine").unwrap();
+    place.write("all/notes.txt", "mine");
     assert!(place.refuses(2, again).contains("notes.txt"));
     // Where nothing succeeds, nothing is left.
-    fs::write(place.path("worse.npy"), "no array").unwrap();
+    place.write("worse.npy", "no array");
     let output = place.run(&["analyze", "bad.npy", "worse.npy"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(!place.path("fields-cascade").exists());
@@ -119,7 +119,6 @@ fn fields_of_one_name_get_that_of_their_folders() {
     let found: Vec<&Value> = found.iter().map(|row| &row["name"]).collect();
     assert_eq!(found, ["a-one", "b-one", "c-one", "two"]);
     for twice in ["one.npy ./one.npy", "a/one.npy b/../a/one.npy"] {
-        let said = place.refuses(2, &format!("analyze {twice}"));
-        assert!(said.contains("twice"), "{said}");
+        place.refuses_for(2, &format!("analyze {twice}"), "twice");
     }
 }

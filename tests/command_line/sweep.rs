@@ -1,6 +1,5 @@
 //! `cascade sweep`, and chains in SI with their units.
 
-use std::fs;
 
 use test_support::contains_all;
 use test_support::made::in_one_line;
@@ -26,10 +25,7 @@ fn a_sweep_says_what_is_wrong_and_that_runs_failed() {
     let short = ["--sites", "8", "--end-time", "20", "--samples", "8"];
     let sweep = |more: &[&'static str]| [&["sweep"], &short[..], more].concat();
     place.good(&sweep(&["--vary", "stiffness_ratio=1,2", "--out", "good"]));
-    let said = place.bad(
-        2,
-        &["sweep", "--merge", "good", "--sites", "3", "--out", "m"],
-    );
+    let said = place.refuses(2, "sweep --merge good --sites 3 --out m");
     contains_all(&said, &["--merge", "--sites"]);
     let steps = [
         "--scheme",
@@ -43,7 +39,7 @@ fn a_sweep_says_what_is_wrong_and_that_runs_failed() {
     assert_eq!(output.status.code(), Some(1), "one of two runs failed");
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("1 of the runs failed"), "{said}");
-    let table = fs::read_to_string(place.path("half").join("table.csv")).unwrap();
+    let table = place.read("half/table.csv");
     assert_eq!(table.lines().count(), 3);
     assert!(
         table.lines().nth(2).unwrap().contains("stability"),
@@ -67,14 +63,14 @@ fn a_sweep_takes_units_and_states_them() {
     let said = in_one_line(&said);
     assert!(said.contains(" N at radius 5.000 mm to "), "{said}");
     assert!(said.contains(" N at radius 20.00 mm"), "{said}");
-    let table = fs::read_to_string(place.path("s/table.csv")).unwrap();
+    let table = place.read("s/table.csv");
     let radii: Vec<&str> = table
         .lines()
         .skip(1)
         .map(|line| line.split(',').next().unwrap())
         .collect();
     assert_eq!(radii, ["5.0mm", "10.0mm", "15.0mm", "20.0mm"]);
-    let page = fs::read_to_string(place.path("s/report.html")).unwrap();
+    let page = place.read("s/report.html");
     for text in [
         "radius (mm)",
         "force, last contact (N)",
@@ -129,7 +125,7 @@ fn a_sweep_without_values_says_what_to_state() {
     );
     contains_all(&said, &["none of 2 members", "--samples"]);
     assert!(!said.contains("--end-time"), "{said}");
-    let table = fs::read_to_string(place.path("b/table.csv")).unwrap();
+    let table = place.read("b/table.csv");
     assert!(
         table.lines().skip(1).all(|line| line.contains(",samples,")),
         "{table}"
@@ -142,7 +138,7 @@ fn a_check_of_a_scene_in_si_has_units() {
     let scene = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\ndashpot = 3.0\n\
                  drag = 0.1\ntangent = \"1 us\"\ndrive = \"force\"\ndrive_waveform = \"half-sine\"\n\
                  drive_amplitude = 2.5\ndrive_duration = \"1 ms\"\nend_time = \"1 ms\"\n";
-    fs::write(place.path("s.toml"), scene).unwrap();
+    place.write("s.toml", scene);
     let said = in_one_line(&place.good(&["scene", "--check", "s.toml"]));
     for text in [
         " N/m^1.5",
@@ -184,9 +180,7 @@ fn a_run_that_ends_by_itself_says_when_the_wall_peaks() {
     let (first, second) = (peak("a.npz"), peak("b.npz"));
     assert!(first.0 > 0.999 * first.1, "{first:?} {second:?}");
     assert!(second.0 < 0.98 * second.1, "{first:?} {second:?}");
-    let free = place.good(&[
-        "simulate", "--sites", "20", "--ends", "free", "--out", "c.npz",
-    ]);
+    let free = place.says("simulate --sites 20 --ends free --out c.npz");
     assert!(!free.contains("--end-time"), "{free}");
 }
 
@@ -194,7 +188,7 @@ fn a_run_that_ends_by_itself_says_when_the_wall_peaks() {
 #[test]
 fn budgets_in_si_have_units() {
     let place = Place::new();
-    fs::write(place.path("beads.toml"), SCENE).unwrap();
+    place.write("beads.toml", SCENE);
     let said = place.good(&["simulate", "beads.toml", "--quiet"]);
     assert!(said.is_empty(), "{said}");
     let said = place.good(&["budget", "beads.npz", "--verbose", "--figures", "none"]);

@@ -151,7 +151,7 @@ fn regress_what_a_reader_doubts_is_a_warning() {
         )
     };
     let frames: String = (0..9).map(frame).collect();
-    std::fs::write(place.path("a.lammpstrj"), frames).unwrap();
+    place.write("a.lammpstrj", frames);
     let options = reading(|it| it.variable = Some("vx".into()));
     let field = Field::open(place.path("a.lammpstrj"), &options).unwrap();
     let doubt = field

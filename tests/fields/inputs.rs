@@ -28,11 +28,7 @@ fn val_numpy_savetxt_with_a_header() {
         "# t (s), left, right\n",
     ] {
         for delimiter in [" ", ",", "\t"] {
-            fs::write(
-                place.path("a.txt"),
-                savetxt(header, delimiter, &field, 1e-5),
-            )
-            .unwrap();
+            place.write("a.txt", savetxt(header, delimiter, &field, 1e-5));
             let read = open(&place, "a.txt");
             assert_eq!(values(&read), field, "{header:?} {delimiter:?}");
             let unit = header.contains("(s)").then_some("s");
@@ -42,7 +38,7 @@ fn val_numpy_savetxt_with_a_header() {
     }
     // Positions as names.
     let text = savetxt("# time,0.5,0.75\n", ",", &field, 1e-5);
-    fs::write(place.path("a.txt"), text).unwrap();
+    place.write("a.txt", text);
     let space = open(&place, "a.txt").space;
     assert_eq!((space.origin, space.step), (0.5, 0.25));
 }
@@ -52,7 +48,7 @@ fn val_numpy_savetxt_without_a_header() {
     let place = Place::new();
     let field = pulse(40, 2);
     for header in ["", "# a comment\n", "clock,x0,x1\n", "# 1,2,3\n"] {
-        fs::write(place.path("a.csv"), savetxt(header, ",", &field, 2.5e-4)).unwrap();
+        place.write("a.csv", savetxt(header, ",", &field, 2.5e-4));
         let read = open(&place, "a.csv");
         assert_eq!(values(&read), field, "{header:?}");
         assert_eq!(read.time, axis(2.5e-4, None));
@@ -74,7 +70,7 @@ fn what_may_be_a_time_column_is_asked_about() {
         // Times of which one is missing.
         ("0,1\n1,5\n2,1\n3,5\n4,1\n5,5\n7,1\n8,5\n", "rises unevenly"),
     ] {
-        fs::write(place.path("a.csv"), table).unwrap();
+        place.write("a.csv", table);
         let coordinates = CoordinateKind::Times;
         let found = fault(&place, "a.csv", &OpenOptions::default());
         let expected = InputFault::FirstColumn {
@@ -90,7 +86,7 @@ fn what_may_be_a_time_column_is_asked_about() {
         "1\n2\n3\n",
         "1,2\n2,5\n3.5,1\n",
     ] {
-        fs::write(place.path("a.csv"), table).unwrap();
+        place.write("a.csv", table);
         let field = open(&place, "a.csv");
         assert_eq!(
             (field.time, field.notes),
@@ -100,12 +96,12 @@ fn what_may_be_a_time_column_is_asked_about() {
     }
     // Rows that are sites begin with their positions.
     let text = "0,1,5,2\n0.5,3,1,1\n1,2,2,7\n";
-    fs::write(place.path("a.csv"), text).unwrap();
+    place.write("a.csv", text);
     let options = reading(|it| it.layout = Some(Layout::SiteTime));
     let field = Field::open(place.path("a.csv"), &options).unwrap();
     assert_eq!((field.n_times(), field.n_sites()), (3, 3));
     assert_eq!(field.space, axis(0.5, None));
-    fs::write(place.path("a.csv"), format!("x_mm,0,2,4\n{text}")).unwrap();
+    place.write("a.csv", format!("x_mm,0,2,4\n{text}"));
     let field = Field::open(place.path("a.csv"), &options).unwrap();
     assert_eq!(
         (field.space, field.time),

@@ -47,7 +47,7 @@ fn scan() -> NetCdf {
 }
 
 fn save(place: &Place, name: &str, file: &NetCdf) {
-    fs::write(place.path(name), file.bytes()).unwrap();
+    place.write(name, file.bytes());
 }
 
 fn at(text: &str) -> wavecascade::field::At {

@@ -3,7 +3,6 @@
 //! `val_scipy_*`: `data/interpolation.json`, made by `data/interpolation.py` with SciPy 1.17.1 on 2026-11-25.
 //! `val_closed_form_*`: sines, whose interpolated amplitudes are known.
 
-use std::fs;
 
 use ndarray::Array2;
 use serde_json::Value;
@@ -52,7 +51,7 @@ fn save_times(place: &Place, nodes: &[f64], samples: &[f64]) -> [&'static str; 3
     let rows: String = rows
         .map(|(row, t)| format!("{t:.17e},{:.17e},{:.17e}\n", row[0], row[1]))
         .collect();
-    fs::write(place.path("v.csv"), format!("time,a,b\n{rows}")).unwrap();
+    place.write("v.csv", format!("time,a,b\n{rows}"));
     let file = NetCdf {
         dimensions: vec![("time", nodes.len()), ("site", 2)],
         variables: vec![
@@ -60,7 +59,7 @@ fn save_times(place: &Place, nodes: &[f64], samples: &[f64]) -> [&'static str; 3
             Variable::new("v", &[0, 1], Values::Double(field.into_iter().collect())),
         ],
     };
-    fs::write(place.path("v.nc"), file.bytes()).unwrap();
+    place.write("v.nc", file.bytes());
     ["v.npz", "v.csv", "v.nc"]
 }
 
@@ -110,7 +109,7 @@ fn val_scipy_times_and_sites_are_resampled() {
                     ),
                 ],
             };
-            fs::write(place.path("x.nc"), file.bytes()).unwrap();
+            place.write("x.nc", file.bytes());
             let only_space = OpenOptions {
                 resample: Resample {
                     time: None,
@@ -194,7 +193,7 @@ fn what_cannot_be_resampled_is_refused_with_its_place() {
     let place = Place::new();
     let save = |times: &[f64]| {
         let rows: String = times.iter().map(|t| format!("{t},1,2\n")).collect();
-        fs::write(place.path("v.csv"), format!("time,a,b\n{rows}")).unwrap();
+        place.write("v.csv", format!("time,a,b\n{rows}"));
     };
     save(&[0.0, 1.0, 2.0, 5.0, 6.0, 7.0]);
     Field::open(place.path("v.csv"), &by(Interpolation::Linear)).unwrap();

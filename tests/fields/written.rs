@@ -130,7 +130,7 @@ fn regress_single_precision_stays() {
     let order = big.windows(3).position(|text| text == b"<f4").unwrap();
     big[order] = b'>';
     big[start..].chunks_exact_mut(4).for_each(<[u8]>::reverse);
-    std::fs::write(place.path("big.npy"), big).unwrap();
+    place.write("big.npy", big);
     let expected = singles.mapv(f64::from);
     for from in ["little.npy", "big.npy"] {
         let field = open(&place, from);
@@ -159,7 +159,7 @@ fn regress_a_sidecar_of_another_file_is_left_alone() {
     let place = Place::new();
     let mut field = Field::from_array(samples(8, 8));
     field.time = axis(3.0, 0.25, Some("s"));
-    std::fs::write(place.path("a.toml"), "layout = \"site-time\"\nt0 = 7.0\n").unwrap();
+    place.write("a.toml", "layout = \"site-time\"\nt0 = 7.0\n");
     for format in ["nc", "npz"] {
         let name = format!("a.{format}");
         FieldFile::write(&place.path(&name), false, &field).unwrap();
@@ -167,7 +167,7 @@ fn regress_a_sidecar_of_another_file_is_left_alone() {
         assert_same_axis(&found.time, &field.time, format);
         assert_same_samples(&found, &samples(8, 8), &name);
         // One with its whole name is.
-        std::fs::write(place.path(format!("{name}.toml")), "t0 = 7.0\n").unwrap();
+        place.write(format!("{name}.toml"), "t0 = 7.0\n");
         assert_eq!(open(&place, &name).time.origin, 7.0);
     }
     let refused = FieldFile::write(&place.path("a.npy"), false, &field);
@@ -179,8 +179,8 @@ fn only_fields_of_this_program_are_replaced() {
     let place = Place::new();
     let field = Field::from_array(samples(4, 4));
     let file = test_support::netcdf::NetCdf::default();
-    std::fs::write(place.path("foreign.nc"), file.bytes()).unwrap();
-    std::fs::write(place.path("thesis.nc"), "mine").unwrap();
+    place.write("foreign.nc", file.bytes());
+    place.write("thesis.nc", "mine");
     for name in ["foreign.nc", "thesis.nc"] {
         let before = std::fs::read(place.path(name)).unwrap();
         let refused = FieldFile::write(&place.path(name), true, &field);
