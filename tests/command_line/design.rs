@@ -1,6 +1,5 @@
 //! `cascade design`: files, what is printed, and what is refused.
 
-
 use test_support::contains_all;
 use test_support::place::Place;
 

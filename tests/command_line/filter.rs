@@ -1,6 +1,5 @@
 //! `cascade filter` as a stranger meets it.
 
-
 use ndarray::Array2;
 use test_support::made::{open, values};
 use test_support::place::Place;

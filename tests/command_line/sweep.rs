@@ -1,6 +1,5 @@
 //! `cascade sweep`, and chains in SI with their units.
 
-
 use test_support::contains_all;
 use test_support::made::in_one_line;
 use test_support::place::Place;

@@ -3,7 +3,6 @@
 //! `val_scipy_*`: `data/interpolation.json`, made by `data/interpolation.py` with SciPy 1.17.1 on 2026-11-25.
 //! `val_closed_form_*`: sines, whose interpolated amplitudes are known.
 
-
 use ndarray::Array2;
 use serde_json::Value;
 use test_support::changed;
