@@ -32,30 +32,24 @@ fn curves(place: &Place, out: &str) -> (Array1<f64>, Array2<f64>) {
     )
 }
 
+/// An analysis of the lattice, with more options.
+const QUICK: [&str; 6] = [
+    LATTICE,
+    "--only",
+    "spacetime",
+    "--figures",
+    "none",
+    "--quiet",
+];
+
 fn quick<'a>(more: &[&'a str]) -> Vec<&'a str> {
-    let always = [
-        LATTICE,
-        "--only",
-        "spacetime",
-        "--figures",
-        "none",
-        "--quiet",
-    ];
-    always.into_iter().chain(more.iter().copied()).collect()
+    [&QUICK[..], more].concat()
 }
 
 #[test]
 fn val_brillouin_the_example_shows_the_curve_of_its_sidecar() {
     let place = lattice();
-    place.good(&[
-        LATTICE,
-        "--only",
-        "spacetime",
-        "--figures",
-        "svg",
-        "--out",
-        "a",
-    ]);
+    place.says(&format!("{LATTICE} --only spacetime --figures svg --out a"));
     let (k, f) = curves(&place, "a");
     assert_eq!((k[0], f.nrows()), (-PI, 1));
     for (k, f) in k.iter().zip(f.row(0)) {
@@ -68,11 +62,8 @@ fn val_brillouin_the_example_shows_the_curve_of_its_sidecar() {
     assert!(page.contains("\"lines\":[{\"name\":\"2*sqrt"));
 
     place.good(&quick(&["--dispersion", "none", "--out", "b"]));
-    assert!(
-        !place
-            .arrays("b/spectra.npz")
-            .contains("dispersion_frequency")
-    );
+    let arrays = place.arrays("b/spectra.npz");
+    assert!(!arrays.contains("dispersion_frequency"));
 }
 
 #[test]
@@ -179,24 +170,15 @@ fn a_sonic_vacuum_has_no_branches_and_says_so_when_asked() {
     let place = Place::new();
     let run = "simulate --sites 12 --end-time 9 --samples 64 --quiet --out run.npz";
     place.says(run);
-    let analyze = [
-        "analyze",
-        "run.npz",
-        "--only",
-        "spacetime",
-        "--figures",
-        "none",
-    ];
-    let silent = place.run(&[&analyze[..], &["--out", "a"]].concat());
-    let asked = place.run(&[&analyze[..], &["--out", "b", "--dispersion", "auto"]].concat());
-    let [silent, asked] = [silent, asked].map(|o| test_support::place::text(&o.stderr));
+    let [silent, asked] = ["--out a", "--out b --dispersion auto"].map(|more| {
+        let words = format!("analyze run.npz --only spacetime --figures none {more}");
+        let output = place.run(&words.split(' ').collect::<Vec<_>>());
+        test_support::place::text(&output.stderr)
+    });
     assert!(!silent.contains("branches"), "{silent}");
     assert!(asked.contains("sonic vacuum"), "{asked}");
-    assert!(
-        !place
-            .arrays("a/spectra.npz")
-            .contains("dispersion_frequency")
-    );
+    let arrays = place.arrays("a/spectra.npz");
+    assert!(!arrays.contains("dispersion_frequency"));
 }
 
 /// A Python with matplotlib, if there is one.
