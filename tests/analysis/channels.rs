@@ -4,10 +4,10 @@ use ndarray::{Array2, s};
 use serde_json::json;
 use test_support::changed;
 use test_support::fields::{TEMPORAL, analyzed, asking, noise, struck};
+use wavecascade::Field;
 use wavecascade::analyze::{Request, Results, Warning, analyze, channel_findings};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
-use wavecascade::{Error, Field};
 
 const TIMES: usize = 1500;
 
@@ -190,9 +190,9 @@ fn val_sites_that_are_left_out_change_no_others() {
         .map(|s| s.index)
         .collect();
     assert_eq!(followed, [1, 12, 22]);
-    let refused = |request: Request| match analyze(&field(faulty.clone()), &request).unwrap_err() {
-        Error::Request { option, .. } => option,
-        other => panic!("{other}"),
+    let refused = |request: Request| {
+        let error = analyze(&field(faulty.clone()), &request).unwrap_err();
+        test_support::fields::option(error)
     };
     let with_space = asking(|it| it.without_sites = vec![0, 9]);
     assert_eq!(refused(with_space), "without-sites");

@@ -6,14 +6,14 @@ use std::f64::consts::TAU;
 use ndarray::{Array2, concatenate};
 use serde::Deserialize;
 use test_support::changed;
-use test_support::fields::{Congruential, asking, noise};
+use test_support::fields::{Congruential, asking, averaging, noise, option, stepped};
+use wavecascade::Field;
 use wavecascade::estimates::{
-    Averaging, BicoherenceRequest, CoherenceRequest, ModesRequest, SpectrumAxis, SpectrumRequest,
-    Tapers, bicoherence, coherence, modes, slope, spectrum,
+    BicoherenceRequest, CoherenceRequest, ModesRequest, SpectrumAxis, SpectrumRequest, Tapers,
+    bicoherence, coherence, modes, slope, spectrum,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::Gaps;
-use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
 
@@ -23,17 +23,7 @@ fn generated(seed: u64, count: usize) -> Vec<f64> {
 }
 
 fn field(values: Array2<f64>) -> Field {
-    let mut field = Field::from_array(values);
-    field.time.step = DT;
-    field
-}
-
-fn averaging(segment: usize, overlap: usize) -> Averaging {
-    Averaging {
-        segment: Some(segment),
-        overlap: Some(overlap),
-        ..Averaging::default()
-    }
+    stepped(values, DT, 1.0)
 }
 
 fn request(segment: usize, overlap: usize) -> SpectrumRequest {
@@ -247,10 +237,6 @@ fn val_estimates_of_several_sites_leave_out_what_any_of_them_misses() {
 fn nothing_left_is_an_error_and_so_is_what_cannot_leave_out() {
     let reference = reference();
     let all = field(with_gaps(&reference));
-    let option = |error: Error| match error {
-        Error::Request { option, .. } => option,
-        other => panic!("{other}"),
-    };
     let last = field_of(&all, 3);
     let error = spectrum(&[&last], &request(64, 32), &Silent).unwrap_err();
     assert_eq!(option(error), "gaps");

@@ -3,12 +3,12 @@
 use ndarray::{Array2, s};
 use test_support::changed;
 use test_support::fields::{TEMPORAL, noise, struck};
+use wavecascade::Field;
 use wavecascade::analyze::{Request, Results, UndefinedRows, analyze};
 use wavecascade::estimates::{
     Averaging, NoiseFloor, NoiseSource, SpectrumEstimate, SpectrumRequest, spectrum,
 };
 use wavecascade::observer::Silent;
-use wavecascade::{Error, Field};
 
 const SITES: usize = 200;
 const TIMES: usize = 4096;
@@ -251,13 +251,10 @@ fn val_centroids_and_shares_without_the_noise() {
     let centroid = mean(&averaged.along_space.unwrap().centroid) / mean(&clean.centroid) - 1.0;
     assert!(centroid.abs() < 0.06, "{centroid}");
 
-    let option =
-        |request: &Request, values: Array2<f64>| match analyze(&Field::from_array(values), request)
-            .unwrap_err()
-        {
-            Error::Request { option, .. } => option,
-            other => panic!("{other}"),
-        };
+    let option = |request: &Request, values: Array2<f64>| {
+        let error = analyze(&Field::from_array(values), request).unwrap_err();
+        test_support::fields::option(error)
+    };
     // S(k, f) keeps its noise; motion alone has none.
     let all = changed(request(true), |it| it.results = Results::ALL);
     assert_eq!(option(&all, some(&floor)), "subtract-noise");

@@ -3,15 +3,15 @@
 
 use ndarray::Array2;
 use test_support::changed;
-use test_support::fields::noise;
-use wavecascade::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation};
+use test_support::fields::{chain, noise, option};
+use wavecascade::Field;
+use wavecascade::chain::{Accuracy, EndTime, Ends, Law, Record, Scheme, Simulation};
 use wavecascade::estimates::{
     Averaging, ExponentBasis, FieldAxis, Slope, SlopeRequest, Tapers, slope,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
 use wavecascade::reference::bessel_j;
-use wavecascade::{Error, Field};
 
 const TAU: f64 = std::f64::consts::TAU;
 
@@ -210,15 +210,12 @@ fn val_fput_chain_at_and_after_its_shock() {
     let k = TAU / n as f64;
     let shock = 1.0 / (alpha * speed * k);
     let omega = 2.0 * (0.5 * k).sin();
-    let chain = Chain {
-        mass: vec![1.0; n],
-        coefficient: vec![1.0; n],
-        law: Law::Spring { alpha, beta: 0.0 }.into(),
-        ends: Ends::Periodic,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    };
+    let chain = chain(
+        vec![1.0; n],
+        vec![1.0; n],
+        Law::Spring { alpha, beta: 0.0 },
+        Ends::Periodic,
+    );
     let wave = |j: usize| k * j as f64;
     let simulation = Simulation {
         velocity: (0..n).map(|j| speed * wave(j).sin()).collect(),
@@ -312,12 +309,8 @@ fn regress_snapshots_with_gaps_are_left_out() {
 fn regress_what_is_refused() {
     let field = Field::from_array(noise(64, 32));
     let with = |change: &dyn Fn(&mut SlopeRequest)| {
-        let mut request = SlopeRequest::default();
-        change(&mut request);
-        match slope(&[&field], &request, &Silent) {
-            Err(Error::Request { option, .. }) => option,
-            other => panic!("{other:?}"),
-        }
+        let request = changed(SlopeRequest::default(), change);
+        option(slope(&[&field], &request, &Silent).unwrap_err())
     };
     assert_eq!(with(&|r| r.band = (0.2, 0.5)), "band");
     assert_eq!(with(&|r| r.band = (5.0, 9.0)), "band");

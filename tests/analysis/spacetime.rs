@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use ndarray::Array2;
 use test_support::changed;
-use test_support::fields::Congruential as Noise;
+use test_support::fields::{Congruential as Noise, averaging, stepped};
 use wavecascade::estimates::{Averaging, SpaceTimeEstimate, SpaceTimeRequest, Tapers, spacetime};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
@@ -15,18 +15,12 @@ const DT: f64 = 0.25;
 const DX: f64 = 0.5;
 
 fn field(values: Array2<f64>) -> Field {
-    let mut field = Field::from_array(values);
-    (field.time.step, field.space.step) = (DT, DX);
-    field
+    stepped(values, DT, DX)
 }
 
 fn welch(segment: usize, overlap: usize) -> SpaceTimeRequest {
     SpaceTimeRequest {
-        averaging: Averaging {
-            segment: Some(segment),
-            overlap: Some(overlap),
-            ..Averaging::default()
-        },
+        averaging: averaging(segment, overlap),
         ..SpaceTimeRequest::default()
     }
 }

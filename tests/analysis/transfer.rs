@@ -5,13 +5,13 @@ use std::f64::consts::TAU;
 
 use ndarray::{Array2, s};
 use num_complex::Complex;
-use test_support::fields::Congruential;
+use test_support::fields::{Congruential, chain};
 use test_support::{changed, contains_all};
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{
     BudgetRequest, Burgers, Integration, Motion, Views, budget, tendency_budget,
 };
-use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Simulation};
+use wavecascade::chain::{Accuracy, Ends, Law, Record, Run, Simulation};
 use wavecascade::estimates::{Averaging, Tapers, Transfer, TransferRequest, transfer};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::Window;
@@ -250,15 +250,10 @@ const STEP: f64 = 0.625;
 /// A chain of 130 bodies of which the first are thrown, one shot a seed.
 fn chain_run(precompression: f64, speed: f64, random: &mut Noise) -> Run {
     let n = 130;
-    let chain = Chain {
-        mass: vec![1.0; n],
-        coefficient: vec![1.0; n],
-        law: Law::Hertz.into(),
-        ends: Ends::default(),
-        precompression,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    };
+    let chain = changed(
+        chain(vec![1.0; n], vec![1.0; n], Law::Hertz, Ends::default()),
+        |it| it.precompression = precompression,
+    );
     let mut velocity = vec![0.0; n];
     for _ in 0..3 {
         let (size, at) = (speed * random.gaussian(), 12.0 + 6.0 * random.0.uniform());

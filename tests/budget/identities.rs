@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use ndarray::{Array1, Array2};
 use num_complex::Complex;
 use test_support::changed;
+use test_support::fields::option;
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, Views, budget};
 use wavecascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
@@ -516,12 +517,8 @@ fn what_does_not_fit_is_refused() {
     let states = States::new(Chain::dimer(40, 2.0), None, 29);
     let motion = states.motion();
     let with = |change: &dyn Fn(&mut BudgetRequest)| {
-        let mut request = BudgetRequest::default();
-        change(&mut request);
-        match budget(&motion, &request) {
-            Err(wavecascade::Error::Request { option, .. }) => option,
-            other => panic!("{other:?}"),
-        }
+        let request = changed(BudgetRequest::default(), change);
+        option(budget(&motion, &request).unwrap_err())
     };
     let sharp = |r: &mut BudgetRequest| (r.filter, r.scales) = (Filter::Sharp, vec![4.0]);
     assert_eq!(with(&sharp), "filter");

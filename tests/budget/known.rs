@@ -7,7 +7,7 @@ use test_support::changed;
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
 use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, Scheme, Simulation,
+    Accuracy, Chain, EndTime, Ends, Law, Pattern, Record, Run, Scheme, Simulation,
 };
 use wavecascade::observer::Silent;
 
@@ -17,15 +17,8 @@ const LINEAR: Law = Law::Spring {
 };
 
 fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: Law, ends: Ends, static_force: f64) -> Chain {
-    Chain {
-        mass,
-        coefficient,
-        law: law.into(),
-        ends,
-        precompression: static_force,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    let chain = test_support::fields::chain(mass, coefficient, law, ends);
+    changed(chain, |it| it.precompression = static_force)
 }
 
 /// The wavenumber budget alone.

@@ -15,6 +15,7 @@ use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Run, Scheme, Simula
 use wavecascade::observer::Silent;
 
 use test_support::changed;
+use test_support::fields::chain;
 use test_support::measured::{
     DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step,
 };
@@ -342,19 +343,15 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
 #[test]
 fn val_simulation_branches_of_uncertain_chains() {
     let n = 32;
-    let chain = Chain {
-        mass: (0..n).map(|j| [1.0, 2.0][j % 2]).collect(),
-        coefficient: vec![1.0; n],
-        law: Law::Spring {
+    let chain = chain(
+        (0..n).map(|j| [1.0, 2.0][j % 2]).collect(),
+        vec![1.0; n],
+        Law::Spring {
             alpha: 0.0,
             beta: 0.0,
-        }
-        .into(),
-        ends: Ends::Periodic,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    };
+        },
+        Ends::Periodic,
+    );
     let mut simulation = Simulation::impact(chain, 1.0, 30.0, 601);
     simulation.estimate_error = false;
     let run = simulation.run(&Silent).unwrap();

@@ -2,6 +2,7 @@
 //! zero.
 
 use test_support::changed;
+use test_support::fields::chain;
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{
     Budget, BudgetRequest, Direction, Integration, Motion, PassedError, Views, budget,
@@ -129,15 +130,7 @@ fn val_identity_without_losses_the_samples_are_exact() {
 
 fn uniform(law: Law, ends: Ends) -> Chain {
     let n = 32;
-    Chain {
-        mass: vec![1.0; n],
-        coefficient: vec![1.0; n],
-        law: law.into(),
-        ends,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    chain(vec![1.0; n], vec![1.0; n], law, ends)
 }
 
 /// Each wavenumber of a uniform linear chain keeps its energy: there is no direction.

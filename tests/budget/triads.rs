@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 use test_support::changed;
+use test_support::fields::chain;
 use wavecascade::Error;
 use wavecascade::budget::{Motion, Triads, TriadsRequest, chain_triads};
-use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Simulation};
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Record, Run, Simulation};
 use wavecascade::observer::Silent;
 
 fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
@@ -12,19 +13,15 @@ fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
 }
 
 fn alpha_chain(ends: Ends, sites: usize) -> Chain {
-    Chain {
-        mass: vec![1.5; sites],
-        coefficient: vec![2.0; if ends == Ends::Free { sites - 1 } else { sites }],
-        law: Law::Spring {
+    chain(
+        vec![1.5; sites],
+        vec![2.0; if ends == Ends::Free { sites - 1 } else { sites }],
+        Law::Spring {
             alpha: 0.25,
             beta: 0.0,
-        }
-        .into(),
+        },
         ends,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    )
 }
 
 fn run(chain: Chain, start: impl Fn(f64) -> f64, end: f64, samples: usize) -> Run {

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use test_support::changed;
+use test_support::fields::chain;
 use wavecascade::chain::{
-    Accuracy, Chain, Drive, EndTime, Ends, Law, Losses, Run, RunWarning, Scheme, Simulation,
-    Waveform,
+    Accuracy, Chain, Drive, EndTime, Ends, Law, Run, RunWarning, Scheme, Simulation, Waveform,
 };
 use wavecascade::observer::Silent;
 
@@ -17,15 +17,12 @@ const SAMPLES: [usize; 6] = [2, 3, 9, 65, 257, 1025];
 /// bodies behind it, the first one moving at speed 1.
 fn apart(mass: &[f64], gaps: &[f64], ends: Ends, end_time: f64) -> Simulation {
     let n = mass.len();
-    let chain = Chain {
-        mass: mass.to_vec(),
-        coefficient: vec![1.0; if ends == Ends::Free { n - 1 } else { n }],
-        law: Law::Hertz.into(),
+    let chain = chain(
+        mass.to_vec(),
+        vec![1.0; if ends == Ends::Free { n - 1 } else { n }],
+        Law::Hertz,
         ends,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    };
+    );
     let mut simulation = Simulation::impact(chain, 1.0, end_time, 2);
     let mut behind = 0.0;
     for (displacement, gap) in simulation.displacement.iter_mut().zip(gaps).rev() {

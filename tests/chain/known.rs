@@ -1,22 +1,13 @@
 //! Chains whose motion is known: collisions, linear modes, the solitary wave, orders of methods.
 
 use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, RunWarning, Scheme,
-    Simulation,
+    Accuracy, Chain, EndTime, Ends, Law, Pattern, Record, Run, RunWarning, Scheme, Simulation,
 };
 use wavecascade::field::Quantity;
 use wavecascade::observer::Silent;
 
 fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
-    Chain {
-        mass: mass.to_vec(),
-        coefficient: coefficient.to_vec(),
-        law: law.into(),
-        ends,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    test_support::fields::chain(mass.to_vec(), coefficient.to_vec(), law, ends)
 }
 
 fn last(run: &Run) -> Vec<f64> {

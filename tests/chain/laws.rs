@@ -3,24 +3,15 @@
 use std::f64::consts::{PI, TAU};
 
 use test_support::contains_all;
+use test_support::fields::chain;
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::chain::{
-    Accuracy, Chain, Ends, Law, Laws, Losses, Run, RunWarning, Scheme, Simulation,
-};
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Laws, Run, RunWarning, Scheme, Simulation};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 
 fn free(n: usize, laws: impl Into<Laws>) -> Chain {
-    Chain {
-        mass: vec![1.0; n],
-        coefficient: vec![1.0; n - 1],
-        law: laws.into(),
-        ends: Ends::Free,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    chain(vec![1.0; n], vec![1.0; n - 1], laws, Ends::Free)
 }
 
 fn impact(chain: Chain, speed: f64, end: f64, tolerance: f64) -> Run {

@@ -3,6 +3,7 @@
 mod blocks;
 
 use ndarray::Array2;
+use test_support::fields::averaging;
 use test_support::{changed, contains_all};
 use wavecascade::estimates::{
     Averaging, BlockPlace, Coherence, CoherenceRequest, Combined, DividedRequest, Part, Partial,
@@ -29,14 +30,6 @@ fn shots(count: usize, samples: usize) -> Vec<Field> {
         field
     };
     (0..count).map(shot).collect()
-}
-
-fn averaging(segment: usize, overlap: usize) -> Averaging {
-    Averaging {
-        segment: Some(segment),
-        overlap: Some(overlap),
-        ..Averaging::default()
-    }
 }
 
 fn welch(segment: usize, overlap: usize) -> SpectrumRequest {

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use wavecascade::analyze::{Analysis, Request, Results};
-use wavecascade::chain::{Chain, Run, Simulation};
+use wavecascade::chain::{Chain, Ends, Laws, Losses, OnSite, Run, Simulation};
 use wavecascade::estimates::Averaging;
 use wavecascade::field::OpenOptions;
 use wavecascade::{Error, Field, analyze};
@@ -39,12 +39,33 @@ pub fn averaging(segment: usize, overlap: usize) -> Averaging {
 pub fn option(error: Error) -> &'static str {
     match error {
         Error::Request { option, .. } => option,
+        Error::Memory { .. } => "memory",
         other => panic!("{other}"),
     }
 }
 
 pub fn analyzed(field: &Field, request: &Request) -> Analysis {
     analyze(field, request).unwrap().0
+}
+
+/// Samples that are `dt` and `dx` apart.
+pub fn stepped(values: Array2<f64>, dt: f64, dx: f64) -> Field {
+    let mut field = Field::from_array(values);
+    (field.time.step, field.space.step) = (dt, dx);
+    field
+}
+
+/// Bodies of these masses and contacts of these coefficients, without anything else.
+pub fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: impl Into<Laws>, ends: Ends) -> Chain {
+    Chain {
+        mass,
+        coefficient,
+        law: law.into(),
+        ends,
+        precompression: 0.0,
+        losses: Losses::default(),
+        on_site: OnSite::default(),
+    }
 }
 
 pub fn struck(sites: usize, end: f64, samples: usize) -> Run {
