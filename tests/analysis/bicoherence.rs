@@ -368,9 +368,6 @@ fn regress_powers_of_two_do_not_move_a_bit() {
 fn regress_a_silent_site_has_no_triples() {
     let found = found(Array2::zeros((600, 1)), &request(64, 32));
     assert!(found.map.bicoherence.iter().all(|b| b.is_nan()) && found.cells() == 0);
-    assert!(
-        found.coupling().contains("no triple"),
-        "{}",
-        found.coupling()
-    );
+    let coupling = found.coupling();
+    assert!(coupling.contains("no triple"), "{coupling}");
 }

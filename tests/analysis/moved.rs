@@ -65,11 +65,8 @@ fn val_construction_a_growing_harmonic_moves_up() {
         assert!((4.3e3..7.5e3).contains(&up.at), "{level}: {up:?}");
         assert!(moved.down.share < 0.002, "{level}: {moved:?}");
         assert_eq!(moved.transfer, Some(true), "{level}");
-        assert!(
-            (moved.energy_ratio - 1.0).abs() < 0.02,
-            "{level}: {}",
-            moved.energy_ratio
-        );
+        let energy_ratio = moved.energy_ratio;
+        assert!((energy_ratio - 1.0).abs() < 0.02, "{level}: {energy_ratio}");
         // The burst is longer than the array.
         let folds = false;
         assert_eq!(found.wavenumber.reason, Some(Reason::Aperture { folds }));
@@ -86,12 +83,8 @@ fn val_construction_linear_scans_move_nothing() {
     assert_eq!(linear.frequency.verdict, Verdict::Unchanged);
     assert!(linear.frequency.bound < 0.005, "{}", linear.frequency.bound);
     let fading = scan(5e-3, |s, x| burst(s, 4e3) * (-x / 0.05).exp());
-    assert_eq!(
-        fading.frequency.verdict,
-        Verdict::Unchanged,
-        "{:?}",
-        fading.frequency
-    );
+    let frequency = &fading.frequency;
+    assert_eq!(frequency.verdict, Verdict::Unchanged, "{frequency:?}");
     assert!(fading.frequency.bound < 0.06, "{}", fading.frequency.bound);
     // Means over four points of exp(-2 x / 50 mm), 52 points apart.
     let exact = (-2.0 * 52.0 * 2.5 / 50.0f64).exp();
@@ -173,18 +166,10 @@ fn val_construction_steady_fields_move_nothing() {
         (TAU * (25.0 * s + 0.5 * 150.0 / 2.048 * s * s)).cos()
     });
     let answer = chirp.answer.unwrap();
-    assert_eq!(
-        answer.frequency.verdict,
-        Verdict::Unchanged,
-        "{:?}",
-        answer.frequency
-    );
-    assert_eq!(
-        answer.wavenumber.verdict,
-        Verdict::Untold,
-        "{:?}",
-        answer.wavenumber
-    );
+    let frequency = &answer.frequency;
+    assert_eq!(frequency.verdict, Verdict::Unchanged, "{frequency:?}");
+    let wavenumber = &answer.wavenumber;
+    assert_eq!(wavenumber.verdict, Verdict::Untold, "{wavenumber:?}");
 }
 
 /// A record of random waves with a hum, dead channels, offsets or gain steps: each as it is.
@@ -279,11 +264,8 @@ fn val_construction_faults_of_channels_move_nothing() {
             "hum" => 0.08,
             _ => 0.03,
         };
-        assert!(
-            found.frequency.bound < bound,
-            "{name}: {:?}",
-            found.frequency
-        );
+        let frequency = &found.frequency;
+        assert!(frequency.bound < bound, "{name}: {frequency:?}");
         let in_time = found.wavenumber.verdict;
         assert!(
             matches!(in_time, Verdict::Unchanged | Verdict::Untold),

@@ -313,12 +313,8 @@ fn val_theory_a_gap_moves_nothing() {
         .unwrap()
         .text;
     let [alone, known] = answers_of_scene(text);
-    assert_ne!(
-        alone.frequency.transfer,
-        Some(true),
-        "{:?}",
-        alone.frequency
-    );
+    let frequency = &alone.frequency;
+    assert_ne!(frequency.transfer, Some(true), "{frequency:?}");
     let moved = known.frequency;
     assert!(moved.verdict != Verdict::Up || moved.lags, "{moved:?}");
     // Its velocities as a field of which nothing else is known.
@@ -360,12 +356,8 @@ fn val_armstrong_a_growing_harmonic_moves_up_unless_it_folds() {
     };
     let found = at_distance(0.008, 96);
     assert_eq!(found.frequency.verdict, Verdict::Up);
-    assert_eq!(
-        found.wavenumber.verdict,
-        Verdict::Up,
-        "{:?}",
-        found.wavenumber
-    );
+    let wavenumber = &found.wavenumber;
+    assert_eq!(wavenumber.verdict, Verdict::Up, "{wavenumber:?}");
     // 0.02 m: the harmonic's 251 rad/m appear as 63, below the fundamental's 126.
     let found = at_distance(0.02, 48);
     assert_eq!(found.frequency.verdict, Verdict::Up);
@@ -510,12 +502,8 @@ fn val_construction_bounds_hold_in_loud_noise() {
 fn val_identity_chains_that_keep_their_wavenumbers_transfer_nothing() {
     let text = "sites = 120\nprecompression = 1.0\nstriker_velocity = 0.1\nend_time = 110.0\nsamples = 2048\ntolerance = 1e-7";
     let [_, known] = answers_of_scene(text);
-    assert_eq!(
-        known.wavenumber.verdict,
-        Verdict::Unchanged,
-        "{:?}",
-        known.wavenumber
-    );
+    let wavenumber = &known.wavenumber;
+    assert_eq!(wavenumber.verdict, Verdict::Unchanged, "{wavenumber:?}");
     let moved = known.frequency;
     assert!(moved.lags || !moved.moves(), "{moved:?}");
     assert_eq!(moved.transfer, None, "{moved:?}");

@@ -58,11 +58,8 @@ fn val_identity_losses_are_integrated_inside_the_stepping() {
     let [(few, few_arrays), (many, many_arrays)] =
         [&coarse, &fine].map(|run| found(run, Integration::Stepping));
     // Integrated over samples, the two shares were -0.040 and -0.061.
-    assert!(
-        (share(&few) - share(&many)).abs() < 2e-12,
-        "{:e}",
-        share(&few) - share(&many)
-    );
+    let share = share(&few) - share(&many);
+    assert!(share.abs() < 2e-12, "{share:e}");
     let rows = |arrays: &Arrays, every: usize| {
         let array = &arrays[&LargeArray::INTEGRATED_SPECTRAL_FLUX];
         array.slice(ndarray::s![..;every, ..]).to_owned()

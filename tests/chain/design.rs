@@ -77,11 +77,8 @@ fn regress_search_beats_random_tries_for_any_threads() {
     );
     assert!(!designed.is_random, "{search} {random}");
     assert!(search < 0.95 * random, "{search} {random}");
-    assert!(
-        designed.describe().answer.contains("less"),
-        "{}",
-        designed.describe().answer
-    );
+    let answer = designed.describe().answer;
+    assert!(answer.contains("less"), "{answer}");
     let one = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build()

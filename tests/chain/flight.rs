@@ -44,11 +44,8 @@ fn worst(simulation: &Simulation, expected: &[f64]) -> f64 {
             };
             let run = simulation.run(&Silent).unwrap();
             let report = &run.report;
-            assert!(
-                report.warnings.is_empty(),
-                "{samples}: {:?}",
-                report.warnings
-            );
+            let warnings = &report.warnings;
+            assert!(warnings.is_empty(), "{samples}: {warnings:?}");
             // The last digits of positions far from 0 are coarser than those of the motion.
             let flight = simulation
                 .displacement

@@ -237,11 +237,8 @@ fn val_other_method_a_chain_of_many_laws() {
         steps.scheme = Scheme::RungeKutta;
         steps.accuracy = Accuracy::Step(1e-3);
         let stepped = steps.run(&Silent).unwrap();
-        assert!(
-            apart(&stepped, &fine) < 1e-9,
-            "{:e}",
-            apart(&stepped, &fine)
-        );
+        let apart = apart(&stepped, &fine);
+        assert!(apart < 1e-9, "{apart:e}");
     }
 }
 

@@ -25,18 +25,13 @@ fn has(field: &Field, code: &str) -> bool {
 #[test]
 fn val_case_clocks() {
     if let Some(field) = case("epoch_1MHz.h5") {
-        assert_eq!(
-            (field.time.step, field.time.unit.as_deref()),
-            (1e-6, Some("s"))
-        );
+        assert_eq!(field.time.step, 1e-6);
+        assert_eq!(field.time.unit.as_deref(), Some("s"));
         assert!(has(&field, "rounded"), "{:?}", field.notes);
     }
     if let Some(field) = case("single_precision_minutes.nc") {
-        assert!(
-            (field.time.step * 60.0 - 1.0).abs() < 1e-5,
-            "{}",
-            field.time.step
-        );
+        let step = field.time.step;
+        assert!((step * 60.0 - 1.0).abs() < 1e-5, "{step}");
         assert_eq!(field.time.unit.as_deref(), Some("h"));
     }
 }
@@ -64,10 +59,8 @@ fn val_peer_rates_and_units_beside_the_samples() {
             unit: unit.map(String::from),
         };
         assert_eq!(field.space, space, "{name}");
-        assert_eq!(
-            (field.unit.as_deref(), field.quantity),
-            (Some("mm/s"), Quantity::Velocity)
-        );
+        assert_eq!(field.unit.as_deref(), Some("mm/s"));
+        assert_eq!(field.quantity, Quantity::Velocity);
         let said: Vec<String> = field.notes.iter().map(Note::message).collect();
         let said = said.join("\n");
         assert!(said.contains("fs` = 100000 is the sampling rate"), "{said}");

@@ -130,10 +130,8 @@ fn val_numpy_archive_of_a_simulated_run() {
         };
         assert_eq!(field.time, time);
         assert_eq!(field.space, Axis::index());
-        assert_eq!(
-            (field.name.as_str(), field.quantity),
-            ("run", Quantity::Velocity)
-        );
+        assert_eq!(field.name.as_str(), "run");
+        assert_eq!(field.quantity, Quantity::Velocity);
 
         let options = OpenOptions {
             variable: Some("displacement.npy".into()),
@@ -246,10 +244,8 @@ fn options_override_the_sidecar_which_overrides_the_file() {
     };
     assert_eq!(field.time, axis(0.5, 0.125, "ms"));
     assert_eq!(field.space, axis(-1.0, 4.0, "mm"));
-    assert_eq!(
-        (field.quantity, field.unit.as_deref()),
-        (Quantity::Force, Some("N"))
-    );
+    assert_eq!(field.quantity, Quantity::Force);
+    assert_eq!(field.unit.as_deref(), Some("N"));
 }
 
 #[test]
@@ -295,10 +291,8 @@ fn tables_in_every_dress_hold_the_same_field() {
     ] {
         let field = table(name, text, &OpenOptions::default());
         assert_eq!(values(&field), expected, "{text:?}");
-        assert_eq!(
-            (&field.time, &field.space),
-            (&Axis::index(), &Axis::index())
-        );
+        assert_eq!(field.time, Axis::index());
+        assert_eq!(field.space, Axis::index());
     }
     let options = reading(|it| it.layout = Some(Layout::SiteTime));
     let field = table("a.csv", "1,0.003,5\n-2.5,4,600\n", &options);

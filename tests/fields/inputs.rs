@@ -88,11 +88,8 @@ fn what_may_be_a_time_column_is_asked_about() {
     ] {
         place.write("a.csv", table);
         let field = open(&place, "a.csv");
-        assert_eq!(
-            (field.time, field.notes),
-            (Axis::index(), vec![]),
-            "{table}"
-        );
+        assert_eq!(field.time, Axis::index(), "{table}");
+        assert_eq!(field.notes, [], "{table}");
     }
     // Rows that are sites begin with their positions.
     let text = "0,1,5,2\n0.5,3,1,1\n1,2,2,7\n";
@@ -103,10 +100,8 @@ fn what_may_be_a_time_column_is_asked_about() {
     assert_eq!(field.space, axis(0.5, None));
     place.write("a.csv", format!("x_mm,0,2,4\n{text}"));
     let field = Field::open(place.path("a.csv"), &options).unwrap();
-    assert_eq!(
-        (field.space, field.time),
-        (axis(0.5, Some("mm")), axis(2.0, None))
-    );
+    assert_eq!(field.space, axis(0.5, Some("mm")));
+    assert_eq!(field.time, axis(2.0, None));
 }
 
 #[test]
@@ -125,10 +120,8 @@ fn val_numpy_savez_with_short_names() {
             savez(&place, "a.npz", (names[0], &stored), &axes);
             let read = open(&place, "a.npz");
             assert_eq!(values(&read), field, "{names:?}");
-            assert_eq!(
-                (&read.time, &read.space),
-                (&axis(1e-5, None), &axis(0.002, None))
-            );
+            assert_eq!(read.time, axis(1e-5, None));
+            assert_eq!(read.space, axis(0.002, None));
             let members = Note::Members {
                 field: names[0].into(),
                 time: Some(names[1].into()),

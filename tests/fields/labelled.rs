@@ -94,10 +94,8 @@ fn val_definition_a_further_dimension_is_taken_where_it_is_stated() {
         }
         assert_eq!((field.time.origin, field.time.step), (1.0, 0.25));
         assert_eq!(field.time.unit.as_deref(), Some("ms"));
-        assert_eq!(
-            (field.space.step, field.space.unit.as_deref()),
-            (0.125, Some("m"))
-        );
+        assert_eq!(field.space.step, 0.125);
+        assert_eq!(field.space.unit.as_deref(), Some("m"));
         assert_eq!(field.unit.as_deref(), Some("mm/s"));
     }
     for stated in ["y=3", "y=1 s", "y=#3", "z=0"] {
@@ -277,22 +275,16 @@ fn val_definition_times_since_a_date_are_exact() {
     assert_eq!(field.n_sites(), 2);
     assert_eq!(values(&field)[[1, 0]], 1.0);
     let time = "1970-01-01 + 1700000000 seconds".to_owned();
-    assert!(
-        field.notes.contains(&Note::Start { time }),
-        "{:?}",
-        field.notes
-    );
+    let notes = field.notes;
+    assert!(notes.contains(&Note::Start { time }), "{notes:?}");
     // As floats they are rounded to 2e-7 s, and the step that was meant is found.
     let float = (0..4)
         .map(|n| f64::from(start) + 1e-3 * f64::from(n))
         .collect();
     save(&place, "b.nc", &file(Values::Double(float)));
     let field = open(&place, "b.nc");
-    assert!(
-        (field.time.step / 1e-3 - 1.0).abs() < 1e-4,
-        "{}",
-        field.time.step
-    );
+    let step = field.time.step;
+    assert!((step / 1e-3 - 1.0).abs() < 1e-4, "{step}");
 }
 
 #[test]
@@ -481,16 +473,10 @@ fn val_peer_h5py_reads_the_same_fields() {
     }
     let file = "deformation_rate_event_1.hdf5";
     if let Some(field) = equals_its_peer("mine_das_velocity", file, &options) {
-        assert!(
-            (field.time.step / 5.00006e-4 - 1.0).abs() < 1e-9,
-            "{}",
-            field.time.step
-        );
-        assert!(
-            (field.space.step / 5.717_333_35 - 1.0).abs() < 1e-8,
-            "{}",
-            field.space.step
-        );
+        let step = field.time.step;
+        assert!((step / 5.00006e-4 - 1.0).abs() < 1e-9, "{step}");
+        let step = field.space.step;
+        assert!((step / 5.717_333_35 - 1.0).abs() < 1e-8, "{step}");
     }
 }
 
@@ -743,12 +729,10 @@ fn val_definition_origins_beside_an_array_have_units() {
     save(&place, "o.nc", &file);
     let field = opened(&place, "o.nc", &OpenOptions::default());
     let [time, space] = [field.time, field.space];
-    assert_eq!(
-        (time.origin, time.step, time.unit.as_deref()),
-        (0.005, 0.001, Some("s"))
-    );
-    assert_eq!(
-        (space.origin, space.step, space.unit.as_deref()),
-        (0.05, 0.5, Some("m"))
-    );
+    assert_eq!(time.origin, 0.005);
+    assert_eq!(time.step, 0.001);
+    assert_eq!(time.unit.as_deref(), Some("s"));
+    assert_eq!(space.origin, 0.05);
+    assert_eq!(space.step, 0.5);
+    assert_eq!(space.unit.as_deref(), Some("m"));
 }

@@ -129,11 +129,8 @@ fn val_definition_oscilloscopes() {
         let field = table("scope.csv", text);
         assert_eq!(values(&field), expected, "{maker}");
         let found = changed(field.time.clone(), |it| it.step = field.time.step);
-        assert_eq!(
-            (found.origin, found.unit),
-            (time.origin, time.unit),
-            "{maker}"
-        );
+        assert_eq!(found.origin, time.origin, "{maker}");
+        assert_eq!(found.unit, time.unit, "{maker}");
         let error = found.step / time.step - 1.0;
         assert!(error.abs() < 1e-12, "{maker}: {}", found.step);
         assert_eq!(field.unit.as_deref(), unit, "{maker}");

@@ -146,11 +146,8 @@ fn regress_single_precision_stays() {
         }
     }
     let length = |name| std::fs::metadata(place.path(name)).unwrap().len();
-    assert!(
-        length("out.nc") < 4096 + 40 * 30 * 4 + 256,
-        "{}",
-        length("out.nc")
-    );
+    let length = length("out.nc");
+    assert!(length < 4096 + 40 * 30 * 4 + 256, "{length}");
 }
 
 /// The sidecar of the file that a field was made of is not its own.

@@ -119,11 +119,8 @@ fn val_paper_localized_settles_and_dispersive_falls() {
     println!("settled {settled:e}, {}", force(4, 100));
     assert!(settled < 1e-7, "{settled:e}");
     assert!((force(4, 100) - 0.725919).abs() < 1e-6);
-    assert!(
-        matches!(curve(4).reach, Some(Reach::Never { .. })),
-        "{:?}",
-        curve(4).reach
-    );
+    let reach = curve(4).reach;
+    assert!(matches!(reach, Some(Reach::Never { .. })), "{reach:?}");
     // Beyond 60 bodies the largest force moves from pulse to pulse.
     for n in [0, 20, 40] {
         assert!(force(2, n + 20) < 0.75 * force(2, n), "{n}");

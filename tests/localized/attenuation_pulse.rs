@@ -327,11 +327,8 @@ fn val_hertz_scaling_with_the_impact() {
 fn regress_no_reflection_enters() {
     let short = of(Chain::dimer(41, 2.4), Sense::Chain);
     let long = of(Chain::dimer(82, 2.4), Sense::Chain);
-    assert!(
-        (30..41).contains(&short.pulses.len()),
-        "{}",
-        short.pulses.len()
-    );
+    let len = short.pulses.len();
+    assert!((30..41).contains(&len), "{len}");
     for (a, b) in short.pulses.iter().zip(&long.pulses) {
         for (a, b) in [
             (a.peak_force, b.peak_force),
