@@ -206,12 +206,8 @@ fn large_noisy_results_stay_small_files() {
     }
     for figure in figures {
         let bytes = figure.encode(Format::Svg).unwrap();
-        assert!(
-            bytes.len() < 500_000,
-            "{}: {} bytes",
-            figure.name(),
-            bytes.len()
-        );
+        let (name, length) = (figure.name(), bytes.len());
+        assert!(length < 500_000, "{name}: {length} bytes");
     }
 }
 

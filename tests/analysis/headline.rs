@@ -324,25 +324,13 @@ fn a_lone_site_has_no_wavenumbers_and_a_lone_time_no_frequencies() {
     };
     let analysis = analyzed(&line((64, 1)), &Request::default());
     assert_eq!(analysis.wavenumber_edge, Some(BandEdge::Undefined));
-    assert!(
-        analysis
-            .along_time
-            .unwrap()
-            .centroid
-            .iter()
-            .all(|c| c.is_nan())
-    );
+    let in_time = analysis.along_time.unwrap().centroid;
+    assert!(in_time.iter().all(|c| c.is_nan()));
     assert!(analysis.along_space.unwrap().centroid[0] > 0.0);
     let analysis = analyzed(&line((1, 64)), &Request::default());
     assert_eq!(analysis.frequency_edge, Some(BandEdge::Undefined));
-    assert!(
-        analysis
-            .along_space
-            .unwrap()
-            .centroid
-            .iter()
-            .all(|c| c.is_nan())
-    );
+    let in_space = analysis.along_space.unwrap().centroid;
+    assert!(in_space.iter().all(|c| c.is_nan()));
 }
 
 /// The front has not reached the end: no cascade is announced there. The last site held 1e-22 of the

@@ -58,11 +58,7 @@ fn val_theory_group_delays_tell_a_speed_where_arrivals_scatter() {
         if let Some(speed) = found.speed {
             told += 1;
             let off = speed.value - toward / slow;
-            assert!(
-                off.abs() < 2.0 * speed.error,
-                "{seed}: {speed:?} {}",
-                toward / slow
-            );
+            assert!(off.abs() < 2.0 * speed.error, "{seed}: {speed:?} {off}");
             assert!(speed.error < 0.3 / slow, "{seed}: {speed:?}");
         }
     }
@@ -199,11 +195,11 @@ fn val_theory_a_long_wave_is_no_hum() {
         });
         let analysis = analysis_of(values);
         let is_line = |of: &Warning| of.code == "common-mode" && of.numbers["line"].is_number();
+        let warnings = &analysis.warnings;
         assert_eq!(
-            analysis.warnings.iter().any(is_line),
+            warnings.iter().any(is_line),
             is_hum,
-            "{delay}: {:?}",
-            analysis.warnings
+            "{delay}: {warnings:?}"
         );
     }
 }

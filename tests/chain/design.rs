@@ -71,10 +71,7 @@ fn regress_search_beats_random_tries_for_any_threads() {
         ..DesignRequest::least(Aim::PeakForceLast, ["coefficients[]=0.2..5"])
     };
     let designed = found(&request, &uniform(12));
-    let (search, random) = (
-        *designed.search.last().unwrap(),
-        *designed.random.last().unwrap(),
-    );
+    let [search, random] = [&designed.search, &designed.random].map(|of| *of.last().unwrap());
     assert!(!designed.is_random, "{search} {random}");
     assert!(search < 0.95 * random, "{search} {random}");
     let answer = designed.describe().answer;
@@ -92,15 +89,9 @@ fn regress_search_beats_random_tries_for_any_threads() {
         ..request
     };
     let designed = found(&listed, &uniform(12));
-    assert!(
-        designed
-            .after
-            .values
-            .iter()
-            .all(|v| [0.5, 1.0, 4.0].contains(v)),
-        "{:?}",
-        designed.after.values
-    );
+    for value in &designed.after.values {
+        assert!([0.5, 1.0, 4.0].contains(value), "{value}");
+    }
     assert!(designed.judged[1] < designed.judged[0]);
 }
 
@@ -152,15 +143,8 @@ fn what_cannot_be_designed_is_refused() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("end_time"), "{error}");
-    assert!(
-        Aim::parse("peak_force")
-            .unwrap_err()
-            .contains("peak_force_last")
-    );
-    assert!(
-        Limit::parse("total_mass")
-            .unwrap_err()
-            .to_string()
-            .contains("MEASURE=VALUE")
-    );
+    let error = Aim::parse("peak_force").unwrap_err();
+    assert!(error.contains("peak_force_last"));
+    let error = Limit::parse("total_mass").unwrap_err().to_string();
+    assert!(error.contains("MEASURE=VALUE"));
 }

@@ -396,14 +396,9 @@ fn val_numpy_ensembles() {
     }
     assert_eq!(spread.members, 10);
     let swept = Swept { request, outcomes };
-    let sheet = swept.describe();
-    assert!(
-        sheet
-            .answer
-            .starts_with("median force at the last contact from"),
-        "{}",
-        sheet.answer
-    );
+    let answer = swept.describe().answer;
+    let begins = "median force at the last contact from";
+    assert!(answer.starts_with(begins), "{answer}");
     assert!(!swept.pictures().is_empty());
     let still = SceneSource::new(None, SCENE);
     let error = Sweep::new(still, &["seed=0:3".to_owned()]).unwrap_err();
