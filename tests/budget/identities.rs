@@ -7,7 +7,7 @@ use num_complex::Complex;
 use test_support::changed;
 use test_support::fields::option;
 use wavecascade::arrays::{Arrays, LargeArray};
-use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, Views, budget};
+use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
 
 /// Numbers in -1..1 without a pattern (splitmix64).
@@ -64,14 +64,9 @@ impl States {
 }
 
 fn wavenumber_only() -> BudgetRequest {
-    BudgetRequest {
-        views: Views {
-            wavenumber: true,
-            frequency: false,
-            scale: false,
-        },
-        ..BudgetRequest::default()
-    }
+    changed(BudgetRequest::default(), |it| {
+        (it.views.frequency, it.views.scale) = (false, false);
+    })
 }
 
 /// Chains of every law, end and loss.
@@ -85,63 +80,46 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
         tangent: 0.05,
         drag: 0.02,
     };
+    let spring = Law::Spring {
+        alpha: 0.25,
+        beta: 0.1,
+    };
+    let fixed = Ends::Fixed {
+        left_coefficient: 1.3,
+    };
     let mut all = Vec::new();
+    // A dimer of so many bodies and this ratio with a change.
+    let mut add = |n, ratio, drive, change: &dyn Fn(&mut Chain)| {
+        all.push((changed(Chain::dimer(n, ratio), change), drive));
+    };
     for n in [5, 6, 31, 100, 300] {
         for kappa in [1.0, 2.398, 1e6] {
-            all.push((Chain::dimer(n, kappa), None));
-            all.push((
-                changed(Chain::dimer(n, kappa), |it| it.losses = lossy),
-                None,
-            ));
+            add(n, kappa, None, &|_| {});
+            add(n, kappa, None, &|it| it.losses = lossy);
         }
-        let mut free = changed(Chain::dimer(n, 3.0), |it| it.ends = Ends::Free);
-        free.coefficient.pop();
-        all.push((free.clone(), Some(Drive::Force(wave.clone()))));
-        all.push((free, None));
-        let even = n + n % 2;
-        let ring = Chain {
-            ends: Ends::Periodic,
-            precompression: 0.4,
-            ..Chain::dimer(even, 2.0)
-        };
-        all.push((changed(ring.clone(), |it| it.losses = lossy), None));
-        all.push((ring, None));
-        let spring = Law::Spring {
-            alpha: 0.25,
-            beta: 0.1,
-        };
-        let fixed = Ends::Fixed {
-            left_coefficient: 1.3,
-        };
-        all.push((
-            Chain {
-                law: spring.clone().into(),
-                ends: fixed,
-                ..Chain::dimer(n, 1.5)
-            },
-            Some(Drive::Wall(wave.clone())),
-        ));
-        all.push((
-            Chain {
-                ends: fixed,
-                losses: lossy,
-                ..Chain::dimer(n, 1.5)
-            },
-            Some(Drive::Wall(wave.clone())),
-        ));
-        let power = Law::Power { exponent: 2.2 };
-        let mut masses = Chain {
-            law: power.clone().into(),
-            precompression: 0.1,
-            ..Chain::dimer(n, 1.0)
-        };
-        masses
-            .mass
-            .iter_mut()
-            .skip(1)
-            .step_by(2)
-            .for_each(|m| *m = 0.3);
-        all.push((masses, None));
+        for drive in [Some(Drive::Force(wave.clone())), None] {
+            add(n, 3.0, drive, &|it| {
+                it.ends = Ends::Free;
+                it.coefficient.pop();
+            });
+        }
+        for losses in [lossy, Losses::default()] {
+            add(n + n % 2, 2.0, None, &|it| {
+                (it.ends, it.precompression) = (Ends::Periodic, 0.4);
+                it.losses = losses;
+            });
+        }
+        let wall = Some(Drive::Wall(wave.clone()));
+        add(n, 1.5, wall.clone(), &|it| {
+            (it.law, it.ends) = (spring.clone().into(), fixed);
+        });
+        add(n, 1.5, wall, &|it| (it.ends, it.losses) = (fixed, lossy));
+        add(n, 1.0, None, &|it| {
+            it.law = Law::Power { exponent: 2.2 }.into();
+            it.precompression = 0.1;
+            let light = it.mass.iter_mut().skip(1).step_by(2);
+            light.for_each(|m| *m = 0.3);
+        });
     }
     all
 }

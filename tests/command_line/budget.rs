@@ -80,7 +80,7 @@ fn a_run_to_its_budgets() {
     let share = summary["wavenumber"]["largest_passage"]["share"].as_f64();
     let towards = ["lower", "higher"][usize::from(share.unwrap() > 0.0)];
     let answer = summary["answer"].as_str().unwrap();
-    contains_all(&answer, &[&format!("to {towards} wavenumbers (net)")]);
+    contains_all(answer, &[&format!("to {towards} wavenumbers (net)")]);
     let hash = summary["provenance"]["input_blake3"].as_str();
     assert_eq!(hash.map(str::len), Some(64));
     let closure = &summary["closure"];

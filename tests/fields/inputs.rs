@@ -172,7 +172,7 @@ fn a_wide_array_is_asked_about() {
     let summary = place.json("wide-cascade/summary.json");
     assert_eq!(summary["moved"], serde_json::Value::Null);
     let said = summary["answer"].as_str().unwrap();
-    contains_all(&said, &["`--layout time-site` reads 10 times of 80 sites"]);
+    contains_all(said, &["`--layout time-site` reads 10 times of 80 sites"]);
     let first = &summary["warnings"][0];
     assert_eq!(first["code"], "wide-array");
     // Coordinates settle it, numpy.savez(path, v=v, t=t).
