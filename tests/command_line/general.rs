@@ -37,10 +37,8 @@ fn help_and_manuals_are_there() {
 fn examples_are_written_and_lead_to_an_answer() {
     let place = Place::new();
     let said = place.good(&["examples", "growing_harmonic"]);
-    contains_all(
-        &said,
-        &["wrote growing_harmonic.npz; next: cascade analyze growing_harmonic.npz"],
-    );
+    let expected = "wrote growing_harmonic.npz; next: cascade analyze growing_harmonic.npz";
+    assert!(said.contains(expected), "{said}");
     let said = place.says("analyze growing_harmonic.npz --figures none");
     contains_all(&said, &["energy moves up in frequency along x"]);
     let said = place.good(&["examples", "linear_chain"]);
