@@ -2,8 +2,8 @@
 
 use ndarray::Array2;
 use test_support::changed;
-use test_support::fields::{TEMPORAL, asking};
-use wavecascade::analyze::{Analysis, Request, Spectra, Welch, plan};
+use test_support::fields::{TEMPORAL, asking, segments};
+use wavecascade::analyze::{Analysis, Request, Spectra, plan};
 use wavecascade::arrays::Precision;
 use wavecascade::plot::{Format, Style};
 use wavecascade::prepare::{Detrend, Gaps, Window};
@@ -35,10 +35,7 @@ fn requests() -> Vec<Request> {
         detrend_time: Detrend::Linear,
         window_time: Window::Hann,
         window_space: Window::Hann,
-        welch: Some(Welch {
-            segment: 64,
-            overlap: 32,
-        }),
+        welch: Some(segments(64, 32)),
         ..Request::default()
     };
     let single = changed(plain.clone(), |it| it.precision = Precision::F32);

@@ -3,10 +3,8 @@
 use ndarray::Array2;
 use serde_json::json;
 use test_support::changed;
-use test_support::fields::{TEMPORAL, asking, noise, option};
-use wavecascade::analyze::{
-    Analysis, BandEdge, Request, Scaling, Spectra, TimeRange, Warning, Welch,
-};
+use test_support::fields::{TEMPORAL, asking, noise, option, segments};
+use wavecascade::analyze::{Analysis, BandEdge, Request, Scaling, Spectra, TimeRange, Warning};
 use wavecascade::arrays::Precision;
 use wavecascade::estimates::{
     IncrementsRequest, ModesRequest, SpectrumRequest, increments, modes, spectrum,
@@ -225,10 +223,7 @@ fn a_gap_on_a_line_is_interpolated_exactly() {
 /// enter the fit and is 0 after it, in the whole record and in each segment.
 #[test]
 fn a_masked_gap_stays_out_of_trends() {
-    let segments = Welch {
-        segment: 50,
-        overlap: 0,
-    };
+    let segments = segments(50, 0);
     for (stretch, welch) in [(200, None), (50, Some(segments))] {
         let mut values = Array2::from_shape_fn((200, 6), |(n, j)| {
             let slope = 1.0 + (n / stretch) as f64 * (1.0 + j as f64);
@@ -500,10 +495,7 @@ fn the_band_edge_of_segments_is_that_of_their_spectra() {
     let field = Field::from_array(Array2::from_shape_fn((2048, 2), |(n, _)| slow(n) + tone(n)));
     let request = Request {
         detrend_time: Detrend::Linear,
-        welch: Some(Welch {
-            segment: 256,
-            overlap: 128,
-        }),
+        welch: Some(segments(256, 128)),
         ..Request::default()
     };
     let (analysis, spectra) = analyzed(&field, &request);
@@ -536,10 +528,7 @@ fn regress_what_no_segment_reaches_does_not_count() {
     let request = |results, precision| Request {
         results,
         precision,
-        welch: Some(Welch {
-            segment: 128,
-            overlap: 64,
-        }),
+        welch: Some(segments(128, 64)),
         ..Request::default()
     };
     for (precision, huge) in [(Precision::F32, 1e45), (Precision::F64, 1e300)] {

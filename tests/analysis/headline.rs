@@ -6,7 +6,7 @@ use wavecascade::Field;
 use wavecascade::analyze::{BandEdge, FrontLength, Request, TimeRange};
 use wavecascade::chain::{Chain, Simulation};
 
-use test_support::fields::{TEMPORAL, analyzed, asking, noise, pulse, struck};
+use test_support::fields::{TEMPORAL, analyzed, asking, noise, pulse, segments, struck};
 
 /// `exp(-t)`, sampled: the cumulative spectrum up to f is `(2 / pi) atan(tan(pi f dt) / tanh(dt / 2))`,
 /// and the effective bandwidth of a half Lorentzian of half width `1 / (2 pi)` is 1.
@@ -299,10 +299,7 @@ fn shares_at_the_front_do_not_depend_on_how_they_are_held() {
         ..Request::default()
     };
     let welch = Request {
-        welch: Some(wavecascade::analyze::Welch {
-            segment: 128,
-            overlap: 64,
-        }),
+        welch: Some(segments(128, 64)),
         ..long.clone()
     };
     let (a, b) = (shares(&long), shares(&welch));

@@ -2,7 +2,7 @@
 
 use ndarray::{Array2, s};
 use test_support::changed;
-use test_support::fields::{TEMPORAL, noise, struck};
+use test_support::fields::{TEMPORAL, noise, segments, struck};
 use wavecascade::Field;
 use wavecascade::analyze::{Request, Results, UndefinedRows, analyze};
 use wavecascade::estimates::{
@@ -240,10 +240,7 @@ fn val_centroids_and_shares_without_the_noise() {
     }
     // Averages over segments clip less.
     let welch = Request {
-        welch: Some(wavecascade::analyze::Welch {
-            segment: 256,
-            overlap: 128,
-        }),
+        welch: Some(segments(256, 128)),
         window_time: wavecascade::prepare::Window::Hann,
         ..request(true)
     };

@@ -9,8 +9,8 @@ use std::fs::File;
 use ndarray::{Array1, Array2, Axis, Ix1, Ix2, OwnedRepr};
 use ndarray_npy::NpzReader;
 use test_support::changed;
-use test_support::fields::asking;
-use wavecascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange, Welch};
+use test_support::fields::{asking, segments};
+use wavecascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange};
 use wavecascade::arrays::Precision;
 use wavecascade::field::OpenOptions;
 use wavecascade::prepare::{Detrend, Window};
@@ -167,10 +167,7 @@ fn val_scipy_welch() -> Outcome {
     let request = |case: &Case| Request {
         detrend_time: Detrend::Mean,
         window_time: Window::Hann,
-        welch: Some(Welch {
-            segment: case.segment,
-            overlap: case.segment / 2,
-        }),
+        welch: Some(segments(case.segment, case.segment / 2)),
         ..density()
     };
     each(request, |case, _, spectra| {

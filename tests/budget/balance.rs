@@ -2,6 +2,7 @@
 //! rate.
 
 use test_support::changed;
+use test_support::fields::{fixed, spring};
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{
     Budget, BudgetRequest, Closure, Filter, Integration, Motion, Residual, budget,
@@ -67,15 +68,8 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         law: Law::expression("d + 0.2*d^3").unwrap().into(),
         coefficient,
     };
-    let spring = Law::Spring {
-        alpha: 0.25,
-        beta: 0.0,
-    };
-    let fix = |it: &mut Chain| {
-        it.ends = Ends::Fixed {
-            left_coefficient: 1.0,
-        }
-    };
+    let spring = spring(0.25, 0.0);
+    let fix = |it: &mut Chain| it.ends = fixed(1.0);
     let free = |it: &mut Chain| {
         it.ends = Ends::Free;
         it.coefficient.pop();
@@ -221,9 +215,7 @@ fn val_identity_scales_of_a_long_chain() {
         duration: 4.1,
     };
     let chain = Chain {
-        ends: Ends::Fixed {
-            left_coefficient: 1.0,
-        },
+        ends: fixed(1.0),
         losses: changed(Losses::default(), |it| (it.dashpot, it.drag) = (0.05, 0.01)),
         ..Chain::dimer(20, 2.0)
     };

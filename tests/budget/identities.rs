@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use ndarray::{Array1, Array2};
 use num_complex::Complex;
 use test_support::changed;
-use test_support::fields::option;
+use test_support::fields::{fixed, losses, option, spring};
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
@@ -75,18 +75,9 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
         amplitude: 0.3,
         frequency: 0.2,
     };
-    let lossy = Losses {
-        dashpot: 0.1,
-        tangent: 0.05,
-        drag: 0.02,
-    };
-    let spring = Law::Spring {
-        alpha: 0.25,
-        beta: 0.1,
-    };
-    let fixed = Ends::Fixed {
-        left_coefficient: 1.3,
-    };
+    let lossy = losses([0.1, 0.05, 0.02]);
+    let spring = spring(0.25, 0.1);
+    let fixed = fixed(1.3);
     let mut all = Vec::new();
     // A dimer of so many bodies and this ratio with a change.
     let mut add = |n, ratio, drive, change: &dyn Fn(&mut Chain)| {

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use ndarray::{Array1, Array2};
 use test_support::changed;
+use test_support::fields::{fixed, spring};
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
 use wavecascade::chain::{
@@ -11,10 +12,7 @@ use wavecascade::chain::{
 };
 use wavecascade::observer::Silent;
 
-const LINEAR: Law = Law::Spring {
-    alpha: 0.0,
-    beta: 0.0,
-};
+const LINEAR: Law = spring(0.0, 0.0);
 
 fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: Law, ends: Ends, static_force: f64) -> Chain {
     let chain = test_support::fields::chain(mass, coefficient, law, ends);
@@ -100,12 +98,7 @@ impl States {
 #[test]
 fn val_linear_chains_exchange_nothing_between_wavenumbers() {
     for n in [3, 4, 31, 64, 101] {
-        for ends in [
-            Ends::Periodic,
-            Ends::Fixed {
-                left_coefficient: 2.5,
-            },
-        ] {
+        for ends in [Ends::Periodic, fixed(2.5)] {
             let states = States::random(chain(vec![0.7; n], vec![2.5; n], LINEAR, ends, 0.0), 6);
             let (_, arrays) = states.budget();
             let energy = array(&arrays, LargeArray::ENERGY_SPECTRUM);
@@ -215,9 +208,7 @@ fn recurrence(scheme: Scheme, accuracy: Accuracy, sample: f64) -> [f64; 3] {
     let lowest = PI / springs as f64;
     let period = PI / (0.5 * lowest).sin();
     let samples = (170.0 * period / sample) as usize;
-    let ends = Ends::Fixed {
-        left_coefficient: 1.0,
-    };
+    let ends = fixed(1.0);
     let simulation = Simulation {
         velocity: vec![0.0; n],
         displacement: (1..=n).map(|j| (lowest * j as f64).sin()).collect(),
@@ -275,9 +266,7 @@ fn val_fermi_pasta_ulam_recurrence_of_the_lowest_mode() {
 fn val_fermi_pasta_ulam_budget_closes() {
     let (springs, n) = (32, 31);
     let lowest = PI / springs as f64;
-    let ends = Ends::Fixed {
-        left_coefficient: 1.0,
-    };
+    let ends = fixed(1.0);
     let closure = |samples: usize| {
         let simulation = Simulation {
             velocity: vec![0.0; n],

@@ -11,11 +11,11 @@ use wavecascade::budget::measured::{
 use wavecascade::budget::{
     Budget, BudgetRequest, Curves, Direction, Integration, Motion, PassedError, budget,
 };
-use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Run, Scheme, Simulation};
+use wavecascade::chain::{Accuracy, Chain, Ends, Losses, Run, Scheme, Simulation};
 use wavecascade::observer::Silent;
 
 use test_support::changed;
-use test_support::fields::chain;
+use test_support::fields::{chain, spring};
 use test_support::measured::{
     DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step,
 };
@@ -346,10 +346,7 @@ fn val_simulation_branches_of_uncertain_chains() {
     let chain = chain(
         (0..n).map(|j| [1.0, 2.0][j % 2]).collect(),
         vec![1.0; n],
-        Law::Spring {
-            alpha: 0.0,
-            beta: 0.0,
-        },
+        spring(0.0, 0.0),
         Ends::Periodic,
     );
     let mut simulation = Simulation::impact(chain, 1.0, 30.0, 601);

@@ -2,7 +2,7 @@
 //! zero.
 
 use test_support::changed;
-use test_support::fields::chain;
+use test_support::fields::{chain, fixed, losses, spring};
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{
     Budget, BudgetRequest, Direction, Integration, Motion, PassedError, Views, budget,
@@ -41,11 +41,7 @@ fn direction(budget: &Budget) -> Direction {
 
 fn lossy() -> Chain {
     Chain {
-        losses: Losses {
-            dashpot: 0.02,
-            tangent: 0.03,
-            drag: 0.01,
-        },
+        losses: losses([0.02, 0.03, 0.01]),
         ..Chain::dimer(60, 2.398)
     }
 }
@@ -133,16 +129,8 @@ fn uniform(law: Law, ends: Ends) -> Chain {
 /// Each wavenumber of a uniform linear chain keeps its energy: there is no direction.
 #[test]
 fn val_linear_chains_have_no_direction() {
-    let linear = Law::Spring {
-        alpha: 0.0,
-        beta: 0.0,
-    };
-    for ends in [
-        Ends::Periodic,
-        Ends::Fixed {
-            left_coefficient: 1.0,
-        },
-    ] {
+    let linear = spring(0.0, 0.0);
+    for ends in [Ends::Periodic, fixed(1.0)] {
         for samples in [9, 257] {
             for end in [5.0, 60.0] {
                 let run = run(uniform(linear.clone(), ends), end, samples);

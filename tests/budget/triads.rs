@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 use test_support::changed;
-use test_support::fields::chain;
+use test_support::fields::{chain, fixed, spring};
 use wavecascade::Error;
 use wavecascade::budget::{Motion, Triads, TriadsRequest, chain_triads};
-use wavecascade::chain::{Accuracy, Chain, Ends, Law, Record, Run, Simulation};
+use wavecascade::chain::{Accuracy, Chain, Ends, Record, Run, Simulation};
 use wavecascade::observer::Silent;
 
 fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
@@ -16,10 +16,7 @@ fn alpha_chain(ends: Ends, sites: usize) -> Chain {
     chain(
         vec![1.5; sites],
         vec![2.0; if ends == Ends::Free { sites - 1 } else { sites }],
-        Law::Spring {
-            alpha: 0.25,
-            beta: 0.0,
-        },
+        spring(0.25, 0.0),
         ends,
     )
 }
@@ -43,9 +40,7 @@ fn triads(run: &Run, request: &TriadsRequest) -> Triads {
 /// What each wavenumber has at the end and not at the start is what its pairs gave it.
 #[test]
 fn val_energy_of_alpha_chains_by_wavenumber() {
-    let fixed = Ends::Fixed {
-        left_coefficient: 2.0,
-    };
+    let fixed = fixed(2.0);
     let cases = [
         (alpha_chain(Ends::Periodic, 24), 24),
         (alpha_chain(Ends::Periodic, 25), 25),
@@ -131,11 +126,7 @@ fn regress_refusals_name_what_is_missing() {
         5,
     );
     let mut linear = alpha_chain(Ends::Wall, 12);
-    linear.law = Law::Spring {
-        alpha: 0.0,
-        beta: 1.0,
-    }
-    .into();
+    linear.law = spring(0.0, 1.0).into();
     let linear = run(linear, |x| x, 1.0, 5);
     for (run, named) in [
         (touching, "precompressed ones"),

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use test_support::changed;
-use test_support::fields::chain;
+use test_support::fields::{chain, fixed};
 use wavecascade::chain::{
     Accuracy, Chain, Drive, EndTime, Ends, Law, Run, RunWarning, Scheme, Simulation, Waveform,
 };
@@ -211,15 +211,11 @@ fn random_scene(seed: u64) -> Simulation {
         .collect();
     let driven = random.unit();
     let ends = match random.unit() {
-        _ if driven < 0.1 => Ends::Fixed {
-            left_coefficient: 1.0,
-        },
+        _ if driven < 0.1 => fixed(1.0),
         _ if driven < 0.2 => Ends::Wall,
         u if u < 0.4 => Ends::Free,
         u if u < 0.8 => Ends::Wall,
-        _ => Ends::Fixed {
-            left_coefficient: 2.0,
-        },
+        _ => fixed(2.0),
     };
     let end_time = random.between(5.0, 60.0);
     let mut simulation = apart(&mass, &gaps, ends, end_time);

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use test_support::contains_all;
-use test_support::fields::chain;
+use test_support::fields::{chain, fixed, spring};
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{Accuracy, Chain, Ends, Law, Laws, Run, RunWarning, Scheme, Simulation};
@@ -115,22 +115,15 @@ fn val_energy_turning_points_of_a_bistable_contact() {
 /// A polynomial, its formula, a table of a line, and the law `spring` are the same motion.
 #[test]
 fn val_same_force_laws_that_are_one_in_other_words() {
-    let spring = Law::Spring {
-        alpha: 0.25,
-        beta: 0.4,
-    };
     let run = |law: Law| impact(free(20, law), 0.7, 30.0, 1e-9);
-    let expected = run(spring);
+    let expected = run(spring(0.25, 0.4));
     for law in [
         Law::polynomial(vec![1.0, -0.25, 0.4]),
         Law::expression("d - a*d^2 + b*d^3; a=0.25, b=0.4").unwrap(),
     ] {
         assert!(apart(&run(law), &expected) < 1e-9);
     }
-    let linear = run(Law::Spring {
-        alpha: 0.0,
-        beta: 0.0,
-    });
+    let linear = run(spring(0.0, 0.0));
     let table = Law::table(vec![-2.0, -1.0, 0.0, 3.0], vec![-2.0, -1.0, 0.0, 3.0]).unwrap();
     let tabled = run(table.clone());
     assert!(apart(&tabled, &linear) < 1e-9);
@@ -188,9 +181,7 @@ fn val_scipy_a_table_is_a_monotone_cubic() {
 fn val_identity_precompression_and_cells() {
     let toda = |precompression: f64, factor: f64| {
         let mut chain = free(24, Law::toda(0.8));
-        chain.ends = Ends::Fixed {
-            left_coefficient: factor,
-        };
+        chain.ends = fixed(factor);
         chain.coefficient = vec![factor; 24];
         chain.precompression = precompression;
         impact(chain, 0.6, 30.0, 1e-10)
@@ -284,10 +275,7 @@ fn scenes_name_laws() {
         "law = \"polynomial 1 -0.3 0.05\"",
         Law::polynomial(vec![1.0, -0.3, 0.05]),
     );
-    let beta = Law::Spring {
-        alpha: 0.0,
-        beta: 0.5,
-    };
+    let beta = spring(0.0, 0.5);
     same("law = \"spring\"\nbeta = 0.5", beta.clone());
     same(
         "law = \"one-sided spring\"\nbeta = 0.5",

@@ -35,9 +35,7 @@ fn mixture() -> Vec<Simulation> {
                 simulation.chain.coefficient.pop();
             }
             if i == 5 {
-                simulation.chain.ends = Ends::Fixed {
-                    left_coefficient: 2.0,
-                };
+                simulation.chain.ends = test_support::fields::fixed(2.0);
             }
             all.push(simulation);
         }

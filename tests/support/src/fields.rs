@@ -1,8 +1,8 @@
 //! Fields that are in order, and their analysis.
 
 use ndarray::Array2;
-use wavecascade::analyze::{Analysis, Request, Results};
-use wavecascade::chain::{Chain, Ends, Laws, Losses, OnSite, Run, Simulation};
+use wavecascade::analyze::{Analysis, Request, Results, Welch};
+use wavecascade::chain::{Chain, Ends, Law, Laws, Losses, OnSite, Run, Simulation};
 use wavecascade::estimates::Averaging;
 use wavecascade::field::OpenOptions;
 use wavecascade::{Error, Field, analyze};
@@ -66,6 +66,30 @@ pub fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: impl Into<Laws>, ends: 
         losses: Losses::default(),
         on_site: OnSite::default(),
     }
+}
+
+/// `d - alpha d^2 + beta d^3`.
+pub const fn spring(alpha: f64, beta: f64) -> Law {
+    Law::Spring { alpha, beta }
+}
+
+/// Held at both ends, at the left one by a contact of this coefficient.
+pub const fn fixed(left_coefficient: f64) -> Ends {
+    Ends::Fixed { left_coefficient }
+}
+
+/// Losses of all kinds: dashpot, tangent, drag.
+pub const fn losses([dashpot, tangent, drag]: [f64; 3]) -> Losses {
+    Losses {
+        dashpot,
+        tangent,
+        drag,
+    }
+}
+
+/// Welch's method in an analysis.
+pub const fn segments(segment: usize, overlap: usize) -> Welch {
+    Welch { segment, overlap }
 }
 
 pub fn struck(sites: usize, end: f64, samples: usize) -> Run {
