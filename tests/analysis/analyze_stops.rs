@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use ndarray::{Array2, ArrayView2};
+use test_support::fields::asking;
 use wavecascade::analyze::{Request, Results, plan, run};
 use wavecascade::arrays::{LargeArray, Nowhere, Sink};
 use wavecascade::observer::{Observer, Silent};
@@ -113,11 +114,7 @@ fn a_run_that_is_told_to_stop_says_so() {
         (0.01 * (n * (j + 1)) as f64).sin()
     }));
     for (memory, streams) in [(1 << 30, false), (30 << 20, true)] {
-        let request = Request {
-            threads: Some(2),
-            memory: Some(memory),
-            ..Request::default()
-        };
+        let request = asking(|it| (it.threads, it.memory) = (Some(2), Some(memory)));
         let plan = plan(&field, &request).unwrap();
         assert_eq!(plan.streams(), streams);
         let run_for = |questions: usize| {

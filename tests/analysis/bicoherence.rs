@@ -5,34 +5,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use ndarray::{Array2, s};
 use serde::Deserialize;
+use test_support::changed;
+use test_support::fields::{Congruential, averaging, option};
+use wavecascade::Field;
 use wavecascade::estimates::{Averaging, Bicoherence, BicoherenceRequest, Tapers, bicoherence};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
 use wavecascade::sheet::Describe;
-use wavecascade::{Error, Field};
-
-/// Integers of a linear congruential generator, in -1 to 1.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = (1_103_515_245 * self.0 + 12_345) % (1 << 31);
-        self.0 as f64 / f64::from(1 << 30) - 1.0
-    }
-
-    /// Twelve such numbers, whose sum is nearly Gaussian, with variance 4.
-    fn gaussian(&mut self) -> f64 {
-        (0..12).map(|_| self.next()).sum()
-    }
-}
-
-fn averaging(length: usize, overlap: usize) -> Averaging {
-    Averaging {
-        segment: Some(length),
-        overlap: Some(overlap),
-        ..Averaging::default()
-    }
-}
 
 fn request(length: usize, overlap: usize) -> BicoherenceRequest {
     BicoherenceRequest {
@@ -62,9 +41,9 @@ struct Reference {
 fn val_pybispectra_and_numpy_bicoherence() {
     let reference: Reference =
         serde_json::from_str(include_str!("../data/bicoherence.json")).unwrap();
-    let (mut a, mut b) = (Noise(1), Noise(2));
-    let a: Vec<f64> = (0..1000).map(|_| a.next()).collect();
-    let b: Vec<f64> = (0..1000).map(|_| b.next()).collect();
+    let (mut a, mut b) = (Congruential(1), Congruential(2));
+    let a: Vec<f64> = (0..1000).map(|_| a.uniform()).collect();
+    let b: Vec<f64> = (0..1000).map(|_| b.uniform()).collect();
     let values = Array2::from_shape_fn((1000, 2), |(n, j)| match j {
         0 => a[n] + 0.5 * a[n] * a[n],
         _ => a[(n + 999) % 1000].powi(2) + 0.3 * b[n],
@@ -123,7 +102,7 @@ fn val_elgar_guza_levels_without_coupling() {
     for (overlap, window) in [(0, Window::None), (16, Window::Hann), (24, Window::Hann)] {
         let (segments, sites) = (96, 400);
         let count = 32 + (segments - 1) * (32 - overlap);
-        let mut noise = Noise(7);
+        let mut noise = Congruential(7);
         let values = Array2::from_shape_fn((count, sites), |_| noise.gaussian());
         let all = BicoherenceRequest {
             averaging: Averaging {
@@ -210,10 +189,10 @@ fn val_constructed_coupling_has_its_share_and_biphase() {
     let (length, segments) = (64, 400);
     let (first, second) = (11, 6);
     for (share, biphase) in [(1.0f64, 0.0), (0.6, FRAC_PI_2), (0.3, -2.0)] {
-        let mut random = Noise(3);
+        let mut random = Congruential(3);
         let mut values = Array2::zeros((length * segments, 2));
         for segment in 0..segments {
-            let [a, b, c] = [0; 3].map(|_| std::f64::consts::PI * random.next());
+            let [a, b, c] = [0; 3].map(|_| std::f64::consts::PI * random.uniform());
             for n in 0..length {
                 let angle = |bin: i32| TAU * f64::from(bin) * n as f64 / length as f64;
                 let coupled = (angle(first + second) + a + b - biphase).cos();
@@ -242,15 +221,9 @@ fn val_constructed_coupling_has_its_share_and_biphase() {
         println!("{share}: {:?}", all[0]);
         assert!((all[0].bicoherence - share).abs() < 0.05, "{:?}", all[0]);
         let off = (all[0].biphase - biphase).abs();
-        assert!(
-            off < all[0].biphase_interval + 1e-3 && off < 0.12,
-            "{:?}",
-            all[0]
-        );
-        let request = BicoherenceRequest {
-            output: Some(1),
-            ..request
-        };
+        assert!(off < all[0].biphase_interval + 1e-3, "{:?}", all[0]);
+        assert!(off < 0.12, "{:?}", all[0]);
+        let request = changed(request, |it| it.output = Some(1));
         let cross = found(values, &request);
         let all = cross.strongest(10);
         assert_eq!(all.len(), 1, "{all:?}");
@@ -289,10 +262,7 @@ fn regress_one_transient_has_no_significance() {
         // An offset is no steady motion.
         (-t * t).exp() - 0.8
     });
-    let request = BicoherenceRequest {
-        along: vec![0, 5],
-        ..request(128, 64)
-    };
+    let request = changed(request(128, 64), |it| it.along = vec![0, 5]);
     let one = found(values.clone(), &request);
     assert!(one.independence.is_transient());
     assert!(one.cell_level().is_none() && one.map_level().is_none());
@@ -312,15 +282,10 @@ fn regress_what_is_refused() {
     let steady = Field::from_array(Array2::from_shape_fn((400, 3), |(n, j)| {
         ((n * n + j) as f64).sin()
     }));
-    let option = |request: &BicoherenceRequest| match bicoherence(&[&steady], request, &Silent) {
-        Err(Error::Request { option, .. }) => option,
-        other => panic!("{other:?}"),
-    };
     let base = request(32, 16);
     let with = |change: &dyn Fn(&mut BicoherenceRequest)| {
-        let mut request = base.clone();
-        change(&mut request);
-        option(&request)
+        let request = changed(base.clone(), change);
+        option(bicoherence(&[&steady], &request, &Silent).unwrap_err())
     };
     assert_eq!(with(&|r| r.site = 3), "site");
     assert_eq!(with(&|r| r.output = Some(3)), "output");
@@ -337,8 +302,8 @@ fn regress_what_is_refused() {
 /// The same bits from any number of threads, in memory and in blocks, of one shot and of two.
 #[test]
 fn regress_threads_and_blocks_do_not_matter() {
-    let mut noise = Noise(11);
-    let values = Array2::from_shape_fn((3000, 37), |_| noise.next());
+    let mut noise = Congruential(11);
+    let values = Array2::from_shape_fn((3000, 37), |_| noise.uniform());
     let field = Field::from_array(values);
     let of = |shots: usize, threads, memory| {
         let request = BicoherenceRequest {
@@ -379,7 +344,7 @@ fn regress_threads_and_blocks_do_not_matter() {
 /// Amplitudes whose fourth powers would leave the range of numbers, or nearly so.
 #[test]
 fn regress_powers_of_two_do_not_move_a_bit() {
-    let mut noise = Noise(3);
+    let mut noise = Congruential(3);
     let values = Array2::from_shape_fn((600, 3), |_| noise.gaussian());
     let request = BicoherenceRequest {
         output: Some(2),
@@ -403,9 +368,6 @@ fn regress_powers_of_two_do_not_move_a_bit() {
 fn regress_a_silent_site_has_no_triples() {
     let found = found(Array2::zeros((600, 1)), &request(64, 32));
     assert!(found.map.bicoherence.iter().all(|b| b.is_nan()) && found.cells() == 0);
-    assert!(
-        found.coupling().contains("no triple"),
-        "{}",
-        found.coupling()
-    );
+    let coupling = found.coupling();
+    assert!(coupling.contains("no triple"), "{coupling}");
 }

@@ -2,11 +2,12 @@
 
 use ndarray::{Array2, s};
 use serde_json::json;
-use test_support::fields::{analyzed, noise, struck};
+use test_support::changed;
+use test_support::fields::{TEMPORAL, analyzed, asking, noise, struck};
+use wavecascade::Field;
 use wavecascade::analyze::{Request, Results, Warning, analyze, channel_findings};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
-use wavecascade::{Error, Field};
 
 const TIMES: usize = 1500;
 
@@ -92,10 +93,8 @@ fn val_construction_sites_out_of_step_are_named() {
             "gain-steps" => {
                 let [ratio, error] =
                     ["ratios", "ratio_errors"].map(|name| numbers[name][0].as_f64().unwrap());
-                assert!(
-                    (ratio - 6.0).abs() < 0.03 && error < 0.03,
-                    "{ratio} {error}"
-                );
+                assert!((ratio - 6.0).abs() < 0.03, "{ratio} {error}");
+                assert!(error < 0.03, "{ratio} {error}");
             }
             _ => {}
         }
@@ -161,10 +160,7 @@ fn val_sites_that_are_left_out_change_no_others() {
         },
         ..Request::default()
     };
-    let without = Request {
-        without_sites: vec![0, 9, 23],
-        ..temporal.clone()
-    };
+    let without = changed(temporal.clone(), |it| it.without_sites = vec![0, 9, 23]);
     let mut faulty = values.clone();
     faulty.column_mut(9).fill(f64::NAN);
     faulty.column_mut(0).mapv_inplace(|v| 1e6 * v);
@@ -194,14 +190,11 @@ fn val_sites_that_are_left_out_change_no_others() {
         .map(|s| s.index)
         .collect();
     assert_eq!(followed, [1, 12, 22]);
-    let refused = |request: Request| match analyze(&field(faulty.clone()), &request).unwrap_err() {
-        Error::Request { option, .. } => option,
-        other => panic!("{other}"),
+    let refused = |request: Request| {
+        let error = analyze(&field(faulty.clone()), &request).unwrap_err();
+        test_support::fields::option(error)
     };
-    let with_space = Request {
-        without_sites: vec![0, 9],
-        ..Request::default()
-    };
+    let with_space = asking(|it| it.without_sites = vec![0, 9]);
     assert_eq!(refused(with_space), "without-sites");
     for (without_sites, reference_site, option) in [
         (vec![24], None, "without-sites"),
@@ -219,10 +212,7 @@ fn val_sites_that_are_left_out_change_no_others() {
 
 fn aliases(values: Array2<f64>) -> bool {
     let temporal = Request {
-        results: Results {
-            temporal: true,
-            ..Results::NONE
-        },
+        results: TEMPORAL,
         ..Request::default()
     };
     let found = analyzed(&field(values), &temporal).warnings;

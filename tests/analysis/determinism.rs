@@ -1,7 +1,9 @@
 //! The same bits from any number of threads and any size of blocks.
 
 use ndarray::Array2;
-use wavecascade::analyze::{Analysis, Request, Results, Spectra, Welch, plan};
+use test_support::changed;
+use test_support::fields::{TEMPORAL, asking, segments};
+use wavecascade::analyze::{Analysis, Request, Spectra, plan};
 use wavecascade::arrays::Precision;
 use wavecascade::plot::{Format, Style};
 use wavecascade::prepare::{Detrend, Gaps, Window};
@@ -25,10 +27,7 @@ fn field_of(shape: (usize, usize)) -> Field {
 }
 
 fn requests() -> Vec<Request> {
-    let plain = Request {
-        gaps: Gaps::Interpolate,
-        ..Request::default()
-    };
+    let plain = asking(|it| it.gaps = Gaps::Interpolate);
     let welch = Request {
         gaps: Gaps::Mask,
         detrend_field_mean: true,
@@ -36,16 +35,10 @@ fn requests() -> Vec<Request> {
         detrend_time: Detrend::Linear,
         window_time: Window::Hann,
         window_space: Window::Hann,
-        welch: Some(Welch {
-            segment: 64,
-            overlap: 32,
-        }),
+        welch: Some(segments(64, 32)),
         ..Request::default()
     };
-    let single = Request {
-        precision: Precision::F32,
-        ..plain.clone()
-    };
+    let single = changed(plain.clone(), |it| it.precision = Precision::F32);
     vec![plain, welch, single]
 }
 
@@ -100,10 +93,7 @@ fn bits(spectra: &Spectra, analysis: &Analysis) -> Vec<u64> {
 fn one_two_and_four_threads_agree_bit_for_bit() -> Result<(), wavecascade::Error> {
     for request in requests() {
         let run = |threads| {
-            let request = Request {
-                threads: Some(threads),
-                ..request.clone()
-            };
+            let request = changed(request.clone(), |it| it.threads = Some(threads));
             analyze(&field(), &request).map(|(a, s)| bits(&s, &a))
         };
         let one = run(1)?;
@@ -189,10 +179,7 @@ fn the_order_of_samples_that_are_read_ahead_does_not_matter() -> Result<(), wave
         let by_time = Array2::from_shape_fn((n_times, n_sites), value);
         let by_site = Array2::from_shape_fn((n_sites, n_times), |(j, n)| value((n, j)));
         let request = |memory| Request {
-            results: Results {
-                temporal: true,
-                ..Results::NONE
-            },
+            results: TEMPORAL,
             memory: Some(memory),
             threads: Some(16),
             ..Request::default()
@@ -243,10 +230,7 @@ fn the_order_of_samples_in_memory_does_not_matter() -> Result<(), wavecascade::E
 fn without_maps_all_else_is_the_same_bit_for_bit() -> Result<(), wavecascade::Error> {
     for request in requests() {
         let run = |maps| {
-            let request = Request {
-                maps,
-                ..request.clone()
-            };
+            let request = changed(request.clone(), |it| it.maps = maps);
             analyze(&field(), &request)
         };
         let (with, of_with) = run(true)?;

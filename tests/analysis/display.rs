@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 
 use ndarray::{Array2, ArrayView2, s};
+use test_support::changed;
+use test_support::fields::{TEMPORAL, asking};
 use wavecascade::analyze::{Analysis, Map, Reduction, Request, Results, Show, ShowAxis};
 use wavecascade::field::Axis;
 use wavecascade::{Error, Field, analyze};
@@ -159,19 +161,13 @@ fn maps_and_their_details_are_what_blocks_of_the_arrays_give() {
 /// A field of 400 samples at 2 kHz and 64 sites.
 fn in_units() -> Field {
     let mut field = geometric((400, 64), 0.8, 20);
-    field.time = Axis {
-        step: 5e-4,
-        ..Axis::index()
-    };
+    field.time = changed(Axis::index(), |it| it.step = 5e-4);
     field
 }
 
 #[test]
 fn limits_are_those_asked_for() {
-    let request = |show| Request {
-        show,
-        ..Request::default()
-    };
+    let request = |show| asking(|it| it.show = show);
     let show = Show {
         frequency: ShowAxis::UpTo(50.0),
         wavenumber: ShowAxis::UpTo(1.0),
@@ -201,10 +197,7 @@ fn limits_are_those_asked_for() {
         low: -1.0,
         high: 2.0,
     };
-    let show = Show {
-        wavenumber: one_way,
-        ..Show::WHOLE
-    };
+    let show = changed(Show::WHOLE, |it| it.wavenumber = one_way);
     let (analysis, _) = analyze(&in_units(), &request(show)).unwrap();
     assert_eq!(analysis.display.wavenumber.bins, 0..21);
     assert_eq!(analysis.display.wavenumber_signed.bins, 22..53);
@@ -233,21 +226,14 @@ fn limits_off_the_axis_reversed_or_without_pictures_are_refused() {
             "show-time" => show.time = axis,
             _ => show.space = axis,
         }
-        let request = Request {
-            show,
-            ..Request::default()
-        };
+        let request = asking(|it| it.show = show);
         let refused = analyze(&in_units(), &request).unwrap_err();
         assert!(
             matches!(refused, Error::Request { option: found, .. } if found == option),
             "{axis:?}: {refused}"
         );
     }
-    let request = Request {
-        show: Show::WHOLE,
-        maps: false,
-        ..Request::default()
-    };
+    let request = asking(|it| (it.show, it.maps) = (Show::WHOLE, false));
     assert!(analyze(&in_units(), &request).is_err());
 }
 
@@ -256,21 +242,12 @@ fn limits_off_the_axis_reversed_or_without_pictures_are_refused() {
 fn limits_do_not_depend_on_which_results_are_wanted() {
     let field = geometric((512, 128), 0.8, 60);
     let of = |results| {
-        let request = Request {
-            results,
-            ..Request::default()
-        };
+        let request = asking(|it| it.results = results);
         analyze(&field, &request).unwrap().0.display
     };
     let all = of(Results::ALL);
-    let temporal = of(Results {
-        temporal: true,
-        ..Results::NONE
-    });
-    let spatial = of(Results {
-        spatial: true,
-        ..Results::NONE
-    });
+    let temporal = of(TEMPORAL);
+    let spatial = of(changed(Results::NONE, |it| it.spatial = true));
     assert_eq!(all.frequency.bins, temporal.frequency.bins);
     assert_eq!(all.wavenumber.bins, spatial.wavenumber.bins);
     assert!((all.wavenumber.above - spatial.wavenumber.above).abs() < 1e-12);

@@ -1,6 +1,7 @@
 //! Figures at the sizes they are printed at: letters that can be read, nothing outside, nothing over
 //! another, files as large as they say.
 
+use test_support::changed;
 use wavecascade::attenuation::{
     AttenuationRequest, Curves, Followed, Measured, Named, TransmissionRequest,
 };
@@ -203,10 +204,7 @@ fn letters_are_legible_and_apart_at_every_size() {
     let results = Results::compute();
     let measure = Canvas::new("measure", 10, 10, Format::Svg).unwrap();
     let mut faults = Vec::new();
-    let sized = Style {
-        height: Some(60.0),
-        ..Style::paper()
-    };
+    let sized = changed(Style::paper(), |it| it.height = Some(60.0));
     for style in [Style::paper(), sized, Style::paper_wide(), Style::screen()] {
         for figure in results.figures(&style) {
             let svg = svg(&figure);
@@ -293,45 +291,22 @@ fn files_are_as_large_as_the_style_says() {
 fn colour_bars_follow_depth_and_map() {
     let analysis = test_support::figures::full();
     let drawn = |style: &Style| svg(&plot::temporal_spectrum(&analysis, style).unwrap());
-    let of = |depth: Depth| {
-        drawn(&Style {
-            depth,
-            ..Style::screen()
-        })
-    };
+    let of = |depth: Depth| drawn(&changed(Style::screen(), |it| it.depth = depth));
     assert!(of(Depth::Fitted).contains("log scale over 8 decades"));
     assert!(of(Depth::Decades(4.0)).contains("log scale over 4 decades"));
     let decibels = of(Depth::Decibels(50.0));
     assert!(decibels.contains("dB re") && decibels.contains(">≤ −50<") && decibels.contains(">0<"));
-    let gray = drawn(&Style {
-        colormap: Colormap::Gray,
-        ..Style::screen()
-    });
+    let gray = drawn(&changed(Style::screen(), |it| it.colormap = Colormap::Gray));
     assert_ne!(gray, drawn(&Style::screen()));
 }
 
 #[test]
 fn styles_that_cannot_be_drawn_are_refused() {
-    let small = Style {
-        width: 86.0,
-        ..Style::screen()
-    };
-    let flat = Style {
-        height: Some(10.0),
-        ..Style::paper()
-    };
-    let huge = Style {
-        dpi: 100_000,
-        ..Style::paper()
-    };
-    let shallow = Style {
-        depth: Depth::Decades(0.0),
-        ..Style::paper()
-    };
-    let coarse = Style {
-        dpi: 3,
-        ..Style::paper()
-    };
+    let small = changed(Style::screen(), |it| it.width = 86.0);
+    let flat = changed(Style::paper(), |it| it.height = Some(10.0));
+    let huge = changed(Style::paper(), |it| it.dpi = 100_000);
+    let shallow = changed(Style::paper(), |it| it.depth = Depth::Decades(0.0));
+    let coarse = changed(Style::paper(), |it| it.dpi = 3);
     for style in [small, flat, huge, shallow, coarse] {
         let error = style.check().unwrap_err();
         assert!(matches!(error, wavecascade::Error::Request { .. }));

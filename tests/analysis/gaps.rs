@@ -5,14 +5,15 @@ use std::f64::consts::TAU;
 
 use ndarray::{Array2, concatenate};
 use serde::Deserialize;
-use test_support::fields::{Congruential, noise};
+use test_support::changed;
+use test_support::fields::{Congruential, asking, averaging, noise, option, stepped};
+use wavecascade::Field;
 use wavecascade::estimates::{
-    Averaging, BicoherenceRequest, CoherenceRequest, ModesRequest, SpectrumAxis, SpectrumRequest,
-    Tapers, bicoherence, coherence, modes, slope, spectrum,
+    BicoherenceRequest, CoherenceRequest, ModesRequest, SpectrumAxis, SpectrumRequest, Tapers,
+    bicoherence, coherence, modes, slope, spectrum,
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::Gaps;
-use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
 
@@ -22,17 +23,7 @@ fn generated(seed: u64, count: usize) -> Vec<f64> {
 }
 
 fn field(values: Array2<f64>) -> Field {
-    let mut field = Field::from_array(values);
-    field.time.step = DT;
-    field
-}
-
-fn averaging(segment: usize, overlap: usize) -> Averaging {
-    Averaging {
-        segment: Some(segment),
-        overlap: Some(overlap),
-        ..Averaging::default()
-    }
+    stepped(values, DT, 1.0)
 }
 
 fn request(segment: usize, overlap: usize) -> SpectrumRequest {
@@ -141,10 +132,7 @@ fn val_scipy_segments_picked_by_hand() {
     }
     // Sites without gaps are what they are without the choice, to rounding; others are refused then.
     let whole = field_of(&field, 0);
-    let usual = SpectrumRequest {
-        gaps: Gaps::Refuse,
-        ..request(64, 32)
-    };
+    let usual = changed(request(64, 32), |it| it.gaps = Gaps::Refuse);
     let usual = spectrum(&[&whole], &usual, &Silent).unwrap();
     let chosen = spectrum(&[&whole], &request(64, 32), &Silent).unwrap();
     assert_eq!(usual.spectrum, chosen.spectrum);
@@ -230,10 +218,7 @@ fn val_estimates_of_several_sites_leave_out_what_any_of_them_misses() {
         .filter(|part| part.iter().all(|v| v.is_finite()))
         .collect();
     let whole = field(concatenate(ndarray::Axis(0), &parts).unwrap());
-    let of_two = BicoherenceRequest {
-        output: Some(1),
-        ..of_three(Gaps::Refuse)
-    };
+    let of_two = changed(of_three(Gaps::Refuse), |it| it.output = Some(1));
     let expected = bicoherence(&[&whole], &of_two, &Silent).unwrap();
     assert_eq!(found.map.bicoherence, expected.map.bicoherence);
     assert_eq!(found.independence.segments, parts.len());
@@ -252,10 +237,6 @@ fn val_estimates_of_several_sites_leave_out_what_any_of_them_misses() {
 fn nothing_left_is_an_error_and_so_is_what_cannot_leave_out() {
     let reference = reference();
     let all = field(with_gaps(&reference));
-    let option = |error: Error| match error {
-        Error::Request { option, .. } => option,
-        other => panic!("{other}"),
-    };
     let last = field_of(&all, 3);
     let error = spectrum(&[&last], &request(64, 32), &Silent).unwrap_err();
     assert_eq!(option(error), "gaps");
@@ -274,10 +255,7 @@ fn nothing_left_is_an_error_and_so_is_what_cannot_leave_out() {
         ..Default::default()
     };
     assert_eq!(option(slope(&[&all], &steep, &Silent).unwrap_err()), "gaps");
-    let whole = wavecascade::analyze::Request {
-        gaps: Gaps::LeaveOut,
-        ..Default::default()
-    };
+    let whole = asking(|it| it.gaps = Gaps::LeaveOut);
     assert_eq!(
         option(wavecascade::analyze(&all, &whole).unwrap_err()),
         "gaps"
@@ -348,10 +326,7 @@ fn val_construction_filled_records_have_no_intervals() {
     };
     for gaps in [Gaps::Interpolate, Gaps::Mask] {
         let of = |share: f64| {
-            let request = SpectrumRequest {
-                gaps,
-                ..request(128, 64)
-            };
+            let request = changed(request(128, 64), |it| it.gaps = gaps);
             spectrum(&[&field(values(share))], &request, &Silent).unwrap()
         };
         let (few, many) = (of(0.02), of(0.25));
@@ -368,10 +343,7 @@ fn val_construction_filled_records_have_no_intervals() {
         assert!(found.level().is_some(), "{gaps:?}");
         assert!(found.coherence.column(1).iter().all(|v| v.is_nan()));
         assert!(found.coherence.column(3).iter().all(|v| v.is_finite()));
-        let request = CoherenceRequest {
-            reference: 1,
-            ..request
-        };
+        let request = changed(request, |it| it.reference = 1);
         let found = coherence(&[&field(values(0.25))], &request, &Silent).unwrap();
         assert!(found.level().is_none(), "{gaps:?}");
         let request = BicoherenceRequest {
@@ -412,10 +384,7 @@ fn val_theory_intervals_of_filled_spectra_hold_or_are_withheld() {
                     }
                 }
             }
-            let request = SpectrumRequest {
-                gaps,
-                ..request(512, 256)
-            };
+            let request = changed(request(512, 256), |it| it.gaps = gaps);
             let found = spectrum(&[&field(red)], &request, &Silent).unwrap();
             for (m, f) in found.bins.iter().enumerate().skip(2).take(250) {
                 let [re, im] = [(TAU * f * DT).cos(), (TAU * f * DT).sin()];
@@ -431,10 +400,8 @@ fn val_theory_intervals_of_filled_spectra_hold_or_are_withheld() {
         }
         let (coverage, stated) = (within / stated, stated / all);
         assert!((0.92..0.98).contains(&coverage), "{gaps:?}: {coverage}");
-        assert!(
-            stated > least && (stated < 0.5 || gaps != Gaps::Mask),
-            "{stated}"
-        );
+        assert!(stated > least, "{stated}");
+        assert!(stated < 0.5 || gaps != Gaps::Mask, "{stated}");
     }
     let mut values = 5.0 + &noise(8192, 6);
     for start in [500, 1700, 2900, 4100, 5300, 6500] {

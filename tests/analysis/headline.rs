@@ -3,10 +3,10 @@
 
 use ndarray::Array2;
 use wavecascade::Field;
-use wavecascade::analyze::{BandEdge, FrontLength, Request, Results, TimeRange};
+use wavecascade::analyze::{BandEdge, FrontLength, Request, TimeRange};
 use wavecascade::chain::{Chain, Simulation};
 
-use test_support::fields::{analyzed, noise, pulse, struck};
+use test_support::fields::{TEMPORAL, analyzed, asking, noise, pulse, segments, struck};
 
 /// `exp(-t)`, sampled: the cumulative spectrum up to f is `(2 / pi) atan(tan(pi f dt) / tanh(dt / 2))`,
 /// and the effective bandwidth of a half Lorentzian of half width `1 / (2 pi)` is 1.
@@ -21,10 +21,7 @@ fn val_closed_form_exponential_at_any_padding() {
         ((0.5 * dt).tanh() * tangent).atan() / (std::f64::consts::PI * dt)
     };
     for padding in [1_u32, 2, 4, 8, 16] {
-        let request = Request {
-            pad_time: Some(4096 * padding as usize),
-            ..Request::default()
-        };
+        let request = asking(|it| it.pad_time = Some(4096 * padding as usize));
         let along = analyzed(&field, &request).along_space.unwrap();
         // Bins of 1/16 of the bandwidth are wide where nothing is padded; Nyquist's folds 4e-3.
         let coarse = if padding == 1 {
@@ -57,10 +54,7 @@ fn regress_padding_moves_no_measure_of_a_struck_chain() {
     let field = struck(60, 60.0, 1024).to_field();
     let measures = |padding: usize| {
         let request = Request {
-            results: Results {
-                temporal: true,
-                ..Results::NONE
-            },
+            results: TEMPORAL,
             pad_time: Some(1024 * padding),
             band_edge_frequency: Some(0.12),
             ..Request::default()
@@ -176,10 +170,7 @@ fn what_has_too_little_energy_is_undefined_and_not_the_last() {
     let energy = plain.along_space.unwrap().energy;
     // Noise with two fifths of site 3's energy is more than half of site 4's.
     let noise = (0.4 * energy[3] / 400.0).sqrt();
-    let request = Request {
-        noise: Some(noise),
-        ..Request::default()
-    };
+    let request = asking(|it| it.noise = Some(noise));
     let analysis = analyzed(&field(0.5), &request);
     let known = analysis.along_space.unwrap().centroid;
     let known: Vec<bool> = known.iter().map(|c| c.is_finite()).collect();
@@ -193,10 +184,7 @@ fn an_edge_beside_zero_is_none() {
     });
     let field = Field::from_array(values);
     for pad_time in [None, Some(4096)] {
-        let request = Request {
-            pad_time,
-            ..Request::default()
-        };
+        let request = asking(|it| it.pad_time = pad_time);
         let analysis = analyzed(&field, &request);
         let Some(BandEdge::Unresolved { index, bin, .. }) = analysis.frequency_edge else {
             panic!("{:?}", analysis.frequency_edge);
@@ -212,10 +200,7 @@ fn an_edge_beside_zero_is_none() {
         assert!(said, "{:?}", analysis.warnings);
     }
     // What is given stays an edge.
-    let request = Request {
-        band_edge_frequency: Some(0.1),
-        ..Request::default()
-    };
+    let request = asking(|it| it.band_edge_frequency = Some(0.1));
     let analysis = analyzed(&field, &request);
     assert_eq!(
         analysis.frequency_edge,
@@ -286,21 +271,12 @@ fn val_shares_at_the_front_are_those_of_its_times() {
 #[test]
 fn a_front_that_does_not_fit_or_arrive_has_no_shares() {
     let field = pulse(300, 30, 12);
-    let analysis = analyzed(
-        &field,
-        &Request {
-            front_window: Some(100.0),
-            ..Request::default()
-        },
-    );
+    let analysis = analyzed(&field, &asking(|it| it.front_window = Some(100.0)));
     let front = analysis.front.unwrap();
     let fit = front.fits.iter().filter(|fits| **fits).count();
     assert!((10..20).contains(&fit), "{fit}");
     assert_eq!(front.headline.last.map(|spot| spot.index), Some(fit - 1));
-    let long = Request {
-        front_window: Some(301.0),
-        ..Request::default()
-    };
+    let long = asking(|it| it.front_window = Some(301.0));
     let front = analyzed(&field, &long).front.unwrap();
     assert_eq!(front.length, FrontLength::TooLong { window: 301.0 });
     assert!(front.high_share.iter().all(|share| share.is_nan()));
@@ -323,10 +299,7 @@ fn shares_at_the_front_do_not_depend_on_how_they_are_held() {
         ..Request::default()
     };
     let welch = Request {
-        welch: Some(wavecascade::analyze::Welch {
-            segment: 128,
-            overlap: 64,
-        }),
+        welch: Some(segments(128, 64)),
         ..long.clone()
     };
     let (a, b) = (shares(&long), shares(&welch));
@@ -348,25 +321,13 @@ fn a_lone_site_has_no_wavenumbers_and_a_lone_time_no_frequencies() {
     };
     let analysis = analyzed(&line((64, 1)), &Request::default());
     assert_eq!(analysis.wavenumber_edge, Some(BandEdge::Undefined));
-    assert!(
-        analysis
-            .along_time
-            .unwrap()
-            .centroid
-            .iter()
-            .all(|c| c.is_nan())
-    );
+    let in_time = analysis.along_time.unwrap().centroid;
+    assert!(in_time.iter().all(|c| c.is_nan()));
     assert!(analysis.along_space.unwrap().centroid[0] > 0.0);
     let analysis = analyzed(&line((1, 64)), &Request::default());
     assert_eq!(analysis.frequency_edge, Some(BandEdge::Undefined));
-    assert!(
-        analysis
-            .along_space
-            .unwrap()
-            .centroid
-            .iter()
-            .all(|c| c.is_nan())
-    );
+    let in_space = analysis.along_space.unwrap().centroid;
+    assert!(in_space.iter().all(|c| c.is_nan()));
 }
 
 /// The front has not reached the end: no cascade is announced there. The last site held 1e-22 of the
@@ -374,10 +335,7 @@ fn a_lone_site_has_no_wavenumbers_and_a_lone_time_no_frequencies() {
 #[test]
 fn a_site_that_the_wave_has_not_reached_is_not_the_last() {
     let field = struck(60, 48.0, 1024).to_field();
-    let request = Request {
-        reference_site: Some(10),
-        ..Request::default()
-    };
+    let request = asking(|it| it.reference_site = Some(10));
     let analysis = analyzed(&field, &request);
     let along = analysis.along_space.as_ref().unwrap();
     assert!(along.centroid[59].is_nan() && along.high_share[59].is_nan());

@@ -3,24 +3,22 @@
 
 use ndarray::Array2;
 use serde::Deserialize;
-use test_support::fields::{Congruential, noise};
+use test_support::changed;
+use test_support::fields::{Congruential, noise, option, stepped};
+use wavecascade::Field;
 use wavecascade::estimates::{
     AxisIncrements, ExponentBasis, FieldAxis, Increments, IncrementsRequest, IntervalBasis,
     increments,
 };
 use wavecascade::observer::Silent;
 use wavecascade::sheet::Describe;
-use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
 const DX: f64 = 0.5;
 const TAU: f64 = std::f64::consts::TAU;
 
 fn field(values: Array2<f64>) -> Field {
-    let mut field = Field::from_array(values);
-    field.time.step = DT;
-    field.space.step = DX;
-    field
+    stepped(values, DT, DX)
 }
 
 fn found(field: &Field, request: &IncrementsRequest) -> Increments {
@@ -221,10 +219,7 @@ fn val_brownian_motion_scales_like_the_root() {
 #[test]
 fn val_histogram_of_normal_increments() {
     let values = noise(1024, 64);
-    let request = IncrementsRequest {
-        histograms: 2,
-        ..IncrementsRequest::default()
-    };
+    let request = changed(IncrementsRequest::default(), |it| it.histograms = 2);
     let found = found(&field(values), &request);
     let histogram = &along(&found, FieldAxis::Space).histograms[0];
     let sum: f64 = histogram.density.iter().map(|d| d * 0.25).sum();
@@ -356,13 +351,8 @@ fn val_the_same_records_do_not_move_along_x() {
 fn regress_what_is_refused() {
     let steady = field(noise(64, 16));
     let with = |change: &dyn Fn(&mut IncrementsRequest)| {
-        let mut request = IncrementsRequest::default();
-        change(&mut request);
-        match increments(&[&steady], &request, &Silent) {
-            Err(Error::Request { option, .. }) => option,
-            Err(Error::Memory { .. }) => "memory",
-            other => panic!("{other:?}"),
-        }
+        let request = changed(IncrementsRequest::default(), change);
+        option(increments(&[&steady], &request, &Silent).unwrap_err())
     };
     assert_eq!(with(&|r| r.separations = Some(vec![16])), "separations");
     assert_eq!(with(&|r| r.separations = Some(vec![0])), "separations");

@@ -4,35 +4,25 @@
 use ndarray::Array2;
 use num_complex::Complex;
 use serde::Deserialize;
-use test_support::fields::{Congruential, noise};
+use test_support::changed;
+use test_support::fields::{Congruential, averaging, noise, option, stepped};
+use wavecascade::Field;
 use wavecascade::estimates::{Averaging, Modes, ModesRequest, Tapers, modes};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
 use wavecascade::transform::fold;
-use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
 const DX: f64 = 0.5;
 const TAU: f64 = std::f64::consts::TAU;
 
 fn field(values: Array2<f64>) -> Field {
-    let mut field = Field::from_array(values);
-    field.time.step = DT;
-    field.space.step = DX;
-    field
-}
-
-fn segments(length: usize, overlap: usize) -> Averaging {
-    Averaging {
-        segment: Some(length),
-        overlap: Some(overlap),
-        ..Averaging::default()
-    }
+    stepped(values, DT, DX)
 }
 
 fn segmented(length: usize) -> ModesRequest {
     ModesRequest {
-        averaging: segments(length, length / 2),
+        averaging: averaging(length, length / 2),
         ..ModesRequest::default()
     }
 }
@@ -125,7 +115,7 @@ fn val_parseval_of_all_eigenvalues() {
         averaging: Averaging {
             tapers: Tapers::Window(Window::None),
             detrend: Detrend::Mean,
-            ..segments(64, 0)
+            ..averaging(64, 0)
         },
         ..ModesRequest::default()
     };
@@ -190,13 +180,8 @@ fn regress_one_transient_has_no_interval() {
 fn regress_what_is_refused() {
     let steady = field(records(11));
     let with = |change: &dyn Fn(&mut ModesRequest)| {
-        let mut request = segmented(32);
-        change(&mut request);
-        match modes(&[&steady], &request, &Silent) {
-            Err(Error::Request { option, .. }) => option,
-            Err(Error::Memory { .. }) => "memory",
-            other => panic!("{other:?}"),
-        }
+        let request = changed(segmented(32), change);
+        option(modes(&[&steady], &request, &Silent).unwrap_err())
     };
     for frequency in [2.1, -0.1, f64::NAN] {
         let found = with(&|r| r.frequencies = vec![frequency]);
@@ -204,7 +189,7 @@ fn regress_what_is_refused() {
     }
     assert_eq!(with(&|r| r.modes = 0), "modes");
     assert_eq!(with(&|r| r.alpha = 1.0), "significance");
-    assert_eq!(with(&|r| r.averaging = segments(272, 0)), "segment");
+    assert_eq!(with(&|r| r.averaging = averaging(272, 0)), "segment");
     assert_eq!(with(&|r| r.memory = Some(10_000)), "memory");
 }
 
@@ -306,10 +291,8 @@ fn val_velocities_lie_within_their_intervals() {
         let (wave, standing) = (first(0.0), first(1.0));
         let half = wave.velocity_half.unwrap();
         assert!(wave.is_wave && half < 0.05 * velocity.abs(), "{wave:?}");
-        assert!(
-            !standing.is_wave && (0.5..0.8).contains(&standing.share),
-            "{standing:?}"
-        );
+        assert!(!standing.is_wave, "{standing:?}");
+        assert!((0.5..0.8).contains(&standing.share), "{standing:?}");
         inside += usize::from((wave.velocity - velocity).abs() < half);
     }
     assert!((92..=98).contains(&inside), "{inside} of 100");

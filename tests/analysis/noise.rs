@@ -1,13 +1,14 @@
 //! The noise of each site against constructed fields whose noise is known, and what subtracting it leaves.
 
 use ndarray::{Array2, s};
-use test_support::fields::{noise, struck};
+use test_support::changed;
+use test_support::fields::{TEMPORAL, noise, segments, struck};
+use wavecascade::Field;
 use wavecascade::analyze::{Request, Results, UndefinedRows, analyze};
 use wavecascade::estimates::{
     Averaging, NoiseFloor, NoiseSource, SpectrumEstimate, SpectrumRequest, spectrum,
 };
 use wavecascade::observer::Silent;
-use wavecascade::{Error, Field};
 
 const SITES: usize = 200;
 const TIMES: usize = 4096;
@@ -48,10 +49,7 @@ fn found(values: Array2<f64>, subtract_noise: bool) -> SpectrumEstimate {
     let mut field = Field::from_array(values);
     field.time.step = 0.5;
     let request = SpectrumRequest {
-        averaging: Averaging {
-            segment: Some(256),
-            ..Averaging::default()
-        },
+        averaging: changed(Averaging::default(), |it| it.segment = Some(256)),
         subtract_noise,
         ..SpectrumRequest::default()
     };
@@ -182,10 +180,8 @@ fn val_what_is_subtracted_is_accounted_for() {
     // Where both are alike, most of the bias is gone.
     let at = |found: &SpectrumEstimate| found.spectrum.slice(s![22..28, 100..]).sum();
     let [before, after] = [&with, &less].map(|found| at(found) / at(&clean) - 1.0);
-    assert!(
-        before > 0.05 && after.abs() < 0.2 * before,
-        "{before} {after}"
-    );
+    assert!(before > 0.05, "{before} {after}");
+    assert!(after.abs() < 0.2 * before, "{before} {after}");
 }
 
 #[test]
@@ -193,10 +189,7 @@ fn val_centroids_and_shares_without_the_noise() {
     let [motion, floor] = steady();
     let some = |values: &Array2<f64>| values.slice(s![.., 150..]).to_owned();
     let request = |subtract_noise: bool| Request {
-        results: Results {
-            temporal: true,
-            ..Results::NONE
-        },
+        results: TEMPORAL,
         band_edge_frequency: Some(0.1),
         subtract_noise,
         ..Request::default()
@@ -233,10 +226,7 @@ fn val_centroids_and_shares_without_the_noise() {
     for n in 1..coloured.nrows() {
         coloured[[n, 180]] = motion[[n, 180]] + 0.5 * (floor[[n, 180]] + floor[[n - 1, 180]]);
     }
-    let but_one = Request {
-        without_sites: vec![3, 3],
-        ..request(true)
-    };
+    let but_one = changed(request(true), |it| it.without_sites = vec![3, 3]);
     let (compared, _) = analyze(&Field::from_array(some(&coloured)), &but_one).unwrap();
     let rows = compared.along_space.as_ref().unwrap();
     let expected = UndefinedRows {
@@ -250,10 +240,7 @@ fn val_centroids_and_shares_without_the_noise() {
     }
     // Averages over segments clip less.
     let welch = Request {
-        welch: Some(wavecascade::analyze::Welch {
-            segment: 256,
-            overlap: 128,
-        }),
+        welch: Some(segments(256, 128)),
         window_time: wavecascade::prepare::Window::Hann,
         ..request(true)
     };
@@ -261,18 +248,12 @@ fn val_centroids_and_shares_without_the_noise() {
     let centroid = mean(&averaged.along_space.unwrap().centroid) / mean(&clean.centroid) - 1.0;
     assert!(centroid.abs() < 0.06, "{centroid}");
 
-    let option =
-        |request: &Request, values: Array2<f64>| match analyze(&Field::from_array(values), request)
-            .unwrap_err()
-        {
-            Error::Request { option, .. } => option,
-            other => panic!("{other}"),
-        };
-    // S(k, f) keeps its noise; motion alone has none.
-    let all = Request {
-        results: Results::ALL,
-        ..request(true)
+    let option = |request: &Request, values: Array2<f64>| {
+        let error = analyze(&Field::from_array(values), request).unwrap_err();
+        test_support::fields::option(error)
     };
+    // S(k, f) keeps its noise; motion alone has none.
+    let all = changed(request(true), |it| it.results = Results::ALL);
     assert_eq!(option(&all, some(&floor)), "subtract-noise");
     assert_eq!(option(&request(true), some(&motion)), "subtract-noise");
     let from_it = Request {

@@ -4,7 +4,8 @@
 use std::f64::consts::TAU;
 
 use ndarray::Array2;
-use test_support::fields::Congruential as Noise;
+use test_support::changed;
+use test_support::fields::{Congruential as Noise, averaging, option, stepped};
 use wavecascade::estimates::{Averaging, SpaceTimeEstimate, SpaceTimeRequest, Tapers, spacetime};
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
@@ -14,18 +15,12 @@ const DT: f64 = 0.25;
 const DX: f64 = 0.5;
 
 fn field(values: Array2<f64>) -> Field {
-    let mut field = Field::from_array(values);
-    (field.time.step, field.space.step) = (DT, DX);
-    field
+    stepped(values, DT, DX)
 }
 
 fn welch(segment: usize, overlap: usize) -> SpaceTimeRequest {
     SpaceTimeRequest {
-        averaging: Averaging {
-            segment: Some(segment),
-            overlap: Some(overlap),
-            ..Averaging::default()
-        },
+        averaging: averaging(segment, overlap),
         ..SpaceTimeRequest::default()
     }
 }
@@ -45,10 +40,7 @@ fn tapers(time: (f64, usize), space: (f64, usize)) -> SpaceTimeRequest {
 }
 
 fn adaptive(time: (f64, usize), space: (f64, usize)) -> SpaceTimeRequest {
-    SpaceTimeRequest {
-        is_adaptive: true,
-        ..tapers(time, space)
-    }
+    changed(tapers(time, space), |it| it.is_adaptive = true)
 }
 
 fn found(field: &Field, request: &SpaceTimeRequest) -> SpaceTimeEstimate {
@@ -95,10 +87,7 @@ fn val_adaptive_weights_by_numpy() {
     });
     let request = adaptive((2.5, 4), (2.0, 3));
     let [one, equal] = [true, false].map(|is_adaptive| {
-        let request = SpaceTimeRequest {
-            is_adaptive,
-            ..request.clone()
-        };
+        let request = changed(request.clone(), |it| it.is_adaptive = is_adaptive);
         found(&field(values.clone()), &request)
     });
     let [spectrum, degrees] = &reference.steep;
@@ -243,10 +232,7 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
         ];
         numbers.chain(more).map(f64::to_bits).collect()
     };
-    let equal = SpaceTimeRequest {
-        is_adaptive: false,
-        ..slepian.clone()
-    };
+    let equal = changed(slepian.clone(), |it| it.is_adaptive = false);
     for (fields, request) in [
         (&shots[..1], welch(64, 32)),
         (&shots[..], slepian),
@@ -272,23 +258,8 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
     // Three sites have no wavenumbers to speak of, and tapers have to fit.
     let narrow = field(Array2::zeros((64, 3)));
     let error = spacetime(&[&narrow], &welch(16, 8), &Silent).unwrap_err();
-    assert!(matches!(
-        error,
-        Error::Request {
-            option: "along",
-            ..
-        }
-    ));
+    assert_eq!(option(error), "along");
     let wide = tapers((2.0, 3), (2.0, 4));
     let error = spacetime(&shots, &wide, &Silent).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            Error::Request {
-                option: "space-multitaper",
-                ..
-            }
-        ),
-        "{error}"
-    );
+    assert_eq!(option(error), "space-multitaper");
 }

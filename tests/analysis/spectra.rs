@@ -8,7 +8,9 @@ use std::fs::File;
 
 use ndarray::{Array1, Array2, Axis, Ix1, Ix2, OwnedRepr};
 use ndarray_npy::NpzReader;
-use wavecascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange, Welch};
+use test_support::changed;
+use test_support::fields::{asking, segments};
+use wavecascade::analyze::{Analysis, Request, Scaling, Spectra, TimeRange};
 use wavecascade::arrays::Precision;
 use wavecascade::field::OpenOptions;
 use wavecascade::prepare::{Detrend, Window};
@@ -90,10 +92,7 @@ fn apart<'a>(
 }
 
 fn density() -> Request {
-    Request {
-        scaling: Scaling::Density,
-        ..Request::default()
-    }
+    asking(|it| it.scaling = Scaling::Density)
 }
 
 /// A two-sided `(nt, nx)` spectrum as `numpy.fft` lays it out, in cycles, as ours: one-sided in
@@ -139,10 +138,7 @@ fn each(
 
 #[test]
 fn val_scipy_periodogram_along_time_and_space() -> Outcome {
-    let request = |_: &Case| Request {
-        detrend_time: Detrend::Mean,
-        ..density()
-    };
+    let request = |_: &Case| changed(density(), |it| it.detrend_time = Detrend::Mean);
     each(request, |case, analysis, spectra| {
         let mut reference = case.reference("ref_periodogram.npz")?;
         let ours = spectra.temporal.ok_or("no temporal spectrum")?;
@@ -153,10 +149,7 @@ fn val_scipy_periodogram_along_time_and_space() -> Outcome {
         assert!(apart(&analysis.axes.frequency, &f) < 1e-15);
         Ok(())
     })?;
-    let request = |_: &Case| Request {
-        detrend_space: Detrend::Mean,
-        ..density()
-    };
+    let request = |_: &Case| changed(density(), |it| it.detrend_space = Detrend::Mean);
     each(request, |case, analysis, spectra| {
         let mut reference = case.reference("ref_periodogram.npz")?;
         let ours = spectra.spatial.ok_or("no spatial spectrum")?;
@@ -174,10 +167,7 @@ fn val_scipy_welch() -> Outcome {
     let request = |case: &Case| Request {
         detrend_time: Detrend::Mean,
         window_time: Window::Hann,
-        welch: Some(Welch {
-            segment: case.segment,
-            overlap: case.segment / 2,
-        }),
+        welch: Some(segments(case.segment, case.segment / 2)),
         ..density()
     };
     each(request, |case, _, spectra| {
@@ -223,10 +213,7 @@ fn val_numpy_and_xrft_spacetime() -> Outcome {
 /// The split into directions, against the sums of NumPy's spectrum stated with each field.
 #[test]
 fn val_numpy_direction_split() -> Outcome {
-    let request = |_: &Case| Request {
-        detrend_field_mean: true,
-        ..density()
-    };
+    let request = |_: &Case| changed(density(), |it| it.detrend_field_mean = true);
     each(request, |case, analysis, _| {
         let split = &case.meta()?["reference_summary"]["fk_direction_global_mean_removed_boxcar"];
         let d = analysis.direction.ok_or("no direction")?;

@@ -2,7 +2,8 @@
 
 use ndarray::Array2;
 use serde_json::json;
-use test_support::fields::{analyzed, noise, pulse, struck};
+use test_support::changed;
+use test_support::fields::{TEMPORAL, analyzed, asking, noise, pulse, struck};
 use wavecascade::Field;
 use wavecascade::analyze::{FrontLength, Request, Results, Warning};
 
@@ -49,20 +50,10 @@ fn what_is_not_asked_for_is_not_warned_of() {
         (j as f64 - 8.5) * (std::f64::consts::TAU * 16.0 * n as f64 / 256.0).sin()
     });
     let field = Field::from_array(ramp);
-    let only = |results| Request {
-        results,
-        ..Request::default()
-    };
-    let spatial = Results {
-        spatial: true,
-        ..Results::NONE
-    };
-    let temporal = Results {
-        temporal: true,
-        ..Results::NONE
-    };
+    let only = |results| asking(|it| it.results = results);
+    let spatial = changed(Results::NONE, |it| it.spatial = true);
     assert_eq!(codes(&field, &only(spatial)), ["leakage-space"]);
-    assert_eq!(codes(&field, &only(temporal)), [""; 0]);
+    assert_eq!(codes(&field, &only(TEMPORAL)), [""; 0]);
 }
 
 #[test]

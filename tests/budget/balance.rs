@@ -1,13 +1,15 @@
 //! Budgets of simulated chains over time: the change of a quantity against the integral of its
 //! rate.
 
+use test_support::changed;
+use test_support::fields::{fixed, spring};
 use wavecascade::arrays::LargeArray;
 use wavecascade::budget::{
     Budget, BudgetRequest, Closure, Filter, Integration, Motion, Residual, budget,
 };
 use wavecascade::chain::{
-    Accuracy, Chain, Drive, Ends, Ground, Law, Laws, Losses, OnSite, Record, Resonators, Run,
-    Scheme, Simulation, Waveform,
+    Accuracy, Chain, Drive, Ends, Ground, Law, Laws, Losses, Record, Resonators, Run, Scheme,
+    Simulation, Waveform,
 };
 use wavecascade::observer::Silent;
 
@@ -33,10 +35,7 @@ fn simulate(chain: Chain, drive: Option<Drive>, end: f64, samples: usize) -> Run
 }
 
 fn found(run: &Run, integration: Integration) -> Budget {
-    let request = BudgetRequest {
-        integration,
-        ..BudgetRequest::default()
-    };
+    let request = changed(BudgetRequest::default(), |it| it.integration = integration);
     budget(&Motion::of(run).unwrap(), &request).unwrap().0
 }
 
@@ -61,223 +60,97 @@ fn chains() -> Vec<(&'static str, Chain, Option<Drive>, f64)> {
         amplitude: 0.2,
         frequency: 0.1,
     };
-    let with = |losses| Chain {
-        losses,
-        ..Chain::dimer(n, 2.398)
+    let (force, wall) = (Drive::Force(wave.clone()), Drive::Wall(wave.clone()));
+    let body = Drive::Body(7, wave.clone());
+    let burst = Drive::Body(7, Waveform::tone_burst(0.3, 0.15, 3.0));
+    let [seventh, eighth] = [7, 8].map(|site| Drive::Motion(site, wave.clone()));
+    let ground = |coefficient| Ground {
+        law: Law::expression("d + 0.2*d^3").unwrap().into(),
+        coefficient,
     };
-    let none = Losses::default();
-    let mut free = Chain {
-        ends: Ends::Free,
-        ..Chain::dimer(n, 3.0)
+    let spring = spring(0.25, 0.0);
+    let fix = |it: &mut Chain| it.ends = fixed(1.0);
+    let free = |it: &mut Chain| {
+        it.ends = Ends::Free;
+        it.coefficient.pop();
     };
-    free.coefficient.pop();
-    let fixed = Ends::Fixed {
-        left_coefficient: 1.0,
+    let mut all = Vec::new();
+    // A dimer of this ratio with a change.
+    let mut add = |name, ratio, drive, end, change: &dyn Fn(&mut Chain)| {
+        all.push((name, changed(Chain::dimer(n, ratio), change), drive, end));
     };
-    let masses = |light: f64| {
-        let mut chain = Chain::dimer(n, 1.0);
-        chain
-            .mass
-            .iter_mut()
-            .skip(1)
-            .step_by(2)
-            .for_each(|mass| *mass = light);
-        chain
-    };
-    let spring = Law::Spring {
-        alpha: 0.25,
-        beta: 0.0,
-    };
-    vec![
-        ("before the wall", Chain::dimer(n, 2.398), None, 20.0),
-        ("uniform, after the wall", Chain::dimer(n, 1.0), None, 60.0),
-        ("after the wall", Chain::dimer(n, 2.398), None, 60.0),
-        ("stiff", Chain::dimer(n, 1e6), None, 30.0),
-        (
-            "dashpot",
-            with(Losses {
-                dashpot: 0.05,
-                ..none
-            }),
-            None,
-            60.0,
-        ),
-        (
-            "tangent",
-            with(Losses {
-                tangent: 0.05,
-                ..none
-            }),
-            None,
-            60.0,
-        ),
-        ("drag", with(Losses { drag: 0.02, ..none }), None, 60.0),
-        ("masses", masses(0.4), None, 40.0),
-        (
-            "free and pushed",
-            free.clone(),
-            Some(Drive::Force(wave.clone())),
-            30.0,
-        ),
-        (
-            "pushed inside",
-            free,
-            Some(Drive::Body(7, wave.clone())),
-            30.0,
-        ),
-        (
-            "ring pushed by a burst",
-            Chain {
-                ends: Ends::Periodic,
-                law: spring.clone().into(),
-                losses: Losses { drag: 0.02, ..none },
-                ..Chain::dimer(n, 2.0)
-            },
-            Some(Drive::Body(7, Waveform::tone_burst(0.3, 0.15, 3.0))),
-            30.0,
-        ),
-        (
-            "driven wall",
-            Chain {
-                ends: fixed,
-                ..Chain::dimer(n, 2.0)
-            },
-            Some(Drive::Wall(wave.clone())),
-            30.0,
-        ),
-        (
-            "ring",
-            Chain {
-                ends: Ends::Periodic,
-                precompression: 0.2,
-                ..Chain::dimer(n, 2.0)
-            },
-            None,
-            30.0,
-        ),
-        (
-            "springs",
-            Chain {
-                law: spring.clone().into(),
-                ends: fixed,
-                ..Chain::dimer(n, 1.0)
-            },
-            None,
-            30.0,
-        ),
-        (
-            "toda",
-            Chain {
-                law: Law::toda(1.0).into(),
-                ..Chain::dimer(n, 2.0)
-            },
-            None,
-            30.0,
-        ),
-        (
-            "many laws",
-            Chain {
-                law: Laws::cell(vec![
-                    Law::Hertz,
-                    Law::polynomial(vec![1.0, 0.0, -0.05]),
-                    Law::expression("d + 0.2*d^3").unwrap(),
-                    Law::morse(0.7),
-                ])
-                .unwrap(),
-                precompression: 0.2,
-                // Filters act over cells of four.
-                ..Chain::dimer(2 * n, 1.0)
-            },
-            None,
-            30.0,
-        ),
-        (
-            "linear, opens",
-            Chain {
-                law: Law::Power { exponent: 1.0 }.into(),
-                ..Chain::dimer(n, 2.0)
-            },
-            None,
-            30.0,
-        ),
-        (
-            "held by the ground",
-            Chain {
-                on_site: OnSite {
-                    gravity: 0.1,
-                    ground: Some(Ground {
-                        law: Law::expression("d + 0.2*d^3").unwrap().into(),
-                        coefficient: (0..n).map(|j| 0.3 + 0.1 * (j % 2) as f64).collect(),
-                    }),
-                    resonators: None,
-                },
-                ..Chain::dimer(n, 2.0)
-            },
-            None,
-            30.0,
-        ),
-        (
-            "resonators",
-            Chain {
-                on_site: OnSite {
-                    gravity: 0.1,
-                    ground: None,
-                    resonators: Some(resonators(n, 0.0)),
-                },
-                ..Chain::dimer(n, 2.0)
-            },
-            None,
-            30.0,
-        ),
-        (
-            "damped resonators",
-            Chain {
-                losses: Losses { drag: 0.02, ..none },
-                on_site: OnSite {
-                    resonators: Some(resonators(n, 0.05)),
-                    ..OnSite::default()
-                },
-                ends: fixed,
-                ..Chain::dimer(n, 2.0)
-            },
-            Some(Drive::Wall(wave.clone())),
-            30.0,
-        ),
-        (
-            "a body moved as told",
-            Chain::dimer(n, 2.0),
-            Some(Drive::Motion(7, wave.clone())),
-            30.0,
-        ),
-        (
-            "a body moved on resonators and the ground",
-            Chain {
-                losses: Losses { drag: 0.02, ..none },
-                law: spring.clone().into(),
-                ends: fixed,
-                on_site: OnSite {
-                    gravity: 0.0,
-                    ground: Some(Ground {
-                        law: Law::expression("d + 0.2*d^3").unwrap().into(),
-                        coefficient: vec![0.3; n],
-                    }),
-                    resonators: Some(resonators(n, 0.05)),
-                },
-                ..Chain::dimer(n, 1.0)
-            },
-            Some(Drive::Motion(8, wave.clone())),
-            30.0,
-        ),
-        (
-            "square law",
-            Chain {
-                law: Law::Power { exponent: 2.0 }.into(),
-                ..Chain::dimer(n, 2.0)
-            },
-            None,
-            30.0,
-        ),
-    ]
+    add("before the wall", 2.398, None, 20.0, &|_| {});
+    add("uniform, after the wall", 1.0, None, 60.0, &|_| {});
+    add("after the wall", 2.398, None, 60.0, &|_| {});
+    add("stiff", 1e6, None, 30.0, &|_| {});
+    add("dashpot", 2.398, None, 60.0, &|it| it.losses.dashpot = 0.05);
+    add("tangent", 2.398, None, 60.0, &|it| it.losses.tangent = 0.05);
+    add("drag", 2.398, None, 60.0, &|it| it.losses.drag = 0.02);
+    add("masses", 1.0, None, 40.0, &|it| {
+        let light = it.mass.iter_mut().skip(1).step_by(2);
+        light.for_each(|mass| *mass = 0.4);
+    });
+    add("free and pushed", 3.0, Some(force), 30.0, &free);
+    add("pushed inside", 3.0, Some(body), 30.0, &free);
+    add("ring pushed by a burst", 2.0, Some(burst), 30.0, &|it| {
+        it.ends = Ends::Periodic;
+        it.law = spring.clone().into();
+        it.losses.drag = 0.02;
+    });
+    add("driven wall", 2.0, Some(wall.clone()), 30.0, &fix);
+    add("ring", 2.0, None, 30.0, &|it| {
+        it.ends = Ends::Periodic;
+        it.precompression = 0.2;
+    });
+    add("springs", 1.0, None, 30.0, &|it| {
+        it.law = spring.clone().into();
+        fix(it);
+    });
+    add("toda", 2.0, None, 30.0, &|it| {
+        it.law = Law::toda(1.0).into()
+    });
+    add("many laws", 1.0, None, 30.0, &|it| {
+        // Filters act over cells of four.
+        *it = Chain::dimer(2 * n, 1.0);
+        let cell = vec![
+            Law::Hertz,
+            Law::polynomial(vec![1.0, 0.0, -0.05]),
+            Law::expression("d + 0.2*d^3").unwrap(),
+            Law::morse(0.7),
+        ];
+        it.law = Laws::cell(cell).unwrap();
+        it.precompression = 0.2;
+    });
+    add("linear, opens", 2.0, None, 30.0, &|it| {
+        it.law = Law::Power { exponent: 1.0 }.into();
+    });
+    add("held by the ground", 2.0, None, 30.0, &|it| {
+        it.on_site.gravity = 0.1;
+        let coefficient = (0..n).map(|j| 0.3 + 0.1 * (j % 2) as f64);
+        it.on_site.ground = Some(ground(coefficient.collect()));
+    });
+    add("resonators", 2.0, None, 30.0, &|it| {
+        it.on_site.gravity = 0.1;
+        it.on_site.resonators = Some(resonators(n, 0.0));
+    });
+    add("damped resonators", 2.0, Some(wall), 30.0, &|it| {
+        it.losses.drag = 0.02;
+        it.on_site.resonators = Some(resonators(n, 0.05));
+        fix(it);
+    });
+    add("a body moved as told", 2.0, Some(seventh), 30.0, &|_| {});
+    let name = "a body moved on resonators and the ground";
+    add(name, 1.0, Some(eighth), 30.0, &|it| {
+        it.losses.drag = 0.02;
+        it.law = spring.clone().into();
+        it.on_site.ground = Some(ground(vec![0.3; n]));
+        it.on_site.resonators = Some(resonators(n, 0.05));
+        fix(it);
+    });
+    add("square law", 2.0, None, 30.0, &|it| {
+        it.law = Law::Power { exponent: 2.0 }.into();
+    });
+    all
 }
 
 #[test]
@@ -342,14 +215,8 @@ fn val_identity_scales_of_a_long_chain() {
         duration: 4.1,
     };
     let chain = Chain {
-        ends: Ends::Fixed {
-            left_coefficient: 1.0,
-        },
-        losses: Losses {
-            dashpot: 0.05,
-            drag: 0.01,
-            ..Losses::default()
-        },
+        ends: fixed(1.0),
+        losses: changed(Losses::default(), |it| (it.dashpot, it.drag) = (0.05, 0.01)),
         ..Chain::dimer(20, 2.0)
     };
     let run = simulate(chain, Some(Drive::Wall(wave)), 20.0, 41);
@@ -375,10 +242,7 @@ fn a_window_balances_by_itself() {
     let run = simulate(Chain::dimer(26, 2.398), None, 60.0, 61);
     let motion = Motion::of(&run).unwrap();
     let residual = |window| {
-        let request = BudgetRequest {
-            window: Some(window),
-            ..BudgetRequest::default()
-        };
+        let request = changed(BudgetRequest::default(), |it| it.window = Some(window));
         closed(&budget(&motion, &request).unwrap().0.closure.real_space)
     };
     let whole = residual([0..61, 0..26]);
@@ -441,16 +305,9 @@ fn val_observed_order_from_samples() {
 fn val_differences_of_the_energy_spectrum() {
     for losses in [
         Losses::default(),
-        Losses {
-            tangent: 0.05,
-            drag: 0.01,
-            ..Losses::default()
-        },
+        changed(Losses::default(), |it| (it.tangent, it.drag) = (0.05, 0.01)),
     ] {
-        let chain = Chain {
-            losses,
-            ..Chain::dimer(24, 4.0)
-        };
+        let chain = changed(Chain::dimer(24, 4.0), |it| it.losses = losses);
         // Samples so dense that the error of fourth-order differences is rounding over h.
         let run = simulate(chain, None, 20.0, 8001);
         let motion = Motion::of(&run).unwrap();

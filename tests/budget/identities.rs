@@ -4,8 +4,10 @@ use std::f64::consts::PI;
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex;
+use test_support::changed;
+use test_support::fields::{fixed, losses, option, spring};
 use wavecascade::arrays::{Arrays, LargeArray};
-use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, Views, budget};
+use wavecascade::budget::{Budget, BudgetRequest, Filter, Integration, Motion, budget};
 use wavecascade::chain::{Chain, Drive, Ends, Law, Losses, Waveform};
 
 /// Numbers in -1..1 without a pattern (splitmix64).
@@ -62,14 +64,9 @@ impl States {
 }
 
 fn wavenumber_only() -> BudgetRequest {
-    BudgetRequest {
-        views: Views {
-            wavenumber: true,
-            frequency: false,
-            scale: false,
-        },
-        ..BudgetRequest::default()
-    }
+    changed(BudgetRequest::default(), |it| {
+        (it.views.frequency, it.views.scale) = (false, false);
+    })
 }
 
 /// Chains of every law, end and loss.
@@ -78,80 +75,42 @@ fn chains() -> Vec<(Chain, Option<Drive>)> {
         amplitude: 0.3,
         frequency: 0.2,
     };
-    let lossy = Losses {
-        dashpot: 0.1,
-        tangent: 0.05,
-        drag: 0.02,
-    };
+    let lossy = losses([0.1, 0.05, 0.02]);
+    let spring = spring(0.25, 0.1);
+    let fixed = fixed(1.3);
     let mut all = Vec::new();
+    // A dimer of so many bodies and this ratio with a change.
+    let mut add = |n, ratio, drive, change: &dyn Fn(&mut Chain)| {
+        all.push((changed(Chain::dimer(n, ratio), change), drive));
+    };
     for n in [5, 6, 31, 100, 300] {
         for kappa in [1.0, 2.398, 1e6] {
-            all.push((Chain::dimer(n, kappa), None));
-            all.push((
-                Chain {
-                    losses: lossy,
-                    ..Chain::dimer(n, kappa)
-                },
-                None,
-            ));
+            add(n, kappa, None, &|_| {});
+            add(n, kappa, None, &|it| it.losses = lossy);
         }
-        let mut free = Chain {
-            ends: Ends::Free,
-            ..Chain::dimer(n, 3.0)
-        };
-        free.coefficient.pop();
-        all.push((free.clone(), Some(Drive::Force(wave.clone()))));
-        all.push((free, None));
-        let even = n + n % 2;
-        let ring = Chain {
-            ends: Ends::Periodic,
-            precompression: 0.4,
-            ..Chain::dimer(even, 2.0)
-        };
-        all.push((
-            Chain {
-                losses: lossy,
-                ..ring.clone()
-            },
-            None,
-        ));
-        all.push((ring, None));
-        let spring = Law::Spring {
-            alpha: 0.25,
-            beta: 0.1,
-        };
-        let fixed = Ends::Fixed {
-            left_coefficient: 1.3,
-        };
-        all.push((
-            Chain {
-                law: spring.clone().into(),
-                ends: fixed,
-                ..Chain::dimer(n, 1.5)
-            },
-            Some(Drive::Wall(wave.clone())),
-        ));
-        all.push((
-            Chain {
-                ends: fixed,
-                losses: lossy,
-                ..Chain::dimer(n, 1.5)
-            },
-            Some(Drive::Wall(wave.clone())),
-        ));
-        let power = Law::Power { exponent: 2.2 };
-        let mut masses = Chain {
-            law: power.clone().into(),
-            precompression: 0.1,
-            ..Chain::dimer(n, 1.0)
-        };
-        masses
-            .mass
-            .iter_mut()
-            .skip(1)
-            .step_by(2)
-            .for_each(|m| *m = 0.3);
-        all.push((masses, None));
+        for drive in [Some(Drive::Force(wave.clone())), None] {
+            add(n, 3.0, drive, &|it| {
+                it.ends = Ends::Free;
+                it.coefficient.pop();
+            });
+        }
+        for losses in [lossy, Losses::default()] {
+            add(n + n % 2, 2.0, None, &|it| {
+                (it.ends, it.precompression) = (Ends::Periodic, 0.4);
+                it.losses = losses;
+            });
+        }
+        let wall = Some(Drive::Wall(wave.clone()));
+        add(n, 1.5, wall.clone(), &|it| {
+            (it.law, it.ends) = (spring.clone().into(), fixed);
+        });
+        add(n, 1.5, wall, &|it| (it.ends, it.losses) = (fixed, lossy));
+        add(n, 1.0, None, &|it| {
+            it.law = Law::Power { exponent: 2.2 }.into();
+            it.precompression = 0.1;
+            let light = it.mass.iter_mut().skip(1).step_by(2);
+            light.for_each(|m| *m = 0.3);
+        });
     }
     all
 }
@@ -182,10 +141,9 @@ fn val_identity_sums_over_k() {
             assert!(flux[flux.len() - 1].abs() <= 3e-14 * largest);
         }
     }
-    assert!(
-        worst[0] < 3e-14 && worst[1] < 1e-15 && worst[2] < 1e-15,
-        "{worst:?}"
-    );
+    assert!(worst[0] < 3e-14, "{worst:?}");
+    assert!(worst[1] < 1e-15, "{worst:?}");
+    assert!(worst[2] < 1e-15, "{worst:?}");
 }
 
 /// E, T and L of small chains by their defining sums, with transforms as sums over all sites.
@@ -293,10 +251,7 @@ fn by_definition(states: &States, t: f64, x: &[f64], v: &[f64]) -> [Vec<f64>; 4]
 fn val_defining_sums_of_scale_flux() {
     for filter in [Filter::Gaussian, Filter::Box] {
         let chain = Chain {
-            losses: Losses {
-                dashpot: 0.1,
-                ..Losses::default()
-            },
+            losses: changed(Losses::default(), |it| it.dashpot = 0.1),
             ..Chain::dimer(120, 3.0)
         };
         let states = States::new(chain, None, 7);
@@ -352,10 +307,7 @@ fn val_defining_sums_of_scale_flux() {
 /// Power flow by its defining transforms, for records of even and odd length, and its sums.
 #[test]
 fn val_defining_sums_of_power_flow() {
-    let losses = Losses {
-        tangent: 0.1,
-        ..Losses::default()
-    };
+    let losses = changed(Losses::default(), |it| it.tangent = 0.1);
     let ring = Chain {
         ends: Ends::Periodic,
         losses,
@@ -462,10 +414,7 @@ fn val_identity_branches_sum_to_the_energy() {
     // Without a linear limit, or without a dimer, there are no branches.
     for chain in [
         Chain::dimer(40, 2.5),
-        Chain {
-            precompression: 1.0,
-            ..Chain::dimer(40, 1.0)
-        },
+        changed(Chain::dimer(40, 1.0), |it| it.precompression = 1.0),
     ] {
         let (found, _) = States::new(chain, None, 13).budget(&wavenumber_only());
         assert!(found.wavenumber.unwrap().branches.is_none());
@@ -479,10 +428,7 @@ fn hard_chains_have_budgets() {
     states.x.fill(0.0);
     states.v.fill(0.0);
     for integration in [Integration::Samples, Integration::Stepping] {
-        let request = BudgetRequest {
-            integration,
-            ..BudgetRequest::default()
-        };
+        let request = changed(BudgetRequest::default(), |it| it.integration = integration);
         let (found, _) = states.budget(&request);
         assert_eq!(found.closure.wavenumber.value(), Some(0.0));
     }
@@ -522,10 +468,7 @@ fn hard_chains_have_budgets() {
 fn the_same_bits_from_any_number_of_threads() {
     let states = States::new(Chain::dimer(64, 2.0), None, 23);
     let with = |threads| {
-        let request = BudgetRequest {
-            threads: Some(threads),
-            ..BudgetRequest::default()
-        };
+        let request = changed(BudgetRequest::default(), |it| it.threads = Some(threads));
         let (found, arrays) = states.budget(&request);
         let bits: Vec<Vec<u64>> = arrays
             .values()
@@ -543,12 +486,8 @@ fn what_does_not_fit_is_refused() {
     let states = States::new(Chain::dimer(40, 2.0), None, 29);
     let motion = states.motion();
     let with = |change: &dyn Fn(&mut BudgetRequest)| {
-        let mut request = BudgetRequest::default();
-        change(&mut request);
-        match budget(&motion, &request) {
-            Err(wavecascade::Error::Request { option, .. }) => option,
-            other => panic!("{other:?}"),
-        }
+        let request = changed(BudgetRequest::default(), change);
+        option(budget(&motion, &request).unwrap_err())
     };
     let sharp = |r: &mut BudgetRequest| (r.filter, r.scales) = (Filter::Sharp, vec![4.0]);
     assert_eq!(with(&sharp), "filter");
@@ -562,16 +501,10 @@ fn what_does_not_fit_is_refused() {
     }
     let request = BudgetRequest::default;
     let short = Array2::zeros((9, 39));
-    let unfit = Motion {
-        velocity: short.view(),
-        ..motion
-    };
+    let unfit = changed(motion, |it| it.velocity = short.view());
     assert!(budget(&unfit, &request()).is_err());
     let mut holes = states.v.clone();
     holes[[2, 3]] = f64::NAN;
-    let unfit = Motion {
-        velocity: holes.view(),
-        ..motion
-    };
+    let unfit = changed(motion, |it| it.velocity = holes.view());
     assert!(budget(&unfit, &request()).is_err());
 }

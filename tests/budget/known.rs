@@ -3,38 +3,26 @@
 use std::f64::consts::PI;
 
 use ndarray::{Array1, Array2};
+use test_support::changed;
+use test_support::fields::{fixed, spring};
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{Budget, BudgetRequest, Motion, Views, budget};
 use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, Scheme, Simulation,
+    Accuracy, Chain, EndTime, Ends, Law, Pattern, Record, Run, Scheme, Simulation,
 };
 use wavecascade::observer::Silent;
 
-const LINEAR: Law = Law::Spring {
-    alpha: 0.0,
-    beta: 0.0,
-};
+const LINEAR: Law = spring(0.0, 0.0);
 
 fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: Law, ends: Ends, static_force: f64) -> Chain {
-    Chain {
-        mass,
-        coefficient,
-        law: law.into(),
-        ends,
-        precompression: static_force,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    let chain = test_support::fields::chain(mass, coefficient, law, ends);
+    changed(chain, |it| it.precompression = static_force)
 }
 
 /// The wavenumber budget alone.
 fn of(run: &Run) -> (Budget, Arrays) {
     let request = BudgetRequest {
-        views: Views {
-            frequency: false,
-            scale: false,
-            ..Views::ALL
-        },
+        views: changed(Views::ALL, |it| (it.frequency, it.scale) = (false, false)),
         ..BudgetRequest::default()
     };
     budget(&Motion::of(run).unwrap(), &request).unwrap()
@@ -110,12 +98,7 @@ impl States {
 #[test]
 fn val_linear_chains_exchange_nothing_between_wavenumbers() {
     for n in [3, 4, 31, 64, 101] {
-        for ends in [
-            Ends::Periodic,
-            Ends::Fixed {
-                left_coefficient: 2.5,
-            },
-        ] {
+        for ends in [Ends::Periodic, fixed(2.5)] {
             let states = States::random(chain(vec![0.7; n], vec![2.5; n], LINEAR, ends, 0.0), 6);
             let (_, arrays) = states.budget();
             let energy = array(&arrays, LargeArray::ENERGY_SPECTRUM);
@@ -179,12 +162,9 @@ fn val_expansion_pressed_chains_approach_linear_ones_at_first_order() {
             estimate_error: false,
             ..Simulation::impact(pressed, 0.0, 40.0, 401)
         };
-        let run = Simulation {
-            velocity: scaled(2),
-            ..simulation
-        }
-        .run(&Silent)
-        .unwrap();
+        let run = changed(simulation, |it| it.velocity = scaled(2))
+            .run(&Silent)
+            .unwrap();
         let (found, arrays) = of(&run);
         // T is proportional to the amplitude; its rounding error is not.
         let identities = found.closure.identities;
@@ -228,9 +208,7 @@ fn recurrence(scheme: Scheme, accuracy: Accuracy, sample: f64) -> [f64; 3] {
     let lowest = PI / springs as f64;
     let period = PI / (0.5 * lowest).sin();
     let samples = (170.0 * period / sample) as usize;
-    let ends = Ends::Fixed {
-        left_coefficient: 1.0,
-    };
+    let ends = fixed(1.0);
     let simulation = Simulation {
         velocity: vec![0.0; n],
         displacement: (1..=n).map(|j| (lowest * j as f64).sin()).collect(),
@@ -247,10 +225,8 @@ fn recurrence(scheme: Scheme, accuracy: Accuracy, sample: f64) -> [f64; 3] {
     let run = simulation.run(&Silent).unwrap();
     let (found, arrays) = of(&run);
     let identities = found.closure.identities;
-    assert!(
-        identities.transfer_sum < 1e-10 && identities.energy_sum < 1e-14,
-        "{identities:?}"
-    );
+    assert!(identities.transfer_sum < 1e-10, "{identities:?}");
+    assert!(identities.energy_sum < 1e-14, "{identities:?}");
     let energy = array(&arrays, LargeArray::ENERGY_SPECTRUM);
     let share = |i: usize| energy[[i, 1]] / energy.row(i).sum();
     assert!(share(0) > 0.999);
@@ -290,9 +266,7 @@ fn val_fermi_pasta_ulam_recurrence_of_the_lowest_mode() {
 fn val_fermi_pasta_ulam_budget_closes() {
     let (springs, n) = (32, 31);
     let lowest = PI / springs as f64;
-    let ends = Ends::Fixed {
-        left_coefficient: 1.0,
-    };
+    let ends = fixed(1.0);
     let closure = |samples: usize| {
         let simulation = Simulation {
             velocity: vec![0.0; n],

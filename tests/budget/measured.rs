@@ -5,6 +5,7 @@ use ndarray::{Array2, s};
 use test_support::measured::{
     DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step,
 };
+use test_support::{changed, contains_all};
 use wavecascade::Error;
 use wavecascade::budget::measured::{
     Drift, Estimate, MeasuredMotion, MeasuredOptions, MeasuredWarning, Noise, from_field,
@@ -221,13 +222,11 @@ fn val_simulation_a_missing_site_is_found_from_its_neighbours() {
                 for (what, [within, _]) in coverages(&run, &measured) {
                     assert!(within >= 0.98, "{ratio} {noise} {what} {within}");
                 }
-                assert!(
-                    measured
-                        .report
-                        .warnings
-                        .iter()
-                        .any(|w| matches!(w, MeasuredWarning::Missing { sites } if *sites == dead))
-                );
+                let missing = measured.report.warnings.iter().find_map(|w| match w {
+                    MeasuredWarning::Missing { sites } => Some(sites),
+                    _ => None,
+                });
+                assert_eq!(missing, Some(&dead));
             }
         }
     }
@@ -309,10 +308,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     for noise in [0.3, 1.0, 10.0] {
         for drift in [Drift::None, Drift::Linear] {
             let record = Spoilt::by(noise).of(&run, 1);
-            let options = MeasuredOptions {
-                drift,
-                ..MeasuredOptions::default()
-            };
+            let options = changed(MeasuredOptions::default(), |it| it.drift = drift);
             let error = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options)
                 .map(|m| m.report.energy)
                 .unwrap_err();
@@ -325,10 +321,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     // Where the front has just arrived the force is below noise; elsewhere it is not.
     let run = simulated(40, DISPERSIVE, 30.0, 601);
     let mut record = Spoilt::by(1e-2).of(&run, 1);
-    let options = MeasuredOptions {
-        drift: Drift::None,
-        ..MeasuredOptions::default()
-    };
+    let options = changed(MeasuredOptions::default(), |it| it.drift = Drift::None);
     let measured = measure(&run, record.view(), &options);
     let drowned: Vec<usize> = (0..40)
         .filter(|j| measured.check_contact(*j).is_err())
@@ -339,10 +332,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     for j in &drowned {
         assert!(largest(*j) < 0.1, "{j} {}", largest(*j));
         let error = measured.check_contact(*j).unwrap_err();
-        assert!(
-            error.to_string().contains(&format!("contact {j}")),
-            "{error}"
-        );
+        contains_all(&error.to_string(), &[&format!("contact {j}")]);
     }
     assert!((0..15).all(|j| measured.check_contact(j).is_ok()));
     assert!(measured.check_contact(40).unwrap_err().is_usage());
@@ -353,10 +343,7 @@ fn val_simulation_noise_as_large_as_the_signal_is_refused() {
     let drowned = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options);
     let error = drowned.unwrap_err();
     assert!(matches!(error, Error::BelowNoise { .. }) && !error.is_usage());
-    let missing = MeasuredOptions {
-        missing: vec![15],
-        ..options
-    };
+    let missing = changed(options, |it| it.missing = vec![15]);
     let measured = measure(&run, record.view(), &missing);
     assert!((0..15).all(|j| measured.check_contact(j).is_ok()));
 }
@@ -409,21 +396,15 @@ fn val_hostile_records_are_refused() {
     assert!(refused(&moving, time, &run.chain, &options).is_usage());
     let mut field = run.to_field();
     field.quantity = wavecascade::field::Quantity::Force;
-    assert!(
-        from_field(&field, &run.chain, &options)
-            .unwrap_err()
-            .is_usage()
-    );
+    let error = from_field(&field, &run.chain, &options).unwrap_err();
+    assert!(error.is_usage(), "{error}");
 }
 
 /// The same bits for any number of threads, by both entry points, and with an earlier start.
 #[test]
 fn regress_threads_entries_and_pretrigger_samples() {
     let run = simulated(20, DISPERSIVE, 30.0, 601);
-    let options = |threads| MeasuredOptions {
-        threads: Some(threads),
-        ..MeasuredOptions::default()
-    };
+    let options = |threads| changed(MeasuredOptions::default(), |it| it.threads = Some(threads));
     let field = run.to_field();
     let one = from_field(&field, &run.chain, &options(1)).unwrap();
     let two = from_field(&field, &run.chain, &options(2)).unwrap();
@@ -431,11 +412,8 @@ fn regress_threads_entries_and_pretrigger_samples() {
     assert!((value - 0.5).abs() < error + 1e-3);
     assert_eq!(one.errors.force, two.errors.force);
     assert_eq!(one.report, two.report);
-    assert!(
-        serde_json::to_string(&one.report)
-            .unwrap()
-            .contains("momentum")
-    );
+    let report = serde_json::to_string(&one.report).unwrap();
+    assert!(report.contains("momentum"));
 
     let (noise, before) = (1e-3, 200);
     let mut random = Normal(4);

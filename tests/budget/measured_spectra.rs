@@ -11,9 +11,11 @@ use wavecascade::budget::measured::{
 use wavecascade::budget::{
     Budget, BudgetRequest, Curves, Direction, Integration, Motion, PassedError, budget,
 };
-use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Run, Scheme, Simulation};
+use wavecascade::chain::{Accuracy, Chain, Ends, Losses, Run, Scheme, Simulation};
 use wavecascade::observer::Silent;
 
+use test_support::changed;
+use test_support::fields::{chain, spring};
 use test_support::measured::{
     DISPERSIVE, LOCALIZED, Normal, Spoilt, coverage, measure, simulated, step,
 };
@@ -28,10 +30,7 @@ fn options(drift: Drift, uncertainty: Uncertainty) -> MeasuredOptions {
 }
 
 fn gains(share: f64) -> Uncertainty {
-    Uncertainty {
-        gain: vec![share],
-        ..Uncertainty::default()
-    }
+    changed(Uncertainty::default(), |it| it.gain = vec![share])
 }
 
 /// Request for the exact budget, with the band edges and scales of the measurement.
@@ -134,11 +133,7 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
     let (mut known, mut unknown) = (0.0, 0.0);
     let seeds = 6;
     for seed in 0..seeds {
-        let spoilt = Spoilt {
-            noise: 1e-4,
-            gain: 0.01,
-            ..Spoilt::default()
-        };
+        let spoilt = changed(Spoilt::default(), |it| (it.noise, it.gain) = (1e-4, 0.01));
         let record = spoilt.of(&run, 40 + seed);
         for (stated, share) in [(0.01, &mut known), (0.0, &mut unknown)] {
             let measured = measure(&run, record.view(), &options(Drift::None, gains(stated)));
@@ -192,10 +187,8 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
             *within.entry(c).or_default() += f64::from(u8::from(accused)) / seeds as f64;
         }
     }
-    assert!(
-        within["force"] > 0.98 && within["spectrum"] > 0.98,
-        "{within:?}"
-    );
+    assert!(within["force"] > 0.98, "{within:?}");
+    assert!(within["spectrum"] > 0.98, "{within:?}");
     assert!(within["force, exact"] < 0.9 && within["spectrum, exact"] < 0.9);
     assert!(within["accused"] == 0.0 && within["accused, exact"] > 0.99);
 }
@@ -316,10 +309,7 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
 
     let mut simulation = Simulation::impact(
         Chain {
-            losses: Losses {
-                drag: 0.02,
-                ..Losses::default()
-            },
+            losses: changed(Losses::default(), |it| it.drag = 0.02),
             ..Chain::dimer(40, DISPERSIVE)
         },
         1.0,
@@ -345,29 +335,20 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
     let errors = found.errors.as_deref().unwrap();
     let (lost, error) = (found.lost[1200], errors.lost[1200]);
     let truth = run.energy_lost.as_ref().unwrap().row(1200).sum();
-    assert!(
-        (lost - truth).abs() < 3.0 * error && error < 5e-3,
-        "{lost} {truth} {error}"
-    );
+    assert!((lost - truth).abs() < 3.0 * error, "{lost} {truth} {error}");
+    assert!(error < 5e-3, "{lost} {truth} {error}");
 }
 
 /// A linear dimer has branches. Their energies have errors, also with uncertain masses.
 #[test]
 fn val_simulation_branches_of_uncertain_chains() {
     let n = 32;
-    let chain = Chain {
-        mass: (0..n).map(|j| [1.0, 2.0][j % 2]).collect(),
-        coefficient: vec![1.0; n],
-        law: Law::Spring {
-            alpha: 0.0,
-            beta: 0.0,
-        }
-        .into(),
-        ends: Ends::Periodic,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    };
+    let chain = chain(
+        (0..n).map(|j| [1.0, 2.0][j % 2]).collect(),
+        vec![1.0; n],
+        spring(0.0, 0.0),
+        Ends::Periodic,
+    );
     let mut simulation = Simulation::impact(chain, 1.0, 30.0, 601);
     simulation.estimate_error = false;
     let run = simulation.run(&Silent).unwrap();
@@ -379,10 +360,7 @@ fn val_simulation_branches_of_uncertain_chains() {
         },
         ..options(
             Drift::None,
-            Uncertainty {
-                mass: vec![0.02],
-                ..Uncertainty::default()
-            },
+            changed(Uncertainty::default(), |it| it.mass = vec![0.02]),
         )
     };
     let measured = measure(&run, record.view(), &options);
@@ -400,19 +378,15 @@ fn val_simulation_branches_of_uncertain_chains() {
     // A linear chain: noise alone gives no direction.
     assert_eq!(passed.direction().unwrap(), Direction::Unresolved);
 
-    let refused = measured.budget(&BudgetRequest {
-        integration: Integration::Stepping,
-        ..request
-    });
+    let refused = measured.budget(&changed(request, |it| {
+        it.integration = Integration::Stepping
+    }));
     assert!(refused.unwrap_err().is_usage());
     let mut wrong = [-0.1, 1.0, f64::NAN, 0.0, 0.0].map(gains);
     wrong[3].mass = vec![0.1; 3];
     wrong[4].coefficient = vec![0.1; n + 1];
     for uncertainty in wrong {
-        let options = MeasuredOptions {
-            uncertainty,
-            ..options.clone()
-        };
+        let options = changed(options.clone(), |it| it.uncertainty = uncertainty);
         let refused = from_velocities(record.view(), [0.0, step(&run)], &run.chain, &options);
         assert!(refused.unwrap_err().is_usage());
     }

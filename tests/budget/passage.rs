@@ -1,6 +1,8 @@
 //! Energy that has passed each wavenumber: with losses at any sampling interval, and where it is
 //! zero.
 
+use test_support::changed;
+use test_support::fields::{chain, fixed, losses, spring};
 use wavecascade::arrays::{Arrays, LargeArray};
 use wavecascade::budget::{
     Budget, BudgetRequest, Direction, Integration, Motion, PassedError, Views, budget,
@@ -21,11 +23,7 @@ fn run(chain: Chain, end: f64, samples: usize) -> Run {
 
 fn found(run: &Run, integration: Integration) -> (Budget, Arrays) {
     let request = BudgetRequest {
-        views: Views {
-            frequency: false,
-            scale: false,
-            ..Views::ALL
-        },
+        views: changed(Views::ALL, |it| (it.frequency, it.scale) = (false, false)),
         integration,
         ..BudgetRequest::default()
     };
@@ -43,11 +41,7 @@ fn direction(budget: &Budget) -> Direction {
 
 fn lossy() -> Chain {
     Chain {
-        losses: Losses {
-            dashpot: 0.02,
-            tangent: 0.03,
-            drag: 0.01,
-        },
+        losses: losses([0.02, 0.03, 0.01]),
         ..Chain::dimer(60, 2.398)
     }
 }
@@ -60,11 +54,8 @@ fn val_identity_losses_are_integrated_inside_the_stepping() {
     let [(few, few_arrays), (many, many_arrays)] =
         [&coarse, &fine].map(|run| found(run, Integration::Stepping));
     // Integrated over samples, the two shares were -0.040 and -0.061.
-    assert!(
-        (share(&few) - share(&many)).abs() < 2e-12,
-        "{:e}",
-        share(&few) - share(&many)
-    );
+    let share = share(&few) - share(&many);
+    assert!(share.abs() < 2e-12, "{share:e}");
     let rows = |arrays: &Arrays, every: usize| {
         let array = &arrays[&LargeArray::INTEGRATED_SPECTRAL_FLUX];
         array.slice(ndarray::s![..;every, ..]).to_owned()
@@ -95,10 +86,7 @@ fn val_identity_losses_are_integrated_inside_the_stepping() {
 /// largest k indicates the error.
 #[test]
 fn val_observed_order_of_losses_from_samples() {
-    let drag = Losses {
-        drag: 0.01,
-        ..Losses::default()
-    };
+    let drag = changed(Losses::default(), |it| it.drag = 0.01);
     for (losses, orders, ratios) in [
         (lossy().losses, 0.85..1.25, 0.5..5.0),
         (drag, 1.7..2.3, 0.5..20.0),
@@ -135,30 +123,14 @@ fn val_identity_without_losses_the_samples_are_exact() {
 
 fn uniform(law: Law, ends: Ends) -> Chain {
     let n = 32;
-    Chain {
-        mass: vec![1.0; n],
-        coefficient: vec![1.0; n],
-        law: law.into(),
-        ends,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    chain(vec![1.0; n], vec![1.0; n], law, ends)
 }
 
 /// Each wavenumber of a uniform linear chain keeps its energy: there is no direction.
 #[test]
 fn val_linear_chains_have_no_direction() {
-    let linear = Law::Spring {
-        alpha: 0.0,
-        beta: 0.0,
-    };
-    for ends in [
-        Ends::Periodic,
-        Ends::Fixed {
-            left_coefficient: 1.0,
-        },
-    ] {
+    let linear = spring(0.0, 0.0);
+    for ends in [Ends::Periodic, fixed(1.0)] {
         for samples in [9, 257] {
             for end in [5.0, 60.0] {
                 let run = run(uniform(linear.clone(), ends), end, samples);

@@ -1,9 +1,11 @@
 //! Transfer by triads: against the change of energy, and refused where it has no meaning.
 
 use std::f64::consts::TAU;
+use test_support::changed;
+use test_support::fields::{chain, fixed, spring};
 use wavecascade::Error;
 use wavecascade::budget::{Motion, Triads, TriadsRequest, chain_triads};
-use wavecascade::chain::{Accuracy, Chain, Ends, Law, Losses, Record, Run, Simulation};
+use wavecascade::chain::{Accuracy, Chain, Ends, Record, Run, Simulation};
 use wavecascade::observer::Silent;
 
 fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
@@ -11,19 +13,12 @@ fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
 }
 
 fn alpha_chain(ends: Ends, sites: usize) -> Chain {
-    Chain {
-        mass: vec![1.5; sites],
-        coefficient: vec![2.0; if ends == Ends::Free { sites - 1 } else { sites }],
-        law: Law::Spring {
-            alpha: 0.25,
-            beta: 0.0,
-        }
-        .into(),
+    chain(
+        vec![1.5; sites],
+        vec![2.0; if ends == Ends::Free { sites - 1 } else { sites }],
+        spring(0.25, 0.0),
         ends,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    )
 }
 
 fn run(chain: Chain, start: impl Fn(f64) -> f64, end: f64, samples: usize) -> Run {
@@ -45,9 +40,7 @@ fn triads(run: &Run, request: &TriadsRequest) -> Triads {
 /// What each wavenumber has at the end and not at the start is what its pairs gave it.
 #[test]
 fn val_energy_of_alpha_chains_by_wavenumber() {
-    let fixed = Ends::Fixed {
-        left_coefficient: 2.0,
-    };
+    let fixed = fixed(2.0);
     let cases = [
         (alpha_chain(Ends::Periodic, 24), 24),
         (alpha_chain(Ends::Periodic, 25), 25),
@@ -75,10 +68,8 @@ fn val_energy_of_alpha_chains_by_wavenumber() {
         // The trapezoid rule over the samples.
         assert!((1e-9..2e-6).contains(&off), "{period}: {off:e}");
         let stated = found.sampling_error / scale;
-        assert!(
-            (1e-9..1e-5).contains(&stated) && stated > 0.3 * off,
-            "{stated:e} {off:e}"
-        );
+        assert!((1e-9..1e-5).contains(&stated), "{stated:e} {off:e}");
+        assert!(stated > 0.3 * off, "{stated:e} {off:e}");
         let of = found.identities;
         assert!(of.detailed < 1e-12 && of.sums < 1e-12, "{of:?}");
         assert!(found.beyond.is_none() && found.is_quadratic());
@@ -129,20 +120,13 @@ fn val_expansion_of_pressed_contacts() {
 fn regress_refusals_name_what_is_missing() {
     let touching = run(Chain::dimer(12, 1.0), |x| x, 1.0, 5);
     let dimer = run(
-        Chain {
-            precompression: 1.0,
-            ..Chain::dimer(12, 2.0)
-        },
+        changed(Chain::dimer(12, 2.0), |it| it.precompression = 1.0),
         |x| x,
         1.0,
         5,
     );
     let mut linear = alpha_chain(Ends::Wall, 12);
-    linear.law = Law::Spring {
-        alpha: 0.0,
-        beta: 1.0,
-    }
-    .into();
+    linear.law = spring(0.0, 1.0).into();
     let linear = run(linear, |x| x, 1.0, 5);
     for (run, named) in [
         (touching, "precompressed ones"),
@@ -168,10 +152,7 @@ fn regress_threads_do_not_matter() {
         50,
     );
     let of = |threads| {
-        let request = TriadsRequest {
-            threads: Some(threads),
-            ..TriadsRequest::default()
-        };
+        let request = changed(TriadsRequest::default(), |it| it.threads = Some(threads));
         triads(&run, &request)
     };
     let (one, three) = (of(1), of(3));

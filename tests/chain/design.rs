@@ -57,14 +57,10 @@ fn val_closed_form_a_limit_is_kept_and_used() {
     let designed = found(&request, text);
     let force = (2.5f64 * 1.5).sqrt();
     let measure = designed.after.measure.unwrap();
-    assert!(
-        designed.after.values[0] <= 2.5 && designed.beyond > 0,
-        "{designed:?}"
-    );
-    assert!(
-        (measure / force - 1.0).abs() < 0.01 && measure <= force * (1.0 + 1e-9),
-        "{measure} {force}"
-    );
+    assert!(designed.after.values[0] <= 2.5, "{designed:?}");
+    assert!(designed.beyond > 0, "{designed:?}");
+    assert!((measure / force - 1.0).abs() < 0.01, "{measure} {force}");
+    assert!(measure <= force * (1.0 + 1e-9), "{measure} {force}");
 }
 
 /// Values of a list are taken, descents beat random tries, and no thread changes a bit.
@@ -75,19 +71,11 @@ fn regress_search_beats_random_tries_for_any_threads() {
         ..DesignRequest::least(Aim::PeakForceLast, ["coefficients[]=0.2..5"])
     };
     let designed = found(&request, &uniform(12));
-    let (search, random) = (
-        *designed.search.last().unwrap(),
-        *designed.random.last().unwrap(),
-    );
-    assert!(
-        !designed.is_random && search < 0.95 * random,
-        "{search} {random}"
-    );
-    assert!(
-        designed.describe().answer.contains("less"),
-        "{}",
-        designed.describe().answer
-    );
+    let [search, random] = [&designed.search, &designed.random].map(|of| *of.last().unwrap());
+    assert!(!designed.is_random, "{search} {random}");
+    assert!(search < 0.95 * random, "{search} {random}");
+    let answer = designed.describe().answer;
+    assert!(answer.contains("less"), "{answer}");
     let one = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build()
@@ -101,15 +89,9 @@ fn regress_search_beats_random_tries_for_any_threads() {
         ..request
     };
     let designed = found(&listed, &uniform(12));
-    assert!(
-        designed
-            .after
-            .values
-            .iter()
-            .all(|v| [0.5, 1.0, 4.0].contains(v)),
-        "{:?}",
-        designed.after.values
-    );
+    for value in &designed.after.values {
+        assert!([0.5, 1.0, 4.0].contains(value), "{value}");
+    }
     assert!(designed.judged[1] < designed.judged[0]);
 }
 
@@ -161,15 +143,8 @@ fn what_cannot_be_designed_is_refused() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("end_time"), "{error}");
-    assert!(
-        Aim::parse("peak_force")
-            .unwrap_err()
-            .contains("peak_force_last")
-    );
-    assert!(
-        Limit::parse("total_mass")
-            .unwrap_err()
-            .to_string()
-            .contains("MEASURE=VALUE")
-    );
+    let error = Aim::parse("peak_force").unwrap_err();
+    assert!(error.contains("peak_force_last"));
+    let error = Limit::parse("total_mass").unwrap_err().to_string();
+    assert!(error.contains("MEASURE=VALUE"));
 }

@@ -284,11 +284,6 @@ fn val_definition_faults_of_drives() {
     }
     let set = Setting::new("drive_file", "nowhere.csv", "--drive-file");
     let source = SceneSource::new(None, "sites = 6\ndrive = \"force\"").with([set]);
-    assert!(
-        source
-            .setup()
-            .unwrap_err()
-            .to_string()
-            .contains("nowhere.csv")
-    );
+    let error = source.setup().unwrap_err().to_string();
+    assert!(error.contains("nowhere.csv"), "{error}");
 }

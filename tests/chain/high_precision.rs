@@ -8,9 +8,8 @@
 
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
-use wavecascade::chain::{
-    Accuracy, Chain, Ends, Law, Losses, Record, RunWarning, Scheme, Simulation,
-};
+use test_support::fields::chain;
+use wavecascade::chain::{Accuracy, Chain, Ends, Law, Record, RunWarning, Scheme, Simulation};
 use wavecascade::observer::Silent;
 
 fn data(name: &str) -> std::path::PathBuf {
@@ -74,15 +73,7 @@ fn val_double_double_three_bodies_collide() {
     let collisions: Collisions = serde_json::from_str(&text).unwrap();
     assert_eq!(collisions.cases.len(), 3);
     for case in collisions.cases {
-        let chain = Chain {
-            mass: case.mass.clone(),
-            coefficient: case.coefficient,
-            law: Law::Hertz.into(),
-            ends: Ends::Free,
-            precompression: 0.0,
-            losses: Losses::default(),
-            on_site: wavecascade::chain::OnSite::default(),
-        };
+        let chain = chain(case.mass.clone(), case.coefficient, Law::Hertz, Ends::Free);
         for scheme in [Scheme::Nystrom, Scheme::RungeKutta] {
             let mut simulation = Simulation::impact(chain.clone(), 1.0, 30.0, 2);
             simulation.scheme = scheme;
@@ -107,15 +98,7 @@ fn val_closed_form_two_bodies_exchange_momentum() {
         (1e-3, [1.0, 0.0]),
         (1e3, [0.0, -2.0]),
     ] {
-        let chain = Chain {
-            mass: vec![1.0, m],
-            coefficient: vec![2.0],
-            law: Law::Hertz.into(),
-            ends: Ends::Free,
-            precompression: 0.0,
-            losses: Losses::default(),
-            on_site: wavecascade::chain::OnSite::default(),
-        };
+        let chain = chain(vec![1.0, m], vec![2.0], Law::Hertz, Ends::Free);
         let mut simulation = Simulation::impact(chain, v0, 20.0, 2);
         simulation.velocity[1] = v1;
         simulation.accuracy = Accuracy::Tolerance(1e-12);
@@ -156,15 +139,7 @@ fn val_double_double_flights_have_the_stated_error() {
     let flights: Flights = serde_json::from_str(&text).unwrap();
     assert_eq!(flights.cases.len(), 2);
     for case in flights.cases {
-        let chain = Chain {
-            mass: case.mass,
-            coefficient: case.coefficient,
-            law: Law::Hertz.into(),
-            ends: Ends::Free,
-            precompression: 0.0,
-            losses: Losses::default(),
-            on_site: wavecascade::chain::OnSite::default(),
-        };
+        let chain = chain(case.mass, case.coefficient, Law::Hertz, Ends::Free);
         let mut simulation = Simulation::impact(chain, 0.0, case.end_time, case.samples);
         simulation.velocity = case.velocity;
         let with = |tolerance: f64| {

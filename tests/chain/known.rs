@@ -1,22 +1,14 @@
 //! Chains whose motion is known: collisions, linear modes, the solitary wave, orders of methods.
 
+use test_support::fields::{fixed, spring};
 use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Pattern, Record, Run, RunWarning, Scheme,
-    Simulation,
+    Accuracy, Chain, EndTime, Ends, Law, Pattern, Record, Run, RunWarning, Scheme, Simulation,
 };
 use wavecascade::field::Quantity;
 use wavecascade::observer::Silent;
 
 fn chain(mass: &[f64], coefficient: &[f64], ends: Ends, law: Law) -> Chain {
-    Chain {
-        mass: mass.to_vec(),
-        coefficient: coefficient.to_vec(),
-        law: law.into(),
-        ends,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: wavecascade::chain::OnSite::default(),
-    }
+    test_support::fields::chain(mass.to_vec(), coefficient.to_vec(), law, ends)
 }
 
 fn last(run: &Run) -> Vec<f64> {
@@ -53,13 +45,8 @@ fn val_closed_form_three_bodies_with_a_hard_and_a_soft_contact() {
 #[test]
 fn val_normal_modes_of_a_linear_chain() {
     let n = 24;
-    let law = Law::Spring {
-        alpha: 0.0,
-        beta: 0.0,
-    };
-    let ends = Ends::Fixed {
-        left_coefficient: 1.0,
-    };
+    let law = spring(0.0, 0.0);
+    let ends = fixed(1.0);
     for scheme in [Scheme::Nystrom, Scheme::RungeKutta] {
         let linear = chain(&vec![1.0; n], &vec![1.0; n], ends, law.clone());
         let mut simulation = Simulation::impact(linear, 1.0, 60.0, 31);
@@ -89,10 +76,7 @@ fn val_linear_limit_of_a_precompressed_chain() {
     let n = 30;
     let mut pressed = chain(&vec![1.0; n], &vec![1.0; n], Ends::Wall, Law::Hertz);
     pressed.precompression = 1.0;
-    let law = Law::Spring {
-        alpha: 0.0,
-        beta: 0.0,
-    };
+    let law = spring(0.0, 0.0);
     let linear = chain(&vec![1.0; n], &vec![1.5; n], Ends::Wall, law);
     let difference = |speed: f64| {
         let [a, b] = [&pressed, &linear].map(|c| {
@@ -141,13 +125,8 @@ fn val_solitary_wave_keeps_its_shape_and_speed() {
 #[test]
 fn val_order_of_every_scheme() {
     let n = 8;
-    let law = Law::Spring {
-        alpha: 0.3,
-        beta: 0.2,
-    };
-    let ends = Ends::Fixed {
-        left_coefficient: 1.0,
-    };
+    let law = spring(0.3, 0.2);
+    let ends = fixed(1.0);
     for (scheme, steps) in [
         (Scheme::Nystrom, [0.4, 0.2]),
         (Scheme::RungeKutta, [0.5, 0.25]),
@@ -182,11 +161,7 @@ fn val_stability_an_unstable_step_is_told() {
     let mut simulation = Simulation::impact(Chain::dimer(20, 1e6), 1.0, 200.0, 5);
     simulation.scheme = Scheme::VelocityVerlet;
     simulation.accuracy = Accuracy::Step(20.0);
-    simulation.chain.law = Law::Spring {
-        alpha: 0.0,
-        beta: 0.0,
-    }
-    .into();
+    simulation.chain.law = spring(0.0, 0.0).into();
     let error = simulation.run(&Silent).unwrap_err().to_string();
     assert!(error.contains("stability limit"), "{error}");
 }

@@ -2,10 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
+use test_support::fields::chain;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::chain::{
-    Accuracy, Chain, Ends, Ground, Law, Losses, OnSite, Run, Simulation, UnitCell,
-};
+use wavecascade::chain::{Accuracy, Ends, Ground, Law, Run, Simulation, UnitCell};
 use wavecascade::observer::Silent;
 
 fn setup(text: &str) -> Result<Simulation, String> {
@@ -85,18 +84,10 @@ fn val_other_chain_weight_stiffens_contacts_downwards() {
     let n = 12;
     let text = "sites = 12\ngravity = 0.3\nstriker_velocity = 1e-7\nend_time = 8.0\nsamples = 33\ntolerance = 1e-10";
     let run = run(text);
-    let mut springs = Chain {
-        mass: vec![1.0; n],
-        // F = d^1.5 under F0 has the stiffness 1.5 F0^(1/3).
-        coefficient: (0..n)
-            .map(|j| 1.5 * (0.3 * (j + 1) as f64).cbrt())
-            .collect(),
-        law: Law::polynomial(vec![1.0]).into(),
-        ends: Ends::Wall,
-        precompression: 0.0,
-        losses: Losses::default(),
-        on_site: OnSite::default(),
-    };
+    // F = d^1.5 under F0 has the stiffness 1.5 F0^(1/3).
+    let stiffness = (0..n).map(|j| 1.5 * (0.3 * (j + 1) as f64).cbrt());
+    let law = Law::polynomial(vec![1.0]);
+    let mut springs = chain(vec![1.0; n], stiffness.collect(), law, Ends::Wall);
     let mut linear = Simulation::impact(springs.clone(), 1e-7, 8.0, 33);
     linear.accuracy = Accuracy::Tolerance(1e-10);
     let linear = linear.run(&Silent).unwrap();

@@ -1,5 +1,6 @@
 //! Peak forces between samples.
 
+use test_support::fields::{fixed, losses};
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{Accuracy, Chain, Drive, Ends, Losses, Scheme, Simulation, Waveform};
 use wavecascade::observer::Silent;
@@ -38,15 +39,9 @@ fn val_convergence_peaks_of_sixth_order() {
         amplitude: 2.0,
         duration: 3.0,
     };
-    let lossy = Losses {
-        dashpot: 0.02,
-        tangent: 0.01,
-        drag: 0.03,
-    };
+    let lossy = losses([0.02, 0.01, 0.03]);
     let none = Losses::default();
-    let fixed = Ends::Fixed {
-        left_coefficient: 2.0,
-    };
+    let fixed = fixed(2.0);
     for (name, ends, drive, losses) in [
         ("wall", Ends::Wall, None, none),
         ("lossy", Ends::Wall, None, lossy),
@@ -131,8 +126,6 @@ fn regress_the_end_behind_the_peak_at_a_wall() {
         spread = [spread[0].min(share), spread[1].max(share)];
     }
     println!("peaks at {spread:.2?} of the way from the arrival to the end");
-    assert!(
-        (0.2..0.3).contains(&spread[0]) && (0.65..0.75).contains(&spread[1]),
-        "{spread:?}"
-    );
+    assert!((0.2..0.3).contains(&spread[0]), "{spread:?}");
+    assert!((0.65..0.75).contains(&spread[1]), "{spread:?}");
 }

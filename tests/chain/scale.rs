@@ -1,5 +1,6 @@
 //! The speed that errors are relative to, where it is not that of a striker.
 
+use test_support::fields::fixed;
 use wavecascade::chain::{Accuracy, Chain, Drive, Ends, Law, Simulation, Waveform};
 use wavecascade::observer::Silent;
 
@@ -16,9 +17,7 @@ fn springs(n: usize, ends: Ends, alpha: f64, beta: f64) -> Simulation {
 /// Linear chains: velocities of initial displacements and of tiny initial speeds add up.
 #[test]
 fn val_superposition_a_tiny_speed_beside_large_displacements() {
-    let fixed = Ends::Fixed {
-        left_coefficient: 1.0,
-    };
+    let fixed = fixed(1.0);
     let mut s = springs(10, fixed, 0.0, 0.0);
     s.displacement[0] = 1.0;
     let without = s.run(&Silent).unwrap();

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use test_support::fields::fixed;
 use wavecascade::chain::scene::{Kind, SceneSource, Setting, Setup, Units, properties, template};
 use wavecascade::chain::{Accuracy, EndTime, Ends, Law, Record, Scheme};
 
@@ -191,12 +192,7 @@ fn patterns_follow_one_another() {
     assert_eq!(c.mass, [4.0, 1.0, 1.0, 1.0, 1.0]);
     assert_eq!(c.coefficient, [5.0, 1.0, 1.0, 1.0, 6.0]);
     let c = chain("ends = 'fixed'\nstiffness_ratio = 3.0");
-    assert_eq!(
-        c.ends,
-        Ends::Fixed {
-            left_coefficient: 3.0
-        }
-    );
+    assert_eq!(c.ends, fixed(3.0));
     let c = chain("[[defect]]\nsite = 4\nvalue = 9.0\n[[defect]]\nsite = 4\nfactor = 0.5");
     assert_eq!(c.mass[4], 4.5);
     let random = chain("mass_spread = 0.1\ncoefficient_spread = 0.1\nseed = 7");

@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 use std::fs;
 
+use test_support::fields::{fixed, spring};
 use wavecascade::chain::scene::{SceneSource, Setup};
-use wavecascade::chain::{Chain, Ends, Law, NormalModes};
+use wavecascade::chain::{Chain, Ends, NormalModes};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 
@@ -17,11 +18,7 @@ fn setup(text: &str) -> Setup {
 fn springs(n: usize, ends: Ends) -> Chain {
     let contacts = if ends == Ends::Free { n - 1 } else { n };
     Chain {
-        law: Law::Spring {
-            alpha: 0.25,
-            beta: 0.0,
-        }
-        .into(),
+        law: spring(0.25, 0.0).into(),
         ends,
         coefficient: vec![1.0; contacts],
         ..Chain::dimer(n, 1.0)
@@ -39,9 +36,7 @@ fn energies(modes: &NormalModes, x: &[f64], v: &[f64]) -> Vec<f64> {
 fn val_closed_form_frequencies_of_modes() {
     let n = 32;
     let sites = n as f64;
-    let fixed = Ends::Fixed {
-        left_coefficient: 1.0,
-    };
+    let fixed = fixed(1.0);
     type AngleOf = fn(f64, f64) -> f64;
     let cases: [(Ends, usize, AngleOf); 4] = [
         (fixed, 0, |k, n| PI * k / (n + 1.0)),

@@ -1,7 +1,8 @@
 //! Stepping only where a force acts changes no bit.
 
+use test_support::fields::{losses, spring};
 use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Scheme, Simulation, SteppedSites,
+    Accuracy, Chain, EndTime, Ends, Law, Record, Scheme, Simulation, SteppedSites,
 };
 use wavecascade::observer::Silent;
 
@@ -53,22 +54,14 @@ fn val_whole_chain_other_laws_and_schemes() {
     let mut pressed = dimer(3.0);
     pressed.chain.precompression = 0.01;
     let mut linear = dimer(2.0);
-    linear.chain.law = Law::Spring {
-        alpha: 0.0,
-        beta: 0.0,
-    }
-    .into();
+    linear.chain.law = spring(0.0, 0.0).into();
     linear.end_time = EndTime::At(10.0);
     let mut free = dimer(4.9272);
     free.chain.ends = Ends::Free;
     free.chain.coefficient.pop();
     let mut lossy = dimer(2.0);
     lossy.scheme = Scheme::RungeKutta;
-    lossy.chain.losses = Losses {
-        dashpot: 0.02,
-        tangent: 0.01,
-        drag: 0.003,
-    };
+    lossy.chain.losses = losses([0.02, 0.01, 0.003]);
     for (name, simulation) in [
         ("power", power),
         ("pressed", pressed),

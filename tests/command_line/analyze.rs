@@ -5,6 +5,7 @@ use std::fs;
 
 use ndarray::Array2;
 use serde_json::{Value, json};
+use test_support::contains_all;
 use test_support::made::in_one_line;
 use test_support::place::{Place, names, set, text};
 use test_support::pulse;
@@ -49,7 +50,7 @@ fn the_summary_says_where_it_came_from_and_what_it_read() {
     let place = pulse::place();
     let line = "analyze wave.npy --figures none --sites 2:9 --json";
     let said = place.says(line);
-    let file = fs::read_to_string(place.path("wave-cascade/summary.json")).unwrap();
+    let file = place.read("wave-cascade/summary.json");
     assert_eq!(said.trim_end(), file.trim_end());
     let summary: Value = serde_json::from_str(&said).unwrap();
     assert_eq!(summary["schema"], "cascade.analyze/4");
@@ -105,8 +106,7 @@ fn figures_are_those_asked_for() {
         fs::read_to_string(folder.join("temporal-spectrum.svg")).unwrap()
     };
     let paper = drawn("--style paper --figure-size 8.6x7cm --db 40");
-    assert!(paper.contains("width=\"86.00mm\" height=\"70.00mm\""));
-    assert!(paper.contains("dB re"));
+    contains_all(&paper, &["width=\"86.00mm\" height=\"70.00mm\"", "dB re"]);
     assert!(drawn("--colormap gray") != drawn(""));
     for (options, named) in [
         ("--figures none,png", "--figures"),
@@ -115,8 +115,7 @@ fn figures_are_those_asked_for() {
         ("--figure-size wide", "86x60mm"),
         ("--db 40 --decades 4", "--decades"),
     ] {
-        let said = place.refuses(2, &format!("{base} {options}"));
-        assert!(said.contains(named), "{options}: {said}");
+        place.refuses_for(2, &format!("{base} {options}"), named);
     }
 }
 
@@ -149,10 +148,7 @@ fn a_plan_writes_nothing() {
     let place = pulse::place();
     let before = place.names();
     let said = place.says("analyze wave.npy --plan");
-    assert!(
-        said.contains("memory") && said.contains("threads"),
-        "{said}"
-    );
+    contains_all(&said, &["memory", "threads"]);
     let json = place.says("analyze wave.npy --plan --json --threads 3");
     let plan: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(plan["arrays"]["temporal_spectrum"], json!([49, 12]));
@@ -167,7 +163,7 @@ fn a_result_is_replaced_only_by_force() {
     let line = "analyze wave.npy --figures none --out result";
     fs::create_dir(place.path("result")).unwrap();
     place.says(line);
-    let stamp = || fs::read_to_string(place.path("result/summary.json")).unwrap();
+    let stamp = || place.read("result/summary.json");
     let first = stamp();
     assert!(place.refuses(2, line).contains("--force"));
     assert_eq!(stamp(), first);
@@ -176,10 +172,9 @@ fn a_result_is_replaced_only_by_force() {
     assert_eq!(place.names(), set(&["result", "wave.npy", "wave.toml"]));
 
     // What no run has written is not removed, force or not.
-    fs::write(place.path("result/notes.txt"), "mine").unwrap();
+    place.write("result/notes.txt", "mine");
     for taken in ["result", "wave.npy"] {
-        let said = place.refuses(2, &format!("analyze wave.npy --force --out {taken}"));
-        assert!(said.contains(taken), "{said}");
+        place.refuses_for(2, &format!("analyze wave.npy --force --out {taken}"), taken);
     }
     for nameless in [".", "..", "/"] {
         let said = place.refuses(2, &format!("analyze wave.npy --force --out {nameless}"));
@@ -214,8 +209,7 @@ fn pictures_end_where_they_are_told_and_say_what_they_leave_out() {
         ("wave.npy --show-frequency 9 --only flux", "--only"),
         ("bare.npy --show-frequency 2kHz", "no unit"),
     ] {
-        let said = place.refuses(2, &format!("analyze {line} --force"));
-        assert!(said.contains(named), "{line}: {said}");
+        place.refuses_for(2, &format!("analyze {line} --force"), named);
     }
 }
 
@@ -254,10 +248,7 @@ fn regress_what_is_left_open_is_named_with_commands_that_run() {
     let place = Place::new();
     place.save("noise.npy", &test_support::fields::noise(1024, 20));
     let said = place.says("analyze noise.npy --rate 1kHz --figures none --verbose");
-    assert!(
-        said.contains("cascade COMMAND noise.npy --rate 1kHz\n"),
-        "{said}"
-    );
+    contains_all(&said, &["cascade COMMAND noise.npy --rate 1kHz\n"]);
     for name in ["ridges", "spectrum", "coherence", "bicoherence"] {
         assert!(said.contains(name), "{name}\n{said}");
         let line = format!("{name} noise.npy --rate 1kHz --figures none --quiet");
@@ -303,15 +294,13 @@ fn val_theory_speeds_have_the_units_of_the_axes() {
 fn regress_noise_is_no_arrival() {
     let place = Place::new();
     place.save("noise.npy", &test_support::fields::noise(1024, 20));
-    let said = place.refuses(2, "analyze noise.npy --until-arrival");
-    assert!(said.contains("arrival"), "{said}");
+    place.refuses_for(2, "analyze noise.npy --until-arrival", "arrival");
     let quiet = Array2::from_shape_fn((1024, 20), |(i, j)| {
         let s = (i as f64 - 300.0 - 8.0 * j as f64) / 15.0;
         let hum = 0.02 * (1.7 * (i * (j + 3)) as f64).sin();
         (-0.5 * s * s).exp() + hum * (i as f64 / 40.0).min(1.0)
     });
     place.save("hum.npy", &quiet);
-    let said = place.refuses(2, "analyze hum.npy --until-arrival");
-    assert!(said.contains("--arrival-threshold"), "{said}");
+    place.refuses_for(2, "analyze hum.npy --until-arrival", "--arrival-threshold");
     place.says("analyze hum.npy --until-arrival --arrival-threshold 0.3 --figures none");
 }

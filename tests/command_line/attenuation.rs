@@ -6,52 +6,31 @@ use std::process::{Command, Stdio};
 use ndarray::{Array2, s};
 use ndarray_npy::write_npy;
 use serde_json::{Value, json as value};
+use test_support::contains_all;
 use test_support::place::Place;
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 
-const QUARTZ: [&str; 10] = [
-    "--material",
-    "quartz",
-    "--radius",
-    "9mm",
-    "--length",
-    "18mm",
-    "--striker-velocity",
-    "0.88",
-    "--striker-radius",
-    "9mm",
-];
+const QUARTZ: &str =
+    "--material quartz --radius 9mm --length 18mm --striker-velocity 0.88 --striker-radius 9mm";
 
 #[test]
 fn attenuation_by_ratio_its_files_and_words() {
     let place = Place::of(&["attenuate"]);
-    let words = [
-        "--ratios",
-        "1,2.4,4.9272",
-        "--bodies",
-        "30",
-        "--target",
-        "0.6",
-        "--lengths",
-        "5,10,20,30",
-    ];
-    let said = place.good(&words);
-    assert!(
-        said.contains("ratio 2.4 ") && said.contains("at 0.6 or below from 30 bodies on"),
-        "{said}"
-    );
+    let words = "--ratios 1,2.4,4.9272 --bodies 30 --target 0.6 --lengths 5,10,20,30";
+    let said = place.says(words);
+    contains_all(&said, &["ratio 2.4 ", "at 0.6 or below from 30 bodies on"]);
     assert!(said.contains("not at 0.6 by the law so far"), "{said}");
-    let out = [&words[..], &["--out", "kept", "--json"]].concat();
-    let printed = place.good(&out);
+    let out = format!("{words} --out kept --json");
+    let printed = place.says(&out);
     let found = json(&printed);
     assert_eq!(found["schema"], "cascade.attenuation/2");
     assert_eq!(found["curves"].as_array().unwrap().len(), 6);
-    let kept = fs::read_to_string(place.path("kept/summary.json")).unwrap();
+    let kept = place.read("kept/summary.json");
     assert_eq!(kept.trim_end(), printed.trim_end());
-    let table = fs::read_to_string(place.path("kept/curves.csv")).unwrap();
+    let table = place.read("kept/curves.csv");
     assert!(
         table.starts_with("chain,sense,bodies,contact_kind,relative_force"),
         "{table}"
@@ -60,39 +39,24 @@ fn attenuation_by_ratio_its_files_and_words() {
     let picture = fs::metadata(place.path("kept/attenuation.png")).unwrap();
     assert!(picture.len() > 1000);
     // Again, from what is kept: the same.
-    assert_eq!(place.good(&out), printed);
+    assert_eq!(place.says(&out), printed);
 }
 
 /// By angle, with the material: the ratio is the paper's 4.507, and the angle that passes least is found.
 #[test]
 fn val_paper_attenuation_by_angle_and_the_best_angle() {
     let place = Place::of(&["attenuate"]);
-    let words = [
-        &QUARTZ[..],
-        &[
-            "--angles",
-            "8,18/90",
-            "--bodies",
-            "21",
-            "--sense",
-            "wall",
-            "--lengths",
-            "21",
-            "--json",
-        ],
-    ]
-    .concat();
-    let found = json(&place.good(&words));
+    let words = "--angles 8,18/90 --bodies 21 --sense wall --lengths 21 --json";
+    let found = place.says_json(&format!("{QUARTZ} {words}"));
     let ratio = found["curves"][0]["stiffness_ratio"].as_f64().unwrap();
     assert!((ratio - 4.507).abs() < 1e-3, "{ratio}");
     assert_eq!(found["curves"][0]["units"], "si");
     let force = |curve: usize| {
-        found["curves"][curve]["rows"][0]["relative_force"]
-            .as_f64()
-            .unwrap()
+        let row = &found["curves"][curve]["rows"][0];
+        row["relative_force"].as_f64().unwrap()
     };
-    let key = ["--sites", "22", "--against", "angle=8:40:5", "--json"];
-    let crossed = json(&place.good(&[&QUARTZ[..], &key].concat()));
+    let key = "--sites 22 --against angle=8:40:5 --json";
+    let crossed = place.says_json(&format!("{QUARTZ} {key}"));
     let curve = &crossed["curves"][0];
     let extremes = curve["extremes"].as_array().unwrap().iter();
     let points = curve["points"].as_array().unwrap().iter();
@@ -100,50 +64,33 @@ fn val_paper_attenuation_by_angle_and_the_best_angle() {
     let points = points.map(|p| [&p["relative_force"], &p["value"]].map(|v| v.as_f64().unwrap()));
     let [least, angle] = points.min_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
     assert!((10.0..24.0).contains(&angle), "{angle}");
-    assert!(
-        least <= force(0) && least <= force(1) && least > 0.3,
-        "{least}"
-    );
+    assert!(least <= force(0), "{least}");
+    assert!(least <= force(1), "{least}");
+    assert!(least > 0.3, "{least}");
 }
 
 #[test]
 fn transmission_its_files_and_what_was_measured() {
     let place = Place::of(&["attenuate"]);
-    fs::write(
-        place.path("measured.csv"),
-        "ratio, force, error\n2.0, 0.75, 0.02\n# a comment\n3.0, 0.70, 0.02\n",
-    )
-    .unwrap();
-    let words = [
-        "--sites",
-        "21",
-        "--against",
-        "stiffness_ratio=1:8:8",
-        "--measured",
+    place.write(
         "measured.csv",
-        "--out",
-        "kept",
-    ];
-    let said = place.good(&words);
+        "ratio, force, error\n2.0, 0.75, 0.02\n# a comment\n3.0, 0.70, 0.02\n",
+    );
+    let said =
+        place.says("--sites 21 --against stiffness_ratio=1:8:8 --measured measured.csv --out kept");
     let first = said.lines().next().unwrap();
-    assert!(
-        first.contains("least at stiffness ratio 3.1") && first.contains("largest at 1.000"),
-        "{said}"
-    );
-    assert!(
-        said.contains("\nminimum            0.") && said.contains("(order 1), 4.927 (order 2)"),
-        "{said}"
-    );
-    assert!(
-        said.contains("measured at 2.000  0.7500 +- 0.02000, computed 0.7"),
-        "{said}"
-    );
-    let found = json(&fs::read_to_string(place.path("kept/summary.json")).unwrap());
+    assert!(first.contains("least at stiffness ratio 3.1"), "{said}");
+    assert!(first.contains("largest at 1.000"), "{said}");
+    assert!(said.contains("\nminimum            0."), "{said}");
+    assert!(said.contains("(order 1), 4.927 (order 2)"), "{said}");
+    let expected = "measured at 2.000  0.7500 +- 0.02000, computed 0.7";
+    assert!(said.contains(expected), "{said}");
+    let found = place.json("kept/summary.json");
     assert_eq!(found["measured"].as_array().unwrap().len(), 2);
     let difference = found["measured"][0]["difference"].as_f64().unwrap();
     let computed = found["measured"][0]["computed"].as_f64().unwrap();
     assert!((0.75 - computed - difference).abs() < 1e-15);
-    let table = fs::read_to_string(place.path("kept/curves.csv")).unwrap();
+    let table = place.read("kept/curves.csv");
     assert!(
         table.starts_with("row,stiffness_ratio,value_error"),
         "{table}"
@@ -158,7 +105,7 @@ fn transmission_its_files_and_what_was_measured() {
 
 /// Both pictures are there, with charts of these titles.
 fn drawn(place: &Place, stem: &str, titles: &[&str]) {
-    let picture = fs::read_to_string(place.path(format!("{stem}.svg"))).unwrap();
+    let picture = place.read(format!("{stem}.svg"));
     for title in titles {
         assert!(picture.contains(title), "{stem}: {title}");
     }
@@ -178,20 +125,17 @@ const FIELD_CHARTS: [&str; 3] = [
 fn regress_a_measured_field_over_its_own_chain() {
     let place = Place::new();
     let simulate = "simulate --sites 31 --stiffness-ratio 2.4 --samples 400 --out run.npz --quiet";
-    place.good(&simulate.split(' ').collect::<Vec<_>>());
+    place.says(simulate);
     let attenuate = "attenuate --ratios 2.4 --bodies 20 --sense chain --measured run.npz \
                      --measured-field --figures png,svg --out kept";
-    let words: Vec<&str> = attenuate.split_whitespace().collect();
-    let said = place.good(&[&words[..], &["--verbose"]].concat());
+    let said = place.says(&format!("{attenuate} --verbose"));
     for n in ["1.000", "19.00"] {
-        let (peak, arrival) = (
-            format!("measured at {n} "),
-            format!("measured arrival at {n} "),
-        );
-        assert!(said.contains(&peak) && said.contains(&arrival), "{said}");
+        for what in ["measured at", "measured arrival at"] {
+            contains_all(&said, &[&format!("{what} {n} ")]);
+        }
     }
     assert!(!said.contains("no measured"), "{said}");
-    let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+    let found = place.says_json(&format!("{attenuate} --json"));
     assert_eq!(found["measured_without_peak"], value!([]));
     for (key, unit) in [("measured", 4e-5), ("measured_arrivals", 1e-3)] {
         let measured = found[key].as_array().unwrap();
@@ -240,11 +184,8 @@ fn sites_without_a_largest_velocity_or_an_arrival_are_named() {
             "no measured arrival to compare at 2.400 (1 in all) -> what moves from the first sample on",
         ),
     ] {
-        let words: Vec<&str> = words.split(' ').collect();
-        let said = place.good(&words);
-        let warning = format!("warning: {warning}");
-        assert!(said.contains(&warning), "{said}");
-        let found = json(&place.good(&[&words[..], &["--json", "--quiet"]].concat()));
+        contains_all(&place.says(words), &[&format!("warning: {warning}")]);
+        let found = place.says_json(&format!("{words} --json --quiet"));
         let compared = |key: &str| found[key].as_array().unwrap().len();
         assert_eq!(compared("measured_arrivals"), count);
         let without = compared("measured_without_arrival");
@@ -258,14 +199,12 @@ fn regress_a_measured_field_at_a_wall() {
     let place = Place::new();
     let simulate = "simulate --sites 21 --stiffness-ratio 2.4 --samples 900 --end-time 40 \
                     --out walled.npz --quiet";
-    place.good(&simulate.split_whitespace().collect::<Vec<_>>());
+    place.says(simulate);
     let transmit = "attenuate --sites 21 --against stiffness_ratio=2.2,2.6 --no-extremes \
                     --measured 2.4=walled.npz --figures png,svg --out kept";
-    let words: Vec<&str> = transmit.split_whitespace().collect();
-    let said = place.good(&words);
-    assert!(said.contains("measured at 2.400 "), "{said}");
-    assert!(said.contains("measured arrival at 2.400 "), "{said}");
-    let found = json(&place.good(&[&words[..], &["--json"]].concat()));
+    let said = place.says(transmit);
+    contains_all(&said, &["measured at 2.400 ", "measured arrival at 2.400 "]);
+    let found = place.says_json(&format!("{transmit} --json"));
     for key in ["measured", "measured_arrivals"] {
         let measured = found[key].as_array().unwrap();
         assert_eq!(measured.len(), 1, "{key}");
@@ -279,94 +218,38 @@ fn regress_a_measured_field_at_a_wall() {
 #[test]
 fn what_is_typed_wrong_ends_with_code_2_and_says_what() {
     let place = Place::new();
-    fs::write(place.path("bad.csv"), "1,2\nx,y\n").unwrap();
-    fs::write(place.path("notes.txt"), "").unwrap();
-    fs::write(place.path("field.npz"), b"PK\xff\xfe").unwrap();
+    place.write("bad.csv", "1,2\nx,y\n");
+    place.write("notes.txt", "");
+    place.write("field.npz", b"PK\xff\xfe");
     fs::create_dir(place.path("full")).unwrap();
-    fs::write(place.path("full/thesis.tex"), "").unwrap();
+    place.write("full/thesis.tex", "");
     for (words, code, named) in [
-        (&["attenuate"][..], 2, "--angles"),
-        (&["attenuate", "--ratios", "0.5"], 2, "--ratios"),
-        (&["attenuate", "--angles", "8,x"], 2, "--angles"),
-        (&["attenuate", "--angles", "8"], 2, "material"),
+        ("", 2, "--angles"),
+        ("--ratios 0.5", 2, "--ratios"),
+        ("--angles 8,x", 2, "--angles"),
+        ("--angles 8", 2, "material"),
+        ("--ratios 2 --bodies 1", 2, "--bodies"),
+        ("--ratios 2 --target -1", 2, "--target"),
+        ("--ratios 2 --out full", 2, "full"),
+        ("--ratios 2 --out notes.txt", 2, "notes.txt"),
+        ("--ratios 2 --measured bad.csv", 1, "bad.csv: line 2"),
+        ("--ratios 2 --measured none.csv", 1, "none.csv"),
         (
-            &["attenuate", "--ratios", "2", "--bodies", "1"],
-            2,
-            "--bodies",
-        ),
-        (
-            &["attenuate", "--ratios", "2", "--target", "-1"],
-            2,
-            "--target",
-        ),
-        (&["attenuate", "--ratios", "2", "--out", "full"], 2, "full"),
-        (
-            &["attenuate", "--ratios", "2", "--out", "notes.txt"],
-            2,
-            "notes.txt",
-        ),
-        (
-            &["attenuate", "--ratios", "2", "--measured", "bad.csv"],
-            1,
-            "bad.csv: line 2",
-        ),
-        (
-            &["attenuate", "--ratios", "2", "--measured", "none.csv"],
-            1,
-            "none.csv",
-        ),
-        (
-            &["attenuate", "--ratios", "2", "--measured", "field.npz"],
+            "--ratios 2 --measured field.npz",
             1,
             "field.npz: line 1: expected a text table",
         ),
-        (&["attenuate", "none.toml"], 1, "none.toml"),
-        (
-            &["attenuate", "--ratios", "2", "--sites", "9"],
-            2,
-            "--sites",
-        ),
-        (
-            &[
-                "attenuate",
-                "--ratios",
-                "2",
-                "--bodies",
-                "18446744073709551615",
-            ],
-            2,
-            "--bodies",
-        ),
-        (
-            &["attenuate", "--ratios", "2", "--ends", "free"],
-            2,
-            "a wall",
-        ),
-        (
-            &["attenuate", "--sites", "9", "--against", "ends=wall,free"],
-            2,
-            "--against",
-        ),
-        (
-            &["attenuate", "--against", "stiffness_ratio=1:4:3"],
-            2,
-            "sites",
-        ),
-        (
-            &[
-                "attenuate",
-                "--sites",
-                "9",
-                "--against",
-                "angle",
-                "--vary",
-                "x",
-            ],
-            2,
-            "--vary",
-        ),
+        ("none.toml", 1, "none.toml"),
+        ("--ratios 2 --sites 9", 2, "--sites"),
+        ("--ratios 2 --bodies 18446744073709551615", 2, "--bodies"),
+        ("--ratios 2 --ends free", 2, "a wall"),
+        ("--sites 9 --against ends=wall,free", 2, "--against"),
+        ("--against stiffness_ratio=1:4:3", 2, "sites"),
+        ("--sites 9 --against angle --vary x", 2, "--vary"),
     ] {
-        let output = place.run(words);
+        let words = ["attenuate"].into_iter().chain(words.split_whitespace());
+        let words: Vec<&str> = words.collect();
+        let output = place.run(&words);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(code), "{words:?}: {said}");
         assert!(said.contains(named), "{words:?}: {said}");
@@ -433,8 +316,7 @@ fn regress_killed_ten_times() {
 fn what_was_kept_with_less_is_not_gone_on_with() {
     let place = Place::of(&["attenuate"]);
     let words = "--ratios 2.4 --bodies 7 --sense chain --out kept";
-    let words: Vec<&str> = words.split(' ').collect();
-    place.good(&words);
+    place.says(words);
     let path = place.path("kept/members.jsonl");
     let kept = fs::read_to_string(&path).unwrap();
     for key in ["velocity_rise_time", "energy_pulse"] {
@@ -447,15 +329,9 @@ fn what_was_kept_with_less_is_not_gone_on_with() {
             format!("{line}\n")
         });
         fs::write(&path, less.collect::<String>()).unwrap();
-        let said = place.bad(1, &words);
-        for word in [
-            "members.jsonl, line 1: ",
-            "missing field",
-            key,
-            "begin anew elsewhere",
-        ] {
-            assert!(said.contains(word), "{word}: {said}");
-        }
+        let said = place.refuses(1, words);
+        contains_all(&said, &["members.jsonl, line 1: ", "missing field", key]);
+        contains_all(&said, &["begin anew elsewhere"]);
     }
 }
 
@@ -467,11 +343,8 @@ fn regress_the_shortest_chain_that_reaches_the_target_is_told() {
         env!("CARGO_MANIFEST_DIR"),
         "/examples/scenes/quartz_experiment.toml"
     );
-    let words = ["--angles", "8,18,90", "--target", "0.4"];
-    let said = place.good(&[&[scene][..], &words].concat());
+    let said = place.good(&[scene, "--angles", "8,18,90", "--target", "0.4"]);
     let first = said.lines().next().unwrap();
-    assert!(
-        first.contains("angles 18/90 (") && said.contains("at 0.4 after"),
-        "{said}"
-    );
+    contains_all(first, &["angles 18/90 ("]);
+    contains_all(&said, &["at 0.4 after"]);
 }

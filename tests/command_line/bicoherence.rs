@@ -1,7 +1,6 @@
 //! `cascade bicoherence` as a stranger runs it.
 
-use ndarray::{Array1, Array2};
-use ndarray_npy::NpzReader;
+use ndarray::Array2;
 use test_support::fields::noise;
 use test_support::place::Place;
 
@@ -24,57 +23,30 @@ fn place() -> Place {
 #[test]
 fn regress_coupling_is_found_and_written() {
     let place = place();
-    let said = place.good(&[
-        "bicoherence",
-        "field.npy",
-        "--segment",
-        "64",
-        "--dt",
-        "10us",
-        "--figures",
-        "png",
-    ]);
+    let said = place.says("bicoherence field.npy --segment 64 --dt 10us --figures png");
     let first = said.lines().next().unwrap();
-    assert!(
-        first.starts_with("field.npy: ") && first.contains("are coupled with"),
-        "{said}"
-    );
+    assert!(first.starts_with("field.npy: "), "{said}");
+    assert!(first.contains("are coupled with"), "{said}");
     assert!(said.contains("biphase"), "{said}");
     let summary = place.json("field-bicoherence/summary.json");
     assert!(summary["above_map_level"].as_u64().unwrap() > 20);
     assert_eq!(summary["correction"], "Sidak");
     let strongest = &summary["strongest"][0];
     assert!(strongest["biphase"].as_f64().unwrap().abs() < 0.5);
-    assert!(
-        summary["along"]["above_level"][0].as_u64() > summary["along"]["above_level"][1].as_u64()
-    );
-    let file = std::fs::File::open(place.path("field-bicoherence/bicoherence.npz")).unwrap();
-    let mut archive = NpzReader::new(file).unwrap();
-    let cells: Array1<f64> = archive.by_name("bicoherence").unwrap();
-    assert_eq!(cells.len(), 210);
-    let along: Array2<f64> = archive.by_name("along_largest").unwrap();
-    assert_eq!(along.dim(), (33, 2));
-    for name in ["report.html", "figures/bicoherence.png"] {
-        assert!(place.path(format!("field-bicoherence/{name}")).exists());
-    }
-    let again = [
-        "bicoherence",
-        "field.npy",
-        "--figures",
-        "none",
-        "--output",
-        "1",
-        "--every",
-        "0",
-    ];
-    place.bad(2, &again);
-    place.good(&[&again[..], &["--force"]].concat());
+    let above = &summary["along"]["above_level"];
+    assert!(above[0].as_u64() > above[1].as_u64());
+    let array = |name| place.array::<f64>("field-bicoherence/bicoherence.npz", name);
+    assert_eq!(array("bicoherence").shape(), [210]);
+    assert_eq!(array("along_largest").shape(), [33, 2]);
+    place.has("field-bicoherence", "report.html figures/bicoherence.png");
+    let again = "bicoherence field.npy --figures none --output 1 --every 0";
+    place.refuses(2, again);
+    place.says(&format!("{again} --force"));
 }
 
 #[test]
 fn regress_what_does_not_fit_is_refused_by_its_option() {
     let place = place();
-    let before = place.names();
     for (words, named) in [
         ("--site 2", "--site"),
         ("--output 2", "--output"),
@@ -82,12 +54,6 @@ fn regress_what_does_not_fit_is_refused_by_its_option() {
         ("--segment 8192", "--segment"),
         ("--multitaper 4,7", "--multitaper"),
     ] {
-        let words: Vec<&str> = ["bicoherence", "field.npy"]
-            .into_iter()
-            .chain(words.split(' '))
-            .collect();
-        let said = place.bad(2, &words);
-        assert!(said.contains(named), "{words:?}: {said}");
-        assert_eq!(place.names(), before, "{words:?}");
+        place.refuses_for(2, &format!("bicoherence field.npy {words}"), named);
     }
 }

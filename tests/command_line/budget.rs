@@ -1,24 +1,21 @@
 //! `cascade budget` and `compare`, and what `cascade analyze` says of them, as a stranger meets them.
 
 use std::fs;
-use std::path::PathBuf;
 
-use ndarray::{Array1, Array2};
-use ndarray_npy::NpzReader;
+use ndarray::Ix2;
 use serde_json::Value;
-use test_support::place::Place;
+use test_support::contains_all;
+use test_support::place::{Place, names, set};
 use wavecascade_formats::{Container, Format, Options};
 
 /// With a localized and a dispersive run in it.
 fn with_runs() -> Place {
     let place = Place::new();
     for (name, ratio) in [("loc.npz", "4.9272"), ("dis.npz", "2.398")] {
-        let scene = ["--sites", "40", "--end-time", "38", "--samples", "257"];
-        let run = [
-            &["simulate", "-q", "--out", name, "--stiffness-ratio", ratio],
-            &scene[..],
-        ];
-        place.good(&run.concat());
+        let scene = "--sites 40 --end-time 38 --samples 257";
+        place.says(&format!(
+            "simulate -q --out {name} --stiffness-ratio {ratio} {scene}"
+        ));
     }
     place
 }
@@ -30,34 +27,20 @@ fn container(place: &Place, name: &str) -> Container {
 }
 
 fn summary_in(place: &Place, name: &str) -> Value {
-    let text = fs::read_to_string(place.path(name).join("summary.json")).unwrap();
-    serde_json::from_str(&text).unwrap()
-}
-
-fn names_in(path: PathBuf) -> Vec<String> {
-    let entries = fs::read_dir(path).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|e| e.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
+    place.json(&format!("{name}/summary.json"))
 }
 
 #[test]
 fn a_run_to_its_budgets() {
     let place = with_runs();
-    let words = ["budget", "loc.npz", "--out", "b", "--between", "3:17"];
-    let said = place.good(&words);
+    let words = "budget loc.npz --out b --between 3:17";
+    let said = place.says(words);
     let first = said.lines().next().unwrap();
-    assert!(
-        first.starts_with("loc.npz: ") && first.contains("% of the energy passes k = "),
-        "{said}"
-    );
-    assert!(
-        !said.contains("gain 1/2") && said.lines().count() <= 12,
-        "{said}"
-    );
-    let said = place.good(&[&words[..], &["--force", "--verbose"]].concat());
+    assert!(first.starts_with("loc.npz: "), "{said}");
+    assert!(first.contains("% of the energy passes k = "), "{said}");
+    assert!(!said.contains("gain 1/2"), "{said}");
+    assert!(said.lines().count() <= 12, "{said}");
+    let said = place.says(&format!("{words} --force --verbose"));
     for word in [
         "gain 1/2",
         "residual, real space",
@@ -69,16 +52,16 @@ fn a_run_to_its_budgets() {
         assert!(said.contains(word), "{word}: {said}");
     }
     assert_eq!(
-        names_in(place.path("b")),
-        [
+        names(&place.path("b")),
+        set(&[
             "budget.npz",
             "figures",
             "plot.py",
             "report.html",
             "summary.json"
-        ]
+        ])
     );
-    let drawn = names_in(place.path("b").join("figures"));
+    let drawn = names(&place.path("b/figures"));
     for name in [
         "energies",
         "energy-flux",
@@ -95,20 +78,11 @@ fn a_run_to_its_budgets() {
     assert_eq!(summary["schema"], "cascade.budget/2");
     // The first line says which way, as the number has it.
     let share = summary["wavenumber"]["largest_passage"]["share"].as_f64();
-    let towards = if share.unwrap() > 0.0 {
-        "higher"
-    } else {
-        "lower"
-    };
+    let towards = ["lower", "higher"][usize::from(share.unwrap() > 0.0)];
     let answer = summary["answer"].as_str().unwrap();
-    assert!(
-        answer.contains(&format!("to {towards} wavenumbers (net)")),
-        "{answer}"
-    );
-    assert_eq!(
-        summary["provenance"]["input_blake3"].as_str().map(str::len),
-        Some(64)
-    );
+    contains_all(answer, &[&format!("to {towards} wavenumbers (net)")]);
+    let hash = summary["provenance"]["input_blake3"].as_str();
+    assert_eq!(hash.map(str::len), Some(64));
     let closure = &summary["closure"];
     assert_eq!(closure["integration"], "stepping");
     for (name, limit) in [
@@ -134,11 +108,10 @@ fn a_run_to_its_budgets() {
         assert!(of("cutoff_wavenumber") > 0.0 && scale["filter"] == "gaussian");
     }
 
-    let mut arrays = NpzReader::new(fs::File::open(place.path("b/budget.npz")).unwrap()).unwrap();
-    let mut line = |name: &str| -> Array1<f64> { arrays.by_name(name).unwrap() };
-    let (time, k, f) = (line("time"), line("wavenumber"), line("frequency"));
-    let (kinetic, contact) = (line("kinetic_energy"), line("contact_energy"));
-    let mut table = |name: &str| -> Array2<f64> { arrays.by_name(name).unwrap() };
+    let array = |name: &str| place.array::<f64>("b/budget.npz", name);
+    let [time, k, f] = ["time", "wavenumber", "frequency"].map(array);
+    let [kinetic, contact] = ["kinetic_energy", "contact_energy"].map(array);
+    let table = |name: &str| array(name).into_dimensionality::<Ix2>().unwrap();
     let spectrum = table("energy_spectrum");
     assert_eq!(spectrum.dim(), (time.len(), k.len()));
     for (i, row) in spectrum.rows().into_iter().enumerate() {
@@ -170,137 +143,82 @@ fn a_run_to_its_budgets() {
 #[test]
 fn regress_budgets_are_the_same_in_both_formats() {
     let place = with_runs();
-    let options = ["--from-samples", "--figures", "none", "--quiet"];
-    place.good(&[&["budget", "dis.npz", "--out", "zip"][..], &options].concat());
-    let words = ["budget", "dis.npz", "--out", "nc", "--format", "netcdf"];
-    place.good(&[&words[..], &options].concat());
-    assert_eq!(
-        names_in(place.path("nc")),
-        ["budget.nc", "plot.py", "summary.json"]
-    );
-    let script = fs::read_to_string(place.path("nc/plot.py")).unwrap();
-    assert!(
-        script.contains("budget.nc") && !script.contains(".npz"),
-        "{script}"
-    );
+    let base = "budget dis.npz --from-samples --figures none --quiet";
+    place.says(&format!("{base} --out zip"));
+    place.says(&format!("{base} --out nc --format netcdf"));
+    let expected = ["budget.nc", "plot.py", "summary.json"];
+    assert_eq!(names(&place.path("nc")), set(&expected));
+    let script = place.read("nc/plot.py");
+    assert!(script.contains("budget.nc"), "{script}");
+    assert!(!script.contains(".npz"), "{script}");
     let found = container(&place, "nc/budget.nc");
-    let names = place.arrays("zip/budget.npz");
-    assert!(names.len() >= 30, "{names:?}");
-    assert_eq!(found.variables.len(), names.len());
-    for name in &names {
+    let arrays = place.arrays("zip/budget.npz");
+    assert!(arrays.len() >= 30, "{arrays:?}");
+    assert_eq!(found.variables.len(), arrays.len());
+    for name in &arrays {
         let expected = place.array::<f64>("zip/budget.npz", name);
         let i = found.find(name).unwrap_or_else(|| panic!("{name}"));
         let numbers = found.numbers(i).unwrap();
+        let bits = |v: &f64| v.to_bits();
         assert!(
-            numbers
-                .iter()
-                .map(|v| v.to_bits())
-                .eq(expected.iter().map(|v| v.to_bits())),
+            numbers.iter().map(bits).eq(expected.iter().map(bits)),
             "{name}"
         );
         let variable = &found.variables[i];
         let shape: Vec<usize> = variable.shape().iter().map(|&len| len as usize).collect();
         assert_eq!(shape, expected.shape(), "{name}");
-        assert!(
-            variable.dimensions.iter().all(|d| d.coordinate.is_some()),
-            "{name}: {:?}",
-            variable.dimensions
-        );
+        for dimension in &variable.dimensions {
+            assert!(dimension.coordinate.is_some(), "{name}: {dimension:?}");
+        }
         assert!(variable.attributes.text("long_name").is_some(), "{name}");
     }
     let summary = summary_in(&place, "nc");
     assert_eq!(found.attributes.text("schema"), summary["schema"].as_str());
     assert_eq!(found.attributes.text("input"), Some("dis.npz"));
-    assert_eq!(
-        found.attributes.number("closure_wavenumber"),
-        summary["closure"]["wavenumber"].as_f64()
-    );
-    assert_eq!(
-        found.attributes.number("wavenumber_band_edge"),
-        summary["wavenumber"]["band_edge"].as_f64()
-    );
+    for (name, expected) in [
+        ("closure_wavenumber", &summary["closure"]["wavenumber"]),
+        ("wavenumber_band_edge", &summary["wavenumber"]["band_edge"]),
+    ] {
+        assert_eq!(found.attributes.number(name), expected.as_f64());
+    }
     // A result in either format is one that can be replaced.
-    place.good(
-        &[
-            &["budget", "dis.npz", "--out", "nc", "--force"][..],
-            &options,
-        ]
-        .concat(),
-    );
-    assert_eq!(
-        names_in(place.path("nc")),
-        ["budget.npz", "plot.py", "summary.json"]
-    );
+    place.says(&format!("{base} --out nc --force"));
+    let expected = ["budget.npz", "plot.py", "summary.json"];
+    assert_eq!(names(&place.path("nc")), set(&expected));
 }
 
 #[test]
 fn choices_of_a_budget() {
     let place = with_runs();
-    let text = place.good(&[
-        "budget",
-        "dis.npz",
-        "--out",
-        "c",
-        "--from-samples",
-        "--only",
-        "wavenumber",
-        "--figures",
-        "none",
-        "--json",
-        "--window-sites",
-        "2:9",
-        "--band-edge-wavenumber",
-        "1.5",
-    ]);
-    let summary: Value = serde_json::from_str(&text).unwrap();
+    let chosen = "--only wavenumber --window-sites 2:9 --band-edge-wavenumber 1.5";
+    let summary = place.says_json(&format!(
+        "budget dis.npz --out c --from-samples --figures none --json {chosen}"
+    ));
     assert_eq!(summary, summary_in(&place, "c"));
     assert_eq!(
-        names_in(place.path("c")),
-        ["budget.npz", "plot.py", "summary.json"]
+        names(&place.path("c")),
+        set(&["budget.npz", "plot.py", "summary.json"])
     );
     let closure = &summary["closure"];
     assert_eq!(closure["integration"], "samples");
     assert!(closure["scale"].is_null() && closure["reasons"]["scale"] == "not asked for");
     assert!(summary["frequency"].is_null() && summary["wavenumber"]["band_edge"] == 1.5);
     place.bad(2, &["budget", "dis.npz", "--out", "c"]);
-    place.good(&[
-        "budget",
-        "dis.npz",
-        "--out",
-        "c",
-        "--force",
-        "--from-samples",
-        "-q",
-    ]);
+    place.says("budget dis.npz --out c --force --from-samples -q");
 
-    let said = place.bad(2, &["budget", "dis.npz", "--filter", "sharp"]);
-    assert!(said.contains("gaussian"), "{said}");
+    place.refuses_for(2, "budget dis.npz --filter sharp", "gaussian");
     place.bad(2, &["budget", "dis.npz", "--scales", "-2"]);
     for scale in ["30", "39", "80", "1e12", "1e-300"] {
-        let said = place.bad(2, &["budget", "dis.npz", "--scales", &format!("4,{scale}")]);
-        assert!(said.contains("scale"), "{said}");
+        place.refuses_for(2, &format!("budget dis.npz --scales 4,{scale}"), "scale");
     }
     place.bad(2, &["budget", "dis.npz", "--between", "3:99"]);
     place.bad(2, &["budget", "dis.npz", "--between", "3"]);
     place.bad(2, &["budget", "dis.npz", "--window-samples", "5:9999"]);
     place.bad(1, &["budget", "absent.npz"]);
-    fs::write(place.path("text.npz"), "no archive").unwrap();
-    let said = place.bad(2, &["budget", "text.npz"]);
-    assert!(said.contains("--scene"), "{said}");
-    place.good(&[
-        "simulate",
-        "-q",
-        "--out",
-        "v.npz",
-        "--sites",
-        "8",
-        "--end-time",
-        "9",
-        "--record",
-        "force",
-    ]);
-    let said = place.bad(2, &["budget", "v.npz"]);
-    assert!(said.contains("displacements"), "{said}");
+    place.write("text.npz", "no archive");
+    place.refuses_for(2, "budget text.npz", "--scene");
+    place.says("simulate -q --out v.npz --sites 8 --end-time 9 --record force");
+    place.refuses_for(2, "budget v.npz", "displacements");
 }
 
 #[test]
@@ -314,34 +232,20 @@ fn a_run_against_a_field_says_which_comes_first() {
 #[test]
 fn two_runs_on_one_page() {
     let place = with_runs();
-    let said = place.good(&[
-        "compare",
-        "loc.npz",
-        "dis.npz",
-        "--out",
-        "d",
-        "--from-samples",
-    ]);
-    assert!(
-        said.contains("second less first") && said.contains("passed the middle"),
-        "{said}"
-    );
+    let said = place.says("compare loc.npz dis.npz --out d --from-samples");
+    contains_all(&said, &["second less first", "passed the middle"]);
     assert_eq!(
-        names_in(place.path("d")),
-        ["figures", "report.html", "summary.json"]
+        names(&place.path("d")),
+        set(&["figures", "report.html", "summary.json"])
     );
     let summary = summary_in(&place, "d");
     assert_eq!(summary["schema"], "cascade.compare/2");
     let of = |which: &str| {
-        summary[which]["wavenumber"]["share_passed"]
-            .as_f64()
-            .unwrap()
+        let share = &summary[which]["wavenumber"]["share_passed"];
+        share.as_f64().unwrap()
     };
-    let difference = summary["difference"]["wavenumber"]["share_passed"]
-        .as_f64()
-        .unwrap();
-    assert!((of("second") - of("first") - difference).abs() < 1e-15);
-    let page = fs::read_to_string(place.path("d/report.html")).unwrap();
+    assert!((of("second") - of("first") - of("difference")).abs() < 1e-15);
+    let page = place.read("d/report.html");
     assert!(page.contains("Two energy budgets: loc and dis"));
     // Five kinds of maps of both runs.
     assert_eq!(page.matches("class=\"picture\"").count(), 10);
@@ -357,8 +261,7 @@ fn an_analysis_of_a_run_names_its_budget_and_has_none_of_its_own() {
     assert!(last.contains("cascade budget loc.npz"), "{said}");
     assert!(summary_in(&place, "a").get("closure").is_none());
     assert!(!place.path("a/budget.npz").exists());
-    let refused = place.bad(2, &["analyze", "loc.npz", "--only", "budget"]);
-    assert!(refused.contains("budget"), "{refused}");
+    place.refuses_for(2, "analyze loc.npz --only budget", "budget");
 
     // A field carries no chain.
     let field = concat!(
@@ -373,10 +276,9 @@ fn an_analysis_of_a_run_names_its_budget_and_has_none_of_its_own() {
 fn a_measured_field_with_its_chain() {
     let place = with_runs();
     let chain = "sites = 40\nstiffness_ratio = 4.9272\nend_time = 30.0\nsamples = 1501\n";
-    fs::write(place.path("chain.toml"), chain).unwrap();
+    place.write("chain.toml", chain);
     place.good(&["simulate", "chain.toml", "--out", "m.npz", "-q"]);
-    let mut run = NpzReader::new(fs::File::open(place.path("m.npz")).unwrap()).unwrap();
-    let mut velocity: Array2<f64> = run.by_name("velocity").unwrap();
+    let mut velocity = place.array::<f64>("m.npz", "velocity");
     // Twelve draws of a linear congruence are as good as normal here.
     let mut state = 1u64;
     let mut noise = || -> f64 {
@@ -389,12 +291,9 @@ fn a_measured_field_with_its_chain() {
     };
     velocity.mapv_inplace(|v| v + 1e-3 * noise());
     ndarray_npy::write_npy(place.path("m.npy"), &velocity).unwrap();
-    let measured = ["budget", "m.npy", "--scene", "chain.toml", "--dt", "0.02"];
-    let said = place.good(&[&measured[..], &["--out", "m", "--verbose"]].concat());
-    assert!(
-        said.contains("energy given") && said.contains("warning"),
-        "{said}"
-    );
+    let measured = "budget m.npy --scene chain.toml --dt 0.02";
+    let said = place.says(&format!("{measured} --out m --verbose"));
+    contains_all(&said, &["energy given", "warning"]);
     // No number of the energies, bands and shares without its error.
     for line in ["energy  ", "wavenumber  ", "frequency  "] {
         let line = said.lines().find(|said| said.starts_with(line));
@@ -403,14 +302,12 @@ fn a_measured_field_with_its_chain() {
     let summary = summary_in(&place, "m");
     let of = |name: &str| summary["measured"]["energy"][name].as_f64().unwrap();
     let (value, error) = (of("value"), of("error"));
-    assert!(
-        (value - 0.5).abs() < 3.0 * error && error < 0.01,
-        "{value} {error}"
-    );
-    let mut arrays = NpzReader::new(fs::File::open(place.path("m/budget.npz")).unwrap()).unwrap();
-    let force: Array2<f64> = arrays.by_name("force").unwrap();
-    let error: Array2<f64> = arrays.by_name("force_error").unwrap();
-    assert_eq!((force.dim(), error.dim()), ((1501, 40), (1501, 40)));
+    assert!((value - 0.5).abs() < 3.0 * error, "{value} {error}");
+    assert!(error < 0.01, "{value} {error}");
+    let array = |name: &str| place.array::<f64>("m/budget.npz", name);
+    for name in ["force", "force_error"] {
+        assert_eq!(array(name).shape(), [1501, 40]);
+    }
     for name in [
         "transfer",
         "spectral_flux",
@@ -419,69 +316,41 @@ fn a_measured_field_with_its_chain() {
         "power_flow",
         "scale_flux",
     ] {
-        let array: Array2<f64> = arrays.by_name(name).unwrap();
-        let error: Array2<f64> = arrays.by_name(&format!("{name}_error")).unwrap();
-        assert_eq!(array.dim(), error.dim(), "{name}");
+        let error = array(&format!("{name}_error"));
+        assert_eq!(array(name).shape(), error.shape(), "{name}");
         assert!(error.iter().any(|error| *error > 0.0), "{name}");
     }
     let error = |summary: &Value| {
-        summary["wavenumber"]["share_passed_error"]
-            .as_f64()
-            .unwrap()
+        let error = &summary["wavenumber"]["share_passed_error"];
+        error.as_f64().unwrap()
     };
     let exact = error(&summary);
     assert!((1e-4..0.02).contains(&exact), "{exact}");
-    for (name, at) in [("energy", "end"), ("wavenumber", "centroid_end")] {
-        assert!(
-            summary[name]["errors"][at].as_f64().unwrap() > 0.0,
-            "{name}"
-        );
+    for error in [
+        &summary["energy"]["errors"]["end"],
+        &summary["wavenumber"]["errors"]["centroid_end"],
+        &summary["frequency"]["between"][2]["low_error"],
+        &summary["scale"][0]["integrated_flux_error"],
+    ] {
+        assert!(error.as_f64().unwrap() > 0.0, "{summary}");
     }
-    assert!(
-        summary["frequency"]["between"][2]["low_error"]
-            .as_f64()
-            .unwrap()
-            > 0.0
-    );
-    assert!(
-        summary["scale"][0]["integrated_flux_error"]
-            .as_f64()
-            .unwrap()
-            > 0.0
-    );
 
     // Gains that are not known to a hundredth leave no direction.
-    let uncertain = ["--gain-error", "5%", "--out", "uncertain"];
-    let said = place.good(&[&measured[..], &uncertain].concat());
+    let said = place.says(&format!("{measured} --gain-error 5% --out uncertain"));
     assert!(said.contains("no direction is resolved"), "{said}");
     let summary = summary_in(&place, "uncertain");
     assert!(error(&summary) > 5.0 * exact);
     assert_eq!(summary["wavenumber"]["direction"], "unresolved");
-    let said = place.bad(2, &[&measured[..], &["--gain-error", "1,2"]].concat());
-    assert!(said.contains("1%"), "{said}");
-    let said = place.bad(2, &[&measured[..], &["--mass-error", "0.1,0.2"]].concat());
-    assert!(
-        said.contains("--mass-error") && said.contains("40"),
-        "{said}"
-    );
-    let said = place.bad(2, &["budget", "loc.npz", "--coefficient-error", "0.1"]);
-    assert!(said.contains("--scene"), "{said}");
+    place.refuses_for(2, &format!("{measured} --gain-error 1,2"), "1%");
+    let said = place.refuses(2, &format!("{measured} --mass-error 0.1,0.2"));
+    contains_all(&said, &["--mass-error", "40"]);
+    place.refuses_for(2, "budget loc.npz --coefficient-error 0.1", "--scene");
 
-    let said = place.bad(2, &["budget", "m.npy", "--scene", "chain.toml"]);
-    assert!(said.contains("dt"), "{said}");
-    let said = place.bad(2, &["budget", "loc.npz", "--dt", "0.1"]);
-    assert!(said.contains("--scene"), "{said}");
+    place.refuses_for(2, "budget m.npy --scene chain.toml", "dt");
+    place.refuses_for(2, "budget loc.npz --dt 0.1", "--scene");
     velocity.mapv_inplace(|v| v + noise());
     ndarray_npy::write_npy(place.path("loud.npy"), &velocity).unwrap();
-    let loud = [
-        "budget",
-        "loud.npy",
-        "--scene",
-        "chain.toml",
-        "--dt",
-        "0.02",
-    ];
-    let said = place.bad(1, &loud);
-    assert!(said.contains("standard error"), "{said}");
-    place.bad(2, &[&measured[..], &["--missing", "77"]].concat());
+    let loud = measured.replace("m.npy", "loud.npy");
+    place.refuses_for(1, &loud, "standard error");
+    place.refuses(2, &format!("{measured} --missing 77"));
 }

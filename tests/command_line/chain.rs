@@ -5,40 +5,30 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, Array2};
-use ndarray_npy::NpzReader;
-use serde_json::Value;
+use wavecascade::chain::Run;
 use wavecascade::chain::scene::SceneSource;
 use wavecascade::field::{OpenOptions, Quantity};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 use wavecascade::{Error, Field};
 
-use test_support::place::Place;
+use test_support::contains_all;
+use test_support::fields::reading;
+use test_support::place::{Place, set};
 
 fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes")
 }
 
-const SHORT: [&str; 9] = [
-    "simulate",
-    "--sites",
-    "12",
-    "--stiffness-ratio",
-    "4.9272",
-    "--end-time",
-    "9",
-    "--samples",
-    "64",
-];
-
-fn short<'a>(more: &[&'a str]) -> Vec<&'a str> {
-    SHORT.iter().copied().chain(more.iter().copied()).collect()
+/// A run with more options.
+fn short(more: &str) -> String {
+    format!("simulate --sites 12 --stiffness-ratio 4.9272 --end-time 9 --samples 64 {more}")
 }
 
 #[test]
 fn a_run_from_options_alone_is_read_by_its_arrays_and_by_analyze() {
     let place = Place::new();
-    let said = place.good(&short(&["--out", "run.npz"]));
+    let said = place.says(&short("--out run.npz"));
     for words in [
         "12 sites",
         "stiffness ratio 4.9272",
@@ -49,25 +39,20 @@ fn a_run_from_options_alone_is_read_by_its_arrays_and_by_analyze() {
         assert!(said.contains(words), "{words}: {said}");
     }
     assert_eq!(place.names(), BTreeSet::from(["run.npz".into()]));
-    let file = fs::File::open(place.path("run.npz")).unwrap();
-    let mut npz = NpzReader::new(file).unwrap();
-    let time: Array1<f64> = npz.by_name("time.npy").unwrap();
+    let array = |name: &str| place.array::<f64>("run.npz", name);
+    let time = array("time");
     assert_eq!((time.len(), time[0], time[63]), (64, 0.0, 9.0));
     for name in ["velocity", "displacement", "force", "energy_passed"] {
-        let array: Array2<f64> = npz.by_name(&format!("{name}.npy")).unwrap();
-        assert_eq!(array.dim(), (64, 12), "{name}");
+        assert_eq!(array(name).shape(), [64, 12], "{name}");
     }
-    let mass: Array1<f64> = npz.by_name("mass.npy").unwrap();
-    let coefficient: Array1<f64> = npz.by_name("contact_coefficient.npy").unwrap();
+    let (mass, coefficient) = (array("mass"), array("contact_coefficient"));
     assert_eq!((mass.len(), coefficient[1]), (12, 4.9272));
 
     let field = Field::open(place.path("run.npz"), &OpenOptions::default()).unwrap();
     assert_eq!(field.quantity, Quantity::Velocity);
     assert!((field.time.step - 9.0 / 63.0).abs() < 1e-15);
-    assert_eq!(
-        (field.time.unit, field.space.unit, field.unit),
-        (None, None, None)
-    );
+    let units = [field.time.unit, field.space.unit, field.unit];
+    assert_eq!(units, [None, None, None]);
     place.good(&["analyze", "run.npz", "--out", "out", "--figures", "none"]);
     assert!(place.path("out/summary.json").exists());
 }
@@ -90,10 +75,7 @@ fn an_si_run_states_its_units_and_its_scene_is_no_sidecar() {
     ]);
     assert!(place.path("quartz.npz").exists());
     let open = |member: Option<&str>| {
-        let options = OpenOptions {
-            variable: member.map(str::to_owned),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.variable = member.map(str::to_owned));
         Field::open(place.path("quartz.npz"), &options).unwrap()
     };
     let field = open(None);
@@ -105,10 +87,8 @@ fn an_si_run_states_its_units_and_its_scene_is_no_sidecar() {
     assert!((field.space.step / 0.018 - 1.0).abs() < 1e-12);
     assert_eq!(field.unit.as_deref(), Some("m/s"));
     let force = open(Some("force"));
-    assert_eq!(
-        (force.quantity, force.unit.as_deref()),
-        (Quantity::Force, Some("N"))
-    );
+    assert_eq!(force.quantity, Quantity::Force);
+    assert_eq!(force.unit.as_deref(), Some("N"));
     assert!((force.space.origin / 0.009 - 1.0).abs() < 1e-12);
 
     // The same scene beside any other archive of its name is taken for a sidecar, and refused.
@@ -121,7 +101,7 @@ fn an_si_run_states_its_units_and_its_scene_is_no_sidecar() {
     let refused = Field::open(place.path("other.npz"), &OpenOptions::default());
     assert!(matches!(refused, Err(Error::Input { .. })));
     // A sidecar of a run has the run's whole name.
-    fs::write(place.path("quartz.npz.toml"), "time_unit = 'h'").unwrap();
+    place.write("quartz.npz.toml", "time_unit = 'h'");
     assert_eq!(open(None).time.unit.as_deref(), Some("h"));
 }
 
@@ -131,15 +111,8 @@ fn what_is_written_is_what_the_library_computes_and_reads_back() {
     let text = "sites = 9\nmass_spread = 0.2\nends = 'free'\ndrag = 0.01\ndrive = 'force'\n\
                 drive_amplitude = 0.3\ndrive_frequency = 0.1\nend_time = 6.0\nsamples = 20\n\
                 # a comment in \u{3ba}\n";
-    fs::write(place.path("scene.toml"), text).unwrap();
-    place.good(&[
-        "simulate",
-        "scene.toml",
-        "-o",
-        "deep/folder/a.npz",
-        "--seed",
-        "5",
-    ]);
+    place.write("scene.toml", text);
+    place.says("simulate scene.toml -o deep/folder/a.npz --seed 5");
     let source = SceneSource::read(&place.path("scene.toml")).unwrap();
     let setting = wavecascade::chain::scene::Setting {
         key: "seed".into(),
@@ -169,9 +142,7 @@ fn what_is_written_is_what_the_library_computes_and_reads_back() {
 #[test]
 fn only_what_is_recorded_is_kept() {
     let place = Place::new();
-    place.good(&short(&["--out", "few.npz", "--record", "force"]));
-    let mut npz = NpzReader::new(fs::File::open(place.path("few.npz")).unwrap()).unwrap();
-    let names: BTreeSet<String> = npz.names().unwrap().into_iter().collect();
+    place.says(&short("--out few.npz --record force"));
     let expected = [
         "contact_coefficient",
         "force",
@@ -182,25 +153,20 @@ fn only_what_is_recorded_is_kept() {
         "time",
         "velocity",
     ];
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    assert_eq!(names, expected);
-    let full: Array2<f64> = npz.by_name("force.npy").unwrap();
-    assert_eq!(full.dim(), (64, 12));
-    place.good(&short(&["--out", "none.npz", "--record", ""]));
-    assert!(
-        RunFile::read(&place.path("none.npz"))
-            .unwrap()
-            .run
-            .force
-            .is_none()
-    );
+    assert_eq!(place.arrays("few.npz"), set(&expected));
+    assert_eq!(place.array::<f64>("few.npz", "force").shape(), [64, 12]);
+    let none = short("--out none.npz --record");
+    let none: Vec<&str> = none.split(' ').chain([""]).collect();
+    place.good(&none);
+    let read = RunFile::read(&place.path("none.npz")).unwrap();
+    assert!(read.run.force.is_none());
 }
 
 #[test]
 fn runs_are_the_same_bits_again() {
     let place = Place::new();
-    place.good(&short(&["--out", "a.npz"]));
-    place.good(&short(&["--out", "b.npz"]));
+    place.says(&short("--out a.npz"));
+    place.says(&short("--out b.npz"));
     let bytes = |name| fs::read(place.path(name)).unwrap();
     assert_eq!(bytes("a.npz"), bytes("b.npz"));
 }
@@ -208,60 +174,53 @@ fn runs_are_the_same_bits_again() {
 #[test]
 fn nothing_is_overwritten_unasked_and_nothing_but_a_run_ever() {
     let place = Place::new();
-    place.good(&short(&["--out", "run.npz"]));
+    place.says(&short("--out run.npz"));
     let first = fs::read(place.path("run.npz")).unwrap();
-    let said = place.bad(2, &short(&["--out", "run.npz"]));
+    let said = place.refuses(2, &short("--out run.npz"));
     assert!(said.contains("--force"), "{said}");
     assert_eq!(fs::read(place.path("run.npz")).unwrap(), first);
-    place.good(&short(
-        &["--out", "run.npz", "--force", "--sites", "13"][..3],
-    ));
-    fs::write(place.path("notes.npz"), "mine").unwrap();
+    place.says(&short("--out run.npz --force"));
+    place.write("notes.npz", "mine");
     fs::create_dir(place.path("folder")).unwrap();
     for taken in ["notes.npz", "folder"] {
-        let said = place.bad(2, &short(&["--out", taken, "--force"]));
+        let said = place.refuses(2, &short(&format!("--out {taken} --force")));
         assert!(said.contains("not replaced"), "{said}");
     }
-    place.bad(2, &short(&["--out", ".."]));
-    place.bad(1, &short(&["--out", "notes.npz/run.npz"]));
+    place.refuses(2, &short("--out .."));
+    place.refuses(1, &short("--out notes.npz/run.npz"));
 }
 
 #[test]
 fn run_files_that_are_not_what_they_say_are_refused() {
     let place = Place::new();
-    place.good(&short(&["--out", "run.npz"]));
+    place.says(&short("--out run.npz"));
     let good = RunFile::read(&place.path("run.npz")).unwrap();
+    let refused = |change: &dyn Fn(&mut Run), scene: Option<&str>, expected: &str| {
+        let (mut run, mut setup) = (good.run.clone(), good.setup.clone());
+        change(&mut run);
+        setup.text = scene.unwrap_or(&setup.text).into();
+        let path = place.path("changed.npz");
+        RunFile::write(&path, false, &setup, &run, &Silent).unwrap();
+        contains_all(&RunFile::read(&path).unwrap_err().to_string(), &[expected]);
+        fs::remove_file(path).unwrap();
+    };
     // A shorter record than the scene states.
-    let mut run = good.run.clone();
-    run.time = run.time.slice(ndarray::s![..60]).to_owned();
-    let path = place.path("short.npz");
-    RunFile::write(&path, false, &good.setup, &run, &Silent).unwrap();
-    let said = RunFile::read(&path).unwrap_err().to_string();
-    assert!(
-        said.contains("\"time\": expected shape (64), found (60)"),
-        "{said}"
+    refused(
+        &|run| run.time = run.time.slice(ndarray::s![..60]).to_owned(),
+        None,
+        "\"time\": expected shape (64), found (60)",
     );
     // Another mass than the scene's.
-    let mut run = good.run.clone();
-    run.chain.mass[3] = 1.5;
-    let path = place.path("mass.npz");
-    RunFile::write(&path, false, &good.setup, &run, &Silent).unwrap();
-    let said = RunFile::read(&path).unwrap_err().to_string();
-    assert!(said.contains("another mass at index 3"), "{said}");
+    refused(
+        &|run| run.chain.mass[3] = 1.5,
+        None,
+        "another mass at index 3",
+    );
     // Another scene.
-    let mut setup = good.setup.clone();
-    setup.text = "sites = 12\nend_time = 9\nsamples = 64\nlaw = 'square'".into();
-    let path = place.path("law.npz");
-    RunFile::write(&path, false, &setup, &good.run, &Silent).unwrap();
-    let said = RunFile::read(&path).unwrap_err().to_string();
-    assert!(said.contains("law.npz:4: law: expected"), "{said}");
+    let scene = "sites = 12\nend_time = 9\nsamples = 64\nlaw = 'square'";
+    refused(&|_| {}, Some(scene), "changed.npz:4: law: expected");
     // An array that the scene records is not there.
-    let mut run = good.run.clone();
-    run.force = None;
-    let path = place.path("force.npz");
-    RunFile::write(&path, false, &good.setup, &run, &Silent).unwrap();
-    let said = RunFile::read(&path).unwrap_err().to_string();
-    assert!(said.contains("\"force\" is not there"), "{said}");
+    refused(&|run| run.force = None, None, "\"force\" is not there");
     // A field of another origin.
     let field = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data/lattice_impact.npy");
     assert!(RunFile::read(&field).is_err());
@@ -277,24 +236,12 @@ fn the_examples_are_scenes_and_the_short_ones_run() {
         assert!(said.contains("chain") && said.contains("memory"), "{said}");
         count += 1;
         let scene = path.to_str().unwrap();
-        let fewer = [
-            "--samples",
-            "32",
-            "--tolerance",
-            "1e-5",
-            "--force",
-            "--out",
-            "run.npz",
-        ];
-        let mut words = vec!["simulate", scene];
-        words.extend(fewer);
-        if [
-            "linear_chain.toml",
-            "lossy_spheres.toml",
-            "quartz_cylinders.toml",
-        ]
-        .iter()
-        .any(|name| path.ends_with(name))
+        let fewer = "--samples 32 --tolerance 1e-5 --force --out run.npz".split(' ');
+        let words: Vec<&str> = ["simulate", scene].into_iter().chain(fewer).collect();
+        let short = ["linear_chain", "lossy_spheres", "quartz_cylinders"];
+        if short
+            .iter()
+            .any(|name| path.ends_with(format!("{name}.toml")))
         {
             place.good(&words);
         }
@@ -305,27 +252,22 @@ fn the_examples_are_scenes_and_the_short_ones_run() {
 #[test]
 fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
     let place = Place::new();
-    fs::write(place.path("scene.toml"), place.good(&["scene"])).unwrap();
-    let said = place.good(&["simulate", "scene.toml", "--plan", "--json"]);
-    let plan: Value = serde_json::from_str(&said).unwrap();
-    assert_eq!(
-        (&plan["sites"], &plan["stiffness_ratio"]),
-        (&300.into(), &4.9272.into())
-    );
+    place.write("scene.toml", place.good(&["scene"]));
+    let plan = place.says_json("simulate scene.toml --plan --json");
+    assert_eq!(plan["sites"], 300);
+    assert_eq!(plan["stiffness_ratio"], 4.9272);
     // All samples of a run with its arrays, and the velocities of its check at some of them.
     assert_eq!(plan["memory"], 1024 * 8 * (1 + 4 * 300) + 130 * 8 * 300);
     assert_eq!(place.names().len(), 1, "a plan writes nothing");
-    let schema: Value = serde_json::from_str(&place.good(&["scene", "--schema"])).unwrap();
+    let schema = place.says_json("scene --schema");
     let properties = schema["properties"].as_object().unwrap();
     assert!(properties.contains_key("stiffness_ratio"));
     assert_eq!(schema["additionalProperties"], false);
     assert!(!schema.to_string().contains("null"), "TOML has no null");
     // Every key of it is an option of `simulate`, with its description.
     let own = place.good(&["simulate", "--help"]);
-    assert!(
-        own.lines().count() < 60 && !own.contains("--stiffness-ratio <"),
-        "{own}"
-    );
+    assert!(own.lines().count() < 60, "{own}");
+    assert!(!own.contains("--stiffness-ratio <"), "{own}");
     assert!(own.contains("cascade simulate --help scene"), "{own}");
     let help = place.good(&["simulate", "--help", "scene"]);
     for key in properties.keys() {
@@ -337,23 +279,18 @@ fn the_scene_command_prints_a_scene_that_runs_and_a_schema() {
     assert!(help.contains("Number of sites, the striker (site 0) included"));
     let page = place.good(&["man", "simulate"]);
     assert!(page.contains("stiffness\\-ratio"), "{page}");
-    assert!(
-        place
-            .good(&["completions", "bash"])
-            .contains("--stiffness-ratio")
-    );
+    assert!(place.says("completions bash").contains("--stiffness-ratio"));
 }
 
 #[test]
 fn json_says_what_was_done() {
     let place = Place::new();
-    let said: Value =
-        serde_json::from_str(&place.good(&short(&["--json", "-o", "a.npz"]))).unwrap();
+    let said = place.says_json(&short("--json -o a.npz"));
     assert_eq!(said["schema"], "cascade.run/1");
     assert_eq!(said["file"], "a.npz");
     assert!(said["report"]["error"].as_f64().unwrap() < 1e-9);
     assert!(said["report"]["cost"]["steps"].as_u64().unwrap() > 10);
-    assert_eq!(place.good(&short(&["--quiet", "-o", "b.npz"])), "");
+    assert_eq!(place.says(&short("--quiet -o b.npz")), "");
 }
 
 #[test]
@@ -371,7 +308,7 @@ striker_radius = \"9 mm\"
 \
                  striker_velocity = \"0.88 m/s\"
 ";
-    std::fs::write(place.path("scene.toml"), scene).unwrap();
+    place.write("scene.toml", scene);
     let said = place.good(&["scene", "--check", "scene.toml"]);
     // 4.507 in the paper.
     assert!(said.contains("stiffness ratio 4.506814"), "{said}");
@@ -382,20 +319,10 @@ striker_radius = \"9 mm\"
 fn an_interrupt_leaves_nothing() {
     let place = Place::new();
     let program = assert_cmd::cargo::cargo_bin("cascade");
-    let long = [
-        "simulate",
-        "--sites",
-        "3000",
-        "--end-time",
-        "1e6",
-        "--samples",
-        "3",
-        "--out",
-        "x/run.npz",
-    ];
+    let long = "simulate --sites 3000 --end-time 1e6 --samples 3 --out x/run.npz";
     let mut child = std::process::Command::new(program)
         .current_dir(place.folder())
-        .args(long)
+        .args(long.split(' '))
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
@@ -413,10 +340,7 @@ fn an_interrupt_leaves_nothing() {
 fn a_folder_is_no_place_for_a_run() {
     let place = Place::new();
     let said = place.bad(2, &["simulate", "--sites", "4", "--out", "folder/"]);
-    assert!(
-        said.contains("--out: expected a file with a name"),
-        "{said}"
-    );
+    contains_all(&said, &["--out: expected a file with a name"]);
 }
 
 /// Members of other programs that only happen to be called like units.

@@ -30,9 +30,7 @@ fn regress_a_delay_is_found_and_written() {
     assert!(summary["delays"][2].is_null() && summary["velocity"].is_null());
     let coherence = place.array::<f64>("field-coherence/coherence.npz", "coherence");
     assert_eq!(coherence.shape(), [257, 3]);
-    for name in ["report.html", "figures/coherence.png"] {
-        assert!(place.path(format!("field-coherence/{name}")).exists());
-    }
+    place.has("field-coherence", "report.html figures/coherence.png");
     // An existing result is replaced on request.
     let again = "coherence field.npy --multitaper 4,7 --figures none";
     place.refuses(2, again);
@@ -42,8 +40,7 @@ fn regress_a_delay_is_found_and_written() {
         ("--multitaper 4", "NW,K"),
         ("--overlap 50%", "--segment"),
     ] {
-        let said = place.refuses(2, &format!("coherence field.npy {words} --force"));
-        assert!(said.contains(named), "{words}: {said}");
+        place.refuses_for(2, &format!("coherence field.npy {words} --force"), named);
     }
 }
 

@@ -4,12 +4,12 @@ use std::fs;
 
 use ndarray::Array2;
 use serde_json::Value;
+use test_support::fields::reading;
 use test_support::made::{open, pulse, savez, steps, values};
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::{Place, text};
 use wavecascade::Field;
 use wavecascade::arrays::Precision;
-use wavecascade::field::OpenOptions;
 use wavecascade_formats::{Container, Format, Options};
 
 fn container(place: &Place, name: &str) -> Container {
@@ -82,11 +82,9 @@ fn regress_spectra_are_the_same_in_both_formats() {
         assert_eq!(found.attributes.text("scaling"), Some("density"));
         assert!(found.attributes.number("parseval_time").is_some());
         assert!(!place.path("nc/spectra.npz").exists());
-        let script = fs::read_to_string(place.path("nc/plot.py")).unwrap();
-        assert!(
-            script.contains("spectra.nc") && !script.contains(".npz"),
-            "{script}"
-        );
+        let script = place.read("nc/plot.py");
+        assert!(script.contains("spectra.nc"), "{script}");
+        assert!(!script.contains(".npz"), "{script}");
     }
 }
 
@@ -110,7 +108,7 @@ fn scan() -> NetCdf {
 #[test]
 fn regress_a_field_goes_to_every_format() {
     let place = Place::new();
-    fs::write(place.path("scan.nc"), scan().bytes()).unwrap();
+    place.write("scan.nc", scan().bytes());
     let expected = Array2::from_shape_fn((4, 4), |(n, j)| (12 * (n + 1) + 4 + j) as f64);
     for name in ["v.nc", "v.npz", "v.npy", "v.csv"] {
         place.says(&format!(
@@ -137,11 +135,9 @@ fn what_is_said_of_a_conversion() {
     }
     let json = place.says("convert a.npy a.nc --force --json");
     let json: Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(
-        (&json["shape"][0], &json["precision"]),
-        (&64.into(), &"f64".into())
-    );
-    fs::write(place.path("mine.nc"), "mine").unwrap();
+    assert_eq!(json["shape"][0], 64);
+    assert_eq!(json["precision"], "f64");
+    place.write("mine.nc", "mine");
     for (code, line, named) in [
         (2, "convert a.npy a.nc", "--force"),
         (2, "convert a.npy b.h5", ".nc"),
@@ -150,8 +146,7 @@ fn what_is_said_of_a_conversion() {
         (1, "convert none.npy b.nc", "none.npy"),
         (2, "convert a.npy", "<OUT>"),
     ] {
-        let said = place.refuses(code, line);
-        assert!(said.contains(named), "{line}: {said}");
+        place.refuses_for(code, line, named);
     }
     // A field is replaced by itself in another precision or with other axes.
     place.says("convert a.nc a.nc --force --dx 2mm --quiet");
@@ -176,7 +171,7 @@ fn regress_filter_and_simulate_write_what_they_read() {
     let place = Place::new();
     let scene = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
                  striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
-    fs::write(place.path("si.toml"), scene).unwrap();
+    place.write("si.toml", scene);
     for name in ["run.npz", "run.nc"] {
         place.says(&format!("simulate si.toml --out {name} --quiet"));
         place.says(&format!(
@@ -194,10 +189,7 @@ fn regress_filter_and_simulate_write_what_they_read() {
     // Contacts are between sites.
     for variable in ["force", "displacement"] {
         let [a, b] = ["run.npz", "run.nc"].map(|name| {
-            let options = OpenOptions {
-                variable: Some(variable.into()),
-                ..OpenOptions::default()
-            };
+            let options = reading(|it| it.variable = Some(variable.into()));
             Field::open(place.path(name), &options).unwrap()
         });
         assert_eq!(values(&a), values(&b), "{variable}");
@@ -252,7 +244,7 @@ fn regress_an_interrupt_leaves_nothing() {
 fn regress_graded_runs_say_the_same_in_both_formats() {
     let place = Place::new();
     let scene = "sites = 60\nmass_taper = 3.0\nend_time = 100\nsamples = 1024\ntolerance = 1e-6\n";
-    fs::write(place.path("graded.toml"), scene).unwrap();
+    place.write("graded.toml", scene);
     let answers = ["run.npz", "run.nc"].map(|name| {
         place.good(&["simulate", "graded.toml", "--out", name, "--quiet"]);
         let words = ["analyze", name, "--figures", "none", "--quiet", "--out"];

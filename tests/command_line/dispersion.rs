@@ -32,53 +32,44 @@ fn curves(place: &Place, out: &str) -> (Array1<f64>, Array2<f64>) {
     )
 }
 
+/// An analysis of the lattice, with more options.
+const QUICK: [&str; 6] = [
+    LATTICE,
+    "--only",
+    "spacetime",
+    "--figures",
+    "none",
+    "--quiet",
+];
+
 fn quick<'a>(more: &[&'a str]) -> Vec<&'a str> {
-    let always = [
-        LATTICE,
-        "--only",
-        "spacetime",
-        "--figures",
-        "none",
-        "--quiet",
-    ];
-    always.into_iter().chain(more.iter().copied()).collect()
+    [&QUICK[..], more].concat()
 }
 
 #[test]
 fn val_brillouin_the_example_shows_the_curve_of_its_sidecar() {
     let place = lattice();
-    place.good(&[
-        LATTICE,
-        "--only",
-        "spacetime",
-        "--figures",
-        "svg",
-        "--out",
-        "a",
-    ]);
+    place.says(&format!("{LATTICE} --only spacetime --figures svg --out a"));
     let (k, f) = curves(&place, "a");
     assert_eq!((k[0], f.nrows()), (-PI, 1));
     for (k, f) in k.iter().zip(f.row(0)) {
         assert!((f - (0.5 * k).sin().abs() / PI).abs() < 1e-12, "{k}: {f}");
     }
-    let svg = fs::read_to_string(place.path("a/figures/spacetime-spectrum.svg")).unwrap();
+    let svg = place.read("a/figures/spacetime-spectrum.svg");
     assert!(svg.contains("2*sqrt(c/m)*abs(sin(k*a/2))"), "the legend");
-    let page = fs::read_to_string(place.path("a/report.html")).unwrap();
+    let page = place.read("a/report.html");
     assert!(page.contains("Dashed curves: 2*sqrt(c/m)*abs(sin(k*a/2))."));
     assert!(page.contains("\"lines\":[{\"name\":\"2*sqrt"));
 
     place.good(&quick(&["--dispersion", "none", "--out", "b"]));
-    assert!(
-        !place
-            .arrays("b/spectra.npz")
-            .contains("dispersion_frequency")
-    );
+    let arrays = place.arrays("b/spectra.npz");
+    assert!(!arrays.contains("dispersion_frequency"));
 }
 
 #[test]
 fn val_kittel_relations_are_formulas_lattices_and_tables() {
     let place = lattice();
-    fs::write(place.path("curve.csv"), "k,f,omega_2\n0,0.25,\n2,0.5,3\n").unwrap();
+    place.write("curve.csv", "k,f,omega_2\n0,0.25,\n2,0.5,3\n");
     place.good(&quick(&[
         "--dispersion",
         "diatomic:c1=1,c2=4,m1=1,m2=1",
@@ -111,8 +102,8 @@ fn val_kittel_relations_are_formulas_lattices_and_tables() {
 #[test]
 fn faults_name_what_is_known_and_their_place() {
     let place = lattice();
-    fs::write(place.path("bad.csv"), "k,f\n0,0\n1,fast\n").unwrap();
-    fs::write(place.path("unit.csv"), "k (rad/m),f\n0,0\n1,1\n").unwrap();
+    place.write("bad.csv", "k,f\n0,0\n1,fast\n");
+    place.write("unit.csv", "k (rad/m),f\n0,0\n1,1\n");
     for (relation, words) in [
         ("2*sqrt(q)", "`q` at character 8 of `2*sqrt(q)`"),
         ("2*sqrt(q)", "sqrt, abs, sin"),
@@ -148,20 +139,9 @@ fn val_kittel_the_ridge_of_a_simulated_chain_lies_on_its_branches() {
     let place = Place::new();
     let scene = "simulate --law spring --sites 128 --stiffness-ratio 3 --ends periodic \
                  --end-time 400 --samples 1601 --quiet --out run.npz";
-    place.good(&scene.split_whitespace().collect::<Vec<_>>());
-    place.good(&[
-        "analyze",
-        "run.npz",
-        "--only",
-        "spacetime",
-        "--figures",
-        "none",
-        "--window-time",
-        "hann",
-        "--out",
-        "a",
-        "--quiet",
-    ]);
+    place.says(scene);
+    place
+        .says("analyze run.npz --only spacetime --figures none --window-time hann --out a --quiet");
     let (k, branches) = curves(&place, "a");
     assert_eq!(branches.nrows(), 2);
     let archive = "a/spectra.npz";
@@ -189,25 +169,16 @@ fn val_kittel_the_ridge_of_a_simulated_chain_lies_on_its_branches() {
 fn a_sonic_vacuum_has_no_branches_and_says_so_when_asked() {
     let place = Place::new();
     let run = "simulate --sites 12 --end-time 9 --samples 64 --quiet --out run.npz";
-    place.good(&run.split_whitespace().collect::<Vec<_>>());
-    let analyze = [
-        "analyze",
-        "run.npz",
-        "--only",
-        "spacetime",
-        "--figures",
-        "none",
-    ];
-    let silent = place.run(&[&analyze[..], &["--out", "a"]].concat());
-    let asked = place.run(&[&analyze[..], &["--out", "b", "--dispersion", "auto"]].concat());
-    let [silent, asked] = [silent, asked].map(|o| test_support::place::text(&o.stderr));
+    place.says(run);
+    let [silent, asked] = ["--out a", "--out b --dispersion auto"].map(|more| {
+        let words = format!("analyze run.npz --only spacetime --figures none {more}");
+        let output = place.run(&words.split(' ').collect::<Vec<_>>());
+        test_support::place::text(&output.stderr)
+    });
     assert!(!silent.contains("branches"), "{silent}");
     assert!(asked.contains("sonic vacuum"), "{asked}");
-    assert!(
-        !place
-            .arrays("a/spectra.npz")
-            .contains("dispersion_frequency")
-    );
+    let arrays = place.arrays("a/spectra.npz");
+    assert!(!arrays.contains("dispersion_frequency"));
 }
 
 /// A Python with matplotlib, if there is one.
@@ -240,7 +211,7 @@ fn scripts_draw_every_kind_of_result() {
         "attenuate --against stiffness_ratio=1:3:4 --no-extremes --sites 8 --quiet --out transmit",
         "localize --order 2..3 --quiet --out localize",
     ] {
-        place.good(&line.split_whitespace().collect::<Vec<_>>());
+        place.says(line);
     }
     for (folder, picture) in [
         ("analyze", "plot-spacetime_spectrum.png"),
@@ -260,20 +231,9 @@ fn scripts_draw_every_kind_of_result() {
         let said = test_support::place::text(&drawn.stderr);
         assert!(drawn.status.success(), "{folder}: {said}");
         let picture = fs::read(place.path(format!("{folder}/{picture}"))).unwrap();
-        assert!(
-            picture.starts_with(b"\x89PNG") && picture.len() > 4000,
-            "{folder}"
-        );
+        assert!(picture.starts_with(b"\x89PNG"), "{folder}");
+        assert!(picture.len() > 4000, "{folder}");
     }
     // Pictures of the script are replaced with the result.
-    place.good(&[
-        "analyze",
-        "run.npz",
-        "--figures",
-        "none",
-        "--quiet",
-        "--out",
-        "analyze",
-        "--force",
-    ]);
+    place.says("analyze run.npz --figures none --quiet --out analyze --force");
 }

@@ -4,71 +4,73 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
+use std::process::Output;
 
 use test_support::place::{Place, text};
 use test_support::power::{Content, Replay};
 use test_support::preload::{self, Fault, Record};
 
-/// A command and the result that it writes.
-struct Case {
-    words: &'static str,
-    result: &'static str,
+/// Commands, each with what it writes: `result`, `part.*` or `run.*`.
+const CASES: [&str; 13] = [
+    "analyze wave.npy --out result --figures none --threads 1",
+    "analyze wave.npy --out result --only spatial --figures png --threads 1",
+    "analyze chain.npz --out result --only spatial --figures none --threads 1",
+    "filter wave.npy --out part.npz --frequency 0:2 --threads 1",
+    "filter wave.npy --out part.npy --frequency 0:2 --threads 1",
+    "analyze wave.npy --out result --only spatial --figures none --threads 1 --format netcdf",
+    "convert wave.npy part.nc --dt 1ms",
+    "convert chain.npz part.csv --variable force",
+    "simulate --sites 4 --samples 8 --out run.npz",
+    "simulate --sites 4 --samples 8 --out run.nc",
+    "budget chain.npz --out result --only frequency --from-samples --figures none",
+    "compare chain.npz chain.npz --out result --only frequency --from-samples --figures none",
+    "localize --order 1 --out result --threads 1",
+];
+
+fn result(words: &str) -> &str {
+    let is_it = |word: &&str| {
+        ["result", "part.", "run."]
+            .iter()
+            .any(|of| word.starts_with(of))
+    };
+    words.split(' ').find(is_it).unwrap()
 }
 
-const CASES: [Case; 13] = [
-    Case {
-        words: "analyze wave.npy --out result --figures none --threads 1",
-        result: "result",
-    },
-    Case {
-        words: "analyze wave.npy --out result --only spatial --figures png --threads 1",
-        result: "result",
-    },
-    Case {
-        words: "analyze chain.npz --out result --only spatial --figures none --threads 1",
-        result: "result",
-    },
-    Case {
-        words: "filter wave.npy --out part.npz --frequency 0:2 --threads 1",
-        result: "part.npz",
-    },
-    Case {
-        words: "filter wave.npy --out part.npy --frequency 0:2 --threads 1",
-        result: "part.npy",
-    },
-    Case {
-        words: "analyze wave.npy --out result --only spatial --figures none --threads 1 --format netcdf",
-        result: "result",
-    },
-    Case {
-        words: "convert wave.npy part.nc --dt 1ms",
-        result: "part.nc",
-    },
-    Case {
-        words: "convert chain.npz part.csv --variable force",
-        result: "part.csv",
-    },
-    Case {
-        words: "simulate --sites 4 --samples 8 --out run.npz",
-        result: "run.npz",
-    },
-    Case {
-        words: "simulate --sites 4 --samples 8 --out run.nc",
-        result: "run.nc",
-    },
-    Case {
-        words: "budget chain.npz --out result --only frequency --from-samples --figures none",
-        result: "result",
-    },
-    Case {
-        words: "compare chain.npz chain.npz --out result --only frequency --from-samples --figures none",
-        result: "result",
-    },
-    Case {
-        words: "localize --order 1 --out result --threads 1",
-        result: "result",
-    },
-];
+/// The calls of a run that succeeds; `None` where this cannot be done.
+fn recorded(place: &Place, words: &[&str]) -> Option<Record> {
+    let (output, record) = preload::run(place, words, None)?;
+    assert!(output.status.success(), "{words:?}: {output:?}");
+    Some(record)
+}
+
+/// A run whose n-th call fails, and what to say of it.
+fn failing(place: &Place, words: &[&str], n: usize) -> Option<(Output, String)> {
+    let fault = [Fault::Full, Fault::Disk][n % 2];
+    let (output, record) = preload::run(place, words, Some((n, fault)))?;
+    let failed = record.iter().find(|call| call[0] == "fail");
+    let (status, said) = (output.status, text(&output.stderr));
+    let context = format!("{words:?}, call {n}, {failed:?}: {status:?}\n{said}");
+    Some((output, context))
+}
+
+/// Paths of the files below a path.
+fn paths(path: &Path) -> Vec<String> {
+    files(path).into_keys().collect()
+}
+
+/// Asserts that no working file is among these.
+#[track_caller]
+fn has_no_partial(left: &[String], context: &str) {
+    let is_partial = |name: &String| name.contains(".cascade-partial");
+    assert!(!left.iter().any(is_partial), "{context}: {left:?}");
+}
+
+/// The command once more, with a good end.
+#[track_caller]
+fn again(place: &Place, words: &[&str], context: &str) {
+    let output = place.run(words);
+    assert!(output.status.success(), "{context}: {output:?}");
+}
 
 /// Files below a path, by their paths.
 fn files(path: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -85,11 +87,8 @@ fn files(path: &Path) -> BTreeMap<String, Vec<u8>> {
 
 /// Names of files, and the bytes of those that are the same in every run.
 fn outline(files: &BTreeMap<String, Vec<u8>>) -> BTreeMap<String, Option<Vec<u8>>> {
-    let is_fixed = |name: &str| {
-        ["spectra.npz", "part.npz", ".npy", "part.nc", "part.csv"]
-            .iter()
-            .any(|end| name.ends_with(end))
-    };
+    let ends = ["spectra.npz", "part.npz", ".npy", "part.nc", "part.csv"];
+    let is_fixed = |name: &str| ends.iter().any(|end| name.ends_with(end));
     let outline = files.iter().map(|(name, bytes)| {
         let fixed = is_fixed(name).then(|| bytes.clone());
         (name.clone(), fixed)
@@ -124,32 +123,21 @@ fn numbers(record: &Record) -> Vec<usize> {
 }
 
 /// Walks through the calls of one command; returns how many failed.
-fn walk(place: &Place, case: &Case, has_older: bool) -> Option<usize> {
-    let mut words: Vec<&str> = case.words.split(' ').collect();
+fn walk(place: &Place, case: &str, has_older: bool) -> Option<usize> {
+    let mut words: Vec<&str> = case.split(' ').collect();
     if has_older {
         place.good(&words);
         words.push("--force");
     }
     let before = files(place.folder());
-    let (output, record) = preload::run(place, &words, None)?;
-    assert!(
-        output.status.success(),
-        "{words:?}: {}",
-        text(&output.stderr)
-    );
+    let record = recorded(place, &words)?;
     let after = files(place.folder());
-    assert!(!files(&place.path(case.result)).is_empty(), "{words:?}");
+    assert!(!files(&place.path(result(case))).is_empty(), "{words:?}");
     let numbers = numbers(&record);
     for &n in &numbers {
         restore(place.folder(), &before);
-        let fault = [Fault::Full, Fault::Disk][n % 2];
-        let (output, record) = preload::run(place, &words, Some((n, fault)))?;
-        let failed = record.iter().find(|call| call[0] == "fail");
+        let (output, context) = failing(place, &words, n)?;
         let said = text(&output.stderr);
-        let context = format!(
-            "{words:?}, call {n}, {failed:?}: {:?}\n{said}",
-            output.status
-        );
         let found = files(place.folder());
         let is_new = outline(&found) == outline(&after);
         match output.status.code() {
@@ -169,15 +157,7 @@ fn walk(place: &Place, case: &Case, has_older: bool) -> Option<usize> {
 /// What all cases read.
 fn inputs_of_cases() -> Place {
     let place = test_support::pulse::place();
-    place.good(&[
-        "simulate",
-        "--sites",
-        "4",
-        "--samples",
-        "8",
-        "--out",
-        "chain.npz",
-    ]);
+    place.says("simulate --sites 4 --samples 8 --out chain.npz");
     place
 }
 
@@ -192,7 +172,7 @@ fn regress_any_call_may_fail() {
             let Some(count) = walk(&place, case, has_older) else {
                 return;
             };
-            assert!(count > 10, "{}: {count}", case.words);
+            assert!(count > 10, "{case}: {count}");
             failed += count;
         }
     }
@@ -208,40 +188,34 @@ fn regress_any_request_for_memory_may_be_refused() {
     let mut count = 0;
     for case in &CASES {
         restore(place.folder(), &inputs);
-        let words: Vec<&str> = case.words.split(' ').collect();
+        let words: Vec<&str> = case.split(' ').collect();
         let Some((output, asked)) = preload::refusing(&place, &words, None) else {
             return;
         };
         assert!(output.status.success(), "{}", text(&output.stderr));
         assert!(asked > 10, "{words:?}: {asked}");
-        let whole: Vec<String> = files(place.folder()).into_keys().collect();
+        let whole = paths(place.folder());
         for n in (1..=asked).step_by(asked.div_ceil(REFUSED)) {
             restore(place.folder(), &inputs);
             let (output, _) = preload::refusing(&place, &words, Some(n)).unwrap();
             let said = text(&output.stderr);
-            let context = format!(
-                "{words:?}, request {n} of {asked}: {:?}\n{said}",
-                output.status
-            );
+            let status = output.status;
+            let context = format!("{words:?}, request {n} of {asked}: {status:?}\n{said}");
             match output.status.code() {
                 // It was asked for more than was needed.
                 Some(0) => {}
                 Some(1 | 2) => {
                     assert_eq!(said.matches("error: ").count(), 1, "{context}");
-                    assert!(
-                        said.starts_with("error: ") && said.contains("help: "),
-                        "{context}"
-                    );
-                    let is_absent = files(&place.path(case.result)).is_empty();
+                    assert!(said.starts_with("error: "), "{context}");
+                    assert!(said.contains("help: "), "{context}");
+                    let is_absent = files(&place.path(result(case))).is_empty();
                     assert!(is_absent, "{context}");
                 }
                 _ => panic!("{context}"),
             }
             // What an ended run has left, the next one removes.
-            let again = place.run(&[&words[..], &["--force"]].concat());
-            assert!(again.status.success(), "{context}: {}", text(&again.stderr));
-            let found: Vec<String> = files(place.folder()).into_keys().collect();
-            assert_eq!(found, whole, "{context}");
+            again(&place, &[&words[..], &["--force"]].concat(), &context);
+            assert_eq!(paths(place.folder()), whole, "{context}");
             count += 1;
         }
     }
@@ -271,35 +245,21 @@ fn regress_work_in_parts_goes_on_after_any_call_failed() {
     for (words, table) in PARTS {
         let words: Vec<&str> = words.split(' ').collect();
         restore(place.folder(), &inputs);
-        let Some((output, record)) = preload::run(&place, &words, None) else {
+        let Some(record) = recorded(&place, &words) else {
             return;
         };
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        let whole: Vec<String> = files(place.folder()).into_keys().collect();
+        let whole = paths(place.folder());
         let rows = fs::read(place.path(table)).unwrap();
         let numbers = numbers(&record);
         assert!(numbers.len() > 20, "{words:?}");
         for &n in &numbers {
             restore(place.folder(), &inputs);
-            let fault = [Fault::Full, Fault::Disk][n % 2];
-            let (output, record) = preload::run(&place, &words, Some((n, fault))).unwrap();
-            let failed = record.iter().find(|call| call[0] == "fail");
-            let said = text(&output.stderr);
-            let context = format!(
-                "{words:?}, call {n}, {failed:?}: {:?}\n{said}",
-                output.status
-            );
+            let (output, context) = failing(&place, &words, n).unwrap();
             assert!(matches!(output.status.code(), Some(0 | 1)), "{context}");
-            let left: Vec<String> = files(place.folder()).into_keys().collect();
-            assert!(
-                !left.iter().any(|name| name.contains(".cascade-partial")),
-                "{context}: {left:?}"
-            );
-            let again = place.run(&words);
-            assert!(again.status.success(), "{context}: {}", text(&again.stderr));
+            has_no_partial(&paths(place.folder()), &context);
+            again(&place, &words, &context);
             assert_eq!(fs::read(place.path(table)).unwrap(), rows, "{context}");
-            let found: Vec<String> = files(place.folder()).into_keys().collect();
-            assert_eq!(found, whole, "{context}");
+            assert_eq!(paths(place.folder()), whole, "{context}");
         }
         println!("{}: {} calls failed, one a run", words[0], numbers.len());
         count += numbers.len();
@@ -310,38 +270,27 @@ fn regress_work_in_parts_goes_on_after_any_call_failed() {
 /// Of several fields, each has a whole result or none; what is listed is there.
 #[test]
 fn regress_several_fields_are_whole_after_any_call_failed() {
-    let words: Vec<&str> =
-        "analyze wave.npy chain.npz --out result --only spatial --figures none --threads 1"
-            .split(' ')
-            .collect();
+    let words = "analyze wave.npy chain.npz --out result --only spatial --figures none --threads 1";
+    let words: Vec<&str> = words.split(' ').collect();
     let place = inputs_of_cases();
     let before = files(place.folder());
-    let Some((output, record)) = preload::run(&place, &words, None) else {
+    let Some(record) = recorded(&place, &words) else {
         return;
     };
-    assert!(output.status.success(), "{}", text(&output.stderr));
     let fields = ["wave", "chain.npz"].map(|name| place.path("result").join(name));
-    let names = |path: &Path| files(path).into_keys().collect::<Vec<_>>();
-    let whole = fields.each_ref().map(|field| names(field));
+    let whole = fields.each_ref().map(|field| paths(field));
     assert!(whole.iter().all(|names| !names.is_empty()), "{whole:?}");
     let numbers = numbers(&record);
     assert!(numbers.len() > 50);
     for &n in &numbers {
         restore(place.folder(), &before);
-        let fault = [Fault::Full, Fault::Disk][n % 2];
-        let (output, record) = preload::run(&place, &words, Some((n, fault))).unwrap();
-        let failed = record.iter().find(|call| call[0] == "fail");
+        let (output, context) = failing(&place, &words, n).unwrap();
         let said = text(&output.stderr);
-        let context = format!("call {n}, {failed:?}: {:?}\n{said}", output.status);
         assert!(matches!(output.status.code(), Some(0 | 1)), "{context}");
         assert!(!said.contains("panicked"), "{context}");
-        let left = names(place.folder());
-        assert!(
-            !left.iter().any(|name| name.contains(".cascade-partial")),
-            "{context}: {left:?}"
-        );
+        has_no_partial(&paths(place.folder()), &context);
         for (field, whole) in fields.iter().zip(&whole) {
-            let found = names(field);
+            let found = paths(field);
             assert!(found.is_empty() || found == *whole, "{context}: {found:?}");
         }
         if place.path("result/index.json").exists() {
@@ -352,10 +301,9 @@ fn regress_several_fields_are_whole_after_any_call_failed() {
                 "{context}: {listed}"
             );
         }
-        let again = place.run(&[&words[..], &["--force"]].concat());
-        assert!(again.status.success(), "{context}: {}", text(&again.stderr));
+        again(&place, &[&words[..], &["--force"]].concat(), &context);
         for (field, whole) in fields.iter().zip(&whole) {
-            assert_eq!(names(field), *whole, "{context}");
+            assert_eq!(paths(field), *whole, "{context}");
         }
     }
     println!("{} calls failed, one a run", numbers.len());
@@ -369,38 +317,33 @@ fn regress_a_power_cut_leaves_the_old_or_the_new_result() {
     let (mut cuts, mut seen) = (0, [0; 2]);
     for (case, has_older) in CASES.iter().flat_map(|case| [(case, false), (case, true)]) {
         // Two files, which are two renames.
-        if ["part.npy", "part.csv"].contains(&case.result) {
+        if ["part.npy", "part.csv"].contains(&result(case)) {
             continue;
         }
         restore(place.folder(), &inputs);
-        let mut words: Vec<&str> = case.words.split(' ').collect();
+        let mut words: Vec<&str> = case.split(' ').collect();
         if has_older {
             place.good(&words);
             words.push("--force");
         }
-        let Some((output, record)) = preload::run(&place, &words, None) else {
+        let Some(record) = recorded(&place, &words) else {
             return;
         };
-        assert!(
-            output.status.success(),
-            "{words:?}: {}",
-            text(&output.stderr)
-        );
         let below = |path: &String| {
             let path = Path::new(path).strip_prefix(place.folder()).unwrap();
             path.display().to_string()
         };
         let before: Vec<String> = match has_older {
-            true => files(&place.path(case.result)).keys().map(below).collect(),
+            true => files(&place.path(result(case))).keys().map(below).collect(),
             false => Vec::new(),
         };
         let known: Vec<String> = inputs.keys().map(below).chain(before).collect();
         let replay = Replay::new(&known, &record);
-        let all = files(&place.path(case.result)).keys().map(below).collect();
+        let all = files(&place.path(result(case))).keys().map(below).collect();
         let whole = Content::Whole(all);
         for cut in 0..=replay.calls() {
             for named in 0..=cut {
-                let found = replay.after(cut, named, case.result);
+                let found = replay.after(cut, named, result(case));
                 let context = format!("{words:?}, cut {cut}, names {named}");
                 match &found {
                     Content::Absent => assert!(!has_older, "{context}"),
@@ -411,16 +354,14 @@ fn regress_a_power_cut_leaves_the_old_or_the_new_result() {
                 cuts += 1;
             }
         }
-        let end = replay.after(replay.calls(), 0, case.result);
+        let end = replay.after(replay.calls(), 0, result(case));
         assert_eq!(end, whole, "{words:?}: not on the disk at the end");
         // The replay would find a sync that is missing.
         let unsynced = record.iter().filter(|call| call[0] != "sync").cloned();
         let replay = Replay::new(&known, &unsynced.collect());
-        let end = replay.after(replay.calls(), replay.calls(), case.result);
+        let end = replay.after(replay.calls(), replay.calls(), result(case));
         assert!(matches!(end, Content::Torn(_)), "{words:?}: {end:?}");
     }
-    println!(
-        "{cuts} power cuts: {} old or none, {} new",
-        seen[0], seen[1]
-    );
+    let [old, new] = seen;
+    println!("{cuts} power cuts: {old} old or none, {new} new");
 }

@@ -22,9 +22,7 @@ fn regress_structure_functions_are_written() {
     assert!((exponent - 1.0).abs() < 0.05, "{exponent}");
     let structure = place.array::<f64>("field-increments/increments.npz", "space_structure");
     assert_eq!(structure.shape(), [6, 6]);
-    for name in ["report.html", "figures/increments.png"] {
-        assert!(place.path(format!("field-increments/{name}")).exists());
-    }
+    place.has("field-increments", "report.html figures/increments.png");
     let said = place.refuses(2, "increments field.npy --force --lag-band 1:1.5");
     assert!(said.contains("--lag-band"), "{said}");
 }

@@ -4,6 +4,7 @@ use std::fs;
 
 use ndarray::Array2;
 use serde_json::Value;
+use test_support::contains_all;
 use test_support::made::{axis, open, pulse, savez, steps, values};
 use test_support::place::{Place, text};
 
@@ -12,7 +13,7 @@ fn steps_carry_units() {
     let place = Place::new();
     place.save("a.npy", &pulse(64, 8));
     let found = |options: &[&str], sidecar: &str| -> (Value, String) {
-        fs::write(place.path("a.npy.toml"), sidecar).unwrap();
+        place.write("a.npy.toml", sidecar);
         let words = ["analyze", "a.npy", "--figures", "none", "--force"];
         let said = place.good(&[&words[..], options].concat());
         let of_axes = said.lines().find(|line| line.starts_with("field"));
@@ -39,39 +40,22 @@ fn steps_carry_units() {
     ];
     for (options, sidecar) in cases {
         let (field, first) = found(options, sidecar);
-        assert_eq!(
-            (&field["dt"], &field["dx"]),
-            (&1e-5.into(), &0.002.into()),
-            "{options:?}"
-        );
-        let units = &field["units"];
-        assert_eq!(
-            (&units["time"], &units["frequency"]),
-            (&"s".into(), &"Hz".into())
-        );
-        assert_eq!(
-            (&units["space"], &units["wavenumber"]),
-            (&"m".into(), &"rad/m".into())
-        );
+        assert_eq!(field["dt"], 1e-5, "{options:?}");
+        assert_eq!(field["dx"], 0.002, "{options:?}");
+        let units = ["time", "frequency", "space", "wavenumber"].map(|of| &field["units"][of]);
+        assert_eq!(units, ["s", "Hz", "m", "rad/m"], "{options:?}");
         assert!(first.contains("dt 1e-5 s, dx 0.002 m"), "{first}");
     }
     // In the unit of the axis, where one is stated.
     let (field, first) = found(&["--dt", "10us", "--t0", "-0.3s"], "time_unit = \"ms\"\n");
-    assert_eq!(
-        (&field["dt"], &field["t0"]),
-        (&0.01.into(), &(-300.0).into())
-    );
+    assert_eq!(field["dt"], 0.01);
+    assert_eq!(field["t0"], -300.0);
     assert_eq!(field["units"]["frequency"], "kHz");
-    assert!(
-        first.contains("dt 0.01 ms, no dx: x counts sites"),
-        "{first}"
-    );
+    contains_all(&first, &["dt 0.01 ms, no dx: x counts sites"]);
     // Without steps, the first line says what is counted.
     let (field, first) = found(&[], "");
-    assert!(
-        first.contains("no dt: time counts samples, no dx: x counts sites"),
-        "{first}"
-    );
+    let expected = "no dt: time counts samples, no dx: x counts sites";
+    assert!(first.contains(expected), "{first}");
     assert_eq!(field["units"]["frequency"], "cycles/sample");
     for (code, words, expected) in [
         (
@@ -89,10 +73,7 @@ fn steps_carry_units() {
         ),
     ] {
         let base = ["analyze", "a.npy", "--out", "new"];
-        let said = place.bad(code, &[&base[..], words].concat());
-        for word in expected {
-            assert!(said.contains(word), "{words:?}: {said}");
-        }
+        contains_all(&place.bad(code, &[&base[..], words].concat()), expected);
     }
 }
 
@@ -102,28 +83,25 @@ fn regress_a_field_beside_an_si_scene_is_put_into_si() {
     let place = Place::new();
     let si = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
               striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
-    fs::write(place.path("si.toml"), si).unwrap();
+    place.write("si.toml", si);
     place.good(&["simulate", "si.toml", "--out", "run.npz", "--quiet"]);
     place.save("a.npy", &values(&open(&place, "run.npz")));
-    let base =
-        "budget a.npy --scene si.toml --noise 1e-6 --figures none --force --json --only wavenumber";
-    let base: Vec<&str> = base.split(' ').collect();
-    let found = |words: &[&str]| -> Value {
-        let said = place.good(&[&base[..], words].concat());
-        let mut summary: Value = serde_json::from_str(&said).unwrap();
+    let base = "budget a.npy --scene si.toml";
+    let found = |step: &str| -> Value {
+        let options = "--noise 1e-6 --figures none --force --json --only wavenumber";
+        let mut summary = place.says_json(&format!("{base} {options} {step}"));
         summary["provenance"].take();
         summary
     };
-    let seconds = found(&["--dt", "5e-7"]);
-    assert_eq!(found(&["--dt", "5e-4", "--time-unit", "ms"]), seconds);
-    assert_eq!(found(&["--dt", "0.5us", "--time-unit", "ms"]), seconds);
+    let seconds = found("--dt 5e-7");
+    assert_eq!(found("--dt 5e-4 --time-unit ms"), seconds);
+    assert_eq!(found("--dt 0.5us --time-unit ms"), seconds);
     for (words, found) in [
-        (&["--dt", "1", "--time-unit", "ticks"][..], "ticks"),
-        (&["--dt", "1us", "--unit", "mm/s"], "mm/s"),
+        ("--dt 1 --time-unit ticks", "ticks"),
+        ("--dt 1us --unit mm/s", "mm/s"),
     ] {
-        let base = ["budget", "a.npy", "--scene", "si.toml", "--out", "new"];
-        let said = place.bad(2, &[&base[..], words].concat());
-        assert!(said.contains("a.npy") && said.contains(found), "{said}");
+        let said = place.refuses(2, &format!("{base} --out new {words}"));
+        contains_all(&said, &["a.npy", found]);
     }
 }
 
@@ -131,31 +109,22 @@ fn regress_a_field_beside_an_si_scene_is_put_into_si() {
 fn a_filter_says_what_it_cannot_mean() {
     let place = Place::new();
     place.save("a.npy", &pulse(64, 8));
-    let warned = |words: &[&str]| {
-        let base = ["filter", "a.npy", "--force", "--out", "b.npz"];
-        let output = place.run(&[&base[..], words].concat());
+    let warned = |words: &str| {
+        let line = format!("filter a.npy --force --out b.npz {words}");
+        let output = place.run(&line.split(' ').collect::<Vec<_>>());
         assert_eq!(output.status.code(), Some(0), "{output:?}");
         text(&output.stderr)
     };
-    let said = warned(&["--speed", "0.1:3"]);
-    assert!(
-        said.contains("site per sample") && said.contains("`--dt` and `--dx`"),
-        "{said}"
-    );
-    assert_eq!(
-        warned(&["--speed", "0.1:3", "--dt", "2s", "--dx", "3m"]),
-        ""
-    );
-    assert_eq!(warned(&["--frequency", "0:0.2"]), "");
+    let said = warned("--speed 0.1:3");
+    contains_all(&said, &["site per sample", "`--dt` and `--dx`"]);
+    assert_eq!(warned("--speed 0.1:3 --dt 2s --dx 3m"), "");
+    assert_eq!(warned("--frequency 0:0.2"), "");
     // What passes nothing writes nothing.
     let before = place.names();
     let output = place.run(&["filter", "a.npy", "--frequency", "9:10", "--out", "c.npz"]);
     assert_eq!(output.status.code(), Some(2));
     let said = text(&output.stderr);
-    assert!(
-        said.contains("nothing passes") && said.contains("0.5000 cycles/sample"),
-        "{said}"
-    );
+    contains_all(&said, &["nothing passes", "0.5000 cycles/sample"]);
     assert_eq!(place.names(), before);
 }
 
@@ -163,64 +132,40 @@ fn a_filter_says_what_it_cannot_mean() {
 fn a_filtered_field_is_written_as_its_name_says() {
     let place = Place::new();
     place.save("a.npy", &pulse(64, 8));
-    let base = [
-        "filter",
-        "a.npy",
-        "--towards",
-        "plus-x",
-        "--dt",
-        "10us",
-        "--unit",
-        "mm/s",
-    ];
-    let filter = |rest: &[&'static str]| [&base[..], rest].concat();
-    place.good(&filter(&["--out", "plus.npz"]));
-    place.good(&filter(&["--out", "plus.npy"]));
+    let filter =
+        |out: &str| format!("filter a.npy --towards plus-x --dt 10us --unit mm/s --out {out}");
+    place.says(&filter("plus.npz"));
+    place.says(&filter("plus.npy"));
     let bytes = fs::read(place.path("plus.npy")).unwrap();
     assert!(bytes.starts_with(b"\x93NUMPY"));
     let [array, archive] = ["plus.npy", "plus.npz"].map(|name| open(&place, name));
     assert_eq!(values(&array), values(&archive));
     assert_eq!((&array.time, &array.space), (&archive.time, &archive.space));
-    assert_eq!(
-        (array.time, array.unit),
-        (axis(1e-5, Some("s")), archive.unit)
-    );
+    assert_eq!(array.time, axis(1e-5, Some("s")));
+    assert_eq!(array.unit, archive.unit);
     // Replaced only if asked for, and only if this program wrote it.
-    place.bad(2, &filter(&["--out", "plus.npy"]));
-    place.good(&filter(&["--out", "plus.npy", "--force"]));
-    let said = place.bad(2, &filter(&["--out", "a.npy", "--force"]));
-    assert!(said.contains("a.npy"), "{said}");
+    place.refuses(2, &filter("plus.npy"));
+    place.says(&filter("plus.npy --force"));
+    place.refuses_for(2, &filter("a.npy --force"), "a.npy");
     for name in ["plus.tsv", "plus.txt", "plus.h5"] {
-        let said = place.bad(2, &filter(&["--out", name]));
-        assert!(said.contains("--out") && said.contains(".npz"), "{said}");
+        contains_all(&place.refuses(2, &filter(name)), &["--out", ".npz"]);
     }
-    let said = place.bad(
-        2,
-        &[
-            "simulate",
-            "--sites",
-            "3",
-            "--end-time",
-            "3",
-            "--out",
-            "run.npy",
-        ],
-    );
+    let said = place.refuses(2, "simulate --sites 3 --end-time 3 --out run.npy");
     assert!(said.contains("--out") && said.contains(".npz"), "{said}");
     // Beside a sidecar under the other name the array would have two.
-    fs::write(place.path("minus.toml"), "dt = 1\n").unwrap();
-    let said = place.bad(2, &filter(&["--out", "minus.npy"]));
-    assert!(said.contains("minus.toml"), "{said}");
+    place.write("minus.toml", "dt = 1\n");
+    place.refuses_for(2, &filter("minus.npy"), "minus.toml");
 }
 
 #[test]
 fn default_names_of_results_differ() {
     let place = Place::new();
     place.save("travel.npy", &pulse(64, 8));
+    let travel = pulse(64, 8);
     savez(
         &place,
         "travel.npz",
-        ("v", &pulse(64, 8)),
+        ("v", &travel),
         &[("t", steps(64, 1.0))],
     );
     for name in ["travel.npy", "travel.npz"] {
@@ -241,9 +186,9 @@ fn default_names_of_results_differ() {
 fn options_without_effect_are_refused() {
     let place = Place::new();
     place.save("a.npy", &pulse(64, 8));
-    fs::write(place.path("a.csv"), "1,2\n5,1\n2,2\n").unwrap();
+    place.write("a.csv", "1,2\n5,1\n2,2\n");
     let run = "simulate --sites 4 --end-time 4 --samples 65 --quiet --out run.npz";
-    place.good(&run.split(' ').collect::<Vec<_>>());
+    place.says(run);
     for (words, option) in [
         ("analyze a.npy --variable v", "--variable"),
         ("analyze a.csv --variable v", "--variable"),
@@ -302,8 +247,7 @@ fn options_without_effect_are_refused() {
             "--lengths",
         ),
     ] {
-        let said = place.bad(2, &words.split(' ').collect::<Vec<_>>());
-        assert!(said.contains(option), "{words}: {said}");
+        place.refuses_for(2, words, option);
     }
 }
 
@@ -312,8 +256,7 @@ fn messages_name_what_was_typed_and_the_file() {
     let place = Place::new();
     let simulate = |words: &str| {
         let base = "simulate --sites 4 --samples 65 --quiet";
-        let words: Vec<&str> = base.split(' ').chain(words.split(' ')).collect();
-        place.good(&words);
+        place.says(&format!("{base} {words}"));
     };
     simulate("--end-time 4 --out plain.npz");
     simulate(
@@ -321,7 +264,7 @@ fn messages_name_what_was_typed_and_the_file() {
               --out si.npz",
     );
     place.save("still.npy", &Array2::<f64>::zeros((64, 4)));
-    fs::write(place.path("nan.csv"), "1,2\nnan,1\n2,2\n").unwrap();
+    place.write("nan.csv", "1,2\nnan,1\n2,2\n");
     for (code, words, named, not) in [
         (
             2,
@@ -378,10 +321,8 @@ fn messages_name_what_was_typed_and_the_file() {
             "--frequency",
         ),
     ] {
-        let said = place.bad(code, &words.split(' ').collect::<Vec<_>>());
-        for word in named {
-            assert!(said.contains(word), "{words}: {said}");
-        }
+        let said = place.refuses(code, words);
+        contains_all(&said, named);
         assert!(!said.contains(not), "{words}: {said}");
     }
 }
@@ -393,11 +334,7 @@ fn regress_units_that_are_none_are_named() {
     let place = Place::new();
     place.save("a.npy", &pulse(256, 8));
     let said = |options: &str| {
-        let step = if options.contains("--dx") {
-            ""
-        } else {
-            "--dx 2mm"
-        };
+        let step = ["--dx 2mm", ""][usize::from(options.contains("--dx"))];
         let words = format!("analyze a.npy --dt 10us {step} --figures none --force {options}");
         let output = place.run(&words.split_whitespace().collect::<Vec<_>>());
         assert_eq!(output.status.code(), Some(0), "{output:?}");

@@ -22,7 +22,7 @@ fn scan(place: &Place) {
             Variable::new("v", &[0, 1, 2], Values::Double(wave.collect())).text("units", "m s-1"),
         ],
     };
-    fs::write(place.path("scan.nc"), file.bytes()).unwrap();
+    place.write("scan.nc", file.bytes());
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn what_a_file_lacks_is_refused_with_advice() {
     let place = Place::new();
     scan(&place);
     let bytes = fs::read(place.path("scan.nc")).unwrap();
-    fs::write(place.path("cut.nc"), &bytes[..bytes.len() / 2]).unwrap();
+    place.write("cut.nc", &bytes[..bytes.len() / 2]);
     for (code, line, named) in [
         (1, "analyze scan.nc", "--at y="),
         (1, "analyze scan.nc --variable speed", "\"speed\""),

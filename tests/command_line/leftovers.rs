@@ -49,10 +49,10 @@ fn regress_the_next_run_removes_what_a_killed_one_left() {
 fn regress_an_old_result_that_a_kill_took_away_comes_back() {
     let place = test_support::pulse::place();
     let words = "analyze wave.npy --out result --figures none";
-    place.good(&words.split(' ').collect::<Vec<_>>());
+    place.says(words);
     let stem = ".cascade-partial-0123456789abcdef";
     fs::rename(place.path("result"), place.path(format!("{stem}.old"))).unwrap();
-    fs::write(place.path(format!("{stem}.lock")), "\nresult").unwrap();
+    place.write(format!("{stem}.lock"), "\nresult");
     place.good(&["analyze", "wave.npy", "--out", "b", "--figures", "none"]);
     assert!(place.path("result/summary.json").exists());
 }

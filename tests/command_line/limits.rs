@@ -5,6 +5,7 @@ use std::process::Command;
 
 use ndarray::{Array2, ShapeBuilder};
 use ndarray_npy::NpzWriter;
+use test_support::contains_all;
 use test_support::fields::noise;
 use test_support::place::{NO_CONFIGURATION, Place, program, text};
 use test_support::running::{peak, start};
@@ -38,11 +39,8 @@ fn regress_memory_that_is_refused_is_an_error() {
     ] {
         let (code, said) = limited(&place, 230_000, words);
         assert_eq!(code, Some(1), "{words}: {said}");
-        assert!(
-            said.starts_with("error: ") && said.contains("help: "),
-            "{said}"
-        );
-        assert!(said.contains("refuses"), "{said}");
+        assert!(said.starts_with("error: "), "{said}");
+        contains_all(&said, &["help: ", "refuses"]);
         assert_eq!(place.names(), before, "{words}");
     }
 }
@@ -56,7 +54,7 @@ fn regress_a_limit_of_the_process_is_memory_at_hand() {
         ("filter field.npy --frequency 0.1:0.2 --threads 1", [1, 2]),
         (
             "simulate --sites 1000 --samples 100000 --end-time 10",
-            [2, 2],
+            [2; 2],
         ),
     ] {
         let (code, said) = limited(&place, 120_000, words);
@@ -102,25 +100,19 @@ fn regress_stated_memory_holds() {
         ),
     ];
     for (words, most) in cases {
-        let words: Vec<&str> = words
-            .split(' ')
-            .chain(["--force", "--threads", "2"])
-            .collect();
-        let words = match words[0] {
-            "simulate" => &words[..words.len() - 2],
-            _ => &words[..],
-        };
+        let more = ["--force", "--threads", "2"];
+        let more = &more[..if words.starts_with("simulate") { 1 } else { 3 }];
+        let words: Vec<&str> = words.split(' ').chain(more.iter().copied()).collect();
         let measured = || {
-            let (output, peak) = peak(start(&place, words));
+            let (output, peak) = peak(start(&place, &words));
             assert!(output.status.success(), "{}", text(&output.stderr));
             peak
         };
         // The system may map files that were just written, the program among them, in larger pieces: once more.
         let first = measured();
-        let least = if first > most {
-            measured().min(first)
-        } else {
-            first
+        let least = match first > most {
+            true => measured().min(first),
+            false => first,
         };
         assert!(least <= most, "{words:?}: {least} of {most}");
     }
@@ -134,7 +126,7 @@ fn regress_peaks_of_commands_without_a_memory_option() {
     let simulate = "simulate --sites 200 --samples 10000 --end-time 20";
     for (ratio, out) in [("1", "first.npz"), ("2", "second.npz")] {
         let words = format!("{simulate} --stiffness-ratio {ratio} --out {out} --quiet");
-        place.good(&words.split(' ').collect::<Vec<_>>());
+        place.says(&words);
     }
     // Times, velocities, displacements, forces, energies passed.
     let run: u64 = 8 * 10_000 * (1 + 2 * 200 + 2 * 199);
@@ -164,11 +156,8 @@ fn regress_peaks_of_commands_without_a_memory_option() {
     for (words, arrays) in cases {
         let words: Vec<&str> = words.split(' ').collect();
         let (output, peak) = peak(start(&place, &words));
-        println!(
-            "{words:?}: {} of {} MiB",
-            peak >> 20,
-            (arrays + PROGRAM) >> 20
-        );
+        let allowed = (arrays + PROGRAM) >> 20;
+        println!("{words:?}: {} of {allowed} MiB", peak >> 20);
         assert!(output.status.success(), "{}", text(&output.stderr));
         assert!(peak <= arrays + PROGRAM, "{words:?}: {peak} of {arrays}");
     }
@@ -179,14 +168,11 @@ fn regress_peaks_of_commands_without_a_memory_option() {
 fn regress_a_run_larger_than_memory_is_refused() {
     let place = Place::new();
     let simulate = "simulate --sites 200 --samples 20000 --end-time 20 --out run.npz --quiet";
-    place.good(&simulate.split(' ').collect::<Vec<_>>());
+    place.says(simulate);
     for words in ["budget run.npz", "compare run.npz run.npz"] {
         let (code, said) = limited(&place, 230_000, words);
         assert_eq!(code, Some(2), "{words}: {said}");
-        assert!(
-            said.contains("run.npz") && said.contains("memory"),
-            "{said}"
-        );
+        contains_all(&said, &["run.npz", "memory"]);
         assert_eq!(place.names().len(), 1, "{words}");
     }
 }
@@ -194,51 +180,22 @@ fn regress_a_run_larger_than_memory_is_refused() {
 #[test]
 fn regress_a_stiff_chain_is_refused_with_its_key() {
     let place = Place::new();
-    let stiff = [
-        "simulate",
-        "--sites",
-        "4",
-        "--samples",
-        "5",
-        "--dashpot",
-        "1e5",
-    ];
-    let said = place.bad(2, &stiff);
-    assert!(
-        said.contains("--dashpot") && said.contains("steps"),
-        "{said}"
-    );
-    let short = [&stiff[..], &["--end-time", "0.01", "--quiet"]].concat();
-    place.good(&short);
-    std::fs::write(
-        place.path("scene.toml"),
-        "sites = 4\nsamples = 5\ndashpot = 1e4\nend_time = 1\n",
-    )
-    .unwrap();
+    let stiff = "simulate --sites 4 --samples 5 --dashpot 1e5";
+    contains_all(&place.refuses(2, stiff), &["--dashpot", "steps"]);
+    place.says(&format!("{stiff} --end-time 0.01 --quiet"));
+    let scene = "sites = 4\nsamples = 5\ndashpot = 1e4\nend_time = 1\n";
+    place.write("scene.toml", scene);
     let said = place.good(&["scene", "--check", "scene.toml"]);
-    assert!(
-        said.contains("6.7e3 steps") && said.contains("dashpot"),
-        "{said}"
-    );
-    let json = place.good(&["scene", "--check", "scene.toml", "--json"]);
-    let scene: serde_json::Value = serde_json::from_str(&json).unwrap();
+    contains_all(&said, &["6.7e3 steps", "dashpot"]);
+    let scene = place.says_json("scene --check scene.toml --json");
     assert_eq!(scene["work"]["limit"], "dashpot");
 }
 
 #[test]
 fn regress_the_time_allowed_ends_a_command() {
     let place = Place::new();
-    let long = [
-        "simulate",
-        "--sites",
-        "3000",
-        "--samples",
-        "1000",
-        "--max-time",
-        "50ms",
-    ];
-    let said = place.bad(124, &long);
-    assert!(said.contains("--max-time"), "{said}");
+    let long = "simulate --sites 3000 --samples 1000 --max-time 50ms";
+    place.refuses_for(124, long, "--max-time");
     assert!(place.names().is_empty(), "{:?}", place.names());
 
     let sweep = "sweep --sites 60 --samples 2000 --vary seed=1:2000 --mass-spread 0.1 --out sweep";
@@ -246,15 +203,11 @@ fn regress_the_time_allowed_ends_a_command() {
     let output = place.run(&words.split(' ').collect::<Vec<_>>());
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(124), "{said}");
-    assert!(
-        said.contains("stopped with ") && said.contains(" known"),
-        "{said}"
-    );
+    contains_all(&said, &["stopped with ", " known"]);
     assert!(place.path("sweep/members.jsonl").exists());
     // While the scenes are checked, nothing is there to go on from.
     let many = "sweep --sites 60 --samples 2 --vary seed=1:100000 --mass-spread 0.1 --out many --max-time 50ms";
-    let said = place.bad(124, &many.split(' ').collect::<Vec<_>>());
-    assert!(said.contains("nothing was written"), "{said}");
+    place.refuses_for(124, many, "nothing was written");
     assert!(!place.path("many").exists());
     place.bad(2, &["scene", "--max-time", "soon"]);
 }

@@ -2,23 +2,10 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
 
-use ndarray::{Array1, Array2};
-use ndarray_npy::NpzReader;
 use serde_json::Value;
-use test_support::place::Place;
-
-fn names(place: &Path) -> BTreeSet<String> {
-    let entries = fs::read_dir(place).unwrap();
-    entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect()
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
-}
+use test_support::contains_all;
+use test_support::place::{Place, names, set};
 
 /// The paper's direct values, to 1e-4.
 #[test]
@@ -27,21 +14,11 @@ fn val_paper_a_table_and_its_json() {
     let said = place.good(&[]);
     assert_eq!(said.lines().count(), 1 + 1 + 8, "{said}");
     let first = said.lines().next().unwrap();
-    assert!(
-        first.contains("localized waves") && first.contains("4.927"),
-        "{said}"
-    );
-    let all = place.good(&["--verbose"]);
-    assert!(
-        said.contains("exact ratio") && all.contains("paper, simulated"),
-        "{said}"
-    );
-    assert!(
-        said.contains("4.927226808384") && said.contains("119.92"),
-        "{said}"
-    );
+    contains_all(first, &["localized waves", "4.927"]);
+    contains_all(&place.says("--verbose"), &["paper, simulated"]);
+    contains_all(&said, &["exact ratio", "4.927226808384", "119.92"]);
 
-    let table: Value = serde_json::from_str(&place.good(&["--order", "1..3", "--json"])).unwrap();
+    let table = place.says_json("--order 1..3 --json");
     let rows = table["orders"].as_array().unwrap();
     assert_eq!(rows.len(), 3);
     for (row, paper) in rows.iter().zip([1.0, 4.9272, 14.622]) {
@@ -66,22 +43,17 @@ fn val_paper_a_table_and_its_json() {
         assert!(exact["digits"].as_u64().unwrap() >= 10, "{row}");
         assert!(row["asymptotic"]["exact_profile"].is_number(), "{row}");
         assert!(row["asymptotic"]["fitted_profile"].is_number(), "{row}");
-        assert!(
-            row["direct"].is_null() && row.get("reason").is_none(),
-            "{row}"
-        );
+        assert!(row["direct"].is_null(), "{row}");
+        assert!(row.get("reason").is_none(), "{row}");
         assert_eq!(row["published"]["direct"].as_f64(), Some(paper));
-        assert_eq!(
-            row["differences"]["published_direct"].as_f64(),
-            Some(paper / kappa - 1.0)
-        );
+        let difference = &row["differences"]["published_direct"];
+        assert_eq!(difference.as_f64(), Some(paper / kappa - 1.0));
     }
-    let last: Value = serde_json::from_str(&place.good(&["--order", "19", "--json"])).unwrap();
+    let last = place.says_json("--order 19 --json");
     assert_eq!(last["orders"][0]["published"]["printed_order"], 18);
     assert_eq!(place.names(), BTreeSet::new());
 
-    let words = ["--alternation", "mass", "--order", "2", "--json"];
-    let mass: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let mass = place.says_json("--alternation mass --order 2 --json");
     let ratio = mass["orders"][0]["exact"]["mass_ratio"].as_f64().unwrap();
     assert!((ratio - 0.3428).abs() < 1e-4 && mass["orders"][0]["published"].is_null());
 }
@@ -99,15 +71,12 @@ fn a_directory_with_the_table_and_the_waves_appears_whole() {
         "wave-02.npz",
         "wave-03.npz",
     ];
-    assert_eq!(
-        names(&place.path("waves")),
-        expected.map(String::from).into()
-    );
-    let summary = json(&place.path("waves/summary.json"));
+    assert_eq!(names(&place.path("waves")), set(&expected));
+    let summary = place.json("waves/summary.json");
     assert_eq!(summary["schema"], "cascade.localize/2");
     assert_eq!(summary["family"]["alternation"], "stiffness");
     assert_eq!(summary["orders"][1]["order"], 3);
-    let table = fs::read_to_string(place.path("waves/table.csv")).unwrap();
+    let table = place.read("waves/table.csv");
     let mut reader = csv::Reader::from_reader(table.as_bytes());
     let header = reader.headers().unwrap().clone();
     let records: Vec<csv::StringRecord> = reader.records().map(|r| r.unwrap()).collect();
@@ -116,18 +85,14 @@ fn a_directory_with_the_table_and_the_waves_appears_whole() {
     let kappa = summary["orders"][0]["exact"]["kappa"].as_f64().unwrap();
     assert_eq!(records[0][column].parse::<f64>().unwrap(), kappa);
 
-    let said = place.bad(2, &["--order", "2", "--out", "waves"]);
-    assert!(said.contains("--force"), "{said}");
+    place.refuses_for(2, "--order 2 --out waves", "--force");
     place.good(&["--order", "2", "--out", "waves", "--force", "--quiet"]);
     assert!(!place.path("waves/wave-03.npz").exists());
     // Nothing else is replaced.
     fs::create_dir(place.path("mine")).unwrap();
-    fs::write(place.path("mine/notes.txt"), "mine").unwrap();
+    place.write("mine/notes.txt", "mine");
     place.bad(2, &["--order", "2", "--out", "mine", "--force"]);
-    assert_eq!(
-        fs::read_to_string(place.path("mine/notes.txt")).unwrap(),
-        "mine"
-    );
+    assert_eq!(place.read("mine/notes.txt"), "mine");
 }
 
 /// The arrays satisfy what they are: forces are powers of psi, the parts make up psi.
@@ -135,25 +100,14 @@ fn a_directory_with_the_table_and_the_waves_appears_whole() {
 fn val_definitions_a_profile_is_written_and_drawn() {
     let place = Place::of(&["localize"]);
     let said = place.good(&["--profile", "3", "--out", "wave"]);
-    assert!(
-        said.contains("14.6221") && said.contains("wave/report.html"),
-        "{said}"
-    );
+    contains_all(&said, &["14.6221", "wave/report.html"]);
     let expected = ["figures", "report.html", "summary.json", "wave.npz"];
-    assert_eq!(
-        names(&place.path("wave")),
-        expected.map(String::from).into()
-    );
-    let file = fs::File::open(place.path("wave/wave.npz")).unwrap();
-    let mut npz = NpzReader::new(file).unwrap();
-    let mut line = |name: &str| -> Array1<f64> { npz.by_name(name).unwrap() };
-    let (time, slow, fast) = (line("time"), line("slow"), line("fast"));
-    let ratio = line("ratio")[0];
-    let file = fs::File::open(place.path("wave/wave.npz")).unwrap();
-    let mut npz = NpzReader::new(file).unwrap();
-    let mut pair = |name: &str| -> Array2<f64> { npz.by_name(name).unwrap() };
-    let (psi, force, overlap) = (pair("psi"), pair("force"), pair("overlap"));
-    assert_eq!(pair("velocity").dim(), (2, time.len()));
+    assert_eq!(names(&place.path("wave")), set(&expected));
+    let array = |name: &str| place.array::<f64>("wave/wave.npz", name);
+    let [time, slow, fast] = ["time", "slow", "fast"].map(array);
+    let ratio = array("ratio")[0];
+    let [psi, force, overlap] = ["psi", "force", "overlap"].map(array);
+    assert_eq!(array("velocity").shape(), [2, time.len()]);
     for j in 0..time.len() {
         for (i, coefficient) in [(0, 1.0), (1, ratio)] {
             assert!((psi[[i, j]].powf(1.5) - force[[i, j]]).abs() < 1e-11);
@@ -162,21 +116,16 @@ fn val_definitions_a_profile_is_written_and_drawn() {
         }
         assert!((slow[j] + fast[j] - psi[[1, j]]).abs() < 1e-7, "{j}");
     }
-    assert!(
-        fs::read(place.path("wave/figures/wave.png"))
-            .unwrap()
-            .starts_with(b"\x89PNG")
-    );
-    let found: Value = serde_json::from_str(&place.good(&["--profile", "2", "--json"])).unwrap();
-    assert_eq!(found["order"], 2);
+    let picture = fs::read(place.path("wave/figures/wave.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG"));
+    assert_eq!(place.says_json("--profile 2 --json")["order"], 2);
     assert!(place.path("localized-2/wave.npz").exists());
 }
 
 #[test]
 fn val_chain_a_launched_wave_keeps_its_shape() {
     let place = Place::of(&["localize"]);
-    let words = ["--launch", "2", "--cells", "100", "--out", "way", "--json"];
-    let found: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let found = place.says_json("--launch 2 --cells 100 --out way --json");
     let launch = &found["launch"];
     let number = |key: &str| launch[key].as_f64().unwrap();
     assert_eq!(launch["cells"], 100);
@@ -188,20 +137,13 @@ fn val_chain_a_launched_wave_keeps_its_shape() {
         number("stepping_error") < 1e-10 && number("leak") < 1e-20,
         "{launch}"
     );
-    assert_eq!(found, json(&place.path("way/summary.json")));
+    assert_eq!(found, place.json("way/summary.json"));
     let expected = ["figures", "launch.npz", "report.html", "summary.json"];
-    assert_eq!(names(&place.path("way")), expected.map(String::from).into());
-    let file = fs::File::open(place.path("way/launch.npz")).unwrap();
-    let change: Array1<f64> = NpzReader::new(file)
-        .unwrap()
-        .by_name("shape_change")
-        .unwrap();
+    assert_eq!(names(&place.path("way")), set(&expected));
+    let change = place.array::<f64>("way/launch.npz", "shape_change");
     assert_eq!((change.len(), change[99]), (100, number("shape_change")));
     let said = place.good(&["--launch", "1", "--cells", "5"]);
-    assert!(
-        said.contains("travels 5 cells") && said.contains("of its energy a cell"),
-        "{said}"
-    );
+    contains_all(&said, &["travels 5 cells", "of its energy a cell"]);
 }
 
 /// Angles by the published form of the ellipse: 8 degrees are nearly those of order 2.
@@ -209,8 +151,7 @@ fn val_chain_a_launched_wave_keeps_its_shape() {
 fn val_paper_angles_of_localized_and_most_dispersive_waves() {
     let place = Place::of(&["localize"]);
     let words = "--order 2..3 --angles --material quartz --radius 9mm --cells 80 --json";
-    let words: Vec<&str> = words.split(' ').collect();
-    let table: Value = serde_json::from_str(&place.good(&words)).unwrap();
+    let table = place.says_json(words);
     let rows = &table["orders"];
     let degrees = rows[0]["angle"]["degrees"].as_f64().unwrap();
     assert!((7.0..8.0).contains(&degrees), "{degrees}");
@@ -240,15 +181,8 @@ fn an_unresolved_order_is_told_in_its_row() {
     assert!(rows[0]["exact"].is_null() && rows[0]["asymptotic"].is_null());
     let reason = rows[0]["reason"].as_str().unwrap();
     assert!(reason.contains("rounding beyond order"), "{reason}");
-    let table = fs::read_to_string(place.path("found/table.csv")).unwrap();
-    assert!(
-        table
-            .lines()
-            .nth(1)
-            .unwrap()
-            .contains("rounding beyond order"),
-        "{table}"
-    );
+    let table = place.read("found/table.csv");
+    contains_all(table.lines().nth(1).unwrap(), &["rounding beyond order"]);
 }
 
 #[test]
@@ -283,10 +217,8 @@ fn wrong_requests_end_with_code_2_and_leave_nothing() {
         "--alternation both",
         "--order 1..2 --out .",
     ] {
-        let words: Vec<&str> = words.split(' ').collect();
-        place.bad(2, &words);
+        place.refuses(2, words);
     }
     // The wave of the homogeneous chain is too wide: a run that fails.
-    let said = place.bad(1, &["--exponent", "1.02", "--out", "wide"]);
-    assert!(said.contains("1.02"), "{said}");
+    place.refuses_for(1, "--exponent 1.02 --out wide", "1.02");
 }

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use test_support::contains_all;
 use test_support::fields::noise;
 use test_support::place::Place;
 
@@ -36,10 +37,7 @@ fn regress_merged_parts_are_the_whole() {
         assert!(said.contains("--merge") && said.contains("2/3"), "{said}");
         // Sums that exceed the memory allowed are refused before they are read.
         let said = place.refuses(2, &format!("{merge} a b c --memory 1kB"));
-        assert!(
-            said.contains("memory") && said.contains("--memory"),
-            "{said}"
-        );
+        contains_all(&said, &["memory", "--memory"]);
     }
     let summary = place.json("a/summary.json");
     assert_eq!(summary["schema"], "cascade.part/2");
@@ -60,17 +58,14 @@ fn regress_what_is_no_part_is_refused() {
         ("coherence --merge part --out out --memory 0", "--memory"),
         ("analyze field.npy --part 3/64", "cascade spectrum FIELD"),
     ] {
-        let said = place.refuses(2, line);
-        assert!(said.contains(named), "{line}: {said}");
+        place.refuses_for(2, line, named);
     }
-    let said = place.refuses(1, "coherence --merge field.npy --out out");
-    assert!(said.contains("field.npy"), "{said}");
+    place.refuses_for(1, "coherence --merge field.npy --out out", "field.npy");
     // A part that was damaged.
     let path = place.path("part/part.npz");
     let mut bytes = fs::read(&path).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     fs::write(&path, bytes).unwrap();
-    let said = place.refuses(1, "coherence --merge part --out out");
-    assert!(said.contains("part.npz"), "{said}");
+    place.refuses_for(1, "coherence --merge part --out out", "part.npz");
 }

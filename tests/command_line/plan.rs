@@ -8,20 +8,16 @@ const SCENE: &str = "sites = 8\nstiffness_ratio = 2.0\nstriker_velocity = 1.0\nt
 #[test]
 fn regress_a_measurement_is_planned() {
     let place = Place::new();
-    std::fs::write(place.path("scene.toml"), SCENE).unwrap();
+    place.write("scene.toml", SCENE);
     let plan = "plan scene.toml --free stiffness_ratio,tangent --sensors 2 --noise 2%";
     let said = place.says(&format!("{plan} --figures png"));
     assert!(said.starts_with("scene.toml: bodies "), "{said}");
-    assert!(
-        said.contains("evenly spaced") && said.lines().count() <= 14,
-        "{said}"
-    );
+    assert!(said.contains("evenly spaced"), "{said}");
+    assert!(said.lines().count() <= 14, "{said}");
     let summary = place.json("scene-plan/summary.json");
     assert_eq!(summary["schema"], "cascade.plan/1");
     assert_eq!(summary["bodies"].as_array().unwrap().len(), 2);
-    for name in ["report.html", "plan.npz", "figures/plan.png"] {
-        assert!(place.path(format!("scene-plan/{name}")).exists(), "{name}");
-    }
+    place.has("scene-plan", "report.html plan.npz figures/plan.png");
     place.says(&format!(
         "{plan} --criterion worst --quantity force --free-gains --force -q"
     ));
@@ -43,16 +39,15 @@ fn regress_a_measurement_is_planned() {
             "a rate",
         ),
     ] {
-        let said = place.refuses(2, line);
-        assert!(said.contains(named), "{line}: {said}");
+        place.refuses_for(2, line, named);
     }
 }
 
 #[test]
 fn regress_a_field_is_compared_with_a_run() {
     let place = Place::new();
-    std::fs::write(place.path("scene.toml"), SCENE).unwrap();
-    std::fs::write(place.path("other.toml"), SCENE.replace("2.0", "2.1")).unwrap();
+    place.write("scene.toml", SCENE);
+    place.write("other.toml", SCENE.replace("2.0", "2.1"));
     place.says("simulate scene.toml --out run.npz");
     place.says("simulate other.toml --out other.npz");
     place.says("convert run.npz field.csv");
@@ -70,21 +65,14 @@ fn regress_a_field_is_compared_with_a_run() {
     assert!(place.path("parts/compare-field.npz").exists());
     place.says("compare field.csv other.npz --out parts --force -q");
     for (line, named) in [
+        ("run.npz other.npz --bodies 1,2 --out a", "a measured field"),
+        ("run.npz other.npz --dt 1 --out a", "a measured field"),
+        ("field.csv run.npz --modes --out a", "two runs"),
         (
-            "compare run.npz other.npz --bodies 1,2 --out a",
-            "a measured field",
-        ),
-        (
-            "compare run.npz other.npz --dt 1 --out a",
-            "a measured field",
-        ),
-        ("compare field.csv run.npz --modes --out a", "two runs"),
-        (
-            "compare field.csv run.npz --bodies 1,2 --out a",
+            "field.csv run.npz --bodies 1,2 --out a",
             "one for each site",
         ),
     ] {
-        let said = place.refuses(2, line);
-        assert!(said.contains(named), "{line}: {said}");
+        place.refuses_for(2, &format!("compare {line}"), named);
     }
 }

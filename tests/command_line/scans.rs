@@ -22,7 +22,7 @@ fn scan() -> Place {
         };
         let rows: String = (0..96).map(row).collect();
         let file = format!("line/x={}mm.csv", 5 * j);
-        fs::write(place.path(file), format!("time_us,v,hammer\n{rows}")).unwrap();
+        place.write(file, format!("time_us,v,hammer\n{rows}"));
     }
     place
 }
@@ -39,7 +39,7 @@ fn the_files_of_a_scan_are_one_field() {
     let input = provenance["input"].as_str().unwrap();
     assert!(input.starts_with("12 files, line/x=0mm.csv to "), "{input}");
     assert_eq!(provenance["input_blake3"].as_str().unwrap().len(), 64);
-    let table = fs::read_to_string(place.path("line-cascade/records.csv")).unwrap();
+    let table = place.read("line-cascade/records.csv");
     let rows: Vec<&str> = table.lines().collect();
     assert_eq!((rows.len(), rows[2]), (13, "line/x=5mm.csv,5,96,-1,0,"));
     // It is a result that can be replaced, and planned.
@@ -84,8 +84,7 @@ fn inspection_and_conversion_show_what_is_taken_of_each_file() {
             "line/x=10mm.csv",
         ),
     ] {
-        let said = place.refuses(2, &line);
-        assert!(said.contains(named), "{line}: {said}");
+        place.refuses_for(2, &line, named);
     }
 }
 
@@ -96,9 +95,8 @@ fn uneven_times_are_refused_or_resampled() {
     let wave = |n: usize, late: f64| (0.3 * time(n) - late).sin();
     let row = |n: usize| format!("{},{},{}\n", time(n), wave(n, 0.0), wave(n, 1.0));
     let rows: String = (0..64).map(row).collect();
-    fs::write(place.path("v.csv"), format!("time_s,a,b\n{rows}")).unwrap();
-    let said = place.refuses(1, "analyze v.csv");
-    assert!(said.contains("--resample cubic"), "{said}");
+    place.write("v.csv", format!("time_s,a,b\n{rows}"));
+    place.refuses_for(1, "analyze v.csv", "--resample cubic");
     for (method, is_doubtful) in [("time=linear", true), ("cubic", false)] {
         place.says(&format!(
             "analyze v.csv --resample {method} --out r --force"

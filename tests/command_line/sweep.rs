@@ -1,20 +1,10 @@
 //! `cascade sweep`, and chains in SI with their units.
 
-use std::fs;
-
+use test_support::contains_all;
 use test_support::made::in_one_line;
 use test_support::place::Place;
 
-const BEADS: &[&str] = &[
-    "--sites",
-    "8",
-    "--material",
-    "steel",
-    "--shape",
-    "sphere",
-    "--striker-velocity",
-    "1m/s",
-];
+const BEADS: &str = "sweep --sites 8 --material steel --shape sphere --striker-velocity 1m/s";
 
 const SCENE: &str = "sites = 16\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
                      striker_velocity = \"1 m/s\"\nend_time = \"400 us\"\nsamples = 801\n";
@@ -22,63 +12,38 @@ const SCENE: &str = "sites = 16\nmaterial = \"steel\"\nshape = \"sphere\"\nradiu
 #[test]
 fn a_sweep_says_what_is_wrong_and_that_runs_failed() {
     let place = Place::new();
-    let short = ["--sites", "8", "--end-time", "20", "--samples", "8"];
-    let sweep = |more: &[&'static str]| [&["sweep"], &short[..], more].concat();
-    place.good(&sweep(&["--vary", "stiffness_ratio=1,2", "--out", "good"]));
-    let said = place.bad(
-        2,
-        &["sweep", "--merge", "good", "--sites", "3", "--out", "m"],
-    );
-    assert!(
-        said.contains("--merge") && said.contains("--sites"),
-        "{said}"
-    );
-    let steps = [
-        "--scheme",
-        "velocity-verlet",
-        "--vary",
-        "step=0.01,9",
-        "--out",
-        "half",
-    ];
-    let output = place.run(&sweep(&steps));
+    let sweep = "sweep --sites 8 --end-time 20 --samples 8";
+    place.says(&format!("{sweep} --vary stiffness_ratio=1,2 --out good"));
+    let said = place.refuses(2, "sweep --merge good --sites 3 --out m");
+    contains_all(&said, &["--merge", "--sites"]);
+    let steps = format!("{sweep} --scheme velocity-verlet --vary step=0.01,9 --out half");
+    let output = place.run(&steps.split(' ').collect::<Vec<_>>());
     assert_eq!(output.status.code(), Some(1), "one of two runs failed");
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("1 of the runs failed"), "{said}");
-    let table = fs::read_to_string(place.path("half").join("table.csv")).unwrap();
+    let table = place.read("half/table.csv");
     assert_eq!(table.lines().count(), 3);
-    assert!(
-        table.lines().nth(2).unwrap().contains("stability"),
-        "{table}"
-    );
+    contains_all(table.lines().nth(2).unwrap(), &["stability"]);
 }
 
 /// Ranges take units; forces and times have theirs in the answer and on the page.
 #[test]
 fn a_sweep_takes_units_and_states_them() {
     let place = Place::new();
-    let vary = [
-        "--vary",
-        "radius=5mm:20mm:4",
-        "--end-time",
-        "800us",
-        "--out",
-        "s",
-    ];
-    let said = place.good(&[&["sweep"], BEADS, &vary[..]].concat());
+    let said = place.says(&format!(
+        "{BEADS} --vary radius=5mm:20mm:4 --end-time 800us --out s"
+    ));
     let said = in_one_line(&said);
-    assert!(
-        said.contains(" N at radius 5.000 mm to ") && said.contains(" N at radius 20.00 mm"),
-        "{said}"
-    );
-    let table = fs::read_to_string(place.path("s/table.csv")).unwrap();
-    let radii: Vec<&str> = table
+    assert!(said.contains(" N at radius 5.000 mm to "), "{said}");
+    assert!(said.contains(" N at radius 20.00 mm"), "{said}");
+    let table = place.read("s/table.csv");
+    let rows: Vec<Vec<&str>> = table
         .lines()
-        .skip(1)
-        .map(|line| line.split(',').next().unwrap())
+        .map(|line| line.split(',').collect())
         .collect();
+    let radii: Vec<&str> = rows[1..].iter().map(|row| row[0]).collect();
     assert_eq!(radii, ["5.0mm", "10.0mm", "15.0mm", "20.0mm"]);
-    let page = fs::read_to_string(place.path("s/report.html")).unwrap();
+    let page = place.read("s/report.html");
     for text in [
         "radius (mm)",
         "force, last contact (N)",
@@ -88,65 +53,34 @@ fn a_sweep_takes_units_and_states_them() {
         assert!(page.contains(text), "{text}");
     }
     // Forces of similar spheres at one speed grow with the square of the radius.
-    let column = table
-        .lines()
-        .next()
-        .unwrap()
-        .split(',')
-        .position(|name| name == "peak_force_last");
-    let forces: Vec<f64> = table
-        .lines()
-        .skip(1)
-        .map(|line| {
-            line.split(',')
-                .nth(column.unwrap())
-                .unwrap()
-                .parse()
-                .unwrap()
-        })
-        .collect();
+    let column = rows[0].iter().position(|name| *name == "peak_force_last");
+    let forces = rows[1..]
+        .iter()
+        .map(|row| row[column.unwrap()].parse().unwrap());
+    let forces: Vec<f64> = forces.collect();
     assert!(
         (forces[3] / forces[0] / 16.0 - 1.0).abs() < 1e-6,
         "{forces:?}"
     );
-    let said = place.bad(
-        2,
-        &[&["sweep"], BEADS, &["--vary", "radius=5mm:20:4"]].concat(),
-    );
-    assert!(
-        said.contains("radius=5mm:20:4") && said.contains("one unit at both ends"),
-        "{said}"
-    );
+    let said = place.refuses(2, &format!("{BEADS} --vary radius=5mm:20:4"));
+    contains_all(&said, &["radius=5mm:20:4", "one unit at both ends"]);
 }
 
 /// What a force needs that no member has: a later end, or more samples.
 #[test]
 fn a_sweep_without_values_says_what_to_state() {
     let place = Place::new();
-    let vary = ["sweep", "--sites", "8", "--vary", "stiffness_ratio=1,2"];
-    let said = place.good(&[&vary[..], &["--out", "a"]].concat());
-    assert!(
-        said.contains("none of 2 members") && said.contains("--end-time"),
-        "{said}"
-    );
+    let vary = "sweep --sites 8 --vary stiffness_ratio=1,2";
+    let said = place.says(&format!("{vary} --out a"));
+    contains_all(&said, &["none of 2 members", "--end-time"]);
     assert!(!said.contains("--samples"), "{said}");
-    let said = place.good(
-        &[
-            &vary[..],
-            &["--end-time", "40", "--samples", "5", "--out", "b"],
-        ]
-        .concat(),
-    );
-    assert!(
-        said.contains("none of 2 members") && said.contains("--samples"),
-        "{said}"
-    );
+    let said = place.says(&format!("{vary} --end-time 40 --samples 5 --out b"));
+    contains_all(&said, &["none of 2 members", "--samples"]);
     assert!(!said.contains("--end-time"), "{said}");
-    let table = fs::read_to_string(place.path("b/table.csv")).unwrap();
-    assert!(
-        table.lines().skip(1).all(|line| line.contains(",samples,")),
-        "{table}"
-    );
+    let table = place.read("b/table.csv");
+    for line in table.lines().skip(1) {
+        assert!(line.contains(",samples,"), "{table}");
+    }
 }
 
 #[test]
@@ -155,7 +89,7 @@ fn a_check_of_a_scene_in_si_has_units() {
     let scene = "sites = 6\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\ndashpot = 3.0\n\
                  drag = 0.1\ntangent = \"1 us\"\ndrive = \"force\"\ndrive_waveform = \"half-sine\"\n\
                  drive_amplitude = 2.5\ndrive_duration = \"1 ms\"\nend_time = \"1 ms\"\n";
-    fs::write(place.path("s.toml"), scene).unwrap();
+    place.write("s.toml", scene);
     let said = in_one_line(&place.good(&["scene", "--check", "s.toml"]));
     for text in [
         " N/m^1.5",
@@ -176,32 +110,19 @@ fn a_run_that_ends_by_itself_says_when_the_wall_peaks() {
     let said = in_one_line(&place.good(&["simulate", "--sites", "20", "--out", "a.npz"]));
     let (_, end) = said.split_once("--end-time ").expect("an end to type");
     let end = end.split_whitespace().next().unwrap().to_owned();
-    let said = place.good(&[
-        "simulate",
-        "--sites",
-        "20",
-        "--end-time",
-        &end,
-        "--out",
-        "b.npz",
-    ]);
+    let said = place.says(&format!("simulate --sites 20 --end-time {end} --out b.npz"));
     assert!(!said.contains("--end-time"), "{said}");
     let peak = |name: &str| {
-        let run = wavecascade::report::RunFile::read(&place.path(name))
-            .unwrap()
-            .run;
+        let read = wavecascade::report::RunFile::read(&place.path(name));
+        let run = read.unwrap().run;
         let last = run.chain.n_contacts() - 1;
         let end = run.time[run.time.len() - 1];
         (run.peak_force(last).unwrap().time, end)
     };
     let (first, second) = (peak("a.npz"), peak("b.npz"));
-    assert!(
-        first.0 > 0.999 * first.1 && second.0 < 0.98 * second.1,
-        "{first:?} {second:?}"
-    );
-    let free = place.good(&[
-        "simulate", "--sites", "20", "--ends", "free", "--out", "c.npz",
-    ]);
+    assert!(first.0 > 0.999 * first.1, "{first:?} {second:?}");
+    assert!(second.0 < 0.98 * second.1, "{first:?} {second:?}");
+    let free = place.says("simulate --sites 20 --ends free --out c.npz");
     assert!(!free.contains("--end-time"), "{free}");
 }
 
@@ -209,7 +130,7 @@ fn a_run_that_ends_by_itself_says_when_the_wall_peaks() {
 #[test]
 fn budgets_in_si_have_units() {
     let place = Place::new();
-    fs::write(place.path("beads.toml"), SCENE).unwrap();
+    place.write("beads.toml", SCENE);
     let said = place.good(&["simulate", "beads.toml", "--quiet"]);
     assert!(said.is_empty(), "{said}");
     let said = place.good(&["budget", "beads.npz", "--verbose", "--figures", "none"]);

@@ -29,15 +29,12 @@ fn regress_a_transfer_is_found_and_written() {
         frequency.len(),
         summary["outputs"].as_array().unwrap().len()
     );
-    for name in ["report.html", "figures/bicoherence.png"] {
-        assert!(place.path(format!("field-bicoherence/{name}")).exists());
-    }
+    place.has("field-bicoherence", "report.html figures/bicoherence.png");
     for (words, named) in [
         ("--transfer 0", "--transfer"),
         ("--lag 3", "--transfer"),
         ("--transfer 1 --highest 1kHz", "no unit"),
     ] {
-        let said = place.refuses(2, &format!("bicoherence field.npy {words} --force"));
-        assert!(said.contains(named), "{words}: {said}");
+        place.refuses_for(2, &format!("bicoherence field.npy {words} --force"), named);
     }
 }

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use ndarray::Array2;
+use test_support::changed;
+use test_support::fields::reading;
 use test_support::made::{axis, values};
 use test_support::place::Place;
 use test_support::shared::shared_data;
@@ -23,18 +25,13 @@ fn has(field: &Field, code: &str) -> bool {
 #[test]
 fn val_case_clocks() {
     if let Some(field) = case("epoch_1MHz.h5") {
-        assert_eq!(
-            (field.time.step, field.time.unit.as_deref()),
-            (1e-6, Some("s"))
-        );
+        assert_eq!(field.time.step, 1e-6);
+        assert_eq!(field.time.unit.as_deref(), Some("s"));
         assert!(has(&field, "rounded"), "{:?}", field.notes);
     }
     if let Some(field) = case("single_precision_minutes.nc") {
-        assert!(
-            (field.time.step * 60.0 - 1.0).abs() < 1e-5,
-            "{}",
-            field.time.step
-        );
+        let step = field.time.step;
+        assert!((step * 60.0 - 1.0).abs() < 1e-5, "{step}");
         assert_eq!(field.time.unit.as_deref(), Some("h"));
     }
 }
@@ -62,10 +59,8 @@ fn val_peer_rates_and_units_beside_the_samples() {
             unit: unit.map(String::from),
         };
         assert_eq!(field.space, space, "{name}");
-        assert_eq!(
-            (field.unit.as_deref(), field.quantity),
-            (Some("mm/s"), Quantity::Velocity)
-        );
+        assert_eq!(field.unit.as_deref(), Some("mm/s"));
+        assert_eq!(field.quantity, Quantity::Velocity);
         let said: Vec<String> = field.notes.iter().map(Note::message).collect();
         let said = said.join("\n");
         assert!(said.contains("fs` = 100000 is the sampling rate"), "{said}");
@@ -108,10 +103,7 @@ fn val_definition_a_slice_of_three_dimensions() {
             ("x", "3", array.index_axis(D(2), 3)),
         ] {
             for read in [ReadMode::Map, ReadMode::Copy] {
-                let options = OpenOptions {
-                    read,
-                    ..at(dimension, label)
-                };
+                let options = changed(at(dimension, label), |it| it.read = read);
                 let field = Field::open(place.path("a.npy"), &options).unwrap();
                 assert_eq!(values(&field), kept, "{dimension}={label}");
                 let mut out = vec![0.0; 2 * kept.ncols()];
@@ -152,19 +144,14 @@ fn regress_what_a_reader_doubts_is_a_warning() {
         )
     };
     let frames: String = (0..9).map(frame).collect();
-    std::fs::write(place.path("a.lammpstrj"), frames).unwrap();
-    let options = OpenOptions {
-        variable: Some("vx".into()),
-        ..OpenOptions::default()
-    };
+    place.write("a.lammpstrj", frames);
+    let options = reading(|it| it.variable = Some("vx".into()));
     let field = Field::open(place.path("a.lammpstrj"), &options).unwrap();
     let doubt = field
         .notes
         .iter()
         .find(|note| note.code() == "remark")
         .unwrap();
-    assert!(
-        doubt.is_doubtful() && doubt.message().contains("image flags"),
-        "{doubt:?}"
-    );
+    assert!(doubt.is_doubtful(), "{doubt:?}");
+    assert!(doubt.message().contains("image flags"), "{doubt:?}");
 }

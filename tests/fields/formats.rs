@@ -6,6 +6,7 @@ use std::path::Path;
 
 use ndarray::{Array1, Array2, Axis as Dimension, ShapeBuilder};
 use ndarray_npy::{NpzWriter, write_npy};
+use test_support::fields::reading;
 use test_support::hostile::Folder;
 use test_support::made::{axis_at as axis, values};
 use wavecascade::Field;
@@ -60,10 +61,7 @@ fn val_numpy_every_sample_type_byte_order_and_memory_order() {
                 assert_eq!(values(&field), expected, "{name}");
                 assert_eq!(site_major(&field), expected.t(), "{name}");
 
-                let options = OpenOptions {
-                    layout: Some(Layout::SiteTime),
-                    ..OpenOptions::default()
-                };
+                let options = reading(|it| it.layout = Some(Layout::SiteTime));
                 let transposed = Field::open(&path, &options).unwrap();
                 assert_eq!((transposed.n_times(), transposed.n_sites()), (3, 5));
                 assert_eq!(values(&transposed), expected.t(), "{name}, site-time");
@@ -87,10 +85,7 @@ fn val_numpy_one_dimension_is_the_record_of_one_site() {
     let folder = Folder::new();
     let path = folder.write("record.npy", numpy_bytes("record"));
     for layout in [Layout::TimeSite, Layout::SiteTime] {
-        let options = OpenOptions {
-            layout: Some(layout),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.layout = Some(layout));
         let field = Field::open(&path, &options).unwrap();
         let expected = Array1::from_iter((0..4).map(f64::from)).insert_axis(Dimension(1));
         assert_eq!(values(&field), expected);
@@ -135,10 +130,8 @@ fn val_numpy_archive_of_a_simulated_run() {
         };
         assert_eq!(field.time, time);
         assert_eq!(field.space, Axis::index());
-        assert_eq!(
-            (field.name.as_str(), field.quantity),
-            ("run", Quantity::Velocity)
-        );
+        assert_eq!(field.name.as_str(), "run");
+        assert_eq!(field.quantity, Quantity::Velocity);
 
         let options = OpenOptions {
             variable: Some("displacement.npy".into()),
@@ -251,10 +244,8 @@ fn options_override_the_sidecar_which_overrides_the_file() {
     };
     assert_eq!(field.time, axis(0.5, 0.125, "ms"));
     assert_eq!(field.space, axis(-1.0, 4.0, "mm"));
-    assert_eq!(
-        (field.quantity, field.unit.as_deref()),
-        (Quantity::Force, Some("N"))
-    );
+    assert_eq!(field.quantity, Quantity::Force);
+    assert_eq!(field.unit.as_deref(), Some("N"));
 }
 
 #[test]
@@ -264,10 +255,7 @@ fn the_hash_is_that_of_the_bytes() {
     let path = folder.write("field.npy", &bytes);
     let expected = blake3::hash(&bytes).to_hex().to_string();
     assert_eq!(open(&path).content_hash, Some(expected));
-    let options = OpenOptions {
-        hash: false,
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.hash = false);
     let unhashed = Field::open(&path, &options).unwrap();
     assert_eq!(unhashed.content_hash, None);
     // Read where it lies, and as text that was parsed.
@@ -303,15 +291,10 @@ fn tables_in_every_dress_hold_the_same_field() {
     ] {
         let field = table(name, text, &OpenOptions::default());
         assert_eq!(values(&field), expected, "{text:?}");
-        assert_eq!(
-            (&field.time, &field.space),
-            (&Axis::index(), &Axis::index())
-        );
+        assert_eq!(field.time, Axis::index());
+        assert_eq!(field.space, Axis::index());
     }
-    let options = OpenOptions {
-        layout: Some(Layout::SiteTime),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.layout = Some(Layout::SiteTime));
     let field = table("a.csv", "1,0.003,5\n-2.5,4,600\n", &options);
     assert_eq!(values(&field), expected);
 }
@@ -343,18 +326,12 @@ fn a_time_column_may_be_stated() {
             TimeColumn::Name(_) => format!("clock,v\n{text}"),
             _ => text.into(),
         };
-        let options = OpenOptions {
-            time_column,
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.time_column = time_column);
         let field = table("a.csv", &text, &options);
         assert_eq!(values(&field), ndarray::array![[1.0], [2.0], [3.0]]);
         assert_eq!(field.time, axis(0.0, 0.1, None));
     }
-    let options = OpenOptions {
-        time_column: TimeColumn::None,
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.time_column = TimeColumn::None);
     let field = table("a.csv", &format!("time,v\n{text}"), &options);
     assert_eq!((field.n_sites(), field.time), (2, Axis::index()));
 }

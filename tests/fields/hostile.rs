@@ -2,6 +2,7 @@
 //! without a large allocation, and in bounded time.
 
 use proptest::prelude::*;
+use test_support::fields::reading;
 use test_support::hostile::{Folder, fault, npy, npy_f64, npy_with_header, npz};
 use wavecascade::error::{FileKind, InputFault};
 use wavecascade::field::OpenOptions;
@@ -15,12 +16,8 @@ fn what_is_not_a_file() {
     let Error::Input { fault, .. } = error else {
         panic!("{error}");
     };
-    assert_eq!(
-        fault,
-        InputFault::NotAFile {
-            found: FileKind::Directory
-        }
-    );
+    let found = FileKind::Directory;
+    assert_eq!(fault, InputFault::NotAFile { found });
     let missing = folder.path().join("missing.npy");
     let error = Field::open(&missing, &OpenOptions::default()).unwrap_err();
     assert!(matches!(&error, Error::Read { path, .. } if *path == missing));
@@ -65,13 +62,9 @@ fn other_formats_are_named() {
 
 #[test]
 fn npy_magic_and_version() {
-    let bytes = fault("field.npy", b"\x93NUMPX\x01\x00");
-    assert_eq!(
-        bytes,
-        InputFault::NpyMagic {
-            found: b"\x93NUMPX".to_vec()
-        }
-    );
+    let found = b"\x93NUMPX".to_vec();
+    let magic = fault("field.npy", b"\x93NUMPX\x01\x00");
+    assert_eq!(magic, InputFault::NpyMagic { found });
     for (major, minor) in [(0, 0), (1, 1), (4, 0), (255, 255)] {
         let mut bytes = npy_f64("(1, 1)", [0.0]);
         bytes[6..8].copy_from_slice(&[major, minor]);
@@ -92,17 +85,15 @@ fn npy_header_that_is_cut_or_endless() {
     let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
     bytes.extend(u32::MAX.to_le_bytes());
     bytes.extend(b"{'descr'");
-    assert_eq!(
-        fault("field.npy", bytes),
-        InputFault::NpyHeaderLength {
-            found: u64::from(u32::MAX),
-            limit: 65_536
-        }
-    );
+    let (found, limit) = (u64::from(u32::MAX), 65_536);
+    let expected = InputFault::NpyHeaderLength { found, limit };
+    assert_eq!(fault("field.npy", bytes), expected);
 }
 
 #[test]
 fn npy_header_with_deep_nesting() {
+    use InputFault::{NpyHeader, StructuredType};
+
     let deep = "[".repeat(60_000);
     for text in [
         format!("{{'descr': {deep}"),
@@ -111,13 +102,8 @@ fn npy_header_with_deep_nesting() {
         "{".repeat(60_000),
     ] {
         let fault = fault("field.npy", npy_with_header(&text, b""));
-        assert!(
-            matches!(
-                fault,
-                InputFault::NpyHeader { .. } | InputFault::StructuredType { .. }
-            ),
-            "{fault}"
-        );
+        let is_named = matches!(fault, NpyHeader { .. } | StructuredType { .. });
+        assert!(is_named, "{fault}");
     }
 }
 
@@ -136,25 +122,19 @@ fn npy_header_fault_says_where() {
 
 #[test]
 fn npy_types_that_are_no_samples() {
-    assert_eq!(
-        fault("field.npy", npy("|O", "(2, 2)", b"\x80\x04")),
-        InputFault::PickledObjects
-    );
+    let objects = npy("|O", "(2, 2)", b"\x80\x04");
+    assert_eq!(fault("field.npy", objects), InputFault::PickledObjects);
     let record = "{'descr': [('a', '<f8'), ('b', '<i4')], 'fortran_order': False, 'shape': (2,)}";
     assert!(matches!(
         fault("field.npy", npy_with_header(record, b"")),
         InputFault::StructuredType { descr } if descr.starts_with("[('a', '<f8')")
     ));
     let descr = "|V16".to_owned();
-    assert_eq!(
-        fault("field.npy", npy("|V16", "(2, 2)", b"")),
-        InputFault::StructuredType { descr }
-    );
+    let found = fault("field.npy", npy(&descr, "(2, 2)", b""));
+    assert_eq!(found, InputFault::StructuredType { descr });
     let descr = "<c16".to_owned();
-    assert_eq!(
-        fault("field.npy", npy("<c16", "(1, 1)", &[0; 16])),
-        InputFault::ComplexType { descr }
-    );
+    let found = fault("field.npy", npy(&descr, "(1, 1)", &[0; 16]));
+    assert_eq!(found, InputFault::ComplexType { descr });
     for descr in ["<f16", "<U4", "<M8[ns]", "<f", "", "<", "<i3", "f88"] {
         let expected = InputFault::SampleType {
             descr: descr.into(),
@@ -189,41 +169,24 @@ fn npy_lengths_that_lie() {
         "(1152921504606846976,)",
     ] {
         let fault = fault("field.npy", npy("<f8", shape, &data));
-        assert!(
-            matches!(
-                fault,
-                InputFault::TooLarge {
-                    sample_bytes: 8,
-                    ..
-                }
-            ),
-            "{shape}: {fault}"
-        );
+        let InputFault::TooLarge { sample_bytes, .. } = fault else {
+            panic!("{shape}: {fault}");
+        };
+        assert_eq!(sample_bytes, 8);
     }
     let terabytes = npy("<f8", "(1000000, 1000000)", &data);
     let found = terabytes.len() as u64;
     let expected = found - 64 + 8_000_000_000_000;
-    assert_eq!(
-        fault("field.npy", terabytes),
-        InputFault::Truncated { expected, found }
-    );
+    let truncated = InputFault::Truncated { expected, found };
+    assert_eq!(fault("field.npy", terabytes), truncated);
     let whole = npy_f64("(4, 2)", (0..8).map(f64::from));
     let expected = whole.len() as u64;
-    assert_eq!(
-        fault("field.npy", &whole[..whole.len() - 1]),
-        InputFault::Truncated {
-            expected,
-            found: expected - 1
-        }
-    );
-    let longer = [&whole[..], b"\n"].concat();
-    assert_eq!(
-        fault("field.npy", longer),
-        InputFault::TrailingBytes {
-            expected,
-            found: expected + 1
-        }
-    );
+    let found = expected - 1;
+    let truncated = InputFault::Truncated { expected, found };
+    assert_eq!(fault("field.npy", &whole[..whole.len() - 1]), truncated);
+    let found = expected + 1;
+    let trailing = InputFault::TrailingBytes { expected, found };
+    assert_eq!(fault("field.npy", [&whole[..], b"\n"].concat()), trailing);
 }
 
 #[test]
@@ -262,10 +225,7 @@ fn sidecars_that_mislead() {
 #[test]
 fn stated_steps_that_are_no_step() {
     for dt in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let options = OpenOptions {
-            dt: Some(dt.into()),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.dt = Some(dt.into()));
         let error = Field::open("field.npy", &options).unwrap_err();
         assert!(matches!(error, Error::Request { option: "dt", .. }));
     }

@@ -1,5 +1,6 @@
 //! Archives that are damaged, lie about what they hold or leave the choice open.
 
+use test_support::fields::reading;
 use test_support::hostile::{BOTH, Folder, fault, fault_with, npy, npy_f64, npz, refusal};
 use wavecascade::error::InputFault;
 use wavecascade::field::OpenOptions;
@@ -68,6 +69,8 @@ fn val_npz_whose_names_differ() {
 
 #[test]
 fn npz_bytes_that_changed() {
+    use InputFault::{Checksum, Deflate, InflatedSize};
+
     let field = npy_f64("(40, 2)", (0..80).map(f64::from));
     let mut stored = npz(CompressionMethod::Stored, &[("velocity.npy", &field)]);
     let at = stored.windows(8).position(|w| w == 7f64.to_le_bytes());
@@ -82,15 +85,11 @@ fn npz_bytes_that_changed() {
         let mut bytes = whole.clone();
         bytes[at] ^= 0x10;
         let (_, fault) = member_fault(fault("field.npz", bytes));
-        assert!(
-            matches!(
-                fault,
-                InputFault::Checksum { .. }
-                    | InputFault::Deflate { .. }
-                    | InputFault::InflatedSize { .. }
-            ),
-            "{fault}"
+        let is_named = matches!(
+            fault,
+            Checksum { .. } | Deflate { .. } | InflatedSize { .. }
         );
+        assert!(is_named, "{fault}");
         faults += 1;
     }
     assert_eq!(faults, 40);
@@ -195,10 +194,7 @@ fn npz_bomb_stays_within_its_header_and_the_memory_allowed() {
 
     let large = npy("<f8", "(1024, 1024)", &vec![0; 8 << 20]);
     let archive = npz(CompressionMethod::Deflated, &[("velocity.npy", &large)]);
-    let options = OpenOptions {
-        memory: Some(1 << 20),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.memory = Some(1 << 20));
     match refusal("field.npz", archive, &options) {
         Error::Memory {
             needed, allowed, ..
@@ -235,10 +231,7 @@ fn npz_members_are_listed_where_the_choice_is_open() {
         ];
         assert_eq!(listed, expected);
 
-        let options = OpenOptions {
-            variable: Some("c".into()),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.variable = Some("c".into()));
         let fault = fault_with("field.npz", &archive, &options);
         assert!(matches!(
             fault,
@@ -280,10 +273,7 @@ fn npz_coordinates_that_do_not_fit() {
     assert_eq!(fault, expected);
 
     let folder = Folder::new();
-    let options = OpenOptions {
-        dt: Some(1.25.into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.dt = Some(1.25.into()));
     let field = Field::open(folder.write("run.npz", uneven), &options).unwrap();
     assert_eq!((field.time.origin, field.time.step), (0.0, 1.25));
 }

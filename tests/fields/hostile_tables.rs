@@ -1,5 +1,6 @@
 //! Tables of text that are no tables, or not all of one.
 
+use test_support::fields::reading;
 use test_support::hostile::{Folder, fault, fault_with, refusal};
 use wavecascade::error::InputFault;
 use wavecascade::field::{Header, Layout, OpenOptions, TimeColumn};
@@ -109,10 +110,7 @@ fn tables_whose_times_skip() {
 #[test]
 fn table_columns_that_are_not_there() {
     let asked_for = |time_column, text: &str| {
-        let options = OpenOptions {
-            time_column,
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.time_column = time_column);
         match fault_with("field.csv", text, &options) {
             InputFault::NoSuchColumn { asked, columns } => (asked, columns),
             other => panic!("{other}"),
@@ -143,11 +141,7 @@ fn table_columns_that_are_not_there() {
 
 #[test]
 fn a_table_stays_within_the_memory_allowed() {
-    let options = OpenOptions {
-        memory: Some(7_999),
-        header: Header::Absent,
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| (it.memory, it.header) = (Some(7_999), Header::Absent));
     let text = "1,2,3,4\n".repeat(250);
     assert!(matches!(
         refusal("field.csv", text, &options),

@@ -6,6 +6,8 @@ use std::fs;
 
 use ndarray::Array2;
 use ndarray_npy::NpzWriter;
+use test_support::contains_all;
+use test_support::fields::reading;
 use test_support::made::{axis, fault, open, pulse, savetxt, savez, steps, values};
 use test_support::place::Place;
 use wavecascade::Field;
@@ -26,11 +28,7 @@ fn val_numpy_savetxt_with_a_header() {
         "# t (s), left, right\n",
     ] {
         for delimiter in [" ", ",", "\t"] {
-            fs::write(
-                place.path("a.txt"),
-                savetxt(header, delimiter, &field, 1e-5),
-            )
-            .unwrap();
+            place.write("a.txt", savetxt(header, delimiter, &field, 1e-5));
             let read = open(&place, "a.txt");
             assert_eq!(values(&read), field, "{header:?} {delimiter:?}");
             let unit = header.contains("(s)").then_some("s");
@@ -40,7 +38,7 @@ fn val_numpy_savetxt_with_a_header() {
     }
     // Positions as names.
     let text = savetxt("# time,0.5,0.75\n", ",", &field, 1e-5);
-    fs::write(place.path("a.txt"), text).unwrap();
+    place.write("a.txt", text);
     let space = open(&place, "a.txt").space;
     assert_eq!((space.origin, space.step), (0.5, 0.25));
 }
@@ -50,17 +48,14 @@ fn val_numpy_savetxt_without_a_header() {
     let place = Place::new();
     let field = pulse(40, 2);
     for header in ["", "# a comment\n", "clock,x0,x1\n", "# 1,2,3\n"] {
-        fs::write(place.path("a.csv"), savetxt(header, ",", &field, 2.5e-4)).unwrap();
+        place.write("a.csv", savetxt(header, ",", &field, 2.5e-4));
         let read = open(&place, "a.csv");
         assert_eq!(values(&read), field, "{header:?}");
         assert_eq!(read.time, axis(2.5e-4, None));
         let layout = Layout::TimeSite;
         let step = 2.5e-4;
         assert_eq!(read.notes, [Note::FirstColumn { layout, step }]);
-        let options = OpenOptions {
-            time_column: TimeColumn::None,
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.time_column = TimeColumn::None);
         let all = Field::open(place.path("a.csv"), &options).unwrap();
         assert_eq!((all.n_sites(), all.notes.len()), (3, 0));
     }
@@ -75,7 +70,7 @@ fn what_may_be_a_time_column_is_asked_about() {
         // Times of which one is missing.
         ("0,1\n1,5\n2,1\n3,5\n4,1\n5,5\n7,1\n8,5\n", "rises unevenly"),
     ] {
-        fs::write(place.path("a.csv"), table).unwrap();
+        place.write("a.csv", table);
         let coordinates = CoordinateKind::Times;
         let found = fault(&place, "a.csv", &OpenOptions::default());
         let expected = InputFault::FirstColumn {
@@ -91,30 +86,22 @@ fn what_may_be_a_time_column_is_asked_about() {
         "1\n2\n3\n",
         "1,2\n2,5\n3.5,1\n",
     ] {
-        fs::write(place.path("a.csv"), table).unwrap();
+        place.write("a.csv", table);
         let field = open(&place, "a.csv");
-        assert_eq!(
-            (field.time, field.notes),
-            (Axis::index(), vec![]),
-            "{table}"
-        );
+        assert_eq!(field.time, Axis::index(), "{table}");
+        assert_eq!(field.notes, [], "{table}");
     }
     // Rows that are sites begin with their positions.
     let text = "0,1,5,2\n0.5,3,1,1\n1,2,2,7\n";
-    fs::write(place.path("a.csv"), text).unwrap();
-    let options = OpenOptions {
-        layout: Some(Layout::SiteTime),
-        ..OpenOptions::default()
-    };
+    place.write("a.csv", text);
+    let options = reading(|it| it.layout = Some(Layout::SiteTime));
     let field = Field::open(place.path("a.csv"), &options).unwrap();
     assert_eq!((field.n_times(), field.n_sites()), (3, 3));
     assert_eq!(field.space, axis(0.5, None));
-    fs::write(place.path("a.csv"), format!("x_mm,0,2,4\n{text}")).unwrap();
+    place.write("a.csv", format!("x_mm,0,2,4\n{text}"));
     let field = Field::open(place.path("a.csv"), &options).unwrap();
-    assert_eq!(
-        (field.space, field.time),
-        (axis(0.5, Some("mm")), axis(2.0, None))
-    );
+    assert_eq!(field.space, axis(0.5, Some("mm")));
+    assert_eq!(field.time, axis(2.0, None));
 }
 
 #[test]
@@ -133,10 +120,8 @@ fn val_numpy_savez_with_short_names() {
             savez(&place, "a.npz", (names[0], &stored), &axes);
             let read = open(&place, "a.npz");
             assert_eq!(values(&read), field, "{names:?}");
-            assert_eq!(
-                (&read.time, &read.space),
-                (&axis(1e-5, None), &axis(0.002, None))
-            );
+            assert_eq!(read.time, axis(1e-5, None));
+            assert_eq!(read.space, axis(0.002, None));
             let members = Note::Members {
                 field: names[0].into(),
                 time: Some(names[1].into()),
@@ -157,10 +142,7 @@ fn val_numpy_savez_with_short_names() {
     // What has the name but not the length is no coordinate of it.
     savez(&place, "a.npz", ("v", &field), &[("t", steps(7, 1.0))]);
     let found = fault(&place, "a.npz", &OpenOptions::default()).to_string();
-    assert!(
-        found.contains("\"t\"") && found.contains("expected 40"),
-        "{found}"
-    );
+    contains_all(&found, &["\"t\"", "expected 40"]);
     // A second array of two dimensions does not hide the field.
     let mut archive = NpzWriter::new(fs::File::create(place.path("a.npz")).unwrap());
     archive.add_array("u", &(&field * 2.0)).unwrap();
@@ -181,10 +163,7 @@ fn a_wide_array_is_asked_about() {
     };
     assert_eq!(open(&place, "wide.npy").notes, [wide]);
     for layout in [Layout::SiteTime, Layout::TimeSite] {
-        let options = OpenOptions {
-            layout: Some(layout),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.layout = Some(layout));
         let field = Field::open(place.path("wide.npy"), &options).unwrap();
         assert_eq!(field.notes, []);
     }
@@ -193,10 +172,7 @@ fn a_wide_array_is_asked_about() {
     let summary = place.json("wide-cascade/summary.json");
     assert_eq!(summary["moved"], serde_json::Value::Null);
     let said = summary["answer"].as_str().unwrap();
-    assert!(
-        said.contains("`--layout time-site` reads 10 times of 80 sites"),
-        "{said}"
-    );
+    contains_all(said, &["`--layout time-site` reads 10 times of 80 sites"]);
     let first = &summary["warnings"][0];
     assert_eq!(first["code"], "wide-array");
     // Coordinates settle it, numpy.savez(path, v=v, t=t).

@@ -7,6 +7,7 @@
 use std::fs;
 
 use ndarray::Array2;
+use test_support::fields::{option, reading};
 use test_support::made::{fault, open, savez, values};
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
@@ -46,7 +47,7 @@ fn scan() -> NetCdf {
 }
 
 fn save(place: &Place, name: &str, file: &NetCdf) {
-    fs::write(place.path(name), file.bytes()).unwrap();
+    place.write(name, file.bytes());
 }
 
 fn at(text: &str) -> wavecascade::field::At {
@@ -76,10 +77,7 @@ fn val_definition_a_further_dimension_is_taken_where_it_is_stated() {
         ("y=#0", 0),
         ("1=#2", 2),
     ] {
-        let options = OpenOptions {
-            at: vec![at(stated)],
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.at = vec![at(stated)]);
         let field = opened(&place, "scan.nc", &options);
         let expected = Array2::from_shape_fn((TIMES, SITES), |(n, j)| sample(n, h, j));
         assert_eq!(values(&field), expected, "{stated}");
@@ -96,17 +94,12 @@ fn val_definition_a_further_dimension_is_taken_where_it_is_stated() {
         }
         assert_eq!((field.time.origin, field.time.step), (1.0, 0.25));
         assert_eq!(field.time.unit.as_deref(), Some("ms"));
-        assert_eq!(
-            (field.space.step, field.space.unit.as_deref()),
-            (0.125, Some("m"))
-        );
+        assert_eq!(field.space.step, 0.125);
+        assert_eq!(field.space.unit.as_deref(), Some("m"));
         assert_eq!(field.unit.as_deref(), Some("mm/s"));
     }
     for stated in ["y=3", "y=1 s", "y=#3", "z=0"] {
-        let options = OpenOptions {
-            at: vec![at(stated)],
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.at = vec![at(stated)]);
         let refused = fault(&place, "scan.nc", &options);
         let is_known = matches!(
             refused,
@@ -204,10 +197,7 @@ fn val_definition_packed_numbers_and_gaps() {
         Values::Double(vec![1.0, unwritten, 2.0, 3.0, 4.0]),
     ));
     save(&place, "b.nc", &file);
-    let options = OpenOptions {
-        variable: Some("v".into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.variable = Some("v".into()));
     let found = values(&opened(&place, "b.nc", &options));
     assert!(found[[1, 0]].is_nan() && found[[2, 0]] == 2.0);
 }
@@ -285,22 +275,16 @@ fn val_definition_times_since_a_date_are_exact() {
     assert_eq!(field.n_sites(), 2);
     assert_eq!(values(&field)[[1, 0]], 1.0);
     let time = "1970-01-01 + 1700000000 seconds".to_owned();
-    assert!(
-        field.notes.contains(&Note::Start { time }),
-        "{:?}",
-        field.notes
-    );
+    let notes = field.notes;
+    assert!(notes.contains(&Note::Start { time }), "{notes:?}");
     // As floats they are rounded to 2e-7 s, and the step that was meant is found.
     let float = (0..4)
         .map(|n| f64::from(start) + 1e-3 * f64::from(n))
         .collect();
     save(&place, "b.nc", &file(Values::Double(float)));
     let field = open(&place, "b.nc");
-    assert!(
-        (field.time.step / 1e-3 - 1.0).abs() < 1e-4,
-        "{}",
-        field.time.step
-    );
+    let step = field.time.step;
+    assert!((step / 1e-3 - 1.0).abs() < 1e-4, "{step}");
 }
 
 #[test]
@@ -327,10 +311,7 @@ fn val_definition_lengths_of_neighbours_tell_the_layout() {
     };
     save(&place, "b.nc", &bare);
     assert_eq!(open(&place, "b.nc").n_times(), 4);
-    let options = OpenOptions {
-        layout: Some(Layout::SiteTime),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.layout = Some(Layout::SiteTime));
     assert_eq!(opened(&place, "b.nc", &options).n_times(), 6);
 }
 
@@ -350,19 +331,13 @@ fn a_file_in_doubt_is_asked_about() {
         InputFault::WhichVariable { variables } => assert_eq!(variables.len(), 5),
         other => panic!("{other:?}"),
     }
-    let options = OpenOptions {
-        variable: Some("pressur".into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.variable = Some("pressur".into()));
     let found = fault(&place, "a.nc", &options);
     assert!(
         matches!(found, InputFault::NoSuchVariable { .. }),
         "{found:?}"
     );
-    let options = OpenOptions {
-        variable: Some("pressure".into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.variable = Some("pressure".into()));
     assert_eq!(opened(&place, "a.nc", &options).n_sites(), SITES);
     // One profile has no times.
     file.variables = vec![
@@ -404,16 +379,7 @@ fn val_definition_a_part_is_read_between_both_ends() {
     }
     for text in ["time=1:2", "time=3m:", "depth=0:1"] {
         let error = Field::open(place.path("a.npz"), &select(&[text])).unwrap_err();
-        assert!(
-            matches!(
-                error,
-                Error::Request {
-                    option: "select",
-                    ..
-                }
-            ),
-            "{error}"
-        );
+        assert_eq!(option(error), "select");
     }
 }
 
@@ -440,11 +406,7 @@ fn val_definition_jitter_is_told_and_limited() {
         let mut times: Vec<f64> = (0..30).map(f64::from).collect();
         times[17] += deviation;
         savez(&place, "a.npz", ("v", &samples), &[("t", times.clone())]);
-        let default = OpenOptions::default();
-        let options = OpenOptions {
-            jitter: allowed.unwrap_or(default.jitter),
-            ..default
-        };
+        let options = reading(|it| it.jitter = allowed.unwrap_or(it.jitter));
         if !is_read {
             let InputFault::Member { fault, .. } = fault(&place, "a.npz", &options) else {
                 panic!("{deviation}")
@@ -502,16 +464,10 @@ fn val_peer_h5py_reads_the_same_fields() {
     }
     let file = "deformation_rate_event_1.hdf5";
     if let Some(field) = equals_its_peer("mine_das_velocity", file, &options) {
-        assert!(
-            (field.time.step / 5.00006e-4 - 1.0).abs() < 1e-9,
-            "{}",
-            field.time.step
-        );
-        assert!(
-            (field.space.step / 5.717_333_35 - 1.0).abs() < 1e-8,
-            "{}",
-            field.space.step
-        );
+        let step = field.time.step;
+        assert!((step / 5.00006e-4 - 1.0).abs() < 1e-9, "{step}");
+        let step = field.space.step;
+        assert!((step / 5.717_333_35 - 1.0).abs() < 1e-8, "{step}");
     }
 }
 
@@ -597,10 +553,7 @@ fn start(field: &Field) -> Option<&str> {
 
 #[test]
 fn val_peer_nptdms_reads_the_same_field() {
-    let options = OpenOptions {
-        variable: Some("scan".into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.variable = Some("scan".into()));
     let field = Field::open(fixture("tdms/field.tdms"), &options).unwrap();
     let of_scan =
         |one: &serde_json::Value| one["group"] == "scan" && one["channel"] != "temperature";
@@ -638,10 +591,7 @@ fn val_peer_lammps_a_chain_is_read_in_its_order() {
     // The striker has the last number and the first place.
     let first = values(&field).row(0).to_vec();
     assert_eq!(first, [0.5, 0., 0., 0., 0., 0., 0., 0., 0.]);
-    let positions = OpenOptions {
-        variable: Some("x".into()),
-        ..OpenOptions::default()
-    };
+    let positions = reading(|it| it.variable = Some("x".into()));
     let field = Field::open(fixture("lammps/granular.lammpstrj"), &positions).unwrap();
     assert_eq!(field.quantity, Quantity::Displacement);
 }
@@ -662,10 +612,7 @@ fn val_peer_xarray_stores_are_directories() {
         assert!(field.content_hash.is_some() && field.file_state().is_none());
         let found = inspect(&path, &OpenOptions::default()).unwrap();
         assert_eq!(found.format, "a Zarr store");
-        let packed = OpenOptions {
-            variable: Some("packed".into()),
-            ..OpenOptions::default()
-        };
+        let packed = reading(|it| it.variable = Some("packed".into()));
         let packed = Field::open(&path, &packed).unwrap();
         for (packed, value) in values(&packed).iter().zip(values(&field)) {
             assert!((packed - value).abs() <= 5.1e-4 || packed.is_nan() && value.is_nan());
@@ -773,12 +720,10 @@ fn val_definition_origins_beside_an_array_have_units() {
     save(&place, "o.nc", &file);
     let field = opened(&place, "o.nc", &OpenOptions::default());
     let [time, space] = [field.time, field.space];
-    assert_eq!(
-        (time.origin, time.step, time.unit.as_deref()),
-        (0.005, 0.001, Some("s"))
-    );
-    assert_eq!(
-        (space.origin, space.step, space.unit.as_deref()),
-        (0.05, 0.5, Some("m"))
-    );
+    assert_eq!(time.origin, 0.005);
+    assert_eq!(time.step, 0.001);
+    assert_eq!(time.unit.as_deref(), Some("s"));
+    assert_eq!(space.origin, 0.05);
+    assert_eq!(space.step, 0.5);
+    assert_eq!(space.unit.as_deref(), Some("m"));
 }

@@ -152,7 +152,7 @@ fn val_xarray_opens_what_is_written() {
     );
     let scene = "sites = 24\nmaterial = \"steel\"\nshape = \"sphere\"\nradius = \"9 mm\"\n\
                  striker_velocity = \"1 m/s\"\nend_time = 1e-4\nsamples = 201\n";
-    std::fs::write(place.path("si.toml"), scene).unwrap();
+    place.write("si.toml", scene);
     let axes = "--dt 10us --dx 2mm --unit m/s";
     for words in [
         format!("analyze a.npy {axes} --figures none --short-time-times 1e-3 --out zip"),

@@ -3,10 +3,10 @@
 //! `val_scipy_*`: `data/interpolation.json`, made by `data/interpolation.py` with SciPy 1.17.1 on 2026-11-25.
 //! `val_closed_form_*`: sines, whose interpolated amplitudes are known.
 
-use std::fs;
-
 use ndarray::Array2;
 use serde_json::Value;
+use test_support::changed;
+use test_support::fields::reading;
 use test_support::made::{fault, savez, values};
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
@@ -24,10 +24,7 @@ pub fn numbers(value: &Value) -> Vec<f64> {
 }
 
 pub fn by(method: Interpolation) -> OpenOptions {
-    OpenOptions {
-        resample: Resample::both(method),
-        ..OpenOptions::default()
-    }
+    reading(|it| it.resample = Resample::both(method))
 }
 
 fn resampled(field: &Field) -> Option<(&'static str, usize, f64)> {
@@ -53,7 +50,7 @@ fn save_times(place: &Place, nodes: &[f64], samples: &[f64]) -> [&'static str; 3
     let rows: String = rows
         .map(|(row, t)| format!("{t:.17e},{:.17e},{:.17e}\n", row[0], row[1]))
         .collect();
-    fs::write(place.path("v.csv"), format!("time,a,b\n{rows}")).unwrap();
+    place.write("v.csv", format!("time,a,b\n{rows}"));
     let file = NetCdf {
         dimensions: vec![("time", nodes.len()), ("site", 2)],
         variables: vec![
@@ -61,7 +58,7 @@ fn save_times(place: &Place, nodes: &[f64], samples: &[f64]) -> [&'static str; 3
             Variable::new("v", &[0, 1], Values::Double(field.into_iter().collect())),
         ],
     };
-    fs::write(place.path("v.nc"), file.bytes()).unwrap();
+    place.write("v.nc", file.bytes());
     ["v.npz", "v.csv", "v.nc"]
 }
 
@@ -80,11 +77,8 @@ fn val_scipy_times_and_sites_are_resampled() {
                 let field = Field::open(place.path(name), &by(method)).unwrap();
                 let found = values(&field);
                 let step = (nodes[nodes.len() - 1] - nodes[0]) / (nodes.len() - 1) as f64;
-                assert_eq!(
-                    (field.time.origin, field.time.step),
-                    (nodes[0], step),
-                    "{name}"
-                );
+                assert_eq!(field.time.origin, nodes[0], "{name}");
+                assert_eq!(field.time.step, step, "{name}");
                 for (row, expected) in found.rows().into_iter().zip(&expected) {
                     worst = worst.max((row[0] - expected).abs());
                     assert_eq!(row[1], 2.0 * row[0]);
@@ -111,7 +105,7 @@ fn val_scipy_times_and_sites_are_resampled() {
                     ),
                 ],
             };
-            fs::write(place.path("x.nc"), file.bytes()).unwrap();
+            place.write("x.nc", file.bytes());
             let only_space = OpenOptions {
                 resample: Resample {
                     time: None,
@@ -151,10 +145,7 @@ fn val_identity_memory_does_not_change_a_bit() {
     let field = Array2::from_shape_fn((3000, 9), |(n, j)| ((n * (j + 2)) as f64).sin());
     savez(&place, "v.npz", ("v", &field), &[("t", nodes)]);
     let open = |memory| {
-        let options = OpenOptions {
-            memory,
-            ..by(Interpolation::Cubic)
-        };
+        let options = changed(by(Interpolation::Cubic), |it| it.memory = memory);
         Field::open(place.path("v.npz"), &options)
     };
     let whole = values(&open(None).unwrap());
@@ -198,7 +189,7 @@ fn what_cannot_be_resampled_is_refused_with_its_place() {
     let place = Place::new();
     let save = |times: &[f64]| {
         let rows: String = times.iter().map(|t| format!("{t},1,2\n")).collect();
-        fs::write(place.path("v.csv"), format!("time,a,b\n{rows}")).unwrap();
+        place.write("v.csv", format!("time,a,b\n{rows}"));
     };
     save(&[0.0, 1.0, 2.0, 5.0, 6.0, 7.0]);
     Field::open(place.path("v.csv"), &by(Interpolation::Linear)).unwrap();

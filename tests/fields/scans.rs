@@ -8,6 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use ndarray::{Array1, Array2, s};
+use test_support::fields::reading;
 use test_support::made::values;
 use test_support::netcdf::{NetCdf, Values, Variable};
 use test_support::place::Place;
@@ -98,10 +99,8 @@ fn check(scanned: &Scanned) {
     assert_eq!((field.space.origin, field.space.step), (0.0, 2.0));
     assert_eq!(field.space.unit.as_deref(), Some("mm"));
     for (j, record) in scanned.records.iter().enumerate() {
-        assert_eq!(
-            (record.position, record.n_times),
-            (2.0 * j as f64, span(j).len())
-        );
+        assert_eq!(record.position, 2.0 * j as f64);
+        assert_eq!(record.n_times, span(j).len());
         assert_eq!((record.delay, record.left), (-(span(j).start as f64), 0.0));
     }
 }
@@ -113,23 +112,15 @@ fn val_identity_records_by_the_numbers_of_their_names() {
         let files = save(&place, |j| format!("scan3_x={}mm.{extension}", 2 * j));
         check(&opened(&by_name(), &files));
         // The same in a scratch file.
-        let options = OpenOptions {
-            memory: Some(5000),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.memory = Some(5000));
         if extension != "csv" {
             check(&by_name().open(&files, &options).unwrap());
         }
         // Metres are asked for.
-        let options = OpenOptions {
-            space_unit: Some("m".into()),
-            ..OpenOptions::default()
-        };
+        let options = reading(|it| it.space_unit = Some("m".into()));
         let field = by_name().open(&files, &options).unwrap().field;
-        assert_eq!(
-            (field.space.step, field.space.unit.as_deref()),
-            (0.002, Some("m"))
-        );
+        assert_eq!(field.space.step, 0.002);
+        assert_eq!(field.space.unit.as_deref(), Some("m"));
     }
 }
 
@@ -210,10 +201,8 @@ fn val_closed_form_records_are_aligned_by_a_reference() {
     assert_eq!(found.dim(), (183, 4));
     for (j, record) in scanned.records.iter().enumerate() {
         assert_eq!((record.delay - record.left).round(), delays[j] - 5.0);
-        assert!(
-            record.left.abs() < 1e-5 && record.correlation.unwrap() > 0.999,
-            "{record:?}"
-        );
+        assert!(record.left.abs() < 1e-5, "{record:?}");
+        assert!(record.correlation.unwrap() > 0.999, "{record:?}");
         for n in 0..183 {
             let t = scanned.field.time.at(n) - 5.0;
             let expected = (0.05 * (t - 2.0 * j as f64)).sin();
@@ -244,10 +233,7 @@ fn val_closed_form_fractions_of_a_sample_are_taken_out() {
         );
         assert!((record.delay - delay).abs() < 0.01, "{record:?}");
     }
-    let options = OpenOptions {
-        resample: Resample::both(Interpolation::Cubic),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.resample = Resample::both(Interpolation::Cubic));
     let scanned = scan.open(&files, &options).unwrap();
     let found = values(&scanned.field);
     let mut worst: f64 = 0.0;
@@ -307,10 +293,7 @@ fn val_closed_form_starts_between_samples() {
     let (path, found) = fault(&by_name(), &files, &OpenOptions::default());
     assert_eq!(path, files[1]);
     assert!(matches!(found, ScanFault::Fraction { shift } if (shift - 0.3).abs() < 1e-12));
-    let options = OpenOptions {
-        resample: Resample::both(Interpolation::Cubic),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.resample = Resample::both(Interpolation::Cubic));
     let scanned = by_name().open(&files, &options).unwrap();
     let field = values(&scanned.field);
     assert_eq!((scanned.field.time.origin, field.dim()), (2.0, (98, 3)));
@@ -390,10 +373,8 @@ fn what_does_not_go_together_is_refused() {
         other => panic!("{other:?}"),
     }
     let one = scan.open(&uneven[..1], &plain).unwrap_err();
-    assert!(
-        one.is_usage() && one.to_string().contains("two files"),
-        "{one}"
-    );
+    assert!(one.is_usage(), "{one}");
+    assert!(one.to_string().contains("two files"), "{one}");
     let mut flat = by_name();
     flat.reference = Some("0".into());
     flat.channel = Some("0".into());

@@ -1,10 +1,11 @@
 //! Fields that the program writes, read back: the same bits, axes and units.
 
 use ndarray::Array2;
+use test_support::fields::reading;
 use test_support::made::{axis_at as axis, open, values};
 use test_support::place::Place;
 use wavecascade::arrays::Precision;
-use wavecascade::field::{Axis, OpenOptions, Quantity};
+use wavecascade::field::{Axis, Quantity};
 use wavecascade::report::FieldFile;
 use wavecascade::{Error, Field};
 
@@ -129,7 +130,7 @@ fn regress_single_precision_stays() {
     let order = big.windows(3).position(|text| text == b"<f4").unwrap();
     big[order] = b'>';
     big[start..].chunks_exact_mut(4).for_each(<[u8]>::reverse);
-    std::fs::write(place.path("big.npy"), big).unwrap();
+    place.write("big.npy", big);
     let expected = singles.mapv(f64::from);
     for from in ["little.npy", "big.npy"] {
         let field = open(&place, from);
@@ -145,11 +146,8 @@ fn regress_single_precision_stays() {
         }
     }
     let length = |name| std::fs::metadata(place.path(name)).unwrap().len();
-    assert!(
-        length("out.nc") < 4096 + 40 * 30 * 4 + 256,
-        "{}",
-        length("out.nc")
-    );
+    let length = length("out.nc");
+    assert!(length < 4096 + 40 * 30 * 4 + 256, "{length}");
 }
 
 /// The sidecar of the file that a field was made of is not its own.
@@ -158,7 +156,7 @@ fn regress_a_sidecar_of_another_file_is_left_alone() {
     let place = Place::new();
     let mut field = Field::from_array(samples(8, 8));
     field.time = axis(3.0, 0.25, Some("s"));
-    std::fs::write(place.path("a.toml"), "layout = \"site-time\"\nt0 = 7.0\n").unwrap();
+    place.write("a.toml", "layout = \"site-time\"\nt0 = 7.0\n");
     for format in ["nc", "npz"] {
         let name = format!("a.{format}");
         FieldFile::write(&place.path(&name), false, &field).unwrap();
@@ -166,7 +164,7 @@ fn regress_a_sidecar_of_another_file_is_left_alone() {
         assert_same_axis(&found.time, &field.time, format);
         assert_same_samples(&found, &samples(8, 8), &name);
         // One with its whole name is.
-        std::fs::write(place.path(format!("{name}.toml")), "t0 = 7.0\n").unwrap();
+        place.write(format!("{name}.toml"), "t0 = 7.0\n");
         assert_eq!(open(&place, &name).time.origin, 7.0);
     }
     let refused = FieldFile::write(&place.path("a.npy"), false, &field);
@@ -178,8 +176,8 @@ fn only_fields_of_this_program_are_replaced() {
     let place = Place::new();
     let field = Field::from_array(samples(4, 4));
     let file = test_support::netcdf::NetCdf::default();
-    std::fs::write(place.path("foreign.nc"), file.bytes()).unwrap();
-    std::fs::write(place.path("thesis.nc"), "mine").unwrap();
+    place.write("foreign.nc", file.bytes());
+    place.write("thesis.nc", "mine");
     for name in ["foreign.nc", "thesis.nc"] {
         let before = std::fs::read(place.path(name)).unwrap();
         let refused = FieldFile::write(&place.path(name), true, &field);
@@ -197,10 +195,7 @@ fn only_fields_of_this_program_are_replaced() {
         let refused = FieldFile::check(&place.path(name), false);
         assert!(matches!(refused, Err(Error::Request { .. })), "{name}");
     }
-    let options = OpenOptions {
-        variable: Some("velocity".into()),
-        ..OpenOptions::default()
-    };
+    let options = reading(|it| it.variable = Some("velocity".into()));
     assert!(Field::open(place.path("own.nc"), &options).is_ok());
 }
 

@@ -87,10 +87,8 @@ fn regress_curves_depend_on_nothing_else() {
     let error = request(vec![dimer(3.0)])
         .run(Some(&kept), &Silent)
         .unwrap_err();
-    assert!(
-        error.is_usage() && error.to_string().contains("other chains"),
-        "{error}"
-    );
+    assert!(error.is_usage(), "{error}");
+    assert!(error.to_string().contains("other chains"), "{error}");
 }
 
 /// The homogeneous chain is its own reference. The localized dimer settles and the dispersive one
@@ -121,11 +119,8 @@ fn val_paper_localized_settles_and_dispersive_falls() {
     println!("settled {settled:e}, {}", force(4, 100));
     assert!(settled < 1e-7, "{settled:e}");
     assert!((force(4, 100) - 0.725919).abs() < 1e-6);
-    assert!(
-        matches!(curve(4).reach, Some(Reach::Never { .. })),
-        "{:?}",
-        curve(4).reach
-    );
+    let reach = curve(4).reach;
+    assert!(matches!(reach, Some(Reach::Never { .. })), "{reach:?}");
     // Beyond 60 bodies the largest force moves from pulse to pulse.
     for n in [0, 20, 40] {
         assert!(force(2, n + 20) < 0.75 * force(2, n), "{n}");
@@ -134,10 +129,8 @@ fn val_paper_localized_settles_and_dispersive_falls() {
     let Some(Reach::Within { bodies }) = curve(2).reach else {
         panic!("{:?}", curve(2).reach);
     };
-    assert!(
-        force(2, bodies) <= 0.4 && force(2, bodies - 2) > 0.4,
-        "{bodies}"
-    );
+    assert!(force(2, bodies) <= 0.4, "{bodies}");
+    assert!(force(2, bodies - 2) > 0.4, "{bodies}");
     assert!((50..56).contains(&bodies), "{bodies}");
     for (i, sense) in [(2, Sense::Chain), (3, Sense::Wall)] {
         assert_eq!(curve(i).sense, sense);
@@ -186,10 +179,8 @@ fn a_curve_of_a_chain_of_fixed_length_stops_and_says_where() {
     let stop = listed.stop.unwrap();
     assert_eq!(stop.cause, StopCause::Reflection);
     let stopped = stop.bodies;
-    assert!(
-        (20..31).contains(&stopped) && listed.rows.len() == stopped,
-        "{stopped}"
-    );
+    assert!((20..31).contains(&stopped), "{stopped}");
+    assert!(listed.rows.len() == stopped, "{stopped}");
     assert_eq!(free.stop, None);
     for (a, b) in listed.rows.iter().zip(&free.rows) {
         let off = a.pulse.peak_force.value / b.pulse.peak_force.value - 1.0;
@@ -268,10 +259,8 @@ fn what_cannot_be_is_said_before_any_work() {
         let mut request = request(vec![dimer(2.0)]);
         change(&mut request);
         let error = request.run(None, &Silent).unwrap_err();
-        assert!(
-            error.is_usage() && error.to_string().contains(named),
-            "{named}: {error}"
-        );
+        assert!(error.is_usage(), "{named}: {error}");
+        assert!(error.to_string().contains(named), "{named}: {error}");
     };
     bad(&|r| r.chains.clear(), "chains");
     bad(&|r| r.length = 1, "bodies");
@@ -301,10 +290,8 @@ fn what_cannot_be_is_said_before_any_work() {
         let mut request = TransmissionRequest::new(scene("sites = 9\nstiffness_ratio = 2.0"), over);
         request.vary.push(vary.into());
         let error = request.run(None, &Silent).unwrap_err();
-        assert!(
-            error.is_usage() && error.to_string().contains(named),
-            "{over}: {error}"
-        );
+        assert!(error.is_usage(), "{over}: {error}");
+        assert!(error.to_string().contains(named), "{over}: {error}");
     }
 }
 

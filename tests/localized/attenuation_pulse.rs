@@ -3,9 +3,10 @@
 //!
 //! Reference of `val_solitary_*`: `data/solitary_wave.json`, made by `data/solitary_wave.py`.
 
+use test_support::fields::losses;
 use wavecascade::Error;
 use wavecascade::attenuation::{FRONT, Located, Pulses, Sense, pulses};
-use wavecascade::chain::{Accuracy, Chain, EndTime, Ends, Law, Losses, Scheme, Simulation};
+use wavecascade::chain::{Accuracy, Chain, EndTime, Ends, Law, Scheme, Simulation};
 use wavecascade::observer::Silent;
 
 fn struck(chain: Chain) -> Simulation {
@@ -189,13 +190,7 @@ fn hard_chains() -> Vec<(&'static str, Chain)> {
         ("tangent", with(&|c| c.losses.tangent = 0.05)),
         (
             "all losses",
-            with(&|c| {
-                c.losses = Losses {
-                    drag: 0.01,
-                    dashpot: 0.01,
-                    tangent: 0.01,
-                }
-            }),
+            with(&|c| c.losses = losses([0.01, 0.01, 0.01])),
         ),
     ]
 }
@@ -327,11 +322,8 @@ fn val_hertz_scaling_with_the_impact() {
 fn regress_no_reflection_enters() {
     let short = of(Chain::dimer(41, 2.4), Sense::Chain);
     let long = of(Chain::dimer(82, 2.4), Sense::Chain);
-    assert!(
-        (30..41).contains(&short.pulses.len()),
-        "{}",
-        short.pulses.len()
-    );
+    let len = short.pulses.len();
+    assert!((30..41).contains(&len), "{len}");
     for (a, b) in short.pulses.iter().zip(&long.pulses) {
         for (a, b) in [
             (a.peak_force, b.peak_force),

@@ -1,5 +1,6 @@
 //! Leaks of simulated pulses against the exact ratios; angles of crossed cylinders.
 
+use test_support::changed;
 use wavecascade::Error;
 use wavecascade::chain::contact::{Ellipse, Material, stiffness_ratio};
 use wavecascade::localized::{
@@ -24,10 +25,7 @@ fn compared(
 /// Leaks are smallest at the exact ratios, within the stated errors, and larger between them.
 #[test]
 fn val_exact_ratios_least_leaks() {
-    let mass = Family {
-        alternation: Alternation::Mass,
-        ..Family::default()
-    };
+    let mass = changed(Family::default(), |it| it.alternation = Alternation::Mass);
     for (family, orders, reached) in [
         (Family::default(), 1..=3, 1e-5),
         // A second minimum, 0.65 % below, is as close to zero as 1e-12.
@@ -104,10 +102,7 @@ fn val_published_ratio_of_an_angle() {
         assert!((ratio / exact - 1.0).abs() < 1e-12, "{row:?}");
     }
     let mass = Comparison {
-        family: Family {
-            alternation: Alternation::Mass,
-            ..comparison.family
-        },
+        family: changed(comparison.family, |it| it.alternation = Alternation::Mass),
         ..comparison
     };
     assert!(mass.run(&Silent).unwrap_err().is_usage());
@@ -146,10 +141,7 @@ fn regress_bad_scans_are_refused_and_stopped() {
     };
     assert!(matches!(comparison.run(&Impatient), Err(Error::Cancelled)));
     for orders in [0..=2, 1..=61] {
-        let wrong = Comparison {
-            orders,
-            ..comparison.clone()
-        };
+        let wrong = changed(comparison.clone(), |it| it.orders = orders);
         assert!(wrong.run(&Silent).unwrap_err().is_usage());
     }
 }

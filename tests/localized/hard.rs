@@ -150,12 +150,8 @@ fn regress_unresolved_orders_do_not_end_the_list() {
     assert!(rows[0].exact.is_some() && rows[0].reason.is_none());
     let row = &rows[1];
     assert!(row.exact.is_none() && row.wave.is_none() && row.asymptotic.is_some());
-    assert!(
-        row.reason
-            .as_ref()
-            .unwrap()
-            .contains("expected a wave of order 3")
-    );
+    let reason = row.reason.as_ref().unwrap();
+    assert!(reason.contains("expected a wave of order 3"), "{reason}");
     assert_eq!(row.differences, Default::default());
 }
 
@@ -176,12 +172,9 @@ fn val_chain_a_journey_keeps_the_shape() {
             "{order}"
         );
         assert!((1e-14..3e-10).contains(&journey.stepping_error));
-        assert!(
-            journey
-                .travels
-                .iter()
-                .all(|t| t.leak < 1e-20 && t.energy_drift.abs() < 1e-12)
-        );
+        for travel in &journey.travels {
+            assert!(travel.leak < 1e-20 && travel.energy_drift.abs() < 1e-12);
+        }
     }
     let wave = Family::default().search(1).unwrap().wave(1).unwrap();
     assert!(wave.journey(0, &Silent).unwrap_err().is_usage());

@@ -1,6 +1,7 @@
 //! Blocks of a record of which nothing else is at hand, and parts that were joined.
 
 use super::*;
+use test_support::contains_all;
 
 /// A block of a record, with nothing before and behind it.
 fn cut_out(whole: &Field, rows: std::ops::Range<usize>) -> Field {
@@ -94,10 +95,7 @@ fn regress_blocks_that_do_not_fit_are_refused() {
         record: 500,
     };
     let error = partial_of_block(&Field::from_array(values), place, &request, &Silent).unwrap_err();
-    assert!(
-        error.to_string().contains("time row 325, site 3"),
-        "{error}"
-    );
+    contains_all(&error.to_string(), &["time row 325, site 3"]);
     // A gap between blocks.
     let parts = blocks_of(whole, &request, [64, 32], &[0, 2, 4, 14]);
     let error = join(&[&parts[0], &parts[2]], None).unwrap_err().to_string();

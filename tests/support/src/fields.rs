@@ -1,12 +1,95 @@
 //! Fields that are in order, and their analysis.
 
 use ndarray::Array2;
-use wavecascade::analyze::{Analysis, Request};
-use wavecascade::chain::{Chain, Run, Simulation};
-use wavecascade::{Field, analyze};
+use wavecascade::analyze::{Analysis, Request, Results, Welch};
+use wavecascade::chain::{Chain, Ends, Law, Laws, Losses, OnSite, Run, Simulation};
+use wavecascade::estimates::Averaging;
+use wavecascade::field::OpenOptions;
+use wavecascade::{Error, Field, analyze};
+
+use crate::changed;
+
+/// Spectra of sites alone.
+pub const TEMPORAL: Results = Results {
+    temporal: true,
+    ..Results::NONE
+};
+
+/// The default request with a change.
+pub fn asking(change: impl FnOnce(&mut Request)) -> Request {
+    changed(Request::default(), change)
+}
+
+/// The default options of reading with a change.
+pub fn reading(change: impl FnOnce(&mut OpenOptions)) -> OpenOptions {
+    changed(OpenOptions::default(), change)
+}
+
+/// Averages over segments of this length and overlap.
+pub fn averaging(segment: usize, overlap: usize) -> Averaging {
+    Averaging {
+        segment: Some(segment),
+        overlap: Some(overlap),
+        ..Averaging::default()
+    }
+}
+
+/// The option that an error is about.
+#[track_caller]
+pub fn option(error: Error) -> &'static str {
+    match error {
+        Error::Request { option, .. } => option,
+        Error::Memory { .. } => "memory",
+        other => panic!("{other}"),
+    }
+}
 
 pub fn analyzed(field: &Field, request: &Request) -> Analysis {
     analyze(field, request).unwrap().0
+}
+
+/// Samples that are `dt` and `dx` apart.
+pub fn stepped(values: Array2<f64>, dt: f64, dx: f64) -> Field {
+    let mut field = Field::from_array(values);
+    (field.time.step, field.space.step) = (dt, dx);
+    field
+}
+
+/// Bodies of these masses and contacts of these coefficients, without anything else.
+pub fn chain(mass: Vec<f64>, coefficient: Vec<f64>, law: impl Into<Laws>, ends: Ends) -> Chain {
+    Chain {
+        mass,
+        coefficient,
+        law: law.into(),
+        ends,
+        precompression: 0.0,
+        losses: Losses::default(),
+        on_site: OnSite::default(),
+    }
+}
+
+/// `d - alpha d^2 + beta d^3`.
+pub const fn spring(alpha: f64, beta: f64) -> Law {
+    Law::Spring { alpha, beta }
+}
+
+/// Held at both ends, at the left one by a contact of this coefficient.
+pub const fn fixed(left_coefficient: f64) -> Ends {
+    Ends::Fixed { left_coefficient }
+}
+
+/// Losses of all kinds: dashpot, tangent, drag.
+pub const fn losses([dashpot, tangent, drag]: [f64; 3]) -> Losses {
+    Losses {
+        dashpot,
+        tangent,
+        drag,
+    }
+}
+
+/// Welch's method in an analysis.
+pub const fn segments(segment: usize, overlap: usize) -> Welch {
+    Welch { segment, overlap }
 }
 
 pub fn struck(sites: usize, end: f64, samples: usize) -> Run {

@@ -12,3 +12,25 @@ pub mod preload;
 pub mod pulse;
 pub mod running;
 pub mod shared;
+
+/// The same with a change.
+pub fn changed<T>(mut it: T, change: impl FnOnce(&mut T)) -> T {
+    change(&mut it);
+    it
+}
+
+/// Asserts that a text has all of these words.
+#[track_caller]
+pub fn contains_all(text: &str, words: &[&str]) {
+    for word in words {
+        assert!(text.contains(word), "no {word:?} in {text}");
+    }
+}
+
+/// Asserts that a text has none of these words.
+#[track_caller]
+pub fn contains_none(text: &str, words: &[&str]) {
+    for word in words {
+        assert!(!text.contains(word), "{word:?} in {text}");
+    }
+}

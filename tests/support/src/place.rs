@@ -55,6 +55,23 @@ impl Place {
         write_npy(self.path(name), field).unwrap();
     }
 
+    pub fn write(&self, name: impl AsRef<Path>, bytes: impl AsRef<[u8]>) {
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    pub fn read(&self, name: impl AsRef<Path>) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    /// Asserts that a folder has these files, whose names hold no blanks.
+    #[track_caller]
+    pub fn has(&self, folder: &str, names: &str) {
+        for name in names.split(' ') {
+            let path = self.path(folder).join(name);
+            assert!(path.exists(), "{folder}/{name}: {:?}", self.names());
+        }
+    }
+
     pub fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
     }
@@ -109,6 +126,18 @@ impl Place {
     /// [`Place::bad`] of such a line.
     pub fn refuses(&self, code: i32, line: &str) -> String {
         self.bad(code, &line.split_whitespace().collect::<Vec<_>>())
+    }
+
+    /// The JSON that [`Place::says`] returns.
+    pub fn says_json(&self, line: &str) -> Value {
+        serde_json::from_str(&self.says(line)).unwrap()
+    }
+
+    /// [`Place::refuses`] for a reason that has this word.
+    #[track_caller]
+    pub fn refuses_for(&self, code: i32, line: &str, named: &str) {
+        let said = self.refuses(code, line);
+        assert!(said.contains(named), "{line}: no {named:?} in {said}");
     }
 
     /// Runs to a failure that leaves the place as it was and prints nothing else, and returns
