@@ -275,7 +275,7 @@ fn val_construction_intervals_of_delays_hold() {
 #[test]
 fn val_construction_shots_are_whole() {
     for window in [Window::None, Window::Hann] {
-        let mut held = 0;
+        let (mut held, mut known) = (0, 0);
         for seed in 0..100 {
             let mut random = Noise(41 + 907 * seed);
             let late = 120.0 + 180.0 * random.uniform();
@@ -297,10 +297,16 @@ fn val_construction_shots_are_whole() {
                 ..CoherenceRequest::default()
             };
             let found = coherence(&shots, &request, &Silent).unwrap();
-            let delay = found.delays[1].unwrap();
-            held += usize::from((delay.delay - DT * late).abs() < delay.interval);
+            if let Some(delay) = found.delays[1].filter(|delay| delay.ambiguity.is_none()) {
+                known += 1;
+                held += usize::from((delay.delay - DT * late).abs() < delay.interval);
+            }
         }
-        assert!((91..=99).contains(&held), "{window}: {held}");
+        let missed = known - held;
+        assert!(
+            known > 90 && (1..=8).contains(&missed),
+            "{window}: {held} of {known}"
+        );
     }
 }
 

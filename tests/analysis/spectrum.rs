@@ -280,7 +280,7 @@ fn val_theory_a_hump_is_one_peak() {
     assert_eq!(peaks.len(), 4);
     for peak in peaks {
         assert!(
-            (peak.at - f / DT).abs() < 0.02 && peak.ratio > 20.0,
+            (peak.at - f / DT).abs() < 0.02 && peak.ratio > 8.0,
             "{peak:?}"
         );
         let width = (1.0 - r) / (std::f64::consts::PI * DT);

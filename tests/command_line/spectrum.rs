@@ -24,7 +24,7 @@ fn regress_a_line_and_its_intervals_are_found_and_written() {
     for name in ["spectrum", "low", "high", "jackknife_low", "f_statistic"] {
         let array = place.array::<f64>("field-spectrum/spectrum.npz", name);
         assert_eq!(array.shape(), [1025, 5], "{name}");
-        assert!(array.slice(s![1..1024, ..]).iter().all(|v| *v > 0.0));
+        assert!(array.slice(s![5..1024, ..]).iter().all(|v| *v > 0.0));
     }
     place.has("field-spectrum", "report.html figures/spectrum.png");
     // Along space, and a periodogram.

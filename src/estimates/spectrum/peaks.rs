@@ -13,7 +13,7 @@ pub struct Peak {
     pub at: f64,
     /// Over the larger of the medians on both sides.
     pub ratio: f64,
-    /// Of the range about it in which medians of three bins are above half of its power.
+    /// Of the range about it in which medians of three bins are above half of that of the five bins about it.
     pub width: f64,
 }
 
@@ -84,10 +84,11 @@ impl SpectrumEstimate {
                 if !degrees.is_finite() || ratio <= level(degrees) {
                     continue;
                 }
-                let is_high = |m: &usize| {
-                    median(&power[m - 1..(m + 2).min(power.len())])
-                        .is_some_and(|s| s > 0.5 * power[bin])
+                let about = |m: usize, reach: usize| {
+                    median(&power[m.saturating_sub(reach)..(m + reach + 1).min(power.len())])
                 };
+                let half = 0.5 * about(bin, 2).unwrap_or(power[bin]);
+                let is_high = |m: &usize| about(*m, 1).is_some_and(|s| s > half);
                 let above = (bin + 1..inside.end).take_while(is_high).count();
                 let below = (1..bin).rev().take_while(is_high).count();
                 let peak = Peak {
