@@ -317,9 +317,7 @@ impl Pass<'_> {
             self.observer.stage("eigenvalues", (to - from) as u64);
             let starts: Vec<usize> = (from..to).step_by(WIDTH).collect();
             let solve = |first: &usize| -> Result<Vec<Eigenvalues>> {
-                if self.observer.cancelled() {
-                    return Err(Error::Cancelled);
-                }
+                self.observer.go_on()?;
                 let end = to.min(first + WIDTH);
                 self.observer.advance((end - first) as u64);
                 Ok(snapshots.eigenvalues(first - from..end - from))

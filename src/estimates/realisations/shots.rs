@@ -485,10 +485,8 @@ impl Shot<'_> {
                 .enumerate()
                 .try_for_each_init(
                     || (Vec::new(), S::default()),
-                    |(room, scratch), (i, result)| {
-                        if self.observer.cancelled() {
-                            return Err(Error::Cancelled);
-                        }
+                    |(room, scratch), (i, result)| -> Result<()> {
+                        self.observer.go_on()?;
                         let first = from + i * TOGETHER;
                         let sites = first..sites.end.min(first + TOGETHER);
                         let width = sites.len();
