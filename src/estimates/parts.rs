@@ -18,43 +18,19 @@ use crate::system::threads::in_pool;
 
 pub use combination::{Combination, Outline, combine, join, outline};
 
-/// An estimate whose sums over realisations are known in parts.
+/// An estimate of the fields on a grid, whose sums over realisations are known in parts.
 pub(super) trait Divided {
-    type Found;
-
-    fn gaps_and_memory(&self) -> (Gaps, Option<u64>);
-
-    fn threads(&self) -> Option<usize>;
-
-    /// # Errors
-    /// [`crate::Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
-    fn plan(&self, grid: &Grid) -> Result<Realisations>;
-
     /// Of the sums of a tile.
-    fn shape(&self, realisations: &Realisations) -> SumsShape;
+    fn shape(&self) -> SumsShape;
 
     /// Bytes of the result, and of what is made on the way from the sums to it.
-    fn result_bytes(&self, known: (&Grid, &Realisations)) -> u64;
-
-    /// Whether the energy of a record is that about its mean.
-    fn about_mean(&self) -> bool;
+    fn result_bytes(&self) -> u64;
 
     /// The sums of every tile over these portions, and the unit of the samples.
-    fn sums(
-        &self,
-        shots: &Shots<'_>,
-        known: (&Grid, &Realisations),
-        portions: &[Portion],
-    ) -> Result<(f64, Vec<Sums>)>;
+    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)>;
 
     /// The result of the sums of all parts.
-    fn combine(
-        &self,
-        known: (&Grid, &Realisations),
-        records: usize,
-        sums: Vec<Sums>,
-        unit: f64,
-    ) -> Result<Self::Found>;
+    fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined>;
 }
 
 /// The request of an estimate that [`partial`] knows.
@@ -84,16 +60,36 @@ pub enum Combined {
     Coherence(Box<Coherence>),
 }
 
-/// The same expression of the request of each estimate.
-macro_rules! of_each {
-    ($request:expr, $it:ident => $does:expr) => {
-        match $request {
-            DividedRequest::Spectrum($it) => $does,
-            DividedRequest::Coherence($it) => $does,
+impl DividedRequest {
+    /// Gaps, bytes of working memory, worker threads.
+    fn choices(&self) -> (Gaps, Option<u64>, Option<usize>) {
+        match self {
+            DividedRequest::Spectrum(it) => (it.gaps, it.memory, it.threads),
+            DividedRequest::Coherence(it) => (it.gaps, it.memory, it.threads),
         }
-    };
+    }
+
+    /// # Errors
+    /// [`crate::Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
+    fn plan(&self, grid: &Grid) -> Result<Realisations> {
+        match self {
+            DividedRequest::Spectrum(it) => it.plan_in_parts(grid),
+            DividedRequest::Coherence(it) => it.plan(grid),
+        }
+    }
+
+    fn pass<'a>(
+        &'a self,
+        realisations: &'a Realisations,
+        grid: &'a Grid,
+        records: usize,
+    ) -> Box<dyn Divided + 'a> {
+        match self {
+            DividedRequest::Spectrum(it) => Box::new(it.pass(realisations, grid, records)),
+            DividedRequest::Coherence(it) => Box::new(it.pass(realisations, grid, records)),
+        }
+    }
 }
-use of_each;
 
 /// What a partial result is part of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -188,8 +184,7 @@ pub fn partial(
     part: Part,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    let share = Share::Part(part);
-    of_each!(request, it => partial_of(it, request, fields, &share, observer))
+    partial_of(fields, request, &Share::Part(part), observer)
 }
 
 /// The place of a block of samples in its record.
@@ -216,8 +211,7 @@ pub fn partial_of_block(
     request: &DividedRequest,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    let share = Share::Block(place);
-    of_each!(request, it => partial_of(it, request, &[field], &share, observer))
+    partial_of(&[field], request, &Share::Block(place), observer)
 }
 
 /// Which realisations are summed.
@@ -226,10 +220,9 @@ enum Share {
     Block(BlockPlace),
 }
 
-fn partial_of<R: Divided + Sync>(
-    request: &R,
-    named: &DividedRequest,
+fn partial_of(
     fields: &[&Field],
+    request: &DividedRequest,
     share: &Share,
     observer: &dyn Observer,
 ) -> Result<Partial> {
@@ -251,18 +244,19 @@ fn partial_of<R: Divided + Sync>(
             (None, portion.segments.clone(), vec![portion])
         }
     };
-    let (gaps, memory) = request.gaps_and_memory();
+    let (gaps, memory, threads) = request.choices();
     refuse_left_out(gaps, "a part of the segments")?;
-    let (unit, tiles) = in_pool(request.threads(), || {
+    let (unit, tiles) = in_pool(threads, || {
         let mut shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
         if let Share::Block(place) = share {
             shots = shots.of_block(place.first, place.record);
         }
         let shots = shots.in_portions(&portions);
-        request.sums(&shots, (&grid, &realisations), &portions)
+        let pass = request.pass(&realisations, &grid, fields.len());
+        pass.sums(&shots, &portions)
     })?;
     let about = PartialAbout {
-        request: named.clone(),
+        request: request.clone(),
         grid,
         fields: fields.iter().map(|field| field.name.clone()).collect(),
         part,

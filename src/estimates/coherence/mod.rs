@@ -16,7 +16,7 @@ use ndarray::Array2;
 
 use crate::error::Result;
 use crate::estimates::SIGNIFICANCE;
-use crate::estimates::parts::Divided;
+
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, first_of, phase_spread,
 };
@@ -211,7 +211,7 @@ pub fn coherence(
     let run = |realisations: &Realisations| {
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        request.pass(&grid, realisations, fields.len()).run(&shots)
+        request.pass(realisations, &grid, fields.len()).run(&shots)
     };
     in_pool(request.threads, || {
         let found = run(&realisations)?;

@@ -1,7 +1,5 @@
 //! The pass over the records of [`super::coherence()`].
 
-use std::ops::Range;
-
 use ndarray::Array2;
 use num_complex::Complex;
 
@@ -9,44 +7,34 @@ use super::delay::DelaySearch;
 use super::products::Products;
 use super::{Coherence, CoherenceRequest};
 use crate::error::{Error, Result};
-use crate::estimates::parts::Divided;
+use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Grid, Independence, KeptSegments, Portion, Realisations, Records, SegmentPairs, SegmentScratch,
-    SegmentsLeft, Shot, Shots, Sums, SumsShape, TOGETHER, check_squares,
+    Grid, KeptOfSites, Portion, Realisations, Records, SegmentPairs, SegmentScratch, SegmentsLeft,
+    Shot, Shots, Sums, SumsShape, TOGETHER, check_significance, check_squares,
 };
-use crate::prepare::{Detrend, Gaps};
+use crate::prepare::Gaps;
 use crate::transform::{RecordTransform, fold, frequencies};
 
 impl CoherenceRequest {
-    fn check(&self, grid: &Grid) -> Result<()> {
-        let refuse = |option, expected: String, found: String| {
-            Err(Error::Request {
-                option,
-                expected,
-                found,
-            })
-        };
+    pub(in crate::estimates) fn plan(&self, grid: &Grid) -> Result<Realisations> {
         if self.reference >= grid.sites {
             let expected = format!("a site from 0 to {}", grid.sites.saturating_sub(1));
-            return refuse("reference", expected, self.reference.to_string());
+            return Err(Error::request("reference", expected, self.reference));
         }
-        if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            let expected = "a probability between 0 and 1".to_owned();
-            return refuse("significance", expected, self.alpha.to_string());
-        }
-        Ok(())
+        check_significance(self.alpha)?;
+        Realisations::new(&self.averaging, grid.times)
     }
 
-    pub(super) fn pass<'a>(
+    pub(in crate::estimates) fn pass<'a>(
         &'a self,
-        grid: &Grid,
         realisations: &'a Realisations,
+        grid: &'a Grid,
         records: usize,
     ) -> Pass<'a> {
         Pass {
             request: self,
             realisations,
-            grid: grid.clone(),
+            grid,
             records,
         }
     }
@@ -57,18 +45,15 @@ pub(super) fn check_count(realisations: usize) -> Result<()> {
     if realisations >= 2 {
         return Ok(());
     }
-    Err(Error::Request {
-        option: "segment",
-        expected: "at least two realisations: shorter segments, several tapers, or several fields"
-            .into(),
-        found: "one segment of one field under one taper".into(),
-    })
+    let expected = "at least two realisations: shorter segments, several tapers, or several fields";
+    let found = "one segment of one field under one taper";
+    Err(Error::request("segment", expected, found))
 }
 
-pub(super) struct Pass<'a> {
+pub(in crate::estimates) struct Pass<'a> {
     request: &'a CoherenceRequest,
     realisations: &'a Realisations,
-    grid: Grid,
+    grid: &'a Grid,
     /// Records of a site.
     records: usize,
 }
@@ -101,13 +86,12 @@ struct Reference {
     /// Of the first of them.
     first: usize,
     squared: f64,
-    kept: Option<KeptSegments>,
+    kept: KeptOfSites,
 }
 
 impl Pass<'_> {
     pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
-        let whole = (0..self.records).map(|record| self.realisations.whole(record));
-        let (unit, tiles) = self.sum(shots, &whole.collect::<Vec<Portion>>())?;
+        let (unit, tiles) = self.sum(shots, &self.realisations.whole_records(self.records))?;
         self.finish(tiles, unit)
     }
 
@@ -161,17 +145,10 @@ impl Pass<'_> {
         [result, DelaySearch::working_bytes(length, self.threads())]
     }
 
-    fn shape(&self) -> SumsShape {
-        SumsShape {
-            plain: (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins(),
-            pieces: self.realisations.pieces(),
-        }
-    }
-
     /// The transforms of the reference.
     fn reference(&self, shot: &Shot<'_>, portion: &Portion, record: &[f64]) -> Reference {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
-        let squared = shot.scale * shot.scale;
+        let (site, squared) = (self.request.reference, shot.scale * shot.scale);
         let mut spectra = Vec::with_capacity(portion.segments.len() * tapers * bins);
         let mut scratch = SegmentScratch::default();
         let conjugate = |_: usize, found: &[Complex<f64>]| {
@@ -184,7 +161,7 @@ impl Pass<'_> {
             spectra,
             first: portion.segments.start * tapers,
             squared,
-            kept: shot.kept(self.request.reference, self.realisations.segments),
+            kept: shot.kept(site..site + 1, self.realisations.segments),
         }
     }
 
@@ -192,66 +169,42 @@ impl Pass<'_> {
     fn add(&self, shot: &Shot<'_>, portion: &Portion, tiles: &mut [TileSums]) -> Result<()> {
         let record = shot.record(self.request.reference);
         let reference = self.reference(shot, portion, &record);
-        let segments = self.realisations.segments;
         let distances = self.realisations.distances();
-        let add = |scratch: &mut Scratch,
-                   sites: Range<usize>,
-                   records: Records<'_>,
-                   tile: &mut TileSums| {
-            // The segments that each site keeps with the reference; none where none are left out.
-            let kept = reference.kept.iter().flat_map(|of_reference| {
-                let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
-                kept.map(|kept| kept.and(of_reference))
-            });
-            let kept: Vec<KeptSegments> = kept.collect();
-            tile.left.resize_with(kept.len(), SegmentPairs::default);
-            let left = tile.left.iter_mut().zip(&kept);
-            left.for_each(|(left, kept)| left.add(kept, distances));
-            let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
-            if self.leaves_out() && sites.contains(&self.request.reference) {
-                let about_mean = self.request.about_mean();
-                sums.add_record(shot.steadiness(sites.clone(), records, about_mean));
-            }
-            self.add_tile(
-                scratch,
-                (shot.scale, shot.mark(sites.clone()), portion),
-                (sites, records),
-                (&reference, &kept),
-                sums,
-            );
-        };
-        shot.each_tile("cross-spectra", tiles, add)
+        shot.each_tile(
+            "cross-spectra",
+            tiles,
+            |scratch: &mut Scratch, sites, records, tile| {
+                // The segments that each site keeps with the reference.
+                let kept = shot.kept(sites.clone(), self.realisations.segments);
+                let kept = kept.with(&reference.kept);
+                kept.add_to(&mut tile.left, distances);
+                let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
+                let is_marked = |mark: &f64| mark.is_nan();
+                // How steady the reference is, and which sites are marked.
+                if sites.contains(&self.request.reference)
+                    || shot.mark(sites.clone()).iter().any(is_marked)
+                {
+                    let (of, room) = ((shot, portion), &mut scratch.deviations);
+                    self.realisations
+                        .add_steadiness(of, (sites, records), room, sums);
+                }
+                self.add_tile(scratch, (portion, records), (&reference, &kept), sums);
+            },
+        )
     }
 
     /// Adds the segments of a tile to its sums.
     fn add_tile(
         &self,
         scratch: &mut Scratch,
-        (scale, mark, portion): (f64, [f64; TOGETHER], &Portion),
-        (sites, records): (Range<usize>, Records<'_>),
-        (reference, kept): (&Reference, &[KeptSegments]),
+        (portion, records): (&Portion, Records<'_>),
+        (reference, kept): (&Reference, &KeptOfSites),
         sums: &mut Sums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
-        let Scratch {
-            segments,
-            deviations,
-        } = scratch;
-        // How steady the reference is, and which sites are marked.
-        let is_looked_at =
-            sites.contains(&self.request.reference) || mark.iter().any(|mark| mark.is_nan());
         let visit = |r: usize, spectra: &[Complex<f64>]| {
-            let (segment, taper) = (r / tapers, r % tapers);
-            if taper == 0 && is_looked_at && kept.is_empty() {
-                let pieces = (portion, segment, records, scale);
-                self.realisations.add_pieces(pieces, mark, deviations, sums);
-            }
             let other = &reference.spectra[(r - reference.first) * bins..][..bins];
-            // 0 for a segment that a site has not.
-            let has: [f64; TOGETHER] = std::array::from_fn(|lane| match kept.get(lane) {
-                Some(kept) if !kept.has(segment) => 0.0,
-                _ => 1.0,
-            });
+            let has = kept.has(r / tapers);
             let (own, cross) = sums.plain_mut().split_at_mut(bins);
             let (re, cross) = cross.split_at_mut(bins);
             let (im, beside) = cross.split_at_mut(bins);
@@ -267,15 +220,12 @@ impl Pass<'_> {
             for (y, beside) in other.iter().zip(beside) {
                 // The transform of the reference has the square already.
                 let power = y.norm_sqr() / reference.squared;
-                beside
-                    .0
-                    .iter_mut()
-                    .zip(&has)
-                    .for_each(|(sum, has)| *sum += has * power);
+                let sums = beside.0.iter_mut().zip(&has);
+                sums.for_each(|(sum, has)| *sum += has * power);
             }
         };
+        let segments = &mut scratch.segments;
         self.realisations.each_of(portion, records, segments, visit);
-        sums.close(self.realisations.reached(), self.request.about_mean());
     }
 
     fn finish(&self, tiles: Vec<TileSums>, unit: f64) -> Result<Coherence> {
@@ -293,23 +243,12 @@ impl Pass<'_> {
 
     /// What sums over all realisations say, without intervals, delays and speeds.
     fn estimate(&self, tiles: &[Sums], left: Option<SegmentsLeft>, unit: f64) -> Coherence {
-        let (realisations, grid) = (self.realisations, &self.grid);
+        let (realisations, grid) = (self.realisations, self.grid);
         let (records, length) = (self.records, realisations.segments.length);
         let (bins, reference) = (realisations.bins(), self.request.reference);
         let steadiness = tiles[reference / TOGETHER].steadiness()[reference % TOGETHER];
-        let (segments, effective) = match &left {
-            None => (realisations.segments.count(), realisations.effective()),
-            Some(left) => (
-                left.least_and_median()[1] / records,
-                left.median_effective() / records as f64,
-            ),
-        };
-        let independence = Independence::new(
-            [records, segments, realisations.tapers()],
-            effective,
-            steadiness / records as f64,
-        )
-        .of_samples(realisations.segments.record);
+        let steadiness = steadiness / records as f64;
+        let independence = realisations.independence(records, left.as_ref(), steadiness);
         let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
@@ -369,63 +308,32 @@ impl Pass<'_> {
     }
 }
 
-impl Divided for CoherenceRequest {
-    type Found = Coherence;
-
-    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
-        (self.gaps, self.memory)
-    }
-
-    fn threads(&self) -> Option<usize> {
-        self.threads
-    }
-
-    fn plan(&self, grid: &Grid) -> Result<Realisations> {
-        self.check(grid)?;
-        Realisations::new(&self.averaging, grid.times)
-    }
-
-    fn shape(&self, realisations: &Realisations) -> SumsShape {
+impl Divided for Pass<'_> {
+    fn shape(&self) -> SumsShape {
         SumsShape {
-            plain: BLOCKS * realisations.bins(),
-            pieces: realisations.pieces(),
+            plain: (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins(),
+            pieces: self.realisations.pieces(),
         }
     }
 
-    fn result_bytes(&self, (grid, realisations): (&Grid, &Realisations)) -> u64 {
-        let [result, search] = self.pass(grid, realisations, 1).of_results();
+    fn result_bytes(&self) -> u64 {
+        let [result, search] = self.of_results();
         result.saturating_add(search)
     }
 
-    fn about_mean(&self) -> bool {
-        self.averaging.detrend != Detrend::None
-    }
-
-    fn sums(
-        &self,
-        shots: &Shots<'_>,
-        (grid, realisations): (&Grid, &Realisations),
-        portions: &[Portion],
-    ) -> Result<(f64, Vec<Sums>)> {
-        let pass = self.pass(grid, realisations, shots.count());
-        let (unit, tiles) = pass.sum(shots, portions)?;
+    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
+        let (unit, tiles) = self.sum(shots, portions)?;
         let sums = tiles.into_iter().filter_map(|tile| tile.sums);
         Ok((unit, sums.collect()))
     }
 
-    fn combine(
-        &self,
-        (grid, realisations): (&Grid, &Realisations),
-        records: usize,
-        sums: Vec<Sums>,
-        unit: f64,
-    ) -> Result<Coherence> {
-        check_count(records * realisations.count())?;
+    fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined> {
+        check_count(self.records * self.realisations.count())?;
         let tile = |sums| TileSums {
             sums: Some(sums),
             left: Vec::new(),
         };
-        let tiles = sums.into_iter().map(tile).collect();
-        self.pass(grid, realisations, records).finish(tiles, unit)
+        let found = self.finish(sums.into_iter().map(tile).collect(), unit)?;
+        Ok(Combined::Coherence(Box::new(found)))
     }
 }

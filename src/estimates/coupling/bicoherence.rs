@@ -6,11 +6,12 @@ use super::spectra::last_bin;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Realisations, Shots, Tapers, first_of, phase_spread,
+    Averaging, Grid, Independence, Realisations, Shots, Tapers, check_significance, first_of,
+    phase_spread,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
-use crate::prepare::{Detrend, Gaps};
+use crate::prepare::Gaps;
 use crate::sheet::number;
 use crate::system::threads::in_pool;
 
@@ -228,10 +229,7 @@ pub fn bicoherence(
     let needed = [request.site, request.output()];
     let needed = needed.iter().chain(&request.along);
     let needed: Vec<(usize, usize)> = needed.map(|site| (*site, 0)).collect();
-    let realisations = match shots.whole_segments(all.segments, &needed)? {
-        Some(kept) => all.keeping(kept)?,
-        None => all,
-    };
+    let realisations = shots.keeping(all, &needed)?;
     check_count(fields.len() * realisations.count())?;
     in_pool(request.threads, || {
         Pass::new(request, &grid, &realisations, fields.len()).run(&shots)
@@ -248,10 +246,6 @@ fn check_count(realisations: usize) -> Result<()> {
 }
 
 impl BicoherenceRequest {
-    pub(super) fn about_mean(&self) -> bool {
-        self.averaging.detrend != Detrend::None
-    }
-
     /// Index of the site of the third frequency.
     pub fn output(&self) -> usize {
         self.output.unwrap_or(self.site)
@@ -281,10 +275,7 @@ impl BicoherenceRequest {
         if self.along.windows(2).any(|pair| pair[0] >= pair[1]) {
             return refuse("along", "sites in ascending order", "others");
         }
-        if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            let expected = "a probability between 0 and 1";
-            return refuse("significance", expected, self.alpha);
-        }
+        check_significance(self.alpha)?;
         only_one_window(&self.averaging)
     }
 }

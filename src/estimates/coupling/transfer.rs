@@ -7,15 +7,16 @@ use super::fit::{Fit, OutputFit, Resamplings};
 use super::found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
 use super::products::LEAST_POWER;
 use super::spectra::{Spectra, last_bin};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, first_of, steadiness,
+    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, check_significance,
+    first_of, steadiness,
 };
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
-use crate::system::memory::half_of_free_memory;
+use crate::system::check_memory;
 use crate::system::threads::in_pool;
 
 /// All choices of [`transfer`].
@@ -86,10 +87,10 @@ impl Default for TransferRequest {
 /// Powers as one-sided densities, in the square of the samples' unit over frequency.
 ///
 /// # Errors
-/// [`Error::Request`] for fewer independent realisations than twice the unknowns, of which a frequency has one
+/// [`crate::Error::Request`] for fewer independent realisations than twice the unknowns, of which a frequency has one
 /// and as many as there are pairs; for fields with different axes, sites that are none or one, segments that do
-/// not fit, and several tapers; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`];
-/// [`Error::Threads`].
+/// not fit, and several tapers; [`crate::Error::NonFinite`]; [`crate::Error::Memory`]; [`crate::Error::Cancelled`];
+/// [`crate::Error::Threads`].
 ///
 /// # Source
 /// C. P. Ritz, E. J. Powers, Physica D 20, 320 (1986); K. I. Kim, E. J. Powers, IEEE Trans. Acoust. Speech
@@ -115,18 +116,10 @@ pub fn transfer(
         let expected = format!("at least two frequencies, multiples of {df}, below the highest");
         return refuse("highest", expected, last);
     }
-    let shots = Shots::new(
-        fields,
-        request.gaps,
-        request.memory,
-        first.n_times(),
-        observer,
-    )?;
+    let (gaps, memory) = (request.gaps, request.memory);
+    let shots = Shots::new(fields, gaps, memory, first.n_times(), observer)?;
     let needed = [(request.from, 0), (request.to, request.lag)];
-    let realisations = match shots.whole_segments(all.segments, &needed)? {
-        Some(kept) => all.keeping(kept)?,
-        None => all,
-    };
+    let realisations = shots.keeping(all, &needed)?;
     let pass = Pass {
         shots,
         request,
@@ -156,11 +149,8 @@ fn check(first: &Field, request: &TransferRequest) -> Result<()> {
         }
     }
     if request.from == request.to {
-        return refuse(
-            "transfer",
-            "another site than that of the input",
-            request.to,
-        );
+        let expected = "another site than that of the input";
+        return refuse("transfer", expected, request.to);
     }
     if request.lag >= first.n_times() {
         let expected = format!("a lag below the {} samples of the record", first.n_times());
@@ -170,13 +160,7 @@ fn check(first: &Field, request: &TransferRequest) -> Result<()> {
         let found = request.highest.unwrap_or(f64::NAN);
         return refuse("highest", "a frequency above 0", found);
     }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        return refuse(
-            "significance",
-            "a probability between 0 and 1",
-            request.alpha,
-        );
-    }
+    check_significance(request.alpha)?;
     if request.resamplings < 20 {
         return refuse("resamplings", "at least 20", request.resamplings);
     }
@@ -198,7 +182,6 @@ impl Pass<'_> {
         let mut records: Vec<[Spectra; 2]> = Vec::new();
         let mut steady = 0.0;
         let mut scratch = SegmentScratch::default();
-        let whole = self.realisations.whole(0);
         let (length, count) = (self.realisations.segments.length, self.realisations.count());
         let held = 2 * self.shots.count() as u64 * Spectra::bytes(length, count);
         let block = self.shots.block("the transforms of two sites", held)?;
@@ -209,21 +192,20 @@ impl Pass<'_> {
             steady += steadiness(input).min(steadiness(output));
             let mut of = |record: &[f64]| {
                 let record = Records::interleaved(record, 1);
-                let of = (self.realisations, &whole);
-                let spectra = Spectra::of(of.0, of.1, record, shot.scale, &mut scratch);
+                let spectra = Spectra::of(self.realisations, record, shot.scale, &mut scratch);
                 spectra.into_iter().next().unwrap_or_default()
             };
             records.push([of(input), of(output)]);
             Ok(())
         })?;
         clear_rounding(&mut records);
-        let segments = self.realisations.segment_count();
-        let independence = Independence::new(
-            [records.len(), segments, 1],
-            self.realisations.effective(),
+        let (segments, steadiness) = (
+            self.realisations.segment_count(),
             steady / records.len() as f64,
-        )
-        .of_samples(self.realisations.segments.record);
+        );
+        let independence = self
+            .realisations
+            .independence(records.len(), None, steadiness);
         let independent = self.enough(&independence)?;
         let draws = Resamplings::new(
             [records.len(), segments],
@@ -236,14 +218,8 @@ impl Pass<'_> {
         }
         let threads = rayon::current_num_threads() as u64;
         let needed = held + threads * draws.bytes(self.last) + 8 * self.pairs() * 8;
-        let allowed = request.memory.unwrap_or_else(half_of_free_memory);
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "the moments of the transfer (see --highest)",
-                needed,
-                allowed,
-            });
-        }
+        let what = "the moments of the transfer (see --highest)";
+        check_memory(what, needed, request.memory)?;
         self.observer.stage("transfer functions", self.last as u64);
         let fit = Fit {
             records: &records,

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, TOGETHER, check_squares,
+    Averaging, Independence, Realisations, Shots, TOGETHER, check_significance, check_squares,
     first_of, interval_factors, steadiness, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
@@ -21,6 +21,7 @@ use crate::numeric::lanes::WIDTH;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::buffer::Buffer;
+use crate::system::check_memory;
 use crate::system::threads::in_pool;
 use crate::transform::{RecordTransform, fold, frequencies};
 use null::largest_of_unrelated;
@@ -203,10 +204,7 @@ pub fn modes(fields: &[&Field], request: &ModesRequest, observer: &dyn Observer)
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, all.reached(), observer)?;
         let every: Vec<(usize, usize)> = (0..first.n_sites()).map(|site| (site, 0)).collect();
-        let realisations = &match shots.whole_segments(all.segments, &every)? {
-            Some(kept) => all.keeping(kept)?,
-            None => all,
-        };
+        let realisations = &shots.keeping(all, &every)?;
         let pass = Pass {
             shots,
             first,
@@ -241,25 +239,16 @@ impl Pass<'_> {
     /// The bins of the chosen frequencies.
     fn chosen(&self) -> Result<Vec<usize>> {
         let (request, length) = (self.request, self.realisations.segments.length);
-        let refused = |option, expected: &str, found: &str| Error::Request {
-            option,
-            expected: expected.into(),
-            found: found.into(),
-        };
         if self.count() < 2 {
             let expected =
                 "at least two realisations: shorter segments, several tapers, or several fields";
             let found = "one segment of one field under one taper";
-            return Err(refused("segment", expected, found));
+            return Err(Error::request("segment", expected, found));
         }
         if request.modes == 0 {
-            return Err(refused("modes", "at least one mode", "0"));
+            return Err(Error::request("modes", "at least one mode", 0));
         }
-        if !(request.alpha > 0.0 && request.alpha < 1.0) {
-            let expected = "a probability between 0 and 1";
-            let found = request.alpha.to_string();
-            return Err(refused("significance", expected, &found));
-        }
+        check_significance(request.alpha)?;
         let largest = frequencies(length, self.first.time.step)[length / 2];
         let bin = |frequency: &f64| {
             let bin = (frequency * length as f64 * self.first.time.step).round();
@@ -267,7 +256,7 @@ impl Pass<'_> {
                 true => Ok(bin as usize),
                 false => {
                     let expected = format!("frequencies from 0 to {largest}");
-                    Err(refused("frequencies", &expected, &frequency.to_string()))
+                    Err(Error::request("frequencies", expected, frequency))
                 }
             }
         };
@@ -364,13 +353,9 @@ impl Pass<'_> {
             (evenness, energies.iter().sum())
         };
         let sites = 0..self.first.n_sites().min(tiles.len() * TOGETHER);
-        let segments = self.realisations.segment_count();
-        Independence::new(
-            [self.shots.count(), segments, self.realisations.tapers()],
-            self.realisations.effective(),
-            steadiness_of_sites(sites.map(of_site).collect()),
-        )
-        .of_samples(self.realisations.segments.record)
+        let steadiness = steadiness_of_sites(sites.map(of_site).collect());
+        let shots = self.shots.count();
+        self.realisations.independence(shots, None, steadiness)
     }
 
     /// Realisations of all shots.
@@ -396,14 +381,7 @@ impl Pass<'_> {
         let of_a_bin = 16 * all * self.shots.tiles() as u64 * together;
         let allowed = self.shots.memory();
         let needed = held + of_a_bin + 8 * samples * together;
-        if needed > allowed {
-            let what = WHAT;
-            return Err(Error::Memory {
-                what,
-                needed,
-                allowed,
-            });
-        }
+        check_memory(WHAT, needed, Some(allowed))?;
         // Half of what is left holds spectra, half samples.
         let spectra = ((allowed - held) / 2).max(of_a_bin);
         let bins = (spectra / of_a_bin).min(bins);
@@ -427,18 +405,11 @@ impl Pass<'_> {
         let mut tiles: Vec<TileSpectra<'c>> = tiles.map(tile).collect();
         let mut first = 0;
         let unit = self.shots.each(block, |shot| {
-            let visit = |scratch: &mut SegmentScratch,
-                         sites,
-                         records: Records<'_>,
-                         out: &mut TileSpectra<'c>| {
-                let (width, mark, mut room) = (records.width(), shot.mark(sites), Vec::new());
+            shot.each_tile("spectra", &mut tiles, |scratch, sites, records, out| {
+                let (width, mark, mut room) = (sites.len(), shot.mark(sites), Vec::new());
                 let part = (records.length() / PARTS).max(1);
-                for (p, sums) in out
-                    .parts
-                    .iter_mut()
-                    .enumerate()
-                    .take(records.length() / part)
-                {
+                let parts = out.parts.iter_mut().enumerate();
+                for (p, sums) in parts.take(records.length() / part) {
                     let squares = records.squares(p * part..(p + 1) * part, &mut room);
                     let squares = squares[..width].iter().zip(&mark);
                     for (sum, (square, mark)) in sums.iter_mut().zip(squares) {
@@ -455,8 +426,7 @@ impl Pass<'_> {
                         }
                     }
                 });
-            };
-            shot.each_tile("spectra", &mut tiles, visit)?;
+            })?;
             first += count;
             Ok(())
         })?;

@@ -6,10 +6,11 @@ use std::fmt;
 
 use serde_json::Value;
 
-use super::{Combined, Divided, DividedRequest, Partial, PartialAbout, begun, of_each, tiles};
+use super::{Combined, DividedRequest, Partial, PartialAbout, begun, tiles};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{Grid, Realisations, Sums, SumsShape};
 use crate::field::Field;
+use crate::system::check_memory;
 use crate::system::memory::half_of_free_memory;
 use crate::system::threads::in_pool;
 use crate::transform::Segments;
@@ -89,25 +90,8 @@ impl fmt::Debug for Combination {
     }
 }
 
-fn refuse<T>(expected: String, found: String) -> Result<T> {
-    Err(Error::Request {
-        option: "merge",
-        expected,
-        found,
-    })
-}
-
-/// # Errors
-/// [`Error::Memory`], of `what`.
-fn allow(what: &'static str, needed: u64, allowed: u64) -> Result<()> {
-    match needed > allowed {
-        true => Err(Error::Memory {
-            what,
-            needed,
-            allowed,
-        }),
-        false => Ok(()),
-    }
+fn refuse<T>(expected: impl Into<String>, found: impl ToString) -> Result<T> {
+    Err(Error::request("merge", expected, found))
 }
 
 impl Combination {
@@ -134,7 +118,7 @@ impl Combination {
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by_key(|&at| parts[at].1.range);
         let Some(&first) = order.first() else {
-            return refuse("at least one part".into(), "none".into());
+            return refuse("at least one part", "none");
         };
         let about = parts[first].1.clone();
         for (name, other) in &parts {
@@ -143,8 +127,11 @@ impl Combination {
                 return refuse(expected, format!("{difference} in {name}"));
             }
         }
-        let realisations = of_each!(&about.request, it => it.plan(&about.grid))?;
-        let shape = of_each!(&about.request, it => it.shape(&realisations));
+        let realisations = about.request.plan(&about.grid)?;
+        let pass = about
+            .request
+            .pass(&realisations, &about.grid, about.fields.len());
+        let shape = pass.shape();
         let segments = realisations.segments.count();
         let all = about.fields.len().saturating_mul(segments);
         let start = if is_all { 0 } else { about.range[0] };
@@ -161,7 +148,7 @@ impl Combination {
             if from < next {
                 let last = next.min(end) - 1;
                 let found = format!("segments {from} to {last} in {before} and {name}");
-                return refuse("each part once".into(), found);
+                return refuse("each part once", found);
             }
             if from > next {
                 return missing(&parts, [next, from], all);
@@ -171,13 +158,12 @@ impl Combination {
         if is_all && next < all {
             return missing(&parts, [next, all], all);
         }
-        let known = (&about.grid, &realisations);
         let state = shape.bytes().saturating_mul(tiles(&about.grid) as u64);
         if state == 0 {
-            return refuse("a field with sites".into(), "none".into());
+            return refuse("a field with sites", "none");
         }
         let result = match is_all {
-            true => of_each!(&about.request, it => it.result_bytes(known)),
+            true => pass.result_bytes(),
             // The part that is made of the sums.
             false => state,
         };
@@ -187,7 +173,8 @@ impl Combination {
         let needed = needed.into_iter().fold(0, u64::saturating_add);
         // What the caller holds is no longer free.
         let allowed = memory.unwrap_or_else(|| half_of_free_memory().saturating_add(held));
-        allow("the result of these parts", needed, allowed)?;
+        check_memory("the result of these parts", needed, Some(allowed))?;
+        drop(pass);
         let names = parts.into_iter();
         let names = names.map(|(name, about)| (about.range[0], name)).collect();
         let combination = Combination {
@@ -241,8 +228,7 @@ impl Combination {
             rescale(&mut tiles, unit);
             self.unit = Some(largest);
         }
-        let about_mean = of_each!(&self.about.request, it => it.about_mean());
-        let samples = self.realisations.reached();
+        let (samples, about_mean) = (self.realisations.reached(), self.realisations.about_mean());
         for (sums, tile) in self.sums.iter_mut().zip(tiles) {
             sums.merge(tile, samples, about_mean);
         }
@@ -259,28 +245,12 @@ impl Combination {
         let all = records * self.realisations.segments.count();
         if self.next != all {
             let found = format!("those of {} of {all} segments", self.next);
-            return refuse("all parts".into(), found);
+            return refuse("all parts", found);
         }
-        let known = (&self.about.grid, &self.realisations);
-        combined(&self.about.request, known, records, (self.sums, self.unit))
+        let (request, grid) = (&self.about.request, &self.about.grid);
+        let pass = request.pass(&self.realisations, grid, records);
+        pass.combine(self.sums, self.unit.unwrap_or(1.0))
     }
-}
-
-fn combined(
-    request: &DividedRequest,
-    known: (&Grid, &Realisations),
-    records: usize,
-    (sums, unit): (Vec<Sums>, Option<f64>),
-) -> Result<Combined> {
-    let unit = unit.unwrap_or(1.0);
-    Ok(match request {
-        DividedRequest::Spectrum(it) => {
-            Combined::Spectrum(Box::new(it.combine(known, records, sums, unit)?))
-        }
-        DividedRequest::Coherence(it) => {
-            Combined::Coherence(Box::new(it.combine(known, records, sums, unit)?))
-        }
-    })
 }
 
 /// The segments of a record, and a result whose axes, units and kinds of arrays are those of any other one.
@@ -302,19 +272,14 @@ pub fn outline(field: &Field, times: usize, request: &DividedRequest) -> Result<
         times,
         ..Grid::of(field)
     };
-    let realisations = of_each!(request, it => it.plan(&grid))?;
-    let known = (&grid, &realisations);
-    let shape = of_each!(request, it => it.shape(&realisations));
-    let (_, memory) = of_each!(request, it => it.gaps_and_memory());
-    let result = of_each!(request, it => it.result_bytes(known));
-    let state = shape.bytes().saturating_mul(tiles(&grid) as u64);
-    let allowed = memory.unwrap_or_else(half_of_free_memory);
-    let needed = state
-        .saturating_add(result)
-        .saturating_add(realisations.bytes());
-    allow("the outline of this result", needed, allowed)?;
-    let sums = vec![Sums::of_silence(shape); tiles(&grid)];
-    let result = combined(request, known, 1, (sums, None))?;
+    let realisations = request.plan(&grid)?;
+    let pass = request.pass(&realisations, &grid, 1);
+    let state = pass.shape().bytes().saturating_mul(tiles(&grid) as u64);
+    let needed = [pass.result_bytes(), realisations.bytes()];
+    let needed = needed.into_iter().fold(state, u64::saturating_add);
+    check_memory("the outline of this result", needed, request.choices().1)?;
+    let sums = vec![Sums::of_silence(pass.shape()); tiles(&grid)];
+    let result = pass.combine(sums, 1.0)?;
     Ok(Outline {
         segments: realisations.segments,
         result,
@@ -337,7 +302,7 @@ fn missing<T>(parts: &[(String, PartialAbout)], [from, end]: [usize; 2], all: us
         }
         None => format!("no segments {from} to {}", end - 1),
     };
-    refuse("all parts of one result".into(), found)
+    refuse("all parts of one result", found)
 }
 
 /// What differs between the results that two parts belong to.

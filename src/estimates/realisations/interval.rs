@@ -1,5 +1,7 @@
 //! Intervals of spectra from their degrees of freedom.
 
+use ndarray::Array2;
+
 use super::SIGNIFICANCE;
 use super::averaging::effective_segments;
 use super::ensemble::{Independence, steadiness};
@@ -100,6 +102,17 @@ impl FactorTable {
             high,
             coefficients: (0..NODES).map(coefficient).collect(),
         }
+    }
+
+    /// The ends of the intervals of a spectrum.
+    pub fn ends(&self, spectrum: &Array2<f64>, degrees: &Array2<f64>) -> [Array2<f64>; 2] {
+        let (mut low, mut high) = (degrees.clone(), spectrum.clone());
+        for (low, high) in low.iter_mut().zip(&mut high) {
+            let factors = self.at(*low);
+            *low = *high * factors[0];
+            *high *= factors[1];
+        }
+        [low, high]
     }
 
     /// NaN outside of the ends.

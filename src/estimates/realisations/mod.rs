@@ -26,11 +26,13 @@ pub use grid::Grid;
 pub(crate) use interval::{FactorTable, phase_spread};
 pub use interval::{SpectrumInterval, interval_factors};
 pub use kept::SegmentsLeft;
-pub(crate) use kept::{KeptSegments, SegmentPairs};
+pub(crate) use kept::{KeptOfSites, SegmentPairs};
 pub use part::Part;
 pub(crate) use part::Portion;
 pub(crate) use records::Records;
-pub(crate) use sheet::{REALISATIONS, TRANSIENT, degrees_as_numbers, interval_in_words};
+pub(crate) use sheet::{
+    REALISATIONS, TRANSIENT, degrees_as_numbers, interval_in_words, least_median_most,
+};
 pub(crate) use shots::{
     FILLED, Shot, Shots, TOGETHER, check_significance, check_squares, first_of, refuse_left_out,
 };

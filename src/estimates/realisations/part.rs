@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::averaging::Realisations;
 use super::ensemble::PARTS;
 use super::records::Records;
-use super::shots::TOGETHER;
+use super::shots::{Shot, TOGETHER};
 use super::sums::Sums;
 use crate::error::{Error, Result};
 use crate::transform::Segments;
@@ -31,11 +31,10 @@ impl Part {
     pub fn new(number: usize, of: usize) -> Result<Part> {
         match (1..=of).contains(&number) {
             true => Ok(Part { number, of }),
-            false => Err(Error::Request {
-                option: "part",
-                expected: "a part and their number, as 3/64: from 1/64 to 64/64".into(),
-                found: format!("{number}/{of}"),
-            }),
+            false => {
+                let expected = "a part and their number, as 3/64: from 1/64 to 64/64";
+                Err(Error::request("part", expected, format!("{number}/{of}")))
+            }
         }
     }
 
@@ -45,13 +44,12 @@ impl Part {
     /// [`Error::Request`] for more parts than realisations.
     pub(crate) fn range(self, realisations: usize) -> Result<Range<usize>> {
         if self.of > realisations {
-            return Err(Error::Request {
-                option: "part",
-                expected: format!(
-                    "at most as many parts as segments of all records, {realisations}"
-                ),
-                found: self.to_string(),
-            });
+            let expected = "at most as many parts as segments of all records";
+            return Err(Error::request(
+                "part",
+                format!("{expected}, {realisations}"),
+                self,
+            ));
         }
         let end = |part: usize| (part as u128 * realisations as u128 / self.of as u128) as usize;
         Ok(end(self.number - 1)..end(self.number))
@@ -80,11 +78,9 @@ impl Realisations {
             hop,
         } = self.segments;
         let refuse = |expected: String| {
-            Err(Error::Request {
-                option: "first",
-                expected,
-                found: format!("samples {} to {}", samples.start, samples.end.max(1) - 1),
-            })
+            let last = samples.end.max(1) - 1;
+            let found = format!("samples {} to {last}", samples.start);
+            Err(Error::request("first", expected, found))
         };
         if samples.end > record {
             return refuse(format!("a block of the {record} samples of a record"));
@@ -143,6 +139,11 @@ impl Realisations {
         }
     }
 
+    /// So many records, each as one portion.
+    pub fn whole_records(&self, records: usize) -> Vec<Portion> {
+        (0..records).map(|record| self.whole(record)).collect()
+    }
+
     /// Pieces of a record whose energies are compared, and what they leave over.
     pub fn pieces(&self) -> usize {
         self.reached() / self.piece_length() + 1
@@ -150,6 +151,27 @@ impl Realisations {
 
     fn piece_length(&self) -> usize {
         (self.reached() / PARTS).max(1)
+    }
+
+    /// Adds how steady the records of a portion of a shot are, of up to eight sites: where segments are left out, by the samples that
+    /// are there.
+    pub fn add_steadiness(
+        &self,
+        (shot, portion): (&Shot<'_>, &Portion),
+        (sites, records): (impl Iterator<Item = usize> + Clone, Records<'_>),
+        scratch: &mut Vec<f64>,
+        sums: &mut Sums,
+    ) {
+        if shot.leaves_out {
+            sums.add_record(shot.steadiness(sites, records, self.about_mean()));
+            return;
+        }
+        let mark = shot.mark(sites);
+        for segment in portion.segments.clone() {
+            let of = (portion, segment, records, shot.scale);
+            self.add_pieces(of, mark, scratch, sums);
+        }
+        sums.close(self.reached(), self.about_mean());
     }
 
     /// Adds the samples of up to eight `records`, those of a portion, times `scale`, from the start of a segment

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Independence, SegmentsLeft, interval_factors};
+use crate::numeric::sorted;
 use crate::sheet::{Sheet, Table, Warning, confidence, number, with_range};
 
 /// What independent realisations are.
@@ -126,6 +127,13 @@ impl SegmentsLeft {
             );
         }
     }
+}
+
+/// The least, the median and the largest of the finite ones; `None` where there are none.
+pub(crate) fn least_median_most(values: impl Iterator<Item = f64>) -> Option<[f64; 3]> {
+    let sorted = sorted(values.filter(|v| v.is_finite()));
+    let last = sorted.len().checked_sub(1)?;
+    Some([sorted[0], sorted[last / 2], sorted[last]])
 }
 
 /// The interval by these degrees of freedom (least, median, most), in words.

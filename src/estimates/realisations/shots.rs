@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::averaging::Realisations;
 use super::ensemble::steadiness_without;
-use super::kept::KeptSegments;
+use super::kept::{KeptOfSites, KeptSegments};
 use super::part::Portion;
 use super::records::Records;
 use crate::arrays::Precision;
@@ -14,6 +15,7 @@ use crate::field::Field;
 use crate::numeric::lanes::on_lines;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
+use crate::system::check_memory;
 use crate::system::memory::half_of_free_memory;
 use crate::transform::Segments;
 
@@ -49,14 +51,7 @@ struct CommonUnit<'a> {
     value: Option<f64>,
 }
 
-impl<'a> CommonUnit<'a> {
-    fn of(records: Vec<(&'a Field, Range<usize>)>) -> Self {
-        CommonUnit {
-            records,
-            value: None,
-        }
-    }
-
+impl CommonUnit<'_> {
     /// What the samples of a record, as they are read, are multiplied by, so that products of four transforms stay in
     /// the range of numbers.
     ///
@@ -88,13 +83,10 @@ impl<'a> CommonUnit<'a> {
         }
         let scale = prepared.unit() / unit;
         if scale > MOST_SCALE {
-            return Err(Error::Request {
-                option: "field",
-                expected:
-                    "records whose amplitudes differ by less than 2^230, or the largest first"
-                        .into(),
-                found: format!("amplitudes near {:.1e} and {unit:.1e}", prepared.unit()),
-            });
+            let expected =
+                "records whose amplitudes differ by less than 2^230, or the largest first";
+            let found = format!("amplitudes near {:.1e} and {unit:.1e}", prepared.unit());
+            return Err(Error::request("field", expected, found));
         }
         Ok(scale)
     }
@@ -108,12 +100,12 @@ const AMPLITUDES: std::ops::Range<f64> = 1e-150..1e150;
 pub(crate) fn check_squares(amplitude: f64) -> Result<()> {
     match AMPLITUDES.contains(&amplitude) {
         true => Ok(()),
-        false => Err(Error::Request {
-            option: "field",
-            expected: "amplitudes from 1e-150 to 1e150, whose squares are numbers: another unit"
-                .into(),
-            found: format!("amplitudes near {amplitude:.0e}"),
-        }),
+        false => {
+            let expected =
+                "amplitudes from 1e-150 to 1e150, whose squares are numbers: another unit";
+            let found = format!("amplitudes near {amplitude:.0e}");
+            Err(Error::request("field", expected, found))
+        }
     }
 }
 
@@ -123,7 +115,7 @@ pub(crate) struct Shot<'s> {
     block: Option<usize>,
     pub observer: &'s dyn Observer,
     /// Whether segments with missing samples are left out, or samples interpolated.
-    leaves_out: bool,
+    pub leaves_out: bool,
     fills: bool,
     /// What samples as they are read are multiplied by to be in the unit of the first shot.
     pub scale: f64,
@@ -203,13 +195,7 @@ impl<'a> Shots<'a> {
     pub fn block(&self, what: &'static str, held: u64) -> Result<Option<usize>> {
         let (samples, sites) = (self.longest as u64, self.first.n_sites() as u64);
         let least = held + 8 * samples * TOGETHER as u64;
-        if least > self.memory {
-            return Err(Error::Memory {
-                what,
-                needed: least,
-                allowed: self.memory,
-            });
-        }
+        check_memory(what, least, Some(self.memory))?;
         let left = self.memory - held;
         if 8 * samples * sites <= left.min(self.memory / 4) {
             return Ok(None);
@@ -228,12 +214,14 @@ impl<'a> Shots<'a> {
         block: Option<usize>,
         mut visit: impl FnMut(&Shot<'_>) -> Result<()>,
     ) -> Result<f64> {
-        let whole = self.fields.iter().map(|field| (*field, self.held.clone()));
-        let mut unit = CommonUnit::of(whole.collect());
-        for field in self.fields {
-            self.visit(field, self.held.clone(), block, &mut unit, &mut visit)?;
-        }
-        Ok(unit.value.unwrap_or(1.0))
+        let whole = |record| Portion {
+            record,
+            segments: 0..0,
+            samples: self.held.clone(),
+            is_whole: true,
+        };
+        let whole: Vec<Portion> = (0..self.count()).map(whole).collect();
+        self.each_portion(block, &whole, |shot, _| visit(shot))
     }
 
     /// Visits portions of the shots in their order, whose samples alone are read.
@@ -246,45 +234,30 @@ impl<'a> Shots<'a> {
         portions: &[Portion],
         mut visit: impl FnMut(&Shot<'_>, &Portion) -> Result<()>,
     ) -> Result<f64> {
-        let all = portions.iter().filter_map(|portion| {
-            let field = self.fields.get(portion.record)?;
-            Some((*field, portion.samples.clone()))
-        });
-        let mut unit = CommonUnit::of(all.collect());
-        for portion in portions {
-            let Some(field) = self.fields.get(portion.record) else {
-                continue;
+        let of_shots = || {
+            let known = portions.iter();
+            known.filter_map(|portion| Some((*self.fields.get(portion.record)?, portion)))
+        };
+        let records = of_shots().map(|(field, portion)| (field, portion.samples.clone()));
+        let mut unit = CommonUnit {
+            records: records.collect(),
+            value: None,
+        };
+        for (field, portion) in of_shots() {
+            let prepared = self.prepared(field, portion.samples.clone(), block)?;
+            let shot = Shot {
+                scale: unit.scale(self, &prepared)?,
+                leaves_out: self.gaps == Gaps::LeaveOut,
+                fills: self.gaps == Gaps::Interpolate,
+                prepared,
+                block,
+                observer: self.observer,
             };
-            let mut visit = |shot: &Shot<'_>| {
-                self.check_cuts(field, portion, shot)?;
-                visit(shot, portion)
-            };
-            let samples = portion.samples.clone();
-            self.visit(field, samples, block, &mut unit, &mut visit)?;
+            self.check_cuts(field, portion, &shot)?;
+            visit(&shot, portion)?;
         }
         Ok(unit.value.unwrap_or(1.0))
     }
-
-    fn visit(
-        &self,
-        field: &Field,
-        times: Range<usize>,
-        block: Option<usize>,
-        unit: &mut CommonUnit<'_>,
-        visit: &mut impl FnMut(&Shot<'_>) -> Result<()>,
-    ) -> Result<()> {
-        let prepared = self.prepared(field, times, block)?;
-        let scale = unit.scale(self, &prepared)?;
-        visit(&Shot {
-            scale,
-            leaves_out: self.gaps == Gaps::LeaveOut,
-            fills: self.gaps == Gaps::Interpolate,
-            prepared,
-            block,
-            observer: self.observer,
-        })
-    }
-
     /// That no gap at the ends of a portion was filled from one side alone.
     fn check_cuts(&self, field: &Field, portion: &Portion, shot: &Shot<'_>) -> Result<()> {
         if self.gaps != Gaps::Interpolate {
@@ -297,32 +270,26 @@ impl<'a> Shots<'a> {
         ];
         for time in cuts.into_iter().flatten() {
             if let Some(site) = shot.prepared.gap_at(time - start) {
-                return Err(Error::Request {
-                    option: "gaps",
-                    expected: "finite samples where this part ends, since it reads no others: other parts, or \
-                               gaps that are masked"
-                        .into(),
-                    found: format!("none at time row {time}, site {site} of {}", field.name),
-                });
+                let expected = "finite samples where this part ends, since it reads no others: other parts, or \
+                                gaps that are masked";
+                let found = format!("none at time row {time}, site {site} of {}", field.name);
+                return Err(Error::request("gaps", expected, found));
             }
         }
         Ok(())
     }
 
-    /// The segments in which no sample of the sites is missing in any shot, `lag` samples later at each of them.
-    /// `None` where missing samples are no reason to leave segments out.
+    /// Of all segments those in which no sample of the sites is missing in any shot, `lag` samples later at each of them;
+    /// all where missing samples are no reason to leave segments out.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; [`Error::Memory`].
-    pub fn whole_segments(
-        &self,
-        segments: Segments,
-        sites: &[(usize, usize)],
-    ) -> Result<Option<KeptSegments>> {
+    /// [`Error::Request`] where none is left; [`Error::Cancelled`]; [`Error::Memory`].
+    pub fn keeping(&self, all: Realisations, sites: &[(usize, usize)]) -> Result<Realisations> {
         if self.gaps != Gaps::LeaveOut {
-            return Ok(None);
+            return Ok(all);
         }
-        let mut kept = KeptSegments::all(segments);
+        let segments = all.segments;
+        let mut kept = KeptSegments::without(segments, []);
         for field in self.fields {
             let prepared = self.prepared(field, self.held.clone(), None)?;
             for (site, lag) in sites {
@@ -331,7 +298,7 @@ impl<'a> Shots<'a> {
                 kept = kept.and(&KeptSegments::without(segments, missing));
             }
         }
-        Ok(Some(kept))
+        all.keeping(kept)
     }
 
     /// These samples of a record, which are `times` behind its beginning.
@@ -370,15 +337,9 @@ impl<'a> Shots<'a> {
 impl Shot<'_> {
     /// Times of a site's missing samples, where segments that hold them are left out.
     pub fn missing(&self, site: usize) -> Vec<usize> {
-        match self.leaves_out {
-            true => self
-                .prepared
-                .masked(site)
-                .iter()
-                .map(|gap| gap.time)
-                .collect(),
-            false => Vec::new(),
-        }
+        let missing = self.prepared.masked(site).iter();
+        let missing = missing.filter(|_| self.leaves_out);
+        missing.map(|gap| gap.time).collect()
     }
 
     /// How steady the records of up to eight sites are by the samples that are not missing; 1 without a site.
@@ -410,19 +371,15 @@ impl Shot<'_> {
         marks
     }
 
-    /// Whether samples of a site were filled or masked.
-    pub fn has_filled(&self, site: usize) -> bool {
-        !self.leaves_out && !self.prepared.gaps_of(site).is_empty()
-    }
-
     /// White power that filled samples leave in the record of a site, as a mean square: their share times that of the
     /// error, which is what the same would have left of samples that are known. Masked ones have the mean of the record;
     /// of interpolated ones, gaps of their mean length are made at all others.
-    pub fn left_by_filling(&self, site: usize, record: &[f64]) -> f64 {
+    pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> f64 {
         let gaps = self.prepared.gaps_of(site);
-        if !self.has_filled(site) {
+        if self.leaves_out || gaps.is_empty() {
             return 0.0;
         }
+        let record = record();
         let runs = gaps.chunk_by(|a, b| a.time + 1 == b.time).count();
         let reach = (gaps.len() / runs).div_ceil(2).max(1);
         let mean = record.iter().sum::<f64>() / record.len() as f64;
@@ -438,10 +395,11 @@ impl Shot<'_> {
         share * squares / record.len() as f64
     }
 
-    /// The segments of a site's record without missing samples; `None` where none are left out at all.
-    pub fn kept(&self, site: usize, segments: Segments) -> Option<KeptSegments> {
-        self.leaves_out
-            .then(|| KeptSegments::without(segments, self.missing(site)))
+    /// The segments of the records of a few sites without missing samples.
+    pub fn kept(&self, sites: Range<usize>, segments: Segments) -> KeptOfSites {
+        let sites = sites.filter(|_| self.leaves_out);
+        let kept = sites.map(|site| KeptSegments::without(segments, self.missing(site)));
+        KeptOfSites(kept.collect())
     }
 
     /// The record of a site.
@@ -508,11 +466,11 @@ impl Shot<'_> {
 /// [`Error::Request`] where segments with missing samples would be left out, of an estimate `what` that cannot.
 pub(crate) fn refuse_left_out(gaps: Gaps, what: &str) -> Result<()> {
     match gaps {
-        Gaps::LeaveOut => Err(Error::Request {
-            option: "gaps",
-            expected: format!("refuse, interpolate or mask: {what} needs samples without gaps"),
-            found: "leave-out".into(),
-        }),
+        Gaps::LeaveOut => {
+            let expected =
+                format!("refuse, interpolate or mask: {what} needs samples without gaps");
+            Err(Error::request("gaps", expected, "leave-out"))
+        }
         _ => Ok(()),
     }
 }

@@ -6,13 +6,14 @@ use rayon::prelude::*;
 
 use super::SpaceTimeRequest;
 use super::totals::Totals;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::estimates::realisations::{
     Averaging, Grid, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape,
     TOGETHER,
 };
 use crate::numeric::lanes::WIDTH;
 use crate::prepare::Detrend;
+use crate::system::check_memory;
 use crate::transform::{ComplexScratch, ComplexTransform};
 
 /// Rows of the result that are summed together: those that pass through a transform at once.
@@ -22,7 +23,6 @@ pub(super) const ROWS: usize = ComplexTransform::<f64>::TOGETHER;
 pub(super) const OF_SITES: usize = 2;
 
 pub(super) struct Pass<'a> {
-    request: &'a SpaceTimeRequest,
     pub realisations: &'a Realisations,
     /// Along space, all sites as one segment.
     pub space: Realisations,
@@ -72,7 +72,6 @@ impl<'a> Pass<'a> {
             transforms: space.taper_samples().iter().map(plan).collect(),
             squares: [mean_squares(realisations), mean_squares(&space)],
             pairs: request.pairs(),
-            request,
             realisations,
             space,
             grid,
@@ -84,7 +83,7 @@ impl<'a> Pass<'a> {
         let time = self.realisations;
         let bins = time.bins();
         let band = self.rows_at_once(shots.memory())?;
-        let portions: Vec<Portion> = (0..records).map(|r| time.whole(r)).collect();
+        let portions = time.whole_records(records);
         // Where the field is larger than memory, pages are released behind the reader.
         let bytes = 8 * (time.segments.record * self.grid.sites) as u64;
         let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
@@ -127,7 +126,7 @@ impl<'a> Pass<'a> {
                     shot.observer.advance(1);
                 }
                 for sums in &mut sites {
-                    sums.close(time.reached(), self.request.about_mean());
+                    sums.close(time.reached(), time.about_mean());
                 }
                 Ok(())
             })?;
@@ -155,13 +154,11 @@ impl<'a> Pass<'a> {
             + sites * pieces
             + threads * scratch;
         let needed = fixed + ROWS as u64 * row;
-        if needed > memory {
-            return Err(Error::Memory {
-                what: "the space-time spectrum of this field",
-                needed,
-                allowed: memory,
-            });
-        }
+        check_memory(
+            "the space-time spectrum of this field",
+            needed,
+            Some(memory),
+        )?;
         let rows = ((memory - fixed) / row) as usize / ROWS * ROWS;
         Ok(rows.clamp(ROWS, bins.next_multiple_of(ROWS)))
     }

@@ -9,7 +9,7 @@ use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
 use crate::error::Result;
 use crate::estimates::realisations::{FactorTable, Independence, TOGETHER, check_squares};
 use crate::numeric::lanes::LaneBlock;
-use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
+use crate::numeric::{fisher_level, fisher_tail, median, student_two_sided};
 use crate::prepare::Detrend;
 use crate::transform::{fold, frequencies};
 
@@ -26,7 +26,7 @@ impl Pass<'_> {
         (unit, has_noise): (f64, bool),
     ) -> Result<SpectrumEstimate> {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
-        let grid = &self.grid;
+        let grid = self.grid;
         let shape = (self.realisations.bins(), grid.sites);
         // Blocks of all tiles are taken out once they are needed, so that their memory is free for the arrays.
         let mut taken = |blocks: fn(&mut TileSums) -> &mut Vec<LaneBlock>| -> Vec<Vec<LaneBlock>> {
@@ -49,6 +49,7 @@ impl Pass<'_> {
         ];
         let tiles = &tiles[..];
         let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
+        let median = median(steadiness.iter().copied()).unwrap_or(f64::NAN);
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
         check_squares(unit)?;
         let density = grid.time.step * unit * unit;
@@ -135,16 +136,7 @@ impl Pass<'_> {
         });
 
         drop(jackknifed);
-        let mut low = degrees.clone();
-        let mut high = spectrum.clone();
-        for (low, high) in low.iter_mut().zip(&mut high) {
-            let factors = table.at(*low);
-            *low = *high * factors[0];
-            *high *= factors[1];
-        }
-
-        let mut sorted = steadiness.clone();
-        sorted.sort_by(f64::total_cmp);
+        let [mut low, mut high] = table.ends(&spectrum, &degrees);
         let frequency = frequencies(length, grid.time.step);
         let has_noise = has_noise && self.request.along == SpectrumAxis::Time;
         let noise = has_noise.then(|| {
@@ -179,6 +171,7 @@ impl Pass<'_> {
         {
             return Err(no_noise());
         }
+        let half_bandwidth = self.request.averaging.tapers.half_bandwidth();
         let test = || self.line_test(tiles, &sites, &frequency, unit);
         let line_test = self.tests_lines().then(test);
         Ok(SpectrumEstimate {
@@ -188,16 +181,10 @@ impl Pass<'_> {
             mean_is_removed: !has_mean,
             detrended,
             segment: [length, length - self.realisations.segments.hop],
-            half_bandwidth: self.half_bandwidth(),
-            independence: match &left {
-                None => self.independence(sorted[sorted.len() / 2]),
-                Some(left) => {
-                    let records = self.records;
-                    let effective = left.median_effective() / records as f64;
-                    let segments = left.least_and_median()[1] / records;
-                    self.independence_of(segments, effective, sorted[sorted.len() / 2])
-                }
-            },
+            half_bandwidth: half_bandwidth.map(|nw| nw / (length as f64 * grid.time.step)),
+            independence: self
+                .realisations
+                .independence(self.records, left.as_ref(), median),
             has_interval: (0..shape.1)
                 .map(|j| match of_site(j).0 {
                     0 => false,
@@ -223,16 +210,6 @@ impl Pass<'_> {
         })
     }
 
-    fn half_bandwidth(&self) -> Option<f64> {
-        match self.request.averaging.tapers {
-            crate::estimates::Tapers::Slepian { nw, .. } => {
-                let duration = self.realisations.segments.length as f64 * self.grid.time.step;
-                Some(nw / duration)
-            }
-            crate::estimates::Tapers::Window(_) => None,
-        }
-    }
-
     fn line_test(
         &self,
         tiles: &[TileSums],
@@ -244,7 +221,8 @@ impl Pass<'_> {
         let shape = (self.realisations.bins(), self.grid.sites);
         let inside = 1..length.div_ceil(2);
         let more = (self.weights.tapers() - 1) as f64;
-        let effective = self.realisations.effective_beside_lines();
+        let shared = self.realisations.shared_beside_lines();
+        let effective = self.realisations.effective_beside_lines(None, &shared);
         let degrees = effective.map(|one| 2.0 * (one * self.records as f64));
         let sums = |m: usize, j: usize, offset: usize| {
             let lines = tiles[j / TOGETHER].lines.as_chunks().0;
@@ -262,13 +240,12 @@ impl Pass<'_> {
         let cells = (inside.len() * tested * OFFSETS.len()).max(1) as f64;
         let level_of_all = fisher_level(alpha / cells, degrees);
         // Of a site from which segments are left out: its own degrees of freedom and level of all cells.
-        let shared = self.realisations.shared_beside_lines();
         let of_site = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
             None => (degrees, level_of_all),
             Some(left) if left.records == 0 => (degrees, f64::INFINITY),
             Some(left) => {
-                let pairs = left.by_distance();
-                let effective = self.realisations.effective_beside_lines_of(pairs, &shared);
+                let effective = self.realisations;
+                let effective = effective.effective_beside_lines(Some(left), &shared);
                 let own = effective.map(|one| 2.0 * one);
                 (own, fisher_level(alpha / cells, own))
             }
@@ -287,7 +264,8 @@ impl Pass<'_> {
                 probability: fisher_tail(f, degrees),
             }
         };
-        let reach = self.half_bandwidth_bins();
+        let reach = self.request.averaging.tapers.half_bandwidth();
+        let reach = reach.map_or(1, |nw| nw.ceil() as usize);
         let mut lines = Vec::new();
         for j in (0..shape.1).filter(|j| !sites[*j].is_transient()) {
             // The offset with the largest F of each bin; F is NaN at the ends and of still sites.
@@ -312,13 +290,6 @@ impl Pass<'_> {
             level: fisher_level(alpha, degrees),
             level_of_all,
             lines,
-        }
-    }
-
-    fn half_bandwidth_bins(&self) -> usize {
-        match self.request.averaging.tapers {
-            crate::estimates::Tapers::Slepian { nw, .. } => nw.ceil() as usize,
-            crate::estimates::Tapers::Window(_) => 1,
         }
     }
 }

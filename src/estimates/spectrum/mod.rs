@@ -3,7 +3,7 @@
 mod found;
 mod lines;
 mod mean;
-mod memory;
+
 mod noise;
 mod pass;
 mod peaks;
@@ -22,12 +22,12 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Portion, Realisations, SegmentsLeft, Shots, Sums, SumsShape,
-    first_of,
+    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_significance, first_of,
+    least_median_most,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
-use crate::prepare::{Detrend, Gaps};
+use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 use pass::Pass;
 
@@ -213,11 +213,7 @@ impl SpectrumEstimate {
     /// frequency; `None` where there are none.
     pub fn degrees_range(&self) -> Option<[f64; 3]> {
         let inside = ndarray::s![1..self.segment[0].div_ceil(2), ..];
-        let cells = self.degrees.slice(inside);
-        let mut all: Vec<f64> = cells.iter().copied().filter(|d| d.is_finite()).collect();
-        all.sort_by(f64::total_cmp);
-        let last = all.len().checked_sub(1)?;
-        Some([all[0], all[last / 2], all[last]])
+        least_median_most(self.degrees.slice(inside).iter().copied())
     }
 
     /// Sites without intervals.
@@ -287,7 +283,8 @@ pub fn spectrum(
     in_pool(request.threads, || {
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        let found = Pass::new(request, &realisations, Grid::of(first), fields.len()).run(&shots)?;
+        let grid = Grid::of(first);
+        let found = Pass::new(request, &realisations, &grid, fields.len()).run(&shots)?;
         Ok(match request.along {
             SpectrumAxis::Time => found,
             SpectrumAxis::Space => found.along_space(),
@@ -298,90 +295,40 @@ pub fn spectrum(
 impl SpectrumRequest {
     /// # Errors
     /// [`Error::Request`].
-    pub(super) fn realisations(&self, times: usize) -> Result<Realisations> {
-        if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            return Err(Error::Request {
-                option: "significance",
-                expected: "a probability between 0 and 1".into(),
-                found: self.alpha.to_string(),
-            });
-        }
-        let mut averaging = self.averaging.clone();
-        if self.is_whole {
-            (averaging.segment, averaging.overlap) = (Some(times), None);
-        }
-        Realisations::new(&averaging, times)
-    }
-}
-
-impl Divided for SpectrumRequest {
-    type Found = SpectrumEstimate;
-
-    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
-        (self.gaps, self.memory)
+    fn realisations(&self, times: usize) -> Result<Realisations> {
+        check_significance(self.alpha)?;
+        self.averaging.planned(self.is_whole, times)
     }
 
-    fn threads(&self) -> Option<usize> {
-        self.threads
-    }
-
-    fn plan(&self, grid: &Grid) -> Result<Realisations> {
-        let refuse = |option, expected: &str, found: &str| {
-            Err(Error::Request {
-                option,
-                expected: expected.into(),
-                found: found.into(),
-            })
-        };
-        if self.along == SpectrumAxis::Space {
-            let expected = "spectra along time, in parts";
-            return refuse(
+    /// The same in parts.
+    pub(in crate::estimates) fn plan_in_parts(&self, grid: &Grid) -> Result<Realisations> {
+        let (option, expected, found) = match self {
+            _ if self.along == SpectrumAxis::Space => (
                 "along",
-                expected,
+                "spectra along time, in parts",
                 "snapshots, each with a result of its own",
-            );
-        }
-        if self.has_jackknife {
-            let expected =
-                "parts without a jackknife, which compares the mean of all realisations with each";
-            return refuse("part", expected, "a jackknife");
-        }
-        if self.subtract_noise {
-            let expected =
-                "parts without noise subtracted, which is read off the beginning of each record";
-            return refuse("subtract-noise", expected, "it with parts");
-        }
-        self.realisations(grid.times)
+            ),
+            _ if self.has_jackknife => (
+                "part",
+                "parts without a jackknife, which compares the mean of all realisations with each",
+                "a jackknife",
+            ),
+            _ if self.subtract_noise => (
+                "subtract-noise",
+                "parts without noise subtracted, which is read off the beginning of each record",
+                "it with parts",
+            ),
+            _ => return self.realisations(grid.times),
+        };
+        Err(Error::request(option, expected, found))
     }
 
-    fn shape(&self, realisations: &Realisations) -> SumsShape {
-        memory::shape(realisations)
-    }
-
-    fn result_bytes(&self, (grid, realisations): (&Grid, &Realisations)) -> u64 {
-        memory::result_bytes(grid, realisations, &self.averaging.tapers)
-    }
-
-    fn about_mean(&self) -> bool {
-        self.averaging.detrend != Detrend::None
-    }
-
-    fn sums(
-        &self,
-        shots: &Shots<'_>,
-        (grid, realisations): (&Grid, &Realisations),
-        portions: &[Portion],
-    ) -> Result<(f64, Vec<Sums>)> {
-        Pass::new(self, realisations, grid.clone(), shots.count()).sums(shots, portions)
-    }
-
-    fn combine(
-        &self,
-        (grid, realisations): (&Grid, &Realisations),
+    pub(in crate::estimates) fn pass<'a>(
+        &'a self,
+        realisations: &'a Realisations,
+        grid: &'a Grid,
         records: usize,
-        sums: Vec<Sums>,
-        unit: f64,
-    ) -> Result<SpectrumEstimate> {
-        Pass::new(self, realisations, grid.clone(), records).combine(sums, unit)
+    ) -> impl Divided + 'a {
+        Pass::new(self, realisations, grid, records)
     }
 }
