@@ -45,21 +45,18 @@ impl Describe for Coherence {
         let (time_unit, space_unit) = self.units();
         let reference = self.reference;
         let position = number(self.space.at(reference));
+        let why_none = self.independence.why_none();
         let mut sheet = Sheet {
             about: format!(
                 "all sites against site {reference} at {position} {space_unit}, times in {time_unit}"
             ),
             answer: self.answer(),
             note: match self.level() {
-                Some(level) => format!(
-                    "A cell exceeds {} by chance with probability {}.",
-                    number(level),
-                    self.alpha
-                ),
-                None => format!(
-                    "No significance can be stated: {}.",
-                    self.independence.why_none()
-                ),
+                Some(level) => {
+                    let (level, alpha) = (number(level), self.alpha);
+                    format!("A cell exceeds {level} by chance with probability {alpha}.")
+                }
+                None => format!("No significance can be stated: {why_none}."),
             },
             ..Sheet::of("coherence", "Coherence with a reference site", &DEFINITIONS)
         };
@@ -72,7 +69,7 @@ impl Describe for Coherence {
         self.facts(&mut sheet);
         let level = match self.level() {
             Some(level) => format!("{} at {}", number(level), percent(self.alpha)),
-            None => format!("not stated: {}", self.independence.why_none()),
+            None => format!("not stated: {why_none}"),
         };
         self.independence
             .describe(&mut sheet, self.segment, [("level of one cell", level)]);
@@ -102,10 +99,8 @@ impl Describe for Coherence {
     }
 
     fn pictures(&self) -> Vec<PlotRow> {
-        let charts: Vec<Chart> = [self.delay_chart(), self.velocity_chart()]
-            .into_iter()
-            .flatten()
-            .collect();
+        let charts = [self.delay_chart(), self.velocity_chart()].into_iter();
+        let charts: Vec<Chart> = charts.flatten().collect();
         let mut rows = vec![
             PlotRow::of([self.map()]).high(1.3),
             PlotRow::of([self.mean_chart()]),
@@ -136,10 +131,10 @@ impl Coherence {
         let others = self.is_coherent.len() - 1;
         let share = match (coherent.as_slice(), others) {
             ([], _) => {
-                let (unit, length) = (self.units().0, self.segment[0] as f64 * self.time.step);
+                let unit = self.units().0;
+                let length = number(self.segment[0] as f64 * self.time.step);
                 return format!(
-                    "no site follows site {reference} above chance within a segment ({} {unit})",
-                    number(length)
+                    "no site follows site {reference} above chance within a segment ({length} {unit})"
                 );
             }
             ([one], _) => format!("site {one}"),
@@ -152,10 +147,9 @@ impl Coherence {
         };
         let (time_unit, space_unit) = self.units();
         let confidence = confidence(self.alpha);
+        let together = format!("{share} {are} coherent with site {reference}");
         if self.is_both_ways {
-            return format!(
-                "{share} {are} coherent with site {reference}, by no single delay: waves run both ways"
-            );
+            return format!("{together}, by no single delay: waves run both ways");
         }
         let known: Vec<Delay> = coherent.iter().filter_map(|j| self.delays[*j]).collect();
         if let Some(waves) = &self.velocity {
@@ -167,25 +161,23 @@ impl Coherence {
                 true => "by frequency".to_owned(),
                 false => confidence,
             };
-            let is_behind = |delay: &Delay| delay.ambiguity.is_none() && delay.delay > 0.0;
-            let is_ahead = |delay: &Delay| delay.ambiguity.is_none() && delay.delay < 0.0;
-            let are_known = known.len() == coherent.len();
-            let follows = match (known.iter().all(is_behind), known.iter().all(is_ahead)) {
-                (true, _) if are_known => format!("{share} {verb} site {reference}"),
-                (_, true) if are_known => format!(
-                    "{share} {} site {reference}",
-                    verb.replace("follow", "precede")
-                ),
-                _ => format!("{share} {are} coherent with site {reference}"),
+            let are_all = |sign: f64| {
+                let is = |delay: &Delay| delay.ambiguity.is_none() && sign * delay.delay > 0.0;
+                known.len() == coherent.len() && known.iter().all(is)
+            };
+            let precede = verb.replace("follow", "precede");
+            let follows = match (are_all(1.0), are_all(-1.0)) {
+                (true, _) => format!("{share} {verb} site {reference}"),
+                (_, true) => format!("{share} {precede} site {reference}"),
+                _ => together,
             };
             return format!("{follows}; waves travel towards {towards} at {velocity} ({of})");
         }
         let periods = known.iter().filter_map(|delay| delay.ambiguity);
         if let Some(period) = periods.reduce(f64::max) {
+            let period = number(period);
             return format!(
-                "{share} {are} coherent with site {reference} in a narrow band: delays are known up to whole periods \
-                 of {} {time_unit}",
-                number(period)
+                "{together} in a narrow band: delays are known up to whole periods of {period} {time_unit}"
             );
         }
         let later = |sign: f64| {
@@ -193,54 +185,37 @@ impl Coherence {
             known.filter(move |delay| sign * delay.delay > delay.interval)
         };
         let by_frequency = known.iter().rev().find_map(|delay| delay.by_frequency);
-        if let Some([low, high]) = by_frequency {
-            let at = |[frequency, delay]: [f64; 2]| {
+        if let Some(parts) = by_frequency {
+            let [low, high] = parts.map(|part| {
+                let [frequency, delay] = part.map(number);
                 let unit = cycles_per(&time_unit);
-                format!(
-                    "{} {time_unit} at {} {unit}",
-                    number(delay),
-                    number(frequency)
-                )
-            };
-            return format!(
-                "{share} {are} coherent with site {reference}, by delays that depend on frequency: {}, {}",
-                at(low),
-                at(high)
-            );
+                format!("{delay} {time_unit} at {frequency} {unit}")
+            });
+            return format!("{together}, by delays that depend on frequency: {low}, {high}");
         }
         match (known.as_slice(), later(1.0).count(), later(-1.0).count()) {
-            ([], ..) => {
-                format!("{share} {are} coherent with site {reference}, but by no single delay")
-            }
+            ([], ..) => format!("{together}, but by no single delay"),
             ([one], ..) if coherent.len() == 1 => {
                 let delay = with_half(one.delay.abs(), one.interval, &time_unit);
-                match one.delay.abs() > one.interval {
-                    true if one.delay > 0.0 => {
-                        format!("{share} follows site {reference} by {delay} ({confidence})")
-                    }
-                    true => format!("{share} precedes site {reference} by {delay} ({confidence})"),
-                    false => {
-                        format!("{share} moves with site {reference}, delay {delay} ({confidence})")
-                    }
-                }
+                let how = match one.delay.abs() > one.interval {
+                    true if one.delay > 0.0 => format!("follows site {reference} by {delay}"),
+                    true => format!("precedes site {reference} by {delay}"),
+                    false => format!("moves with site {reference}, delay {delay}"),
+                };
+                format!("{share} {how} ({confidence})")
             }
-            (_, 0, 0) => format!("{share} {are} coherent with site {reference}, without a delay"),
+            (_, 0, 0) => format!("{together}, without a delay"),
             (all, behind, ahead) => {
                 let of = |range: fn(f64, f64) -> f64| {
                     let delays = all.iter().map(|delay| delay.delay);
                     number(delays.reduce(range).unwrap_or(f64::NAN))
                 };
                 let what = match ahead {
-                    0 => format!("{verb} site {reference}"),
-                    _ => format!(
-                        "{are} coherent with site {reference}, {behind} behind it and {ahead} ahead"
-                    ),
+                    0 => format!("{share} {verb} site {reference}"),
+                    _ => format!("{together}, {behind} behind it and {ahead} ahead"),
                 };
-                format!(
-                    "{share} {what}, by {} to {} {time_unit}",
-                    of(f64::min),
-                    of(f64::max)
-                )
+                let [least, most] = [of(f64::min), of(f64::max)];
+                format!("{what}, by {least} to {most} {time_unit}")
             }
         }
     }

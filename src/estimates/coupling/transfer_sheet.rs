@@ -46,18 +46,15 @@ impl Describe for Transfer {
     fn describe(&self) -> Sheet<'_> {
         let shares = &self.shares;
         let [from, to] = [self.from, self.to].map(|site| number(self.space.at(site)));
+        let title = format!("Transfer from site {} to site {}", self.from, self.to);
         let mut sheet = Sheet {
-            name: "transfer",
-            version: 1,
-            title: format!("Transfer from site {} to site {}", self.from, self.to),
             about: format!("from {from} to {to}, {} samples later", self.lag),
             answer: self.in_words(),
             note: format!(
                 "Bars are standard errors by {} resamplings of {} blocks of realisations.",
                 self.resamplings, self.blocks
             ),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("transfer", &title, &DEFINITIONS)
         };
         let fitted = [shares.linear, shares.quadratic, shares.residual];
         let [linear, quadratic, residual] = fitted.map(percent);

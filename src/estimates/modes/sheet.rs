@@ -56,14 +56,10 @@ impl Describe for Modes {
         };
         let confidence = confidence(self.alpha);
         let mut sheet = Sheet {
-            name: "modes",
-            version: 1,
-            title: "Modes that are coherent along x".into(),
             about: format!("positions in {space_unit}, times in {time_unit}"),
             answer: self.answer(),
             note: format!("The {confidence} interval of an eigenvalue: {interval}."),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("modes", "Modes that are coherent along x", &DEFINITIONS)
         };
         sheet.numbers(json!({ "time_unit": time_unit, "space_unit": space_unit }));
         if let Some(count) = self.coherent_frequencies() {

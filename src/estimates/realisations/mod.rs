@@ -32,6 +32,7 @@ pub(crate) use part::Portion;
 pub(crate) use records::Records;
 pub(crate) use sheet::{
     REALISATIONS, TRANSIENT, degrees_as_numbers, interval_in_words, least_median_most,
+    spectrum_chart, without_mean,
 };
 pub(crate) use shots::{
     FILLED, Shot, Shots, TOGETHER, check_significance, check_squares, first_of, refuse_left_out,

@@ -1,10 +1,11 @@
 //! What all averages say of themselves.
 
+use ndarray::Array2;
 use serde_json::{Value, json};
 
 use super::{Independence, SegmentsLeft, interval_factors};
 use crate::numeric::sorted;
-use crate::sheet::{Sheet, Table, Warning, confidence, number, with_range};
+use crate::sheet::{BLUE, Chart, Series, Sheet, Table, Warning, confidence, number, with_range};
 
 /// What independent realisations are.
 pub(crate) const REALISATIONS: [&str; 2] = [
@@ -160,4 +161,43 @@ pub(crate) fn degrees_as_numbers(degrees: Option<[f64; 3]>, alpha: f64) -> Value
         }),
         None => Value::Null,
     }
+}
+
+/// Decades that a chart of a spectrum shows at most.
+const DECADES: f64 = 10.0;
+
+/// A spectrum over its bins on a logarithmic axis, with its interval of this name where it has one.
+pub(crate) fn spectrum_chart(
+    title: impl Into<String>,
+    (x_label, x): (String, &[f64]),
+    y_label: String,
+    [spectrum, low, high]: [&[f64]; 3],
+    interval: String,
+) -> Chart {
+    let mut line = Series::of("", BLUE, x, spectrum);
+    if low.iter().any(|v| v.is_finite()) {
+        let ends = low.iter().copied().zip(high.iter().copied());
+        line = line.with_band(interval, ends.collect());
+    }
+    let values = [spectrum, low, high].into_iter().flatten().copied();
+    let positive: Vec<f64> = values.filter(|v| v.is_finite() && *v > 0.0).collect();
+    let largest = positive.iter().copied().fold(0.0, f64::max);
+    let least = positive.iter().copied().fold(f64::INFINITY, f64::min);
+    Chart {
+        y: match largest > 0.0 {
+            true => 0.7 * least.max(largest * 10.0_f64.powf(-DECADES))..1.4 * largest,
+            false => 0.1..1.0,
+        },
+        log_y: true,
+        ..Chart::of(title, x_label, y_label, vec![line])
+    }
+}
+
+/// The values of a map without those at 0, if nothing is estimated there.
+pub(crate) fn without_mean(values: &Array2<f64>, is_removed: bool) -> Array2<f64> {
+    let mut values = values.clone();
+    if is_removed {
+        values.row_mut(0).fill(f64::NAN);
+    }
+    values
 }

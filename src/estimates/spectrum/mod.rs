@@ -14,7 +14,6 @@ pub use mean::MeanSpectrum;
 pub(crate) use noise::no_noise;
 pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
 pub use peaks::Peak;
-pub(crate) use sheet::{shown, without_mean};
 
 use ndarray::Array2;
 
@@ -40,6 +39,16 @@ pub enum SpectrumAxis {
     Time,
     /// Snapshots: `S(k)` at each time, one-sided, per rad; and their mean over time.
     Space,
+}
+
+impl SpectrumAxis {
+    /// The first of two along time, the second along space.
+    fn of<T>(self, [time, space]: [T; 2]) -> T {
+        match self {
+            SpectrumAxis::Time => time,
+            SpectrumAxis::Space => space,
+        }
+    }
 }
 
 /// All choices of [`spectrum`].
@@ -180,19 +189,14 @@ impl SpectrumEstimate {
 
     /// Position of a site, or a time.
     pub fn coordinate(&self, column: usize) -> f64 {
-        match self.along {
-            SpectrumAxis::Time => self.space.at(column),
-            SpectrumAxis::Space => self.time.at(column),
-        }
+        self.along.of([&self.space, &self.time]).at(column)
     }
 
     /// Unit of the bins: of frequency, or of wavenumber.
     pub fn bin_unit(&self) -> String {
         let (time_unit, space_unit) = self.units();
-        match self.along {
-            SpectrumAxis::Time => crate::measure::cycles_per(&time_unit),
-            SpectrumAxis::Space => format!("rad/{space_unit}"),
-        }
+        let cycles = crate::measure::cycles_per(&time_unit);
+        self.along.of([cycles, format!("rad/{space_unit}")])
     }
 
     /// Words for the units of time and of length.
