@@ -21,10 +21,11 @@ use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, first_of, phase_spread,
 };
 use crate::field::{Axis, Field};
+use crate::numeric::median;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
-use delay::{CrossSpectra, DelaySearch};
+use delay::DelaySearch;
 use pass::check_count;
 use phase::{Phases, least_coherence};
 use significance::is_own;
@@ -138,15 +139,13 @@ impl Coherence {
     /// frequency; `None` where no significance can be stated.
     pub fn above_level(&self) -> Option<f64> {
         self.level()?;
-        let levels: Vec<Option<f64>> = (0..self.coherence.ncols())
-            .map(|j| self.level_at(j))
-            .collect();
+        let sites = 0..self.coherence.ncols();
+        let levels: Vec<Option<f64>> = sites.map(|j| self.level_at(j)).collect();
         let inside = 1..self.segment[0].div_ceil(2);
         let rows = self.coherence.slice(ndarray::s![inside, ..]);
-        let cells = rows
-            .indexed_iter()
-            .filter(|((_, j), g)| *j != self.reference && g.is_finite())
-            .filter_map(|((_, j), g)| Some((*g, levels[j]?)));
+        let cells = rows.indexed_iter();
+        let cells = cells.filter(|((_, j), g)| *j != self.reference && g.is_finite());
+        let cells = cells.filter_map(|((_, j), g)| Some((*g, levels[j]?)));
         let (count, above) = cells.fold((0u64, 0u64), |(count, above), (g, level)| {
             (count + 1, above + u64::from(g > level))
         });
@@ -255,24 +254,15 @@ impl Coherence {
             .zip(cells)
             .for_each(|(to, interval)| *to = interval);
         let independent: Vec<f64> = known.iter().map(|known| known[1]).collect();
-        let search = DelaySearch::new(realisations, &self.independence, self.time.step, self.alpha);
-        let follows = search.find(&CrossSpectra {
-            coherence: &self.coherence,
-            phase: &self.phase,
-            spectrum: &self.spectrum,
-            reference: self.reference,
-            independent: &independent,
-        });
+        let follows = DelaySearch::new(realisations, self).find(&independent);
         self.is_coherent = follows.iter().map(|site| site.is_coherent).collect();
-        let mut ways: Vec<f64> = follows.iter().filter_map(|site| site.one_way).collect();
-        ways.sort_unstable_by(f64::total_cmp);
-        self.is_both_ways = ways.get(ways.len() / 2).is_some_and(|ways| *ways < ONE_WAY);
+        let ways = median(follows.iter().filter_map(|site| site.one_way));
+        self.is_both_ways = ways.is_some_and(|ways| ways < ONE_WAY);
         if self.is_both_ways {
             return;
         }
         self.delays = follows.iter().map(|site| site.delay).collect();
-        let position = self.positions();
-        let slowness = Slowness::of_delays(&self.delays, &position, self.reference, self.alpha);
+        let slowness = Slowness::of_delays(self);
         let least: Vec<f64> = spreads.iter().map(|s| least_coherence(*s)).collect();
         let end = self.segment[0].div_ceil(2);
         let power = self.spectrum.column(self.reference);
@@ -285,10 +275,8 @@ impl Coherence {
             let phases = Phases {
                 at: self.frequency[m] + leaks * self.frequency[1],
                 at_error: OF_LEAKAGE * leaks.abs() * self.frequency[1],
-                phase: &self.phase.row(m).to_vec(),
-                coherence: &self.coherence.row(m).to_vec(),
-                position: &position,
-                reference: self.reference,
+                found: self,
+                bin: m,
                 least: &least,
                 independent: &independent,
                 slowness: slowness.map(|found| found.slowness),

@@ -259,32 +259,28 @@ impl Pass<'_> {
         };
         let parts: Vec<f64> = (0..grid.sites).map(part).collect();
         let shape = (bins, grid.sites);
-        let [mut coherence, mut phase, mut spectrum] = [(); 3].map(|()| Array2::zeros(shape));
-        let rows = coherence.rows_mut().into_iter().zip(phase.rows_mut());
-        for (m, ((mut g, mut phase), mut s)) in rows.zip(spectrum.rows_mut()).enumerate() {
-            let scale = density * fold(m, length);
-            // Power, product and, where segments are left out, power of the reference in those that are not.
-            let block = |tile: &Sums, what: usize| tile.plain()[what * bins + m].0;
-            let whole = block(&tiles[reference / TOGETHER], 0)[reference % TOGETHER];
-            for (t, tile) in tiles.iter().enumerate() {
-                let [own, re, im] = [0, 1, 2].map(|what| block(tile, what));
-                let beside = match self.leaves_out() {
-                    true => block(tile, BLOCKS),
-                    false => [whole; TOGETHER],
-                };
-                let sites = t * TOGETHER..grid.sites.min((t + 1) * TOGETHER);
-                for (lane, j) in sites.enumerate() {
-                    let cross = Complex::new(re[lane], im[lane]);
-                    g[j] = match own[lane] > 0.0 && beside[lane] > 0.0 && !parts[j].is_nan() {
-                        true => (cross.norm_sqr() / (beside[lane] * own[lane])).min(1.0),
-                        // 0 / 0 where one of them is still; none where too much was filled.
-                        false => f64::NAN,
-                    };
-                    phase[j] = cross.arg();
-                    s[j] = own[lane] * scale * parts[j];
-                }
+        // Power, product and, where segments are left out, power of the reference in those that are not.
+        let of_tile = |what: usize, m: usize, j: usize| {
+            tiles[j / TOGETHER].plain()[what * bins + m].0[j % TOGETHER]
+        };
+        let cross = |m, j| Complex::new(of_tile(1, m, j), of_tile(2, m, j));
+        let coherence = Array2::from_shape_fn(shape, |(m, j)| {
+            let own = of_tile(0, m, j);
+            let beside = match self.leaves_out() {
+                true => of_tile(BLOCKS, m, j),
+                false => of_tile(0, m, reference),
+            };
+            match own > 0.0 && beside > 0.0 && !parts[j].is_nan() {
+                true => (cross(m, j).norm_sqr() / (beside * own)).min(1.0),
+                // 0 / 0 where one of them is still; none where too much was filled.
+                false => f64::NAN,
             }
-        }
+        });
+        let phase = Array2::from_shape_fn(shape, |(m, j)| cross(m, j).arg());
+        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+            let scale = density * fold(m, length);
+            of_tile(0, m, j) * scale * parts[j]
+        });
         Coherence {
             frequency: frequencies(length, grid.time.step),
             time: grid.time.clone(),
