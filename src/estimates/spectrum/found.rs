@@ -3,14 +3,14 @@
 use ndarray::Array2;
 
 use super::lines::{Line, OFFSETS, line_and_rest};
-use super::noise::{LeadIn, Spectra, no_noise};
+use super::noise::LeadIn;
 use super::pass::{Pass, TileSums};
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
 use crate::error::Result;
 use crate::estimates::realisations::{FactorTable, Independence, TOGETHER, check_squares};
 use crate::numeric::lanes::LaneBlock;
 use crate::numeric::{fisher_level, fisher_tail, median, student_two_sided};
-use crate::prepare::Detrend;
+
 use crate::transform::{fold, frequencies};
 
 /// Power over that which filled samples leave, up to which no interval is stated.
@@ -30,10 +30,8 @@ impl Pass<'_> {
         let shape = (self.realisations.bins(), grid.sites);
         // Blocks of all tiles are taken out once they are needed, so that their memory is free for the arrays.
         let mut taken = |blocks: fn(&mut TileSums) -> &mut Vec<LaneBlock>| -> Vec<Vec<LaneBlock>> {
-            tiles
-                .iter_mut()
-                .map(|tile| std::mem::take(blocks(tile)))
-                .collect()
+            let tiles = tiles.iter_mut();
+            tiles.map(|tile| std::mem::take(blocks(tile))).collect()
         };
         let value = |tiles: &[Vec<LaneBlock>], m: usize, j: usize| {
             let block = tiles[j / TOGETHER].get(m);
@@ -57,7 +55,7 @@ impl Pass<'_> {
             Some(left) => left.records == 0,
             None => false,
         };
-        let mut spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
             if has_none(j) {
                 return f64::NAN;
             }
@@ -83,7 +81,7 @@ impl Pass<'_> {
         };
         let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
         let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
-        let has_mean = self.request.averaging.detrend == Detrend::None;
+
         let detrended = self.realisations.lost();
         // The one-sided density that filled samples leave.
         let floors = (0..shape.1).map(|j| FILLING * self.filled(tiles, j) * density * 2.0);
@@ -122,7 +120,7 @@ impl Pass<'_> {
             None => vec![left_out_of(0); shape.1],
             Some(_) => (0..shape.1).map(left_out_of).collect(),
         };
-        let mut jackknife = Array2::from_shape_fn(shape, |(m, j)| {
+        let jackknife = Array2::from_shape_fn(shape, |(m, j)| {
             // Realisations of a transient are not independent, its records are.
             let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
             let [all, effective, quantile] = of_sites[j];
@@ -136,61 +134,27 @@ impl Pass<'_> {
         });
 
         drop(jackknifed);
-        let [mut low, mut high] = table.ends(&spectrum, &degrees);
+        let [low, high] = table.ends(&spectrum, &degrees);
         let frequency = frequencies(length, grid.time.step);
-        let has_noise = has_noise && self.request.along == SpectrumAxis::Time;
-        let noise = has_noise.then(|| {
-            let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
-            let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
-            let spectra = Spectra {
-                spectrum: &spectrum,
-                degrees: &degrees,
-                frequency: &frequency,
-                length,
-                shared_bins: self.realisations.shared_bins(),
-                alpha,
-                density: 2.0 * density,
-                records: self.records,
-            };
-            let noise = spectra.noise(&lead_ins);
-            if !self.request.subtract_noise {
-                return noise;
-            }
-            // Logarithms of differences have another spread.
-            jackknife.fill(f64::NAN);
-            let from = usize::from(!has_mean);
-            noise.subtract(
-                [&mut spectrum, &mut low, &mut high],
-                (length, from),
-                frequency[1],
-            )
-        });
-        if let Some(noise) = &noise
-            && self.request.subtract_noise
-            && noise.known() == 0
-        {
-            return Err(no_noise());
-        }
+        let has_interval = |j: usize| match of_site(j).0 {
+            0 => false,
+            records => !sites[j].is_transient() || records > 1,
+        };
         let half_bandwidth = self.request.averaging.tapers.half_bandwidth();
         let test = || self.line_test(tiles, &sites, &frequency, unit);
         let line_test = self.tests_lines().then(test);
-        Ok(SpectrumEstimate {
-            noise,
+        let mut found = SpectrumEstimate {
+            noise: None,
             along: SpectrumAxis::Time,
             mean: None,
-            mean_is_removed: !has_mean,
+            mean_is_removed: self.realisations.about_mean(),
             detrended,
             segment: [length, length - self.realisations.segments.hop],
             half_bandwidth: half_bandwidth.map(|nw| nw / (length as f64 * grid.time.step)),
             independence: self
                 .realisations
                 .independence(self.records, left.as_ref(), median),
-            has_interval: (0..shape.1)
-                .map(|j| match of_site(j).0 {
-                    0 => false,
-                    records => !sites[j].is_transient() || records > 1,
-                })
-                .collect(),
+            has_interval: (0..shape.1).map(has_interval).collect(),
             segments_left: left,
             has_jackknife: self.request.has_jackknife,
             time: grid.time.clone(),
@@ -207,7 +171,16 @@ impl Pass<'_> {
             jackknife,
             left_out,
             line_test,
-        })
+        };
+        if has_noise && self.request.along == SpectrumAxis::Time {
+            let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
+            let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
+            found.find_noise(&lead_ins, 2.0 * density, self.realisations.shared_bins());
+            if self.request.subtract_noise {
+                found.subtract_noise()?;
+            }
+        }
+        Ok(found)
     }
 
     fn line_test(
@@ -228,12 +201,13 @@ impl Pass<'_> {
             let lines = tiles[j / TOGETHER].lines.as_chunks().0;
             line_and_rest(&lines[m], offset, j % TOGETHER)
         };
-        let f_at = |m: usize, j: usize, offset: usize| match inside.contains(&m) {
-            true => {
-                let (line, rest) = sums(m, j, offset);
+        let f_at = |m: usize, j: usize, offset: usize| {
+            let (line, rest) = sums(m, j, offset);
+            if inside.contains(&m) {
                 more * line / rest
+            } else {
+                f64::NAN
             }
-            false => f64::NAN,
         };
         let statistic = Array2::from_shape_fn(shape, |(m, j)| f_at(m, j, 0));
         let tested = sites.iter().filter(|site| !site.is_transient()).count();
@@ -243,9 +217,8 @@ impl Pass<'_> {
         let of_site = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
             None => (degrees, level_of_all),
             Some(left) if left.records == 0 => (degrees, f64::INFINITY),
-            Some(left) => {
-                let effective = self.realisations;
-                let effective = effective.effective_beside_lines(Some(left), &shared);
+            left => {
+                let effective = self.realisations.effective_beside_lines(left, &shared);
                 let own = effective.map(|one| 2.0 * one);
                 (own, fisher_level(alpha / cells, own))
             }
