@@ -18,7 +18,8 @@ use crate::error::Result;
 use crate::estimates::SIGNIFICANCE;
 
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, first_of, phase_spread,
+    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_count, first_of,
+    phase_spread,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::median;
@@ -26,7 +27,7 @@ use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 use delay::DelaySearch;
-use pass::check_count;
+
 use phase::{Phases, least_coherence};
 use significance::is_own;
 use velocity::Slowness;

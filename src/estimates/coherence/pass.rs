@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
     Grid, KeptOfSites, Portion, Realisations, Records, SegmentPairs, SegmentScratch, SegmentsLeft,
-    Shot, Shots, Sums, SumsShape, TOGETHER, check_significance, check_squares,
+    Shot, Shots, Sums, SumsShape, TOGETHER, check_count, check_significance, check_squares,
 };
 use crate::prepare::Gaps;
 use crate::transform::{RecordTransform, fold, frequencies};
@@ -38,16 +38,6 @@ impl CoherenceRequest {
             records,
         }
     }
-}
-
-/// That there are two realisations at least.
-pub(super) fn check_count(realisations: usize) -> Result<()> {
-    if realisations >= 2 {
-        return Ok(());
-    }
-    let expected = "at least two realisations: shorter segments, several tapers, or several fields";
-    let found = "one segment of one field under one taper";
-    Err(Error::request("segment", expected, found))
 }
 
 pub(in crate::estimates) struct Pass<'a> {

@@ -236,6 +236,9 @@ pub fn bicoherence(
     })
 }
 
+/// Part of the record at or below which a segment is by default.
+const PART: usize = 32;
+
 /// That there are two realisations at least.
 fn check_count(realisations: usize) -> Result<()> {
     if realisations >= 2 {
@@ -254,7 +257,10 @@ impl BicoherenceRequest {
     /// The realisations of a record, of which a triple can be made.
     fn realisations(&self, grid: &Grid) -> Result<Realisations> {
         self.check(grid.sites)?;
-        let averaging = with_segment(&self.averaging, grid.times, 32);
+        let averaging = self.averaging.with_segment(match grid.times / PART {
+            0..8 => grid.times.min(8),
+            part => 1 << part.ilog2(),
+        });
         let all = Realisations::new(&averaging, grid.times)?;
         let length = all.segments.length;
         if last_bin(length) < 2 * all.least_distance() {
@@ -282,23 +288,10 @@ impl BicoherenceRequest {
 
 pub(super) fn refuse<T>(
     option: &'static str,
-    expected: impl ToString,
+    expected: impl Into<String>,
     found: impl ToString,
 ) -> Result<T> {
-    let (expected, found) = (expected.to_string(), found.to_string());
     Err(Error::request(option, expected, found))
-}
-
-/// `averaging` with its segment, by default the power of two at or below this part of the record.
-fn with_segment(averaging: &Averaging, record: usize, part: usize) -> Averaging {
-    let length = match record / part {
-        0..8 => record.min(8),
-        part => 1 << part.ilog2(),
-    };
-    Averaging {
-        segment: averaging.segment.or(Some(length)),
-        ..averaging.clone()
-    }
 }
 
 /// # Errors

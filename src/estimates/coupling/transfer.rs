@@ -104,7 +104,10 @@ pub fn transfer(
     let first = first_of(fields)?;
     check(first, request)?;
     let record = first.n_times() - request.lag;
-    let averaging = with_segment(&request.averaging, record, fields.len());
+    // Of N samples, about `2 T / N` realisations for `N / 2` unknowns.
+    let most = ((record * fields.len()) as f64 * 0.9).sqrt() as usize;
+    let segment = (1 << most.max(8).ilog2()).min(record);
+    let averaging = request.averaging.with_segment(segment);
     let all = Realisations::new(&averaging, record)?;
     let length = all.segments.length;
     let df = 1.0 / (length as f64 * first.time.step);
@@ -128,16 +131,6 @@ pub fn transfer(
         observer,
     };
     in_pool(request.threads, || pass.run(first))
-}
-
-/// `averaging` with its segment: of N samples, about `2 T / N` realisations for `N / 2` unknowns.
-fn with_segment(averaging: &Averaging, record: usize, shots: usize) -> Averaging {
-    let most = ((record * shots) as f64 * 0.9).sqrt() as usize;
-    let length = 1 << most.max(8).ilog2();
-    Averaging {
-        segment: averaging.segment.or(Some(length.min(record))),
-        ..averaging.clone()
-    }
 }
 
 fn check(first: &Field, request: &TransferRequest) -> Result<()> {
@@ -199,25 +192,20 @@ impl Pass<'_> {
             Ok(())
         })?;
         clear_rounding(&mut records);
-        let (segments, steadiness) = (
-            self.realisations.segment_count(),
-            steady / records.len() as f64,
-        );
-        let independence = self
-            .realisations
-            .independence(records.len(), None, steadiness);
+        let (shots, steadiness) = (records.len(), steady / records.len() as f64);
+        let independence = self.realisations.independence(shots, None, steadiness);
         let independent = self.enough(&independence)?;
-        let draws = Resamplings::new(
-            [records.len(), segments],
-            independence.is_transient(),
-            request.resamplings,
-        );
+        let realisations = [shots, self.realisations.segment_count()];
+        let is_transient = independence.is_transient();
+        let draws = Resamplings::new(realisations, is_transient, request.resamplings);
         if draws.blocks() < LEAST_BLOCKS {
             let expected = format!("at least {LEAST_BLOCKS} blocks of realisations to draw from");
             return refuse("segment", expected, draws.blocks());
         }
         let threads = rayon::current_num_threads() as u64;
-        let needed = held + threads * draws.bytes(self.last) + 8 * self.pairs() * 8;
+        // Pairs of all outputs together, at most.
+        let pairs = (self.last * self.last) as u64;
+        let needed = held + threads * draws.bytes(self.last) + 8 * pairs * 8;
         let what = "the moments of the transfer (see --highest)";
         check_memory(what, needed, request.memory)?;
         self.observer.stage("transfer functions", self.last as u64);
@@ -229,11 +217,6 @@ impl Pass<'_> {
         };
         let outputs = fit.all(self.observer)?;
         Ok(self.finish(first, independence, &draws, &outputs, unit))
-    }
-
-    /// Pairs of all outputs together, at most.
-    fn pairs(&self) -> u64 {
-        (self.last * self.last) as u64
     }
 
     /// Independent realisations, if there are enough.
@@ -278,6 +261,8 @@ impl Pass<'_> {
             for (sum, gain) in passed.iter_mut().zip(&fit.gains) {
                 *sum += gain * factor;
             }
+            let above = total.iter().zip(&passed).map(|(all, below)| all - below);
+            let above: Vec<f64> = above.collect();
             outputs.push(OutputTransfer {
                 frequency: fit.bin as f64 * df,
                 input: fit.input * density,
@@ -293,10 +278,7 @@ impl Pass<'_> {
                 flux,
                 flux_error: deviation(&passed),
                 above: all + flux,
-                above_error: {
-                    let above = total.iter().zip(&passed).map(|(all, below)| all - below);
-                    deviation(&above.collect::<Vec<f64>>())
-                },
+                above_error: deviation(&above),
                 held_out_linear: fit.held_out[0] / fit.output,
                 held_out_quadratic: (fit.held_out[1] - fit.held_out[0]) / fit.output,
                 unknowns: fit.pairs.len() + 1,
@@ -321,11 +303,10 @@ impl Pass<'_> {
         let sum = |of: fn(&OutputFit) -> f64| fits.iter().map(of).sum::<f64>();
         let all = sum(|fit| fit.output);
         let of_rest = |of: fn(&OutputFit) -> ([f64; 2], f64)| {
-            let shares = fits.iter().map(|fit| {
-                let ([linear, every], power) = of(fit);
-                let rest = power - linear;
+            let shares = fits.iter().map(of).map(|([linear, every], power)| {
+                let (gained, rest) = (every - linear, power - linear);
                 if rest > 0.0 {
-                    ((every - linear) / rest).max(-1.0)
+                    (gained / rest).max(-1.0)
                 } else {
                     0.0
                 }
@@ -333,9 +314,8 @@ impl Pass<'_> {
             shares.sum::<f64>() / fits.len() as f64
         };
         let across = of_rest(|fit| (fit.stronger, fit.stronger_output));
-        let enough = independence
-            .independent
-            .is_some_and(|k| k >= 4.0 * self.last as f64);
+        let independent = independence.independent;
+        let enough = independent.is_some_and(|k| k >= 4.0 * self.last as f64);
         let request = self.request;
         Transfer {
             time: field.time.clone(),

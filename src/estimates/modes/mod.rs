@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Shots, TOGETHER, check_significance, check_squares,
-    first_of, interval_factors, steadiness, steadiness_of_sites,
+    Averaging, Independence, Realisations, Shots, TOGETHER, check_count, check_significance,
+    check_squares, first_of, interval_factors, steadiness, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::lanes::WIDTH;
@@ -239,12 +239,7 @@ impl Pass<'_> {
     /// The bins of the chosen frequencies.
     fn chosen(&self) -> Result<Vec<usize>> {
         let (request, length) = (self.request, self.realisations.segments.length);
-        if self.count() < 2 {
-            let expected =
-                "at least two realisations: shorter segments, several tapers, or several fields";
-            let found = "one segment of one field under one taper";
-            return Err(Error::request("segment", expected, found));
-        }
+        check_count(self.count())?;
         if request.modes == 0 {
             return Err(Error::request("modes", "at least one mode", 0));
         }
@@ -269,8 +264,7 @@ impl Pass<'_> {
     fn run(&self, chosen: &[usize]) -> Result<Modes> {
         let (all, n_sites) = (self.count(), self.first.n_sites());
         let (bins, segments) = (self.realisations.bins(), &self.realisations.segments);
-        let [together, block] = self.sizes(chosen.len())?;
-        let block = (block < n_sites).then_some(block);
+        let (together, block) = self.sizes(chosen.len())?;
         let values = Array2::zeros((bins, all.min(n_sites)));
         let mut found = Modes {
             frequency: frequencies(segments.length, self.first.time.step),
@@ -311,8 +305,8 @@ impl Pass<'_> {
                 self.observer.advance((end - first) as u64);
                 Ok(snapshots.eigenvalues(first - from..end - from))
             };
-            let values: Vec<Vec<Eigenvalues>> =
-                starts.par_iter().map(solve).collect::<Result<_>>()?;
+            let values = starts.par_iter().map(solve);
+            let values: Vec<Vec<Eigenvalues>> = values.collect::<Result<_>>()?;
             let density = self.first.time.step * unit * unit * self.first.space.step.abs();
             for (bin, values) in (from..).zip(values.into_iter().flatten()) {
                 let scale = density * fold(bin, segments.length) / all as f64;
@@ -325,10 +319,8 @@ impl Pass<'_> {
             let level = found.level(found.first).unwrap_or(f64::INFINITY);
             let mut wanted = chosen.to_vec();
             for bin in found.inside().filter(|_| chosen.is_empty()) {
-                let first = (
-                    found.coherencies[[bin, 0]] > level,
-                    found.eigenvalues[[bin, 0]],
-                );
+                let cell = [bin, 0];
+                let first = (found.coherencies[cell] > level, found.eigenvalues[cell]);
                 if first > best {
                     best = first;
                     solved.clear();
@@ -367,7 +359,7 @@ impl Pass<'_> {
     ///
     /// # Errors
     /// [`Error::Memory`].
-    fn sizes(&self, chosen: usize) -> Result<[usize; 2]> {
+    fn sizes(&self, chosen: usize) -> Result<(usize, Option<usize>)> {
         let (all, n_sites) = (self.count() as u64, self.first.n_sites() as u64);
         let (bins, samples) = (self.realisations.bins() as u64, self.first.n_times() as u64);
         let length = self.realisations.segments.length;
@@ -386,7 +378,10 @@ impl Pass<'_> {
         let spectra = ((allowed - held) / 2).max(of_a_bin);
         let bins = (spectra / of_a_bin).min(bins);
         let block = self.shots.block(WHAT, held + bins * of_a_bin)?;
-        Ok([bins as usize, block.unwrap_or(usize::MAX)])
+        Ok((
+            bins as usize,
+            block.filter(|sites| (*sites as u64) < n_sites),
+        ))
     }
 
     /// The spectra of all realisations at the bins `from .. to`, in `cells`, which are 0, and the unit of the

@@ -76,13 +76,6 @@ pub(crate) struct Realisations {
     kept: Option<KeptSegments>,
 }
 
-/// Bytes of so many tapers of `length` samples and of the plans of their transforms, at most: a sample has a weight, a
-/// copy of it in the plan, half a value of its transform and factors of the plan.
-fn bytes_of_tapers(count: usize, length: usize) -> u64 {
-    const OF_PLAN: usize = 16 << 10;
-    (count as u64).saturating_mul((64 * length + OF_PLAN) as u64)
-}
-
 /// Working space of one thread.
 #[derive(Default)]
 pub(crate) struct SegmentScratch {
@@ -154,9 +147,12 @@ impl Realisations {
         self.tapers.iter().map(|w| crate::numeric::sum(w)).collect()
     }
 
-    /// Bytes of the tapers and of the plans of their transforms, at most.
+    /// Bytes of the tapers and of the plans of their transforms, at most: a sample has a weight, a copy of it in the plan, half
+    /// a value of its transform and factors of the plan.
     pub fn bytes(&self) -> u64 {
-        bytes_of_tapers(self.tapers.len(), self.segments.length)
+        const OF_PLAN: usize = 16 << 10;
+        let of_taper = 64 * self.segments.length + OF_PLAN;
+        (self.tapers.len() as u64).saturating_mul(of_taper as u64)
     }
 
     /// Samples of a record that segments reach.
@@ -253,12 +249,10 @@ impl Realisations {
             let polynomial: Vec<f64> = (0..length).map(|n| centred(n).powi(degree)).collect();
             let all = crate::numeric::sum_of_squares(&polynomial) * self.tapers.len() as f64;
             for transform in &self.transforms {
-                let (found, _) =
-                    transform.transform(std::iter::once(&polynomial[..]), &mut scratch);
-                let powers = found.iter().map(|x| x.norm_sqr() / all);
-                lost.iter_mut()
-                    .zip(powers)
-                    .for_each(|(lost, power)| *lost += power);
+                let polynomial = std::iter::once(&polynomial[..]);
+                let found = transform.transform(polynomial, &mut scratch).0;
+                let cells = lost.iter_mut().zip(found);
+                cells.for_each(|(lost, x)| *lost += x.norm_sqr() / all);
             }
         }
         lost
@@ -423,12 +417,7 @@ impl Realisations {
     /// `B = N sum_n (sum_k w_k(n)^2)^2 / K`, the sum of the squared correlations of a bin with all others.
     pub fn shared_bins(&self) -> f64 {
         let length = self.segments.length;
-        let weight = |n: usize| {
-            self.tapers
-                .iter()
-                .map(|taper| taper[n] * taper[n])
-                .sum::<f64>()
-        };
+        let weight = |n: usize| -> f64 { self.tapers.iter().map(|w| w[n] * w[n]).sum() };
         let squares: f64 = (0..length).map(|n| weight(n).powi(2)).sum();
         length as f64 * squares / self.tapers.len() as f64
     }
@@ -461,13 +450,11 @@ impl Realisations {
     /// taper.
     pub fn bin_correlation(&self, lag: usize) -> f64 {
         let length = self.segments.length;
-        let squares = self.tapers[0].iter().enumerate();
-        let sum: Complex<f64> = squares
-            .map(|(n, w)| {
-                let turn = std::f64::consts::TAU * (n * lag % length) as f64 / length as f64;
-                Complex::from_polar(w * w, turn)
-            })
-            .sum();
+        let term = |(n, w): (usize, &f64)| {
+            let turn = std::f64::consts::TAU * (n * lag % length) as f64 / length as f64;
+            Complex::from_polar(w * w, turn)
+        };
+        let sum: Complex<f64> = self.tapers[0].iter().enumerate().map(term).sum();
         sum.norm_sqr()
     }
 }
@@ -496,6 +483,19 @@ fn effective_number(tapers: usize, pairs: &[f64], shared: &[f64]) -> f64 {
     let beside: f64 = terms.skip(1).map(|(pairs, shared)| pairs * shared).sum();
     let all = pairs[0] * tapers as f64;
     all.powi(2) / (pairs[0] * shared[0] + 2.0 * beside)
+}
+
+/// That there are two realisations at least.
+///
+/// # Errors
+/// [`Error::Request`].
+pub(crate) fn check_count(realisations: usize) -> Result<()> {
+    if realisations >= 2 {
+        return Ok(());
+    }
+    let expected = "at least two realisations: shorter segments, several tapers, or several fields";
+    let found = "one segment of one field under one taper";
+    Err(Error::request("segment", expected, found))
 }
 
 /// Where no segment of a site, or of sites that are needed together, is without missing samples.
@@ -527,6 +527,14 @@ impl Averaging {
         let realisations = Realisations::new(self, n_times)?;
         let effective = realisations.effective();
         Ok((realisations.segments, effective))
+    }
+
+    /// The same with segments of so many samples, where none are stated.
+    pub(crate) fn with_segment(&self, length: usize) -> Averaging {
+        Averaging {
+            segment: self.segment.or(Some(length)),
+            ..self.clone()
+        }
     }
 
     /// The realisations of a record of `times` samples, which is one segment where `is_whole`, whatever is stated.
@@ -603,10 +611,8 @@ impl Averaging {
                     let expected = format!("1 to {most} tapers, 2 NW - 1");
                     return Err(Error::request("multitaper", expected, count));
                 }
-                let found = slepian::sequences(length, nw, count);
-                let pairs = found
-                    .into_iter()
-                    .map(|one| (one.samples, one.concentration));
+                let found = slepian::sequences(length, nw, count).into_iter();
+                let pairs = found.map(|one| (one.samples, one.concentration));
                 Ok(pairs.unzip())
             }
         }

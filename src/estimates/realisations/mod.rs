@@ -19,7 +19,7 @@ pub const SIGNIFICANCE: f64 = 0.05;
 
 pub(crate) use adaptive::{Average, LeftOut, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
-pub(crate) use averaging::{Realisations, SegmentScratch};
+pub(crate) use averaging::{Realisations, SegmentScratch, check_count};
 pub use ensemble::Independence;
 pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_of_sites, steadiness_without};
 pub use grid::Grid;

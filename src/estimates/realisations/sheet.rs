@@ -36,22 +36,20 @@ impl Independence {
             "overlap": overlap,
             "independence": self,
         }));
-        sheet.detail(
-            "averages",
-            format!(
-                "records {}, segments {} of {segment} samples, tapers {}: {} effective realisations",
-                self.records,
-                self.segments,
-                self.tapers,
-                number(self.effective)
-            ),
+        let counts = [self.records, self.segments, self.tapers];
+        let [records, segments, tapers] = counts.map(|count| count.to_string());
+        let effective = number(self.effective);
+        let text = format!(
+            "records {records}, segments {segments} of {segment} samples, tapers {tapers}: {effective} effective \
+             realisations"
         );
+        sheet.detail("averages", text);
         let rows = [
-            ("records", self.records.to_string()),
-            ("segments of a record", self.segments.to_string()),
-            ("tapers", self.tapers.to_string()),
+            ("records", records),
+            ("segments of a record", segments),
+            ("tapers", tapers),
             ("samples a segment", segment.to_string()),
-            ("effective realisations", number(self.effective)),
+            ("effective realisations", effective),
         ];
         let rows = rows.into_iter().chain(further);
         sheet.tables.push(Table::of_values("Averages", rows));
@@ -72,57 +70,51 @@ impl Independence {
 
     /// Why a `what` by itself has no errors.
     pub(crate) fn transient(&self, what: &str) -> Warning {
-        match self.steadiness.is_nan() {
-            _ if self.is_short => Warning::new(
-                format!(
-                    "{}: no level of chance and no interval is stated",
-                    self.why()
-                ),
+        let why = self.why();
+        let (message, advice) = match self.steadiness.is_nan() {
+            _ if self.is_short => (
+                format!("{why}: no level of chance and no interval is stated"),
                 "record for longer, or name several records of the same sites",
             ),
-            true => Warning::new(
-                format!(
-                    "{} of the {what}: no level of chance and no interval is stated",
-                    self.why()
-                ),
+            true => (
+                format!("{why} of the {what}: no level of chance and no interval is stated"),
                 "choose records with fewer gaps, or leave out the segments that have them (`--gaps leave-out`), where the \
                  command can",
             ),
-            false => Warning::new(
-                format!(
-                    "the {what} is a transient (steadiness {}): its segments are not independent",
-                    number(self.steadiness)
-                ),
-                "name several records of the same sites, one a shot",
-            ),
-        }
+            false => {
+                let steadiness = number(self.steadiness);
+                let message = format!(
+                    "the {what} is a transient (steadiness {steadiness}): its segments are not independent"
+                );
+                (
+                    message,
+                    "name several records of the same sites, one a shot",
+                )
+            }
+        };
+        Warning::new(message, advice)
     }
 }
 
 impl SegmentsLeft {
     /// How many segments are left of columns (sites or times) that miss samples.
     pub(crate) fn describe(&self, sheet: &mut Sheet, columns: &str) {
-        if self.incomplete() > 0 {
+        let (incomplete, all, of) = (self.incomplete(), self.left.len(), self.of);
+        if incomplete > 0 {
             let [least, median] = self.least_and_median();
             let text = format!(
-                "{} of {} {columns} lose segments: {median} of {} are left at the median, {least} at the least",
-                self.incomplete(),
-                self.left.len(),
-                self.of,
+                "{incomplete} of {all} {columns} lose segments: {median} of {of} are left at the median, {least} at the least"
             );
             sheet.fact("gaps", text);
         }
         let empty = self.empty();
         if !empty.is_empty() {
             let shown: Vec<String> = empty.iter().take(NAMED).map(usize::to_string).collect();
-            let more = if empty.len() > NAMED { ", ..." } else { "" };
+            let (count, shown) = (empty.len(), shown.join(", "));
+            let more = if count > NAMED { ", ..." } else { "" };
             sheet.warn(
                 format!(
-                    "{} of {} {columns} miss samples in all {} segments and are left out: {}{more}",
-                    empty.len(),
-                    self.left.len(),
-                    self.of,
-                    shown.join(", "),
+                    "{count} of {all} {columns} miss samples in all {of} segments and are left out: {shown}{more}"
                 ),
                 "shorter segments (`--segment`) lose less to a gap",
             );
@@ -143,11 +135,8 @@ pub(crate) fn interval_in_words(degrees: Option<[f64; 3]>, alpha: f64) -> String
         return "none can be stated".into();
     };
     let [low, high] = interval_factors(median, alpha).map(number);
-    format!(
-        "{} from {low} to {high} of a value, {} degrees of freedom",
-        confidence(alpha),
-        with_range(least, median, most)
-    )
+    let (confidence, degrees) = (confidence(alpha), with_range(least, median, most));
+    format!("{confidence} from {low} to {high} of a value, {degrees} degrees of freedom")
 }
 
 /// The same as numbers; `null` where none can be stated.

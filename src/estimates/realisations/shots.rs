@@ -438,24 +438,20 @@ impl Shot<'_> {
             let sites = from..n_sites.min(from + block);
             let ahead = self.prepared.read_ahead(sites.clone(), &mut space);
             let tiles = from / TOGETHER..sites.end.div_ceil(TOGETHER);
-            results[tiles]
-                .par_iter_mut()
-                .enumerate()
-                .try_for_each_init(
-                    || (Vec::new(), S::default()),
-                    |(room, scratch), (i, result)| -> Result<()> {
-                        self.observer.go_on()?;
-                        let first = from + i * TOGETHER;
-                        let sites = first..sites.end.min(first + TOGETHER);
-                        let width = sites.len();
-                        let samples = on_lines(room, width * self.prepared.n_times());
-                        self.prepared.columns(ahead, sites.clone(), samples);
-                        self.observer.advance(width as u64);
-                        let records = Records::interleaved(samples, width);
-                        visit(scratch, sites, records, result);
-                        Ok(())
-                    },
-                )?;
+            let of_tile =
+                |(room, scratch): &mut (Vec<f64>, S), (i, result): (usize, &mut T)| -> Result<()> {
+                    self.observer.go_on()?;
+                    let first = from + i * TOGETHER;
+                    let sites = first..sites.end.min(first + TOGETHER);
+                    let width = sites.len();
+                    let samples = on_lines(room, width * self.prepared.n_times());
+                    self.prepared.columns(ahead, sites.clone(), samples);
+                    self.observer.advance(width as u64);
+                    visit(scratch, sites, Records::interleaved(samples, width), result);
+                    Ok(())
+                };
+            let results = results[tiles].par_iter_mut().enumerate();
+            results.try_for_each_init(Default::default, of_tile)?;
             self.prepared.release_pages();
         }
         Ok(())
@@ -505,17 +501,8 @@ pub(crate) fn first_of<'a>(fields: &[&'a Field]) -> Result<&'a Field> {
     let Some(other) = others.iter().find(|other| axes(other) != axes(first)) else {
         return Ok(first);
     };
-    let expected = format!(
-        "fields with the axes of {}, {} times by {} sites",
-        first.name,
-        first.n_times(),
-        first.n_sites()
-    );
-    let found = format!(
-        "{} times by {} sites in {}, or another step or unit",
-        other.n_times(),
-        other.n_sites(),
-        other.name
-    );
+    let of = |field: &Field| format!("{} times by {} sites", field.n_times(), field.n_sites());
+    let expected = format!("fields with the axes of {}, {}", first.name, of(first));
+    let found = format!("{} in {}, or another step or unit", of(other), other.name);
     Err(Error::request("field", expected, found))
 }

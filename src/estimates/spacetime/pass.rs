@@ -268,7 +268,6 @@ impl<'a> Pass<'a> {
 fn mean_squares(realisations: &Realisations) -> Vec<f64> {
     let tapers = realisations.taper_samples();
     let square = |n: usize| tapers.iter().map(|taper| taper[n] * taper[n]).sum::<f64>();
-    (0..realisations.segments.length)
-        .map(|n| square(n) / tapers.len() as f64)
-        .collect()
+    let samples = 0..realisations.segments.length;
+    samples.map(|n| square(n) / tapers.len() as f64).collect()
 }
