@@ -7,7 +7,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::realisations::{
-    Grid, Part, Portion, Realisations, Shots, Sums, SumsShape, TOGETHER, first_of, refuse_left_out,
+    Grid, Part, Portion, Realisations, Shots, Sums, SumsShape, first_of, refuse_left_out,
 };
 use super::{Coherence, CoherenceRequest, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
@@ -109,13 +109,10 @@ pub struct PartialAbout {
 
 impl PartialAbout {
     fn name(&self) -> String {
+        let [from, end] = self.range;
         match self.part {
             Some(part) => format!("part {part}"),
-            None => format!(
-                "segments {} to {}",
-                self.range[0],
-                self.range[1].saturating_sub(1)
-            ),
+            None => format!("segments {from} to {}", end.saturating_sub(1)),
         }
     }
 }
@@ -158,11 +155,6 @@ impl Partial {
     }
 }
 
-/// Tiles of a field.
-fn tiles(grid: &Grid) -> usize {
-    grid.sites.div_ceil(TOGETHER)
-}
-
 /// Sums over a part of the realisations of an estimate.
 ///
 /// # Equation
@@ -184,7 +176,19 @@ pub fn partial(
     part: Part,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    partial_of(fields, request, &Share::Part(part), observer)
+    let grid = Grid::of(first_of(fields)?);
+    let realisations = request.plan(&grid)?;
+    let range = part.range(fields.len() * realisations.segments.count())?;
+    let portions = realisations.portions(range.clone());
+    let known = (&grid, &realisations);
+    partial_of(
+        fields,
+        request,
+        known,
+        (Some(part), range, 0),
+        &portions,
+        observer,
+    )
 }
 
 /// The place of a block of samples in its record.
@@ -211,57 +215,44 @@ pub fn partial_of_block(
     request: &DividedRequest,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    partial_of(&[field], request, &Share::Block(place), observer)
+    let grid = Grid {
+        times: place.record,
+        ..Grid::of(first_of(&[field])?)
+    };
+    let realisations = request.plan(&grid)?;
+    let samples = place.first..place.first.saturating_add(field.n_times());
+    let portion = realisations.portion_of_block(samples)?;
+    let (known, of) = (
+        (&grid, &realisations),
+        (None, portion.segments.clone(), place.first),
+    );
+    partial_of(&[field], request, known, of, &[portion], observer)
 }
 
-/// Which realisations are summed.
-enum Share {
-    Part(Part),
-    Block(BlockPlace),
-}
-
+/// Of a part, if it is one of a certain number, the segments of this range; fields begin with this sample of their records.
 fn partial_of(
     fields: &[&Field],
     request: &DividedRequest,
-    share: &Share,
+    (grid, realisations): (&Grid, &Realisations),
+    (part, range, first): (Option<Part>, Range<usize>, usize),
+    portions: &[Portion],
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    let first = first_of(fields)?;
-    let mut grid = Grid::of(first);
-    if let Share::Block(place) = share {
-        grid.times = place.record;
-    }
-    let realisations = request.plan(&grid)?;
-    let segments = realisations.segments.count();
-    let (part, range, portions) = match share {
-        Share::Part(part) => {
-            let range = part.range(fields.len() * segments)?;
-            (Some(*part), range.clone(), realisations.portions(range))
-        }
-        Share::Block(place) => {
-            let samples = place.first..place.first.saturating_add(first.n_times());
-            let portion = realisations.portion_of_block(samples)?;
-            (None, portion.segments.clone(), vec![portion])
-        }
-    };
     let (gaps, memory, threads) = request.choices();
     refuse_left_out(gaps, "a part of the segments")?;
     let (unit, tiles) = in_pool(threads, || {
-        let mut shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        if let Share::Block(place) = share {
-            shots = shots.of_block(place.first, place.record);
-        }
-        let shots = shots.in_portions(&portions);
-        let pass = request.pass(&realisations, &grid, fields.len());
-        pass.sums(&shots, &portions)
+        let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
+        let shots = shots.of_block(first, grid.times).in_portions(portions);
+        let pass = request.pass(realisations, grid, fields.len());
+        pass.sums(&shots, portions)
     })?;
     let about = PartialAbout {
         request: request.clone(),
-        grid,
+        grid: grid.clone(),
         fields: fields.iter().map(|field| field.name.clone()).collect(),
         part,
         range: [range.start, range.end],
         unit,
     };
-    Ok(Partial::new(about, tiles, segments))
+    Ok(Partial::new(about, tiles, realisations.segments.count()))
 }

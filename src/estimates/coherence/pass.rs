@@ -13,7 +13,7 @@ use crate::estimates::realisations::{
     Shot, Shots, Sums, SumsShape, TOGETHER, check_count, check_significance, check_squares,
 };
 use crate::prepare::Gaps;
-use crate::transform::{RecordTransform, fold, frequencies};
+use crate::transform::{fold, frequencies};
 
 impl CoherenceRequest {
     pub(in crate::estimates) fn plan(&self, grid: &Grid) -> Result<Realisations> {
@@ -106,23 +106,16 @@ impl Pass<'_> {
         let samples = samples as u64;
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let bins = self.realisations.bins() as u64;
-        let length = self.realisations.segments.length;
-        let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let scratch = self.realisations.working_bytes();
         // Of a site.
         let sums = self.shape().bytes() / TOGETHER as u64;
         let longest = portions.iter().map(|portion| portion.segments.len());
         let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
         let pass = 16 * bins * realisations as u64
-            + self.threads() * (8 * TOGETHER as u64 * samples + scratch);
+            + self.grid.threads() * (8 * TOGETHER as u64 * samples + scratch);
         // Delays are searched once the sums are gone.
         let [result, search] = self.of_results();
         result + (sites * sums + pass).max(search) + self.realisations.bytes()
-    }
-
-    /// Threads that have a tile.
-    fn threads(&self) -> u64 {
-        let tiles = self.grid.sites.div_ceil(TOGETHER);
-        tiles.min(rayon::current_num_threads()) as u64
     }
 
     /// Bytes of the arrays, and of the search of delays.
@@ -132,7 +125,10 @@ impl Pass<'_> {
         let result = (4 * 8 * bins + OF_SITE)
             .saturating_mul(sites)
             .saturating_add(OF_BIN * bins);
-        [result, DelaySearch::working_bytes(length, self.threads())]
+        [
+            result,
+            DelaySearch::working_bytes(length, self.grid.threads()),
+        ]
     }
 
     /// The transforms of the reference.

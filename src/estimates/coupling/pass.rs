@@ -11,7 +11,7 @@ use crate::estimates::realisations::{
     SumsShape, TOGETHER,
 };
 
-use crate::transform::{RecordTransform, Segments, frequencies};
+use crate::transform::{Segments, frequencies};
 
 pub(super) struct Pass<'a> {
     pub request: &'a BicoherenceRequest,
@@ -96,7 +96,7 @@ impl<'a> Pass<'a> {
             1 => (tiles * together).min(chosen),
             _ => chosen * nodes + tiles,
         };
-        let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let scratch = self.realisations.working_bytes();
         let of_triples = [&self.triples, &self.own].map(|triples| working_bytes(triples, count));
         let tile = together * (16 * samples as u64 + spectra) + scratch;
         let results = 96 * chosen * self.realisations.bins() as u64;
@@ -188,15 +188,12 @@ impl<'a> Pass<'a> {
         let products = TripleSums::of(&self.triples, &total);
         let scale = products.scale();
         let segments = self.realisations.segments;
-        let count = self.triples.cells();
-        let mut bins = Vec::with_capacity(count);
+        let mut bins = Vec::with_capacity(self.triples.cells());
         bins.extend(self.triples.bins());
-        let [mut bicoherence, mut biphase] = [(); 2].map(|()| Vec::with_capacity(count));
-        for (cell, bins) in self.triples.bins().enumerate() {
-            let (value, phase) = products.cell(cell, bins, &scale);
-            bicoherence.push(value);
-            biphase.push(phase);
-        }
+        let cells = bins.iter().enumerate();
+        let (bicoherence, biphase) = cells
+            .map(|(cell, bins)| products.cell(cell, *bins, &scale))
+            .unzip();
         // Of two the less steady one, in each record.
         let steadiness = steadiness.map_or(0.0, |sums| sums.least_steadiness());
         Bicoherence {

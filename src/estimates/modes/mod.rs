@@ -23,7 +23,7 @@ use crate::prepare::Gaps;
 use crate::system::buffer::Buffer;
 use crate::system::check_memory;
 use crate::system::threads::in_pool;
-use crate::transform::{RecordTransform, fold, frequencies};
+use crate::transform::{fold, frequencies};
 use null::largest_of_unrelated;
 use shapes::ShapeSearch;
 use snapshots::{Cell, Eigenvalues, Snapshots, Solved};
@@ -362,10 +362,8 @@ impl Pass<'_> {
     fn sizes(&self, chosen: usize) -> Result<(usize, Option<usize>)> {
         let (all, n_sites) = (self.count() as u64, self.first.n_sites() as u64);
         let (bins, samples) = (self.realisations.bins() as u64, self.first.n_times() as u64);
-        let length = self.realisations.segments.length;
         let (together, rank) = (TOGETHER as u64, all.min(n_sites));
-        let tile = together * (8 * samples + 24 * bins)
-            + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let tile = together * (8 * samples + 24 * bins) + self.realisations.working_bytes();
         let solver = 32 * all * (n_sites + together) + (16 * WIDTH as u64 + 64) * rank * rank;
         let kept =
             16 * bins * (rank + 2) + 16 * (chosen as u64 + 1) * self.request.modes as u64 * n_sites;

@@ -6,7 +6,7 @@ use std::fmt;
 
 use serde_json::Value;
 
-use super::{Combined, DividedRequest, Partial, PartialAbout, begun, tiles};
+use super::{Combined, DividedRequest, Partial, PartialAbout, begun};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{Grid, Realisations, Sums, SumsShape};
 use crate::field::Field;
@@ -41,11 +41,8 @@ pub fn join<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<P
         unit: all.unit.unwrap_or(1.0),
         ..all.about
     };
-    Ok(Partial::new(
-        about,
-        all.sums,
-        all.realisations.segments.count(),
-    ))
+    let segments = all.realisations.segments.count();
+    Ok(Partial::new(about, all.sums, segments))
 }
 
 fn merged<P: Borrow<Partial>>(
@@ -55,9 +52,8 @@ fn merged<P: Borrow<Partial>>(
 ) -> Result<Combination> {
     let about = partials.iter().map(|partial| &partial.borrow().about);
     let named = about.map(|about| (about.name(), about.clone())).collect();
-    let bytes = partials
-        .iter()
-        .map(|partial| partial.borrow().bytes() as u64);
+    let bytes = partials.iter();
+    let bytes = bytes.map(|partial| partial.borrow().bytes() as u64);
     let (mut combination, order) = Combination::over(named, is_all, bytes.sum(), memory)?;
     for at in order {
         combination.add(partials[at].borrow())?;
@@ -128,12 +124,11 @@ impl Combination {
             }
         }
         let realisations = about.request.plan(&about.grid)?;
-        let pass = about
-            .request
-            .pass(&realisations, &about.grid, about.fields.len());
+        let (request, records) = (&about.request, about.fields.len());
+        let pass = request.pass(&realisations, &about.grid, records);
         let shape = pass.shape();
         let segments = realisations.segments.count();
-        let all = about.fields.len().saturating_mul(segments);
+        let all = records.saturating_mul(segments);
         let start = if is_all { 0 } else { about.range[0] };
         let mut next = start;
         let mut before = "";
@@ -158,7 +153,7 @@ impl Combination {
         if is_all && next < all {
             return missing(&parts, [next, all], all);
         }
-        let state = shape.bytes().saturating_mul(tiles(&about.grid) as u64);
+        let state = shape.bytes().saturating_mul(about.grid.tiles() as u64);
         if state == 0 {
             return refuse("a field with sites", "none");
         }
@@ -181,7 +176,7 @@ impl Combination {
             names,
             realisations,
             shape,
-            sums: vec![Sums::zeros(shape); tiles(&about.grid)],
+            sums: vec![Sums::zeros(shape); about.grid.tiles()],
             about,
             unit: None,
             first: start,
@@ -199,33 +194,26 @@ impl Combination {
         let begun = begun(&(from..end), self.realisations.segments.count());
         let width = self.shape.numbers(begun.len());
         if from != self.next || partial.sums.len() != width * self.sums.len() {
-            let expected = format!(
-                "{} sums from segment {} on",
-                width * self.sums.len(),
-                self.next
-            );
+            let (count, next) = (width * self.sums.len(), self.next);
+            let expected = format!("{count} sums from segment {next} on");
             let name = self.names.iter().find(|(first, _)| *first == from);
             let name = name.map_or("a part", |(_, name)| name);
             let found = format!("{} from {from} on in {name}", partial.sums.len());
             return refuse(expected, found);
         }
-        let tiles = partial.sums.chunks_exact(width);
-        let mut tiles: Vec<Sums> = tiles
-            .map(|numbers| Sums::read(self.shape, &begun, numbers))
-            .collect();
+        let read = |numbers| Sums::read(self.shape, &begun, numbers);
+        let mut tiles: Vec<Sums> = partial.sums.chunks_exact(width).map(read).collect();
         // Sums are in the largest of all units, so that nothing leaves the range of numbers but what is too small to
         // count; the unit of silence says nothing.
         if !tiles.iter().all(Sums::is_silent) {
             let unit = partial.about.unit;
             let largest = self.unit.map_or(unit, |before| before.max(unit));
             let before = self.unit.unwrap_or(largest);
-            let rescale = |tiles: &mut [Sums], unit: f64| {
+            for (tiles, unit) in [(&mut self.sums, before), (&mut tiles, unit)] {
                 tiles
                     .iter_mut()
                     .for_each(|tile| tile.rescale(unit / largest));
-            };
-            rescale(&mut self.sums, before);
-            rescale(&mut tiles, unit);
+            }
             self.unit = Some(largest);
         }
         let (samples, about_mean) = (self.realisations.reached(), self.realisations.about_mean());
@@ -274,11 +262,11 @@ pub fn outline(field: &Field, times: usize, request: &DividedRequest) -> Result<
     };
     let realisations = request.plan(&grid)?;
     let pass = request.pass(&realisations, &grid, 1);
-    let state = pass.shape().bytes().saturating_mul(tiles(&grid) as u64);
+    let state = pass.shape().bytes().saturating_mul(grid.tiles() as u64);
     let needed = [pass.result_bytes(), realisations.bytes()];
     let needed = needed.into_iter().fold(state, u64::saturating_add);
     check_memory("the outline of this result", needed, request.choices().1)?;
-    let sums = vec![Sums::of_silence(pass.shape()); tiles(&grid)];
+    let sums = vec![Sums::of_silence(pass.shape()); grid.tiles()];
     let result = pass.combine(sums, 1.0)?;
     Ok(Outline {
         segments: realisations.segments,

@@ -7,6 +7,7 @@ use super::ensemble::Independence;
 use super::kept::{KeptSegments, SegmentPairs, SegmentsLeft};
 use super::part::Portion;
 use super::records::Records;
+use super::shots::TOGETHER;
 use crate::error::{Error, Result};
 use crate::prepare::{Detrend, Trend, Window, WindowError, slepian};
 use crate::transform::{RecordScratch, RecordTransform, Segments};
@@ -153,6 +154,12 @@ impl Realisations {
         const OF_PLAN: usize = 16 << 10;
         let of_taper = 64 * self.segments.length + OF_PLAN;
         (self.tapers.len() as u64).saturating_mul(of_taper as u64)
+    }
+
+    /// Bytes of the scratch of one thread that transforms a tile.
+    pub fn working_bytes(&self) -> u64 {
+        let length = self.segments.length;
+        RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
     }
 
     /// Samples of a record that segments reach.

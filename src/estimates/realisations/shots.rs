@@ -45,53 +45,6 @@ pub(crate) struct Shots<'a> {
 /// Fourth powers stay in the range of numbers.
 const MOST_SCALE: f64 = f64::from_bits((1023 + 230) << 52);
 
-/// The unit in which the samples of several records are summed.
-struct CommonUnit<'a> {
-    records: Vec<(&'a Field, Range<usize>)>,
-    value: Option<f64>,
-}
-
-impl CommonUnit<'_> {
-    /// What the samples of a record, as they are read, are multiplied by, so that products of four transforms stay in
-    /// the range of numbers.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for a record with amplitudes beyond all that were foreseen.
-    fn scale(&mut self, shots: &Shots<'_>, prepared: &Prepared<'_>) -> Result<f64> {
-        let unit = match self.value {
-            Some(unit) => unit,
-            // Of amplitudes that are neither tiny nor 0 there is no other unit but of larger ones.
-            None if self.records.len() == 1
-                || (prepared.unit() >= 1.0 && !prepared.is_silent()) =>
-            {
-                prepared.unit()
-            }
-            None => {
-                let mut largest = None::<f64>;
-                for (field, times) in &self.records {
-                    let other = shots.prepared(field, times.clone(), None)?;
-                    if !other.is_silent() {
-                        largest = Some(largest.map_or(other.unit(), |unit| unit.max(other.unit())));
-                    }
-                }
-                largest.unwrap_or(1.0)
-            }
-        };
-        self.value = Some(unit);
-        if prepared.is_silent() {
-            return Ok(1.0);
-        }
-        let scale = prepared.unit() / unit;
-        if scale > MOST_SCALE {
-            let expected =
-                "records whose amplitudes differ by less than 2^230, or the largest first";
-            let found = format!("amplitudes near {:.1e} and {unit:.1e}", prepared.unit());
-            return Err(Error::request("field", expected, found));
-        }
-        Ok(scale)
-    }
-}
-
 /// Amplitudes whose squares, times a record's length, are numbers.
 const AMPLITUDES: std::ops::Range<f64> = 1e-150..1e150;
 
@@ -234,19 +187,14 @@ impl<'a> Shots<'a> {
         portions: &[Portion],
         mut visit: impl FnMut(&Shot<'_>, &Portion) -> Result<()>,
     ) -> Result<f64> {
-        let of_shots = || {
-            let known = portions.iter();
-            known.filter_map(|portion| Some((*self.fields.get(portion.record)?, portion)))
-        };
-        let records = of_shots().map(|(field, portion)| (field, portion.samples.clone()));
-        let mut unit = CommonUnit {
-            records: records.collect(),
-            value: None,
-        };
-        for (field, portion) in of_shots() {
+        let known = portions.iter();
+        let known = known.filter_map(|one| Some((*self.fields.get(one.record)?, one)));
+        let records: Vec<(&Field, &Portion)> = known.collect();
+        let mut unit = None;
+        for (field, portion) in &records {
             let prepared = self.prepared(field, portion.samples.clone(), block)?;
             let shot = Shot {
-                scale: unit.scale(self, &prepared)?,
+                scale: self.scale(&prepared, &records, &mut unit)?,
                 leaves_out: self.gaps == Gaps::LeaveOut,
                 fills: self.gaps == Gaps::Interpolate,
                 prepared,
@@ -256,8 +204,49 @@ impl<'a> Shots<'a> {
             self.check_cuts(field, portion, &shot)?;
             visit(&shot, portion)?;
         }
-        Ok(unit.value.unwrap_or(1.0))
+        Ok(unit.unwrap_or(1.0))
     }
+    /// What the samples of a record, as they are read, are multiplied by, so that products of four transforms stay in
+    /// the range of numbers: to be in the unit in which those of all records are summed, which is found with the first.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a record with amplitudes beyond all that were foreseen.
+    fn scale(
+        &self,
+        prepared: &Prepared<'_>,
+        records: &[(&Field, &Portion)],
+        unit: &mut Option<f64>,
+    ) -> Result<f64> {
+        let is_known = records.len() == 1 || (prepared.unit() >= 1.0 && !prepared.is_silent());
+        let common = match *unit {
+            Some(unit) => unit,
+            // Of amplitudes that are neither tiny nor 0 there is no other unit but of larger ones.
+            None if is_known => prepared.unit(),
+            None => {
+                let mut largest = None::<f64>;
+                for (field, portion) in records {
+                    let other = self.prepared(field, portion.samples.clone(), None)?;
+                    if !other.is_silent() {
+                        largest = Some(largest.map_or(other.unit(), |unit| unit.max(other.unit())));
+                    }
+                }
+                largest.unwrap_or(1.0)
+            }
+        };
+        *unit = Some(common);
+        if prepared.is_silent() {
+            return Ok(1.0);
+        }
+        let scale = prepared.unit() / common;
+        if scale > MOST_SCALE {
+            let expected =
+                "records whose amplitudes differ by less than 2^230, or the largest first";
+            let found = format!("amplitudes near {:.1e} and {common:.1e}", prepared.unit());
+            return Err(Error::request("field", expected, found));
+        }
+        Ok(scale)
+    }
+
     /// That no gap at the ends of a portion was filled from one side alone.
     fn check_cuts(&self, field: &Field, portion: &Portion, shot: &Shot<'_>) -> Result<()> {
         if self.gaps != Gaps::Interpolate {

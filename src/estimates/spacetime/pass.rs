@@ -90,7 +90,7 @@ impl<'a> Pass<'a> {
         let mut sums = Vec::new();
         let (plain, pieces) = (OF_SITES, time.pieces());
         let of_sites = Sums::zeros(SumsShape { plain, pieces });
-        let mut sites = vec![of_sites; self.grid.sites.div_ceil(TOGETHER)];
+        let mut sites = vec![of_sites; self.grid.tiles()];
         let mut unit = 1.0;
         for first in (0..bins).step_by(band) {
             let rows = first..bins.min(first + band);
@@ -146,7 +146,7 @@ impl<'a> Pass<'a> {
         let row = sites * (16 + 8 * pairs);
         let scratch = ComplexTransform::<f64>::working_bytes(self.grid.sites, self.grid.sites)
             + 16 * ROWS as u64 * sites
-            + crate::transform::RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
+            + time.working_bytes()
             + 24 * (TOGETHER * length) as u64;
         let pieces = 8 * (OF_SITES + 2 + 3 * time.pieces()) as u64;
         let fixed = 8 * length as u64 * sites

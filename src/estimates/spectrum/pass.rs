@@ -15,7 +15,7 @@ use crate::estimates::realisations::{
     SegmentScratch, Shot, Shots, Sums, SumsShape, TOGETHER, Weights, WithoutOne,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
-use crate::transform::{RecordTransform, fold};
+use crate::transform::fold;
 
 /// Bytes of a site, and of a bin, beside the spectra.
 const OF_SITE: u64 = 256;
@@ -129,12 +129,8 @@ impl<'a> Pass<'a> {
     fn held(&self, samples: usize, is_part: bool) -> u64 {
         let (samples, bins) = (samples as u64, self.realisations.bins() as u64);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
-        let length = self.realisations.segments.length;
-        // Those that have a tile.
-        let tiles = self.grid.sites.div_ceil(TOGETHER);
-        let threads = tiles.min(rayon::current_num_threads()) as u64;
-        let together = TOGETHER as u64;
-        let transform = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let (threads, together) = (self.grid.threads(), TOGETHER as u64);
+        let transform = self.realisations.working_bytes();
         let energies = 8 * bins * self.weights.tapers() as u64;
         // Of a site.
         let sums = self.shape().bytes() / together;
