@@ -222,11 +222,10 @@ impl Coherence {
 
     fn facts(&self, sheet: &mut Sheet) {
         if let (Some(level), Some(above)) = (self.level(), self.above_level()) {
+            let [above, alpha] = [above, self.alpha].map(percent);
+            let level = number(level);
             let text = format!(
-                "{} of the cells are above {}, the level that {} exceed by chance",
-                percent(above),
-                number(level),
-                percent(self.alpha)
+                "{above} of the cells are above {level}, the level that {alpha} exceed by chance"
             );
             sheet.fact("coherence", text);
         }
@@ -242,10 +241,10 @@ impl Coherence {
                 1 => "one frequency".to_owned(),
                 count => format!("{count} frequencies"),
             };
+            let behind = with_half(delay.delay, delay.interval, &time_unit);
+            let at = number(self.space.at(site));
             let text = format!(
-                "{} of site {site} at {} {space_unit}, from {frequencies}{ambiguity}",
-                with_half(delay.delay, delay.interval, &time_unit),
-                number(self.space.at(site)),
+                "{behind} of site {site} at {at} {space_unit}, from {frequencies}{ambiguity}"
             );
             sheet.fact("delay", text);
         }
@@ -253,13 +252,11 @@ impl Coherence {
             let by = match (waves.sites, waves.frequencies) {
                 (Some(sites), _) => format!("the delays of {sites} sites"),
                 (_, Some(1)) => "the phases at one frequency".into(),
-                (_, frequencies) => {
-                    format!("the phases at {} frequencies", frequencies.unwrap_or(0))
-                }
+                (_, count) => format!("the phases at {} frequencies", count.unwrap_or(0)),
             };
+            let [velocity, low, high] = [waves.velocity, waves.low, waves.high];
             let text = format!(
-                "{:.6} {space_unit}/{time_unit} ({:.6} to {:.6}), from {by}",
-                waves.velocity, waves.low, waves.high
+                "{velocity:.6} {space_unit}/{time_unit} ({low:.6} to {high:.6}), from {by}"
             );
             sheet.detail("phase velocity", text);
         }
@@ -270,11 +267,9 @@ impl Coherence {
         sheet.line("frequency", "frequency", &units.frequency, &self.frequency);
         sheet.line("position", "position", &units.space, self.positions());
         if let Some(left) = &self.segments_left {
-            let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
             let level = |site: usize| self.level_at(site).unwrap_or(f64::NAN);
-            let levels: Vec<f64> = (0..segments.len()).map(level).collect();
-            sheet.line("segments", "position", "", segments);
-            sheet.line("effective_realisations", "position", "", &left.effective);
+            let levels: Vec<f64> = (0..left.left.len()).map(level).collect();
+            left.variables(sheet, "position");
             sheet.line("level", "position", "", levels);
         }
         let density = units.density(&units.frequency, "");
@@ -298,16 +293,13 @@ impl Coherence {
             let delays = delays.map(|delay| delay.as_ref().map_or(f64::NAN, of));
             sheet.line(name, "position", unit, delays.collect::<Vec<f64>>());
         }
+        let [k, velocity] = [&units.wavenumber[..], &units.velocity];
         let speeds: [Column<PhaseSpeed>; 5] = [
             ("speed_frequency", &units.frequency, |s| s.frequency),
-            ("wavenumber", &units.wavenumber, |s| s.wavenumber),
-            ("wavenumber_error", &units.wavenumber, |s| {
-                s.wavenumber_error
-            }),
-            ("phase_velocity", &units.velocity, |s| s.velocity),
-            ("phase_velocity_error", &units.velocity, |s| {
-                s.velocity_error
-            }),
+            ("wavenumber", k, |s| s.wavenumber),
+            ("wavenumber_error", k, |s| s.wavenumber_error),
+            ("phase_velocity", velocity, |s| s.velocity),
+            ("phase_velocity_error", velocity, |s| s.velocity_error),
         ];
         sheet.columns("speed_frequency", &self.speeds, &speeds);
     }

@@ -62,12 +62,10 @@ impl Describe for Transfer {
             format!("linear {linear}, quadratic {quadratic}, residual {residual} of its power");
         sheet.fact("output", text);
         let [linear, quadratic] = [shares.held_out_linear, shares.held_out_of_rest].map(percent);
-        sheet.fact(
-            "prediction",
-            format!(
-                "of what was not fitted, linear terms explain {linear}, quadratic ones {quadratic} of the rest"
-            ),
+        let text = format!(
+            "of what was not fitted, linear terms explain {linear}, quadratic ones {quadratic} of the rest"
         );
+        sheet.fact("prediction", text);
         sheet.detail("findings", self.findings());
         if self.holds() {
             sheet.detail("passage", self.answer());
@@ -110,10 +108,8 @@ impl Transfer {
             return "no quadratic transfer is shown: it does not predict what was not fitted"
                 .into();
         }
-        let (share, unit) = (
-            |power: f64| percent(power / self.input()),
-            self.frequency_unit(),
-        );
+        let unit = self.frequency_unit();
+        let share = |power: f64| percent(power / self.input());
         if let Some(at) = self.passage() {
             let towards = if at.flux > 0.0 { "higher" } else { "lower" };
             let [share, error] = [at.flux.abs(), at.flux_error].map(share);

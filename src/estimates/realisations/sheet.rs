@@ -122,6 +122,14 @@ impl SegmentsLeft {
     }
 }
 
+impl SegmentsLeft {
+    pub(crate) fn variables<'a>(&'a self, sheet: &mut Sheet<'a>, columns: &str) {
+        let segments: Vec<f64> = self.left.iter().map(|left| *left as f64).collect();
+        sheet.line("segments", columns, "", segments);
+        sheet.line("effective_realisations", columns, "", &self.effective);
+    }
+}
+
 /// The least, the median and the largest of the finite ones; `None` where there are none.
 pub(crate) fn least_median_most(values: impl Iterator<Item = f64>) -> Option<[f64; 3]> {
     let sorted = sorted(values.filter(|v| v.is_finite()));

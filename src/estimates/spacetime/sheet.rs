@@ -160,13 +160,11 @@ impl SpaceTimeEstimate {
         let steadiness = number(independence.steadiness);
         if independence.is_transient() {
             let (message, advice) = match self.has_interval() {
-                false if independence.steadiness.is_nan() => (
-                    format!(
-                        "{} at sites that hold most of the energy: no interval is stated",
-                        independence.why()
-                    ),
-                    "use records without missing samples",
-                ),
+                false if independence.steadiness.is_nan() => {
+                    let (why, at) = (independence.why(), "at sites that hold most of the energy");
+                    let message = format!("{why} {at}: no interval is stated");
+                    (message, "use records without missing samples")
+                }
                 false => (
                     format!(
                         "most of the energy is at sites with a transient (steadiness {steadiness}): the field is one \

@@ -37,14 +37,10 @@ impl Pass<'_> {
             let block = tiles[j / TOGETHER].get(m);
             block.map_or(f64::NAN, |block| block.0[j % TOGETHER])
         };
-        let [powers, shapes] = [
-            taken(|tile| &mut tile.spectrum),
-            taken(|tile| &mut tile.shape),
-        ];
-        let jackknifed = [
-            taken(|tile| &mut tile.deviations),
-            taken(|tile| &mut tile.squares),
-        ];
+        let powers = taken(|tile| &mut tile.spectrum);
+        let shapes = taken(|tile| &mut tile.shape);
+        let deviations = taken(|tile| &mut tile.deviations);
+        let squares = taken(|tile| &mut tile.squares);
         let tiles = &tiles[..];
         let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
         let median = median(steadiness.iter().copied()).unwrap_or(f64::NAN);
@@ -127,13 +123,12 @@ impl Pass<'_> {
             if degrees[[m, j]].is_nan() || quantile.is_nan() || !is_known {
                 return f64::NAN;
             }
-            let sum = value(&jackknifed[0], m, j);
-            let squares = value(&jackknifed[1], m, j);
+            let (sum, squares) = (value(&deviations, m, j), value(&squares, m, j));
             let variance = (squares - sum * sum / all).max(0.0) * (all - 1.0) / all;
             quantile * (variance * all / effective).sqrt()
         });
 
-        drop(jackknifed);
+        drop((deviations, squares));
         let [low, high] = table.ends(&spectrum, &degrees);
         let frequency = frequencies(length, grid.time.step);
         let has_interval = |j: usize| match of_site(j).0 {

@@ -82,20 +82,15 @@ impl Describe for SpectrumEstimate {
             self.line_facts(test, &mut sheet);
         }
         if degrees.is_some() && self.has_jackknife && self.left_out == LeftOutEach::Record {
-            sheet.detail(
-                "jackknife",
-                "over records, whose segments are not independent",
-            );
+            let text = "over records, whose segments are not independent";
+            sheet.detail("jackknife", text);
         }
         let inside = 1..self.segment[0].div_ceil(2);
         if let Some(last) = inside.rev().find(|m| self.detrended[*m] > DETRENDED) {
             let most = self.detrended[1..].iter().copied().fold(0.0, f64::max);
-            let at = number(self.bins[last]);
-            let text = format!(
-                "takes up to {} of the power up to {at} {}: no interval there",
-                percent(most),
-                self.bin_unit()
-            );
+            let (most, at, unit) = (percent(most), number(self.bins[last]), self.bin_unit());
+            let text =
+                format!("takes up to {most} of the power up to {at} {unit}: no interval there");
             sheet.detail("detrending", text);
         }
         let rows = [("without interval", self.without_interval().to_string())];
@@ -226,11 +221,10 @@ impl SpectrumEstimate {
             LeftOutEach::Record => "The jackknife leaves out one record at a time.",
         };
         match self.degrees_range() {
-            Some([least, median, most]) => format!(
-                "{} intervals by {} degrees of freedom. {jackknife}",
-                confidence(self.alpha),
-                with_range(least, median, most)
-            ),
+            Some([least, median, most]) => {
+                let (share, degrees) = (confidence(self.alpha), with_range(least, median, most));
+                format!("{share} intervals by {degrees} degrees of freedom. {jackknife}")
+            }
             None => {
                 let why = self.independence.why_none();
                 format!("No interval can be stated: {why}.")
@@ -250,14 +244,11 @@ impl SpectrumEstimate {
         let Some(first) = test.lines.first() else {
             return;
         };
+        let (count, at, columns) = (test.lines.len(), test.columns(), self.columns_word());
+        let (level, amplitude) = (number(test.level_of_all), self.amplitude(first));
+        let place = self.place_of(first);
         let text = format!(
-            "{} at {} {}, F above {}; the surest: amplitude {}, {}",
-            test.lines.len(),
-            test.columns(),
-            self.columns_word(),
-            number(test.level_of_all),
-            self.amplitude(first),
-            self.place_of(first),
+            "{count} at {at} {columns}, F above {level}; the surest: amplitude {amplitude}, {place}"
         );
         sheet.fact("lines", text);
         let row = |line: &Line| vec![self.place_of(line), self.amplitude(line), number(line.f)];
@@ -298,10 +289,10 @@ impl SpectrumEstimate {
             let clipped: usize = left.clipped_bins.iter().sum();
             let bins = noise.known() * self.bins.len();
             let added: f64 = left.clipped_power.iter().sum();
+            let added = number(added / noise.known() as f64);
             let text = format!(
-                "{clipped} of {bins} bins were below the noise and are 0, which adds {} to the mean square of a site \
-                 on average",
-                number(added / noise.known() as f64),
+                "{clipped} of {bins} bins were below the noise and are 0, which adds {added} to the mean square of a \
+                 site on average"
             );
             sheet.fact("subtracted", text);
         }
@@ -338,12 +329,12 @@ impl SpectrumEstimate {
         }
         let inside = ndarray::s![1..self.segment[0].div_ceil(2), ..];
         let cells = self.degrees.slice(inside);
-        let cells: Vec<bool> = cells
-            .indexed_iter()
-            .filter(|((m, j), _)| self.has_interval[*j] && self.spectrum[[m + 1, *j]] > 0.0)
-            .filter(|((m, _), _)| self.detrended[m + 1] <= DETRENDED)
-            .map(|(_, degrees)| degrees.is_nan())
-            .collect();
+        let has_power = |m: usize, j: usize| {
+            let is_own = self.detrended[m + 1] <= DETRENDED;
+            is_own && self.has_interval[j] && self.spectrum[[m + 1, j]] > 0.0
+        };
+        let cells = cells.indexed_iter().filter(|((m, j), _)| has_power(*m, *j));
+        let cells: Vec<bool> = cells.map(|(_, degrees)| degrees.is_nan()).collect();
         let below = cells.iter().filter(|is_below| **is_below).count();
         if below > 0 {
             let share = percent(below as f64 / cells.len() as f64);
@@ -398,9 +389,7 @@ impl SpectrumEstimate {
         sheet.line(columns, columns, column_unit, self.coordinates());
         sheet.line("steadiness", columns, "", &self.steadiness);
         if let Some(left) = &self.segments_left {
-            let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
-            sheet.line("segments", columns, "", segments);
-            sheet.line("effective_realisations", columns, "", &left.effective);
+            left.variables(sheet, columns);
         }
         if let Some(noise) = &self.noise {
             let parts: [Column<SiteNoise>; 3] = [
