@@ -510,13 +510,8 @@ impl DelaySearch<'_> {
                 [one.bin, TAU * (cycles - cycles.round()), one.weight]
             };
             let points: Vec<[f64; 3]> = part.iter().map(point).collect();
-            let Line {
-                x: bin,
-                spread,
-                slope,
-                left,
-                ..
-            } = Line::through(&points);
+            let line = Line::through(&points);
+            let (bin, spread, slope, left) = (line.x, line.spread, line.slope, line.left);
             let freedom = part.len() as f64 / self.shared_bins - 2.0;
             // By independent noise, or by what is left where that is more.
             let variance = (self.shared_bins / (2.0 * independent)).max(left / freedom) / spread;

@@ -155,9 +155,8 @@ impl Coherence {
 
     /// Positions of the sites.
     pub fn positions(&self) -> Vec<f64> {
-        (0..self.coherence.ncols())
-            .map(|j| self.space.at(j))
-            .collect()
+        let sites = 0..self.coherence.ncols();
+        sites.map(|j| self.space.at(j)).collect()
     }
 
     /// Words for the units of time and of length.
@@ -231,14 +230,12 @@ fn odds(coherence: f64, independent: f64) -> f64 {
 impl Coherence {
     /// Intervals, delays and speeds, where the coherence is above the level.
     fn judge(&mut self, realisations: &Realisations) {
-        let sites = 0..self.coherence.ncols();
         // Of each site, where significance can be stated: NaN is no number to be above.
-        let known: Vec<[f64; 2]> = sites
-            .map(|j| match (self.level_at(j), self.independent_at(j)) {
-                (Some(level), Some(independent)) => [level, independent],
-                _ => [f64::NAN; 2],
-            })
-            .collect();
+        let known = |j: usize| match (self.level_at(j), self.independent_at(j)) {
+            (Some(level), Some(independent)) => [level, independent],
+            _ => [f64::NAN; 2],
+        };
+        let known: Vec<[f64; 2]> = (0..self.coherence.ncols()).map(known).collect();
         if known.iter().all(|[level, _]| level.is_nan()) {
             return;
         }
@@ -250,10 +247,8 @@ impl Coherence {
             false => f64::NAN,
         };
         let cells = self.coherence.indexed_iter().map(interval);
-        self.phase_interval
-            .iter_mut()
-            .zip(cells)
-            .for_each(|(to, interval)| *to = interval);
+        let cells = self.phase_interval.iter_mut().zip(cells);
+        cells.for_each(|(to, interval)| *to = interval);
         let independent: Vec<f64> = known.iter().map(|known| known[1]).collect();
         let follows = DelaySearch::new(realisations, self).find(&independent);
         self.is_coherent = follows.iter().map(|site| site.is_coherent).collect();

@@ -1,5 +1,7 @@
 //! The pass over the records of [`super::coherence()`].
 
+use std::ops::Range;
+
 use ndarray::Array2;
 use num_complex::Complex;
 
@@ -125,14 +127,12 @@ impl Pass<'_> {
         let result = (4 * 8 * bins + OF_SITE)
             .saturating_mul(sites)
             .saturating_add(OF_BIN * bins);
-        [
-            result,
-            DelaySearch::working_bytes(length, self.grid.threads()),
-        ]
+        let search = DelaySearch::working_bytes(length, self.grid.threads());
+        [result, search]
     }
 
     /// The transforms of the reference.
-    fn reference(&self, shot: &Shot<'_>, portion: &Portion, record: &[f64]) -> Reference {
+    fn reference(&self, shot: &Shot<'_>, portion: &Portion) -> Reference {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
         let (site, squared) = (self.request.reference, shot.scale * shot.scale);
         let mut spectra = Vec::with_capacity(portion.segments.len() * tapers * bins);
@@ -140,7 +140,8 @@ impl Pass<'_> {
         let conjugate = |_: usize, found: &[Complex<f64>]| {
             spectra.extend(found.iter().map(|x| x.conj() * squared));
         };
-        let record = Records::interleaved(record, 1);
+        let record = shot.record(site);
+        let record = Records::interleaved(&record, 1);
         self.realisations
             .each_of(portion, record, &mut scratch, conjugate);
         Reference {
@@ -153,56 +154,49 @@ impl Pass<'_> {
 
     /// Adds the realisations of a portion of one shot.
     fn add(&self, shot: &Shot<'_>, portion: &Portion, tiles: &mut [TileSums]) -> Result<()> {
-        let record = shot.record(self.request.reference);
-        let reference = self.reference(shot, portion, &record);
-        let distances = self.realisations.distances();
-        shot.each_tile(
-            "cross-spectra",
-            tiles,
-            |scratch: &mut Scratch, sites, records, tile| {
-                // The segments that each site keeps with the reference.
-                let kept = shot.kept(sites.clone(), self.realisations.segments);
-                let kept = kept.with(&reference.kept);
-                kept.add_to(&mut tile.left, distances);
-                let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
-                let is_marked = |mark: &f64| mark.is_nan();
-                // How steady the reference is, and which sites are marked.
-                if sites.contains(&self.request.reference)
-                    || shot.mark(sites.clone()).iter().any(is_marked)
-                {
-                    let (of, room) = ((shot, portion), &mut scratch.deviations);
-                    self.realisations
-                        .add_steadiness(of, (sites, records), room, sums);
-                }
-                self.add_tile(scratch, (portion, records), (&reference, &kept), sums);
-            },
-        )
+        let reference = self.reference(shot, portion);
+        shot.each_tile("cross-spectra", tiles, |scratch, sites, records, tile| {
+            self.add_tile(scratch, (shot, portion), (sites, records), &reference, tile);
+        })
     }
 
     /// Adds the segments of a tile to its sums.
     fn add_tile(
         &self,
         scratch: &mut Scratch,
-        (portion, records): (&Portion, Records<'_>),
-        (reference, kept): (&Reference, &KeptOfSites),
-        sums: &mut Sums,
+        (shot, portion): (&Shot<'_>, &Portion),
+        (sites, records): (Range<usize>, Records<'_>),
+        reference: &Reference,
+        tile: &mut TileSums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
+        // The segments that each site keeps with the reference.
+        let kept = shot.kept(sites.clone(), self.realisations.segments);
+        let kept = kept.with(&reference.kept);
+        kept.add_to(&mut tile.left, self.realisations.distances());
+        let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
+        // How steady the reference is, and which sites are marked.
+        let mut marks = shot.mark(sites.clone()).into_iter();
+        if sites.contains(&self.request.reference) || marks.any(f64::is_nan) {
+            let (of, of_sites) = ((shot, portion), (sites, records));
+            let room = &mut scratch.deviations;
+            self.realisations.add_steadiness(of, of_sites, room, sums);
+        }
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let other = &reference.spectra[(r - reference.first) * bins..][..bins];
             let has = kept.has(r / tapers);
             let (own, cross) = sums.plain_mut().split_at_mut(bins);
             let (re, cross) = cross.split_at_mut(bins);
             let (im, beside) = cross.split_at_mut(bins);
-            let products = Products {
+            Products {
                 spectra,
                 width: records.width(),
                 reference: other,
                 squared: reference.squared,
                 has: &has,
                 sums: [own, re, im],
-            };
-            products.add();
+            }
+            .add();
             for (y, beside) in other.iter().zip(beside) {
                 // The transform of the reference has the square already.
                 let power = y.norm_sqr() / reference.squared;

@@ -258,9 +258,8 @@ impl Pass<'_> {
         let total: Vec<f64> = (0..draws.count()).map(of_all).collect();
         for fit in fits {
             flux -= fit.gain * factor;
-            for (sum, gain) in passed.iter_mut().zip(&fit.gains) {
-                *sum += gain * factor;
-            }
+            let sums = passed.iter_mut().zip(&fit.gains);
+            sums.for_each(|(sum, gain)| *sum += gain * factor);
             let above = total.iter().zip(&passed).map(|(all, below)| all - below);
             let above: Vec<f64> = above.collect();
             outputs.push(OutputTransfer {

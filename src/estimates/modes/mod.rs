@@ -247,12 +247,10 @@ impl Pass<'_> {
         let largest = frequencies(length, self.first.time.step)[length / 2];
         let bin = |frequency: &f64| {
             let bin = (frequency * length as f64 * self.first.time.step).round();
+            let expected = || format!("frequencies from 0 to {largest}");
             match *frequency >= 0.0 && bin <= (length / 2) as f64 {
                 true => Ok(bin as usize),
-                false => {
-                    let expected = format!("frequencies from 0 to {largest}");
-                    Err(Error::request("frequencies", expected, frequency))
-                }
+                false => Err(Error::request("frequencies", expected(), frequency)),
             }
         };
         let mut chosen: Vec<usize> = request.frequencies.iter().map(bin).collect::<Result<_>>()?;

@@ -1,5 +1,7 @@
 //! How one record gives several realisations.
 
+use std::f64::consts::TAU;
+
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex;
 
@@ -202,20 +204,14 @@ impl Realisations {
         scratch: &mut SegmentScratch,
         visit: &mut impl FnMut(usize, &[Complex<f64>]),
     ) {
-        let SegmentScratch {
-            transform,
-            rows,
-            segments,
-            trend,
-        } = scratch;
-        let width = records.width();
-        let rows = records.rows(start..start + self.segments.length, rows);
+        let (width, segments) = (records.width(), &mut scratch.segments);
+        let rows = records.rows(start..start + self.segments.length, &mut scratch.rows);
         let rows = match self.detrend {
             Detrend::None => rows,
-            kind => Trend::removed_across((rows, width), kind, segments, trend),
+            kind => Trend::removed_across((rows, width), kind, segments, &mut scratch.trend),
         };
         for (k, taper) in self.transforms.iter().enumerate() {
-            let spectra = taper.spectra_of_rows(rows, width, transform);
+            let spectra = taper.spectra_of_rows(rows, width, &mut scratch.transform);
             visit(s * self.tapers.len() + k, spectra);
         }
     }
@@ -236,9 +232,8 @@ impl Realisations {
         scratch: &'s mut SegmentScratch,
     ) -> &'s [Complex<f64>] {
         let segments = segments.chunks_exact(self.segments.length);
-        self.transforms[taper]
-            .transform(segments, &mut scratch.transform)
-            .0
+        let taper = &self.transforms[taper];
+        taper.transform(segments, &mut scratch.transform).0
     }
 
     /// Share of the power of white noise that detrending takes of each bin: of each polynomial that is removed, with a sum of
@@ -274,9 +269,8 @@ impl Realisations {
     pub fn taper_transforms<const D: usize>(&self, offsets: &[f64; D]) -> Vec<[Complex<f64>; D]> {
         let length = self.segments.length as f64;
         let transform = |taper: &Vec<f64>, offset: f64| -> Complex<f64> {
-            let term = |(n, w): (usize, &f64)| {
-                Complex::from_polar(*w, std::f64::consts::TAU * offset * n as f64 / length)
-            };
+            let turn = |n: usize| TAU * offset * n as f64 / length;
+            let term = |(n, w): (usize, &f64)| Complex::from_polar(*w, turn(n));
             taper.iter().enumerate().map(term).sum()
         };
         let of = |taper: &Vec<f64>| offsets.map(|offset| transform(taper, offset));
@@ -305,12 +299,10 @@ impl Realisations {
     /// Pairs of visited segments that overlap, by their distance.
     fn pairs(&self) -> Vec<f64> {
         let distances = self.distances();
+        let count = self.segments.count();
         match &self.kept {
             Some(kept) => kept.pairs(distances),
-            None => {
-                let count = self.segments.count();
-                (0..distances).map(|j| (count - j) as f64).collect()
-            }
+            None => (0..distances).map(|j| (count - j) as f64).collect(),
         }
     }
 
@@ -458,7 +450,7 @@ impl Realisations {
     pub fn bin_correlation(&self, lag: usize) -> f64 {
         let length = self.segments.length;
         let term = |(n, w): (usize, &f64)| {
-            let turn = std::f64::consts::TAU * (n * lag % length) as f64 / length as f64;
+            let turn = TAU * (n * lag % length) as f64 / length as f64;
             Complex::from_polar(w * w, turn)
         };
         let sum: Complex<f64> = self.tapers[0].iter().enumerate().map(term).sum();

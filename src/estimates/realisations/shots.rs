@@ -253,11 +253,11 @@ impl<'a> Shots<'a> {
             return Ok(());
         }
         let Range { start, end } = portion.samples;
-        let cuts = [
+        let (first, last) = (
             (start > 0).then_some(start),
-            (end < self.record).then_some(end - 1),
-        ];
-        for time in cuts.into_iter().flatten() {
+            (end < self.record).then(|| end - 1),
+        );
+        for time in first.into_iter().chain(last) {
             if let Some(site) = shot.prepared.gap_at(time - start) {
                 let expected = "finite samples where this part ends, since it reads no others: other parts, or \
                                 gaps that are masked";

@@ -182,9 +182,8 @@ pub struct SpectrumEstimate {
 impl SpectrumEstimate {
     /// Positions of the sites, or the times.
     pub fn coordinates(&self) -> Vec<f64> {
-        (0..self.spectrum.ncols())
-            .map(|j| self.coordinate(j))
-            .collect()
+        let columns = 0..self.spectrum.ncols();
+        columns.map(|j| self.coordinate(j)).collect()
     }
 
     /// Position of a site, or a time.

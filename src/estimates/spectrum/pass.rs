@@ -125,7 +125,7 @@ impl<'a> Pass<'a> {
         self.finish(tiles, left_out, (unit, true))
     }
 
-    /// Bytes that are needed beside the samples, of of which so many of a record are read; of a part, or of all.
+    /// Bytes that are needed beside the samples, of which so many of a record are read; of a part, or of all.
     fn held(&self, samples: usize, is_part: bool) -> u64 {
         let (samples, bins) = (samples as u64, self.realisations.bins() as u64);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
@@ -135,18 +135,14 @@ impl<'a> Pass<'a> {
         // Of a site.
         let sums = self.shape().bytes() / together;
         let scratch = together * (16 * samples + 2 * energies + 48 * bins + sums);
+        // In the sums and in the results.
+        let cells = 8 * bins * (NUMBERS + if self.tests_lines() { OF_LINES } else { 0 });
         let kept = match (is_part, self.records) {
-            (false, 1) => bins * self.bytes_of_cell(),
-            (false, _) => bins * self.bytes_of_cell() + sums,
+            (false, 1) => cells,
+            (false, _) => cells + sums,
             (true, _) => 2 * sums,
         };
         sites * kept + threads * (scratch + transform)
-    }
-
-    /// Bytes of a cell of a site in the sums and in the results.
-    fn bytes_of_cell(&self) -> u64 {
-        let lines = if self.tests_lines() { OF_LINES } else { 0 };
-        8 * (NUMBERS + lines)
     }
 
     /// Whether there is a test for lines.
@@ -206,35 +202,28 @@ impl<'a> Pass<'a> {
                 tile.lead_ins[lane].add(&scratch.record, squared);
             }
         }
-        let Scratch {
-            segments,
-            deviations,
-            tapers: within,
-            ..
-        } = scratch;
-        within.clear();
-        within.resize(
-            if self.tests_lines() { bins } else { 0 },
-            TaperSums::default(),
-        );
+        let lines = if self.tests_lines() { bins } else { 0 };
+        scratch.tapers.clear();
+        scratch.tapers.resize(lines, TaperSums::default());
         let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
-        let of_sites = (sites.clone(), records);
-        self.realisations
-            .add_steadiness((shot, portion), of_sites, deviations, sums);
+        let (of, of_sites) = ((shot, portion), (sites.clone(), records));
+        let room = &mut scratch.deviations;
+        self.realisations.add_steadiness(of, of_sites, room, sums);
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (taper, squared) = (r % tapers, kept.has(r / tapers).map(|has| has * squared));
             let (energies, lines) = sums.plain_mut().split_at_mut(bins * tapers);
             add_powers((spectra, sites.len()), &squared, energies, (taper, tapers));
             let rows = spectra.chunks_exact(sites.len());
-            for (row, sums) in rows.zip(within.iter_mut()) {
+            for (row, sums) in rows.zip(&mut scratch.tapers) {
                 sums.add(&self.taper_transforms[taper], row);
             }
             if taper + 1 == tapers {
-                for (within, sums) in within.iter_mut().zip(lines.as_chunks_mut().0) {
+                for (within, sums) in scratch.tapers.iter_mut().zip(lines.as_chunks_mut().0) {
                     within.take_into(sums, &self.gains, &squared);
                 }
             }
         };
+        let segments = &mut scratch.segments;
         self.realisations.each_of(portion, records, segments, visit);
     }
 
@@ -317,11 +306,9 @@ impl<'a> Pass<'a> {
         };
         let Scratch { segments, left, .. } = scratch;
         let is_record = left_out == LeftOutEach::Record;
+        let blocks = if is_record { bins * tapers } else { bins };
         left.clear();
-        left.resize(
-            if is_record { bins * tapers } else { bins },
-            LaneBlock::default(),
-        );
+        left.resize(blocks, LaneBlock::default());
         self.realisations.each(records, segments, |r, spectra| {
             let (taper, squared) = (r % tapers, kept.has(r / tapers).map(|has| has * squared));
             if is_record {
