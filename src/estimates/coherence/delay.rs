@@ -300,22 +300,16 @@ impl<'a> DelaySearch<'a> {
     /// Calls `visit` with the sums of all sites at each point of the search.
     fn sweep(&self, scratch: &mut Scratch, mut visit: impl FnMut(usize, &[f64; TOGETHER])) {
         let (points, bins) = (self.transform.len(), self.transform.bins());
-        let Scratch {
-            coherent,
-            sums,
-            found,
-            columns,
-            ..
-        } = scratch;
-        let sums = on_lines(sums, bins * TOGETHER);
+        let sums = on_lines(&mut scratch.sums, bins * TOGETHER);
         sums.fill(Complex::default());
-        for (lane, site) in coherent.iter().enumerate() {
+        for (lane, site) in scratch.coherent.iter().enumerate() {
             for one in site {
                 let place = one.bin as usize * TOGETHER + lane;
                 sums[place] = Complex::from_polar(one.weight, one.phase);
             }
         }
-        let found = on_lines(found, points * TOGETHER);
+        let found = on_lines(&mut scratch.found, points * TOGETHER);
+        let columns = &mut scratch.columns;
         columns.resize(self.transform.scratch_len(), Complex::default());
         for behind in 0..FINER {
             if behind > 0 {

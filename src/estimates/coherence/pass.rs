@@ -124,9 +124,8 @@ impl Pass<'_> {
     fn of_results(&self) -> [u64; 2] {
         let (bins, sites) = (self.realisations.bins() as u64, self.grid.sites as u64);
         let length = self.realisations.segments.length;
-        let result = (4 * 8 * bins + OF_SITE)
-            .saturating_mul(sites)
-            .saturating_add(OF_BIN * bins);
+        let of_sites = (4 * 8 * bins + OF_SITE).saturating_mul(sites);
+        let result = of_sites.saturating_add(OF_BIN * bins);
         let search = DelaySearch::working_bytes(length, self.grid.threads());
         [result, search]
     }

@@ -352,14 +352,11 @@ impl Coherence {
         let delays = self.delays.iter().zip(self.positions());
         let delays = delays.filter_map(|(delay, x)| delay.map(|d| [x, d.delay, d.error]));
         let series = Series::with_errors("", BLUE, delays).with(Look::Dots);
+        let [x, y] = [("position x", space_unit), ("delay", time_unit)];
+        let [x, y] = [x, y].map(|(name, unit)| label(name, &unit));
         (series.points.len() > 1).then(|| Chart {
             levels: vec![Level::zero()],
-            ..Chart::of(
-                "delay behind the reference",
-                label("position x", &space_unit),
-                label("delay", &time_unit),
-                vec![series],
-            )
+            ..Chart::of("delay behind the reference", x, y, vec![series])
         })
     }
 
@@ -370,13 +367,8 @@ impl Coherence {
         let resolved = resolved.filter(|speed| speed.velocity_error < 0.5 * speed.velocity.abs());
         let points = resolved.map(|speed| [speed.frequency, speed.velocity, speed.velocity_error]);
         let series = Series::with_errors("", BLUE, points).with(Look::Dots);
-        (series.points.len() > 1).then(|| {
-            Chart::of(
-                "phase velocity",
-                self.frequency_label(),
-                label("velocity", &format!("{space_unit}/{time_unit}")),
-                vec![series],
-            )
-        })
+        let y = label("velocity", &format!("{space_unit}/{time_unit}"));
+        let chart = |series| Chart::of("phase velocity", self.frequency_label(), y, vec![series]);
+        (series.points.len() > 1).then(|| chart(series))
     }
 }

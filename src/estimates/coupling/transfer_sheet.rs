@@ -133,12 +133,12 @@ impl Transfer {
     fn warnings(&self, sheet: &mut Sheet) {
         let undetermined: usize = self.outputs.iter().map(|output| output.undetermined).sum();
         if undetermined > 0 {
-            sheet.warn(
-                format!(
-                    "{undetermined} terms are not determined: their inputs are 0 or vary together with others"
-                ),
-                "keep to frequencies that the input has (--highest), or excite more of them",
+            let message = format!(
+                "{undetermined} terms are not determined: their inputs are 0 or vary together with others"
             );
+            let advice =
+                "keep to frequencies that the input has (--highest), or excite more of them";
+            sheet.warn(message, advice);
         }
         if !self.holds() {
             sheet.warn(

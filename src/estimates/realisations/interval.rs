@@ -81,13 +81,12 @@ impl FactorTable {
         // Room for rounding at the ends.
         let (low, high) = (degrees[0].ln() - 1e-9, degrees[1].ln() + 1e-9);
         let angle = |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / NODES as f64;
-        let values: Vec<[f64; 2]> = (0..NODES)
-            .map(|i| {
-                let x = angle(i).cos();
-                let degrees = (0.5 * (low + high) + 0.5 * (high - low) * x).exp();
-                interval_factors(degrees, alpha).map(f64::ln)
-            })
-            .collect();
+        let value = |i: usize| {
+            let x = angle(i).cos();
+            let degrees = (0.5 * (low + high) + 0.5 * (high - low) * x).exp();
+            interval_factors(degrees, alpha).map(f64::ln)
+        };
+        let values: Vec<[f64; 2]> = (0..NODES).map(value).collect();
         let coefficient = |j: usize| {
             let mut sum = [0.0; 2];
             for (i, value) in values.iter().enumerate() {

@@ -14,9 +14,8 @@ impl KeptSegments {
         let mut kept = vec![true; segments.count()];
         for time in missing {
             // s hop <= time < s hop + length.
-            let first = (time + 1)
-                .saturating_sub(segments.length)
-                .div_ceil(segments.hop);
+            let before = (time + 1).saturating_sub(segments.length);
+            let first = before.div_ceil(segments.hop);
             let end = time / segments.hop + 1;
             let holds = kept.iter_mut().take(end).skip(first);
             holds.for_each(|kept| *kept = false);
@@ -137,9 +136,8 @@ impl SegmentsLeft {
     pub fn least_and_median(&self) -> [usize; 2] {
         let mut sorted = self.left.clone();
         sorted.sort_unstable();
-        let least = sorted.iter().find(|left| **left > 0).copied();
-        let median = sorted.get(sorted.len() / 2).copied();
-        [least, median].map(Option::unwrap_or_default)
+        let least = sorted.iter().find(|left| **left > 0);
+        [least, sorted.get(sorted.len() / 2)].map(|left| left.copied().unwrap_or_default())
     }
 
     /// The median of the effective numbers.

@@ -112,12 +112,10 @@ impl SegmentsLeft {
             let shown: Vec<String> = empty.iter().take(NAMED).map(usize::to_string).collect();
             let (count, shown) = (empty.len(), shown.join(", "));
             let more = if count > NAMED { ", ..." } else { "" };
-            sheet.warn(
-                format!(
-                    "{count} of {all} {columns} miss samples in all {of} segments and are left out: {shown}{more}"
-                ),
-                "shorter segments (`--segment`) lose less to a gap",
+            let message = format!(
+                "{count} of {all} {columns} miss samples in all {of} segments and are left out: {shown}{more}"
             );
+            sheet.warn(message, "shorter segments (`--segment`) lose less to a gap");
         }
     }
 }

@@ -144,9 +144,8 @@ impl Sums {
     pub fn rescale(&mut self, factor: f64) {
         let squared = factor * factor;
         let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        self.plain
-            .iter_mut()
-            .for_each(|block| scale(block, squared));
+        let blocks = self.plain.iter_mut();
+        blocks.for_each(|block| scale(block, squared));
         for [_, mean, squares] in self.begun.iter_mut().flat_map(|(_, pieces)| pieces) {
             scale(mean, factor);
             scale(squares, squared);

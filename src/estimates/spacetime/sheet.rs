@@ -182,15 +182,13 @@ impl SpaceTimeEstimate {
             };
             sheet.warn(message, advice);
         } else if self.tapers[1] > 1 && self.evenness < 1.0 / 3.0 {
-            sheet.warn(
-                format!(
-                    "the energy is at a few of the sites (evenness {}): the {} tapers along space count as one \
-                     realisation",
-                    number(self.evenness),
-                    self.tapers[1]
-                ),
-                "name the sites that move with `--select`",
+            let message = format!(
+                "the energy is at a few of the sites (evenness {}): the {} tapers along space count as one \
+                 realisation",
+                number(self.evenness),
+                self.tapers[1]
             );
+            sheet.warn(message, "name the sites that move with `--select`");
         }
     }
 

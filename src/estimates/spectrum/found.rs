@@ -135,6 +135,7 @@ impl Pass<'_> {
             0 => false,
             records => !sites[j].is_transient() || records > 1,
         };
+        let known = self.realisations;
         let half_bandwidth = self.request.averaging.tapers.half_bandwidth();
         let test = || self.line_test(tiles, &sites, &frequency, unit);
         let line_test = self.tests_lines().then(test);
@@ -146,9 +147,7 @@ impl Pass<'_> {
             detrended,
             segment: [length, length - self.realisations.segments.hop],
             half_bandwidth: half_bandwidth.map(|nw| nw / (length as f64 * grid.time.step)),
-            independence: self
-                .realisations
-                .independence(self.records, left.as_ref(), median),
+            independence: known.independence(self.records, left.as_ref(), median),
             has_interval: (0..shape.1).map(has_interval).collect(),
             segments_left: left,
             has_jackknife: self.request.has_jackknife,

@@ -11,8 +11,8 @@ use crate::estimates::realisations::{
     TRANSIENT, degrees_as_numbers, interval_in_words, spectrum_chart, without_mean,
 };
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
-    Sheet, Table, Units, confidence, edges_from_zero, listed, number, percent, range, six_digits,
+    BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series, Sheet,
+    Table, Units, confidence, edges_from_zero, listed, number, percent, range, six_digits,
     with_range,
 };
 use crate::unit::label;
@@ -45,6 +45,8 @@ const DEFINITIONS: [[&str; 2]; 5] = [
 const NAMED: usize = 3;
 /// Bins from which on the width of a peak is more than that of a line under a window.
 const RESOLVED: f64 = 5.0;
+/// What to do about missing samples.
+const LEAVE_OUT: &str = "leave out the segments that miss samples: `--gaps leave-out`";
 /// Lines that a table lists.
 const LISTED: usize = 20;
 
@@ -184,9 +186,8 @@ impl SpectrumEstimate {
     fn amplitude(&self, line: &Line) -> String {
         let unit = self.unit.as_deref().unwrap_or_default();
         let [amplitude, error] = [line.amplitude, line.amplitude_error].map(number);
-        format!("{amplitude} ± {error} {unit}")
-            .trim_end()
-            .to_owned()
+        let text = format!("{amplitude} ± {error} {unit}");
+        text.trim_end().to_owned()
     }
 
     /// Frequencies and how many sites have them, `50.00 and 100.0 Hz (64 and 3 sites)`; those within two bins are one.
@@ -305,12 +306,11 @@ impl SpectrumEstimate {
             let all = noise.sites.len();
             let unknown = all - noise.known();
             if unknown > 0 {
-                sheet.warn(
-                    format!(
-                        "nothing is subtracted at {unknown} of {all} sites, whose noise is not known"
-                    ),
-                    "record from before the motion arrives, or sample fast enough that noise alone is left at the top",
+                let message = format!(
+                    "nothing is subtracted at {unknown} of {all} sites, whose noise is not known"
                 );
+                let advice = "record from before the motion arrives, or sample fast enough that noise alone is left at the top";
+                sheet.warn(message, advice);
             }
         }
         // Those of which nothing is left are named already.
@@ -320,12 +320,10 @@ impl SpectrumEstimate {
         let without = (self.without_interval() - empty).saturating_sub(filled);
         let all = self.has_interval.len();
         if filled > 0 {
-            sheet.warn(
-                format!(
-                    "of {filled} of {all} {columns} more than a twentieth of the samples were filled: no interval is stated"
-                ),
-                "leave out the segments that miss samples: `--gaps leave-out`",
+            let message = format!(
+                "of {filled} of {all} {columns} more than a twentieth of the samples were filled: no interval is stated"
             );
+            sheet.warn(message, LEAVE_OUT);
         }
         let inside = ndarray::s![1..self.segment[0].div_ceil(2), ..];
         let cells = self.degrees.slice(inside);
@@ -338,12 +336,10 @@ impl SpectrumEstimate {
         let below = cells.iter().filter(|is_below| **is_below).count();
         if below > 0 {
             let share = percent(below as f64 / cells.len() as f64);
-            sheet.warn(
-                format!(
-                    "{share} of the powers are below ten times what filled samples leave: no interval is stated there"
-                ),
-                "leave out the segments that miss samples: `--gaps leave-out`",
+            let message = format!(
+                "{share} of the powers are below ten times what filled samples leave: no interval is stated there"
             );
+            sheet.warn(message, LEAVE_OUT);
         }
         match self.along {
             _ if without == 0 => {}
@@ -367,13 +363,12 @@ impl SpectrumEstimate {
         if let Some(mean) = &self.mean
             && mean.low.iter().all(|v| v.is_nan())
         {
-            sheet.warn(
-                format!(
-                    "the mean over the times has no interval: energy changes (steadiness {}), or times are few",
-                    number(mean.steadiness)
-                ),
-                "analyze a part of the record in which it is steady",
+            let steadiness = number(mean.steadiness);
+            let message = format!(
+                "the mean over the times has no interval: energy changes (steadiness {steadiness}), or times are few"
             );
+            let advice = "analyze a part of the record in which it is steady";
+            sheet.warn(message, advice);
         }
     }
 
@@ -392,15 +387,13 @@ impl SpectrumEstimate {
             left.variables(sheet, columns);
         }
         if let Some(noise) = &self.noise {
-            let parts: [Column<SiteNoise>; 3] = [
-                ("noise", &density, |noise| noise.density),
-                ("noise_low", &density, |noise| noise.low),
-                ("noise_high", &density, |noise| noise.high),
-            ];
-            for (name, unit, part) in parts {
-                let sites = noise.sites.iter();
-                let values = sites.map(|site| site.as_ref().map_or(f64::NAN, part));
-                sheet.line(name, columns, unit, values.collect::<Vec<f64>>());
+            let known = |site: &Option<SiteNoise>| match site {
+                Some(noise) => [noise.density, noise.low, noise.high],
+                None => [f64::NAN; 3],
+            };
+            for (i, name) in ["noise", "noise_low", "noise_high"].into_iter().enumerate() {
+                let values = noise.sites.iter().map(|site| known(site)[i]);
+                sheet.line(name, columns, &density, values.collect::<Vec<f64>>());
             }
         }
         let axes = [bins, columns];
@@ -428,10 +421,10 @@ impl SpectrumEstimate {
     fn density_label(&self) -> String {
         let bins = self.bin_unit();
         let unit = match &self.unit {
-            Some(unit) => format!(
-                "({unit})²/{}",
-                self.along.of([bins.clone(), format!("({bins})")])
-            ),
+            Some(unit) => {
+                let bins = self.along.of([bins.clone(), format!("({bins})")]);
+                format!("({unit})²/{bins}")
+            }
             None => format!("per {bins}"),
         };
         label("power spectral density", &unit)
