@@ -235,12 +235,9 @@ impl<'a> DelaySearch<'a> {
         };
         let last = coherence.len() - 1;
         let logarithm = |n: usize| (coherence[n] * own[n] * reference[n]).ln();
-        for (n, surprise) in scratch.surprises.iter().enumerate() {
-            // NaN is no number to be above.
-            let is_chosen = *surprise >= threshold;
-            if !is_chosen {
-                continue;
-            }
+        let surprises = scratch.surprises.iter().enumerate();
+        // NaN is no number to be above.
+        for (n, _) in surprises.filter(|(_, surprise)| **surprise >= threshold) {
             let [below, above] = [n.saturating_sub(1), (n + 1).min(last)];
             let apart = (above - below).max(1) as f64;
             let growth = 0.5 * (logarithm(above) - logarithm(below)) / apart;

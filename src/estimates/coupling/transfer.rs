@@ -303,12 +303,9 @@ impl Pass<'_> {
         let all = sum(|fit| fit.output);
         let of_rest = |of: fn(&OutputFit) -> ([f64; 2], f64)| {
             let shares = fits.iter().map(of).map(|([linear, every], power)| {
-                let (gained, rest) = (every - linear, power - linear);
-                if rest > 0.0 {
-                    (gained / rest).max(-1.0)
-                } else {
-                    0.0
-                }
+                let rest = power - linear;
+                let share = ((every - linear) / rest).max(-1.0);
+                if rest > 0.0 { share } else { 0.0 }
             });
             shares.sum::<f64>() / fits.len() as f64
         };

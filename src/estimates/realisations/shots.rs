@@ -465,10 +465,11 @@ pub(crate) fn refuse_left_out(gaps: Gaps, what: &str) -> Result<()> {
 pub(crate) fn check_significance(alpha: f64) -> Result<()> {
     match alpha > 0.0 && alpha < 1.0 {
         true => Ok(()),
-        false => {
-            let expected = "a probability between 0 and 1";
-            Err(Error::request("significance", expected, alpha))
-        }
+        false => Err(Error::request(
+            "significance",
+            "a probability between 0 and 1",
+            alpha,
+        )),
     }
 }
 

@@ -139,10 +139,8 @@ impl LeadIn {
 fn lead_in(record: &[f64]) -> Option<&[f64]> {
     let length = (record.len() / PARTS).max(LEAST_PART);
     let power = |part: &[f64]| sum_of_squares(part) / part.len() as f64;
-    let mean = {
-        let first = record.get(..LEAST_PARTS * length)?;
-        crate::numeric::sum(first) / first.len() as f64
-    };
+    let first = record.get(..LEAST_PARTS * length)?;
+    let mean = crate::numeric::sum(first) / first.len() as f64;
     let centred: Vec<f64> = record.iter().map(|v| v - mean).collect();
     let parts: Vec<f64> = centred.chunks_exact(length).map(power).collect();
     let most = parts.iter().fold(0.0, |m: f64, p| m.max(*p));

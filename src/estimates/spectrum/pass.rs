@@ -101,16 +101,7 @@ impl<'a> Pass<'a> {
         let block = shots.block("the spectra of this field", held)?;
         let whole = self.realisations.whole_records(self.records);
         let mut left_out = LeftOutEach::Realisation;
-        let then =
-            |scratch: &mut Scratch, shot: &Shot<'_>, sites: Sites<'_>, tile: &mut TileSums| {
-                // One record is read once.
-                if self.records == 1 {
-                    self.average(tile);
-                    self.leave_out(scratch, shot, sites, LeftOutEach::Realisation, tile);
-                    tile.energies = Vec::new();
-                }
-            };
-        let (unit, mut tiles) = self.sum(shots, block, &whole, then)?;
+        let (unit, mut tiles) = self.sum(shots, block, &whole, self.records == 1)?;
         if self.records > 1 {
             tiles.par_iter_mut().for_each(|tile| self.average(tile));
             left_out = self.what_is_left_out(&tiles);
@@ -163,20 +154,25 @@ impl<'a> Pass<'a> {
         })
     }
 
-    /// The sums of every tile over these portions, of which `then` sees each, and the unit of the samples.
+    /// The sums of every tile over these portions, or the averages of one record, which is read once; and the unit of the samples.
     fn sum(
         &self,
         shots: &Shots<'_>,
         block: Option<usize>,
         portions: &[Portion],
-        then: impl Fn(&mut Scratch, &Shot<'_>, Sites<'_>, &mut TileSums) + Sync,
+        is_one: bool,
     ) -> Result<(f64, Vec<TileSums>)> {
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
         let unit = shots.each_portion(block, portions, |shot, portion| {
             shot.each_tile("spectra", &mut tiles, |scratch, sites, records, tile| {
                 self.add(scratch, (shot, portion), (&sites, records), tile);
-                then(scratch, shot, (&sites, records), tile);
+                if is_one {
+                    self.average(tile);
+                    let left_out = LeftOutEach::Realisation;
+                    self.leave_out(scratch, shot, (&sites, records), left_out, tile);
+                    tile.energies = Vec::new();
+                }
             })
         })?;
         Ok((unit, tiles))
@@ -400,7 +396,7 @@ impl Divided for Pass<'_> {
     fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
         let held = self.held(shots.longest(), true);
         let block = shots.block("the spectra of this part", held)?;
-        let (unit, tiles) = self.sum(shots, block, portions, |_, _, _, _| ())?;
+        let (unit, tiles) = self.sum(shots, block, portions, false)?;
         let sums = tiles.into_iter().filter_map(|tile| tile.sums);
         Ok((unit, sums.collect()))
     }

@@ -82,10 +82,8 @@ impl SpectrumEstimate {
                 if !degrees.is_finite() || ratio <= level(degrees) {
                     continue;
                 }
-                let is_high = |m: &usize| {
-                    median(&power[m - 1..(m + 2).min(power.len())])
-                        .is_some_and(|s| s > 0.5 * power[bin])
-                };
+                let of_three = |m: usize| median(&power[m - 1..(m + 2).min(power.len())]);
+                let is_high = |m: &usize| of_three(*m).is_some_and(|s| s > 0.5 * power[bin]);
                 let above = (bin + 1..inside.end).take_while(is_high).count();
                 let below = (1..bin).rev().take_while(is_high).count();
                 let peak = Peak {
