@@ -242,7 +242,7 @@ fn partial_of(
     refuse_left_out(gaps, "a part of the segments")?;
     let (unit, tiles) = in_pool(threads, || {
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        let shots = shots.of_block(first, grid.times).in_portions(portions);
+        let shots = shots.in_portions(portions, first, grid.times);
         let pass = request.pass(realisations, grid, fields.len());
         pass.sums(&shots, portions)
     })?;

@@ -44,12 +44,9 @@ impl Part {
     /// [`Error::Request`] for more parts than realisations.
     pub(crate) fn range(self, realisations: usize) -> Result<Range<usize>> {
         if self.of > realisations {
-            let expected = "at most as many parts as segments of all records";
-            return Err(Error::request(
-                "part",
-                format!("{expected}, {realisations}"),
-                self,
-            ));
+            let expected =
+                format!("at most as many parts as segments of all records, {realisations}");
+            return Err(Error::request("part", expected, self));
         }
         let end = |part: usize| (part as u128 * realisations as u128 / self.of as u128) as usize;
         Ok(end(self.number - 1)..end(self.number))
@@ -72,11 +69,7 @@ impl Realisations {
     /// # Errors
     /// [`Error::Request`] for a block that is not in the record, or holds no segment.
     pub fn portion_of_block(&self, samples: Range<usize>) -> Result<Portion> {
-        let Segments {
-            record,
-            length,
-            hop,
-        } = self.segments;
+        let (record, Segments { length, hop, .. }) = (self.segments.record, self.segments);
         let refuse = |expected: String| {
             let last = samples.end.max(1) - 1;
             let found = format!("samples {} to {last}", samples.start);
@@ -95,16 +88,22 @@ impl Realisations {
                 "a block that holds a segment: {length} samples from a multiple of {hop} on"
             ));
         }
-        let reached = (end - 1) * hop + length;
-        Ok(Portion {
-            record: 0,
-            segments: from..end,
-            samples: from * hop..match end == self.segments.count() {
-                true => samples.end,
-                false => reached,
-            },
-            is_whole: end - from == self.segments.count(),
-        })
+        Ok(self.portion(0, from..end, samples.end))
+    }
+
+    /// These segments of a record, and the samples up to the last one, or to this one behind all segments.
+    fn portion(&self, record: usize, segments: Range<usize>, end: usize) -> Portion {
+        let (count, Segments { length, hop, .. }) = (self.segments.count(), self.segments);
+        let last = match segments.end == count {
+            true => end,
+            false => (segments.end - 1) * hop + length,
+        };
+        Portion {
+            record,
+            samples: segments.start * hop..last,
+            is_whole: segments.len() == count,
+            segments,
+        }
     }
 
     /// The portions of a range of the segments of all records.
@@ -115,28 +114,14 @@ impl Realisations {
             let first = record * segments;
             let from = range.start.max(first) - first;
             let end = range.end.min(first + segments) - first;
-            let samples = match end == segments {
-                true => self.segments.record,
-                false => (end - 1) * self.segments.hop + self.segments.length,
-            };
-            Portion {
-                record,
-                segments: from..end,
-                samples: from * self.segments.hop..samples,
-                is_whole: end - from == segments,
-            }
+            self.portion(record, from..end, self.segments.record)
         };
         records.map(portion).collect()
     }
 
     /// All segments of a record.
     pub fn whole(&self, record: usize) -> Portion {
-        Portion {
-            record,
-            segments: 0..self.segments.count(),
-            samples: 0..self.segments.record,
-            is_whole: true,
-        }
+        self.portion(record, 0..self.segments.count(), self.segments.record)
     }
 
     /// So many records, each as one portion.

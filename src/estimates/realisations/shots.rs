@@ -110,26 +110,19 @@ impl<'a> Shots<'a> {
         self.memory
     }
 
-    /// The same of fields that hold the samples of records of `record` samples from the one at `first` on.
-    #[must_use]
-    pub fn of_block(self, first: usize, record: usize) -> Self {
-        Shots {
-            held: first..first + self.first.n_times(),
-            record,
-            ..self
-        }
-    }
-
     /// Samples of a record that are read at once.
     pub fn longest(&self) -> usize {
         self.longest
     }
 
-    /// The same for [`Self::each_portion`] of these.
+    /// The same for [`Self::each_portion`] of these, of fields that hold the samples of records of `record` samples from the one at
+    /// `first` on.
     #[must_use]
-    pub fn in_portions(self, portions: &[Portion]) -> Self {
+    pub fn in_portions(self, portions: &[Portion], first: usize, record: usize) -> Self {
         let lengths = portions.iter().map(|portion| portion.samples.len());
         Shots {
+            held: first..first + self.first.n_times(),
+            record,
             longest: lengths.max().unwrap_or(0),
             ..self
         }
