@@ -98,9 +98,6 @@ pub(super) struct DelaySearch<'a> {
     shared_bins: f64,
     /// Bins between a bin and the frequency whose power it has, for each unit of growth.
     leakage: f64,
-    /// A transient is in its segment as a whole, whatever its delay.
-    is_transient: bool,
-    alpha: f64,
     /// What the magnitude of a normal variable exceeds with probability alpha.
     normal: f64,
 }
@@ -150,7 +147,6 @@ impl<'a> DelaySearch<'a> {
         let points = length.next_power_of_two();
         let angle = TAU / (FINER * points) as f64;
         let next = |m: usize| Complex::from_polar(1.0, angle * m as f64);
-        let leakage = leakage(realisations);
         DelaySearch {
             transform: ComplexToRealColumns::new(points).expect("at least four samples"),
             next: (0..length.div_ceil(2)).map(next).collect(),
@@ -159,9 +155,8 @@ impl<'a> DelaySearch<'a> {
             length,
             period: length as f64 * cross.time.step,
             shared_bins: realisations.shared_bins(),
-            leakage,
-            is_transient: cross.independence.is_transient(),
-            alpha: cross.alpha,
+            leakage: leakage(realisations),
+
             normal: chi_square_level(cross.alpha, 1.0).sqrt(),
         }
     }
@@ -183,7 +178,7 @@ impl<'a> DelaySearch<'a> {
         let of_reference = is_own(self.cross.spectrum.column(self.cross.reference));
         let sites = independent.len() - 1;
         let new = || {
-            let test = Significance::new(self.alpha, sites, self.shared_bins);
+            let test = Significance::new(self.cross.alpha, sites, self.shared_bins);
             (Scratch::default(), test)
         };
         let tiles = independent.par_chunks(TOGETHER).enumerate();
@@ -363,12 +358,8 @@ impl<'a> DelaySearch<'a> {
     /// The maximum next to a point of the search.
     fn refined(&self, coherent: &[Coherent], point: usize) -> Maximum {
         let points = self.points();
-        let before = if 2 * point > points {
-            points as f64
-        } else {
-            0.0
-        };
-        let start = (point as f64 - before) / points as f64;
+        let before = points * usize::from(2 * point > points);
+        let start = (point as f64 - before as f64) / points as f64;
         let mut maximum = Maximum {
             tau: self.climbed(coherent, start, 0.0),
             correction: 0.0,
@@ -411,7 +402,9 @@ impl<'a> DelaySearch<'a> {
         let shared = |lag: usize| self.realisations.autocorrelation(lag);
         let at_zero = shared(0);
         let here = shared(whole);
-        if self.is_transient || here < NOTHING_SHARED * at_zero {
+        // A transient is in its segment as a whole, whatever its delay.
+        let is_whole = self.cross.independence.is_transient();
+        if is_whole || here < NOTHING_SHARED * at_zero {
             return 0.0;
         }
         let fall = match whole {
@@ -434,9 +427,9 @@ impl<'a> DelaySearch<'a> {
         let mut weights: Vec<f64> = coherent.iter().map(|one| one.weight).collect();
         weights.sort_unstable_by(f64::total_cmp);
         let neighbours = self.shared_bins.ceil() + 1.0;
-        let false_ones = (self.alpha * weights.len() as f64).ceil() * neighbours;
+        let false_ones = (self.cross.alpha * weights.len() as f64).ceil() * neighbours;
         let by_chance: f64 = weights.iter().take(false_ones as usize).sum();
-        (self.points() as f64 / self.alpha).ln() * excess / likelihood + 2.0 * by_chance
+        (self.points() as f64 / self.cross.alpha).ln() * excess / likelihood + 2.0 * by_chance
     }
 
     /// The delay of a maximum, with its error; `None` where C has no maximum there.
@@ -451,7 +444,7 @@ impl<'a> DelaySearch<'a> {
             return None;
         }
         let frequencies = all * all / squares;
-        let student = |degrees: f64| student_two_sided(self.alpha, degrees.max(1.0));
+        let student = |degrees: f64| student_two_sided(self.cross.alpha, degrees.max(1.0));
         let stated = (self.shared_bins / (2.0 * independent * all)).sqrt();
         let reach = self.shared_bins.ceil();
         let slope = |one: &Coherent| one.weight * one.bin * one.residual(at).sin();
@@ -506,7 +499,7 @@ impl DelaySearch<'_> {
             let freedom = part.len() as f64 / self.shared_bins - 2.0;
             // By independent noise, or by what is left where that is more.
             let variance = (self.shared_bins / (2.0 * independent)).max(left / freedom) / spread;
-            let half = student_two_sided(self.alpha, freedom.max(1.0)) * variance.sqrt();
+            let half = student_two_sided(self.cross.alpha, freedom.max(1.0)) * variance.sqrt();
             let delay = (at.tau - slope / TAU) * period;
             [bin / period, delay, half / TAU * period]
         };

@@ -128,11 +128,8 @@ impl Coherence {
 
     /// The [level](Self::level) of a site, from which its own segments may be left out.
     pub fn level_at(&self, site: usize) -> Option<f64> {
-        let independent = self.independent_at(site);
-        let independence = Independence {
-            independent,
-            ..self.independence
-        };
+        let mut independence = self.independence;
+        independence.independent = self.independent_at(site);
         independence.level(self.alpha)
     }
 

@@ -59,11 +59,10 @@ impl Slowness {
         let freedom = (points.len() - 2) as f64;
         let intercept = line.y - slope * line.x;
         let residual = |p: &[f64; 3]| p[1] - intercept - slope * p[0];
-        let cycles = known
-            .iter()
-            .zip(&points)
-            .map(|((_, delay), p)| (TAU * delay.rms_frequency * residual(p)).powi(2));
-        if (cycles.sum::<f64>() / freedom).sqrt() > PLANE {
+        let rms = known.iter().map(|(_, delay)| delay.rms_frequency);
+        let turns = rms.zip(&points).map(|(f, p)| TAU * f * residual(p));
+        let squares: f64 = turns.map(|turn| turn.powi(2)).sum();
+        if (squares / freedom).sqrt() > PLANE {
             return None;
         }
         let stated = chi_square_level(alpha, 1.0).sqrt();
