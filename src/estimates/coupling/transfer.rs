@@ -111,10 +111,8 @@ pub fn transfer(
     let all = Realisations::new(&averaging, record)?;
     let length = all.segments.length;
     let df = 1.0 / (length as f64 * first.time.step);
-    let last = match request.highest {
-        Some(highest) => last_bin(length).min((highest / df * (1.0 + 1e-12)) as usize),
-        None => last_bin(length),
-    };
+    let highest = request.highest.map(|f| (f / df * (1.0 + 1e-12)) as usize);
+    let last = last_bin(length).min(highest.unwrap_or(usize::MAX));
     if last < 2 {
         let expected = format!("at least two frequencies, multiples of {df}, below the highest");
         return refuse("highest", expected, last);
@@ -128,7 +126,6 @@ pub fn transfer(
         request,
         realisations: &realisations,
         last,
-        observer,
     };
     in_pool(request.threads, || pass.run(first))
 }
@@ -149,8 +146,8 @@ fn check(first: &Field, request: &TransferRequest) -> Result<()> {
         let expected = format!("a lag below the {} samples of the record", first.n_times());
         return refuse("lag", expected, request.lag);
     }
-    if request.highest.is_some_and(|f| !(f > 0.0 && f.is_finite())) {
-        let found = request.highest.unwrap_or(f64::NAN);
+    let is_none = |f: &f64| !(*f > 0.0 && f.is_finite());
+    if let Some(found) = request.highest.filter(is_none) {
         return refuse("highest", "a frequency above 0", found);
     }
     check_significance(request.alpha)?;
@@ -166,7 +163,6 @@ struct Pass<'a> {
     realisations: &'a Realisations,
     /// The highest bin of the model.
     last: usize,
-    observer: &'a dyn Observer,
 }
 
 impl Pass<'_> {
@@ -208,14 +204,15 @@ impl Pass<'_> {
         let needed = held + threads * draws.bytes(self.last) + 8 * pairs * 8;
         let what = "the moments of the transfer (see --highest)";
         check_memory(what, needed, request.memory)?;
-        self.observer.stage("transfer functions", self.last as u64);
+        let observer = self.shots.observer;
+        observer.stage("transfer functions", self.last as u64);
         let fit = Fit {
             records: &records,
             draws: &draws,
             last: self.last,
             independent,
         };
-        let outputs = fit.all(self.observer)?;
+        let outputs = fit.all(observer)?;
         Ok(self.finish(first, independence, &draws, &outputs, unit))
     }
 

@@ -210,7 +210,6 @@ pub fn modes(fields: &[&Field], request: &ModesRequest, observer: &dyn Observer)
             first,
             request,
             realisations,
-            observer,
         };
         pass.run(&pass.chosen()?)
     })
@@ -221,7 +220,6 @@ struct Pass<'a> {
     first: &'a Field,
     request: &'a ModesRequest,
     realisations: &'a Realisations,
-    observer: &'a dyn Observer,
 }
 
 /// What a tile of sites gives.
@@ -295,12 +293,12 @@ impl Pass<'_> {
                 n_sites,
                 count: all,
             };
-            self.observer.stage("eigenvalues", (to - from) as u64);
+            self.shots.observer.stage("eigenvalues", (to - from) as u64);
             let starts: Vec<usize> = (from..to).step_by(WIDTH).collect();
             let solve = |first: &usize| -> Result<Vec<Eigenvalues>> {
-                self.observer.go_on()?;
+                self.shots.observer.go_on()?;
                 let end = to.min(first + WIDTH);
-                self.observer.advance((end - first) as u64);
+                self.shots.observer.advance((end - first) as u64);
                 Ok(snapshots.eigenvalues(first - from..end - from))
             };
             let values = starts.par_iter().map(solve);

@@ -39,7 +39,7 @@ pub(crate) struct Shots<'a> {
     /// Samples of a record that are read at once.
     longest: usize,
     memory: u64,
-    observer: &'a dyn Observer,
+    pub observer: &'a dyn Observer,
 }
 
 /// Fourth powers stay in the range of numbers.
@@ -199,6 +199,7 @@ impl<'a> Shots<'a> {
         }
         Ok(unit.unwrap_or(1.0))
     }
+
     /// What the samples of a record, as they are read, are multiplied by, so that products of four transforms stay in
     /// the range of numbers: to be in the unit in which those of all records are summed, which is found with the first.
     ///
