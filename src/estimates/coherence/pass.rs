@@ -89,7 +89,7 @@ impl Pass<'_> {
 
     /// The sums of every tile over these portions, and the unit of the samples.
     fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<TileSums>)> {
-        let held = self.held(shots.longest(), portions);
+        let held = self.held(shots.longest, portions);
         let block = shots.block("the cross-spectra of this field", held)?;
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);

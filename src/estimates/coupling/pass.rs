@@ -58,7 +58,7 @@ impl<'a> Pass<'a> {
 
     pub fn run(&self, shots: &Shots<'_>) -> Result<Bicoherence> {
         let portions = self.realisations.whole_records(self.records);
-        let held = self.held(shots.longest());
+        let held = self.held(shots.longest);
         let block = shots.block("the bispectra of this field", held)?;
         let (mut steadiness, mut map) = (None, None);
         let mut tiles = Vec::new();

@@ -365,7 +365,7 @@ impl Pass<'_> {
             16 * bins * (rank + 2) + 16 * (chosen as u64 + 1) * self.request.modes as u64 * n_sites;
         let held = kept + rayon::current_num_threads() as u64 * tile.max(solver);
         let of_a_bin = 16 * all * self.shots.tiles() as u64 * together;
-        let allowed = self.shots.memory();
+        let allowed = self.shots.memory;
         let needed = held + of_a_bin + 8 * samples * together;
         check_memory(WHAT, needed, Some(allowed))?;
         // Half of what is left holds spectra, half samples.

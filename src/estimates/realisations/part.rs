@@ -79,14 +79,12 @@ impl Realisations {
             return refuse(format!("a block of the {record} samples of a record"));
         }
         let from = samples.start.div_ceil(hop);
-        let end = match samples.len() >= length {
-            true => ((samples.end - length) / hop + 1).min(self.segments.count()),
-            false => 0,
-        };
+        let is_long = samples.len() >= length;
+        let end = is_long.then(|| ((samples.end - length) / hop + 1).min(self.segments.count()));
+        let end = end.unwrap_or(0);
         if end <= from {
-            return refuse(format!(
-                "a block that holds a segment: {length} samples from a multiple of {hop} on"
-            ));
+            let holds = format!("{length} samples from a multiple of {hop} on");
+            return refuse(format!("a block that holds a segment: {holds}"));
         }
         Ok(self.portion(0, from..end, samples.end))
     }

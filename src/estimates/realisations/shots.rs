@@ -37,8 +37,9 @@ pub(crate) struct Shots<'a> {
     /// Samples of a record that are used.
     reached: usize,
     /// Samples of a record that are read at once.
-    longest: usize,
-    memory: u64,
+    pub longest: usize,
+    /// Bytes of working memory.
+    pub memory: u64,
     pub observer: &'a dyn Observer,
 }
 
@@ -103,16 +104,6 @@ impl<'a> Shots<'a> {
 
     pub fn count(&self) -> usize {
         self.fields.len()
-    }
-
-    /// Bytes of working memory.
-    pub fn memory(&self) -> u64 {
-        self.memory
-    }
-
-    /// Samples of a record that are read at once.
-    pub fn longest(&self) -> usize {
-        self.longest
     }
 
     /// The same for [`Self::each_portion`] of these, of fields that hold the samples of records of `record` samples from the one at

@@ -82,11 +82,11 @@ impl<'a> Pass<'a> {
     pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<(f64, Totals)> {
         let time = self.realisations;
         let bins = time.bins();
-        let band = self.rows_at_once(shots.memory())?;
+        let band = self.rows_at_once(shots.memory)?;
         let portions = time.whole_records(records);
         // Where the field is larger than memory, pages are released behind the reader.
         let bytes = 8 * (time.segments.record * self.grid.sites) as u64;
-        let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
+        let block = (bytes > shots.memory / 4).then_some(TOGETHER);
         let mut sums = Vec::new();
         let (plain, pieces) = (OF_SITES, time.pieces());
         let of_sites = Sums::zeros(SumsShape { plain, pieces });

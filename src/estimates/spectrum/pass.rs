@@ -97,7 +97,7 @@ impl<'a> Pass<'a> {
     }
 
     pub fn run(&self, shots: &Shots<'_>) -> Result<SpectrumEstimate> {
-        let held = self.held(shots.longest(), false);
+        let held = self.held(shots.longest, false);
         let block = shots.block("the spectra of this field", held)?;
         let whole = self.realisations.whole_records(self.records);
         let mut left_out = LeftOutEach::Realisation;
@@ -394,7 +394,7 @@ impl Divided for Pass<'_> {
     }
 
     fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
-        let held = self.held(shots.longest(), true);
+        let held = self.held(shots.longest, true);
         let block = shots.block("the spectra of this part", held)?;
         let (unit, tiles) = self.sum(shots, block, portions, false)?;
         let sums = tiles.into_iter().filter_map(|tile| tile.sums);
