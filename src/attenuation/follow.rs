@@ -6,7 +6,6 @@ use std::ops::Range;
 use super::pulse::{FRONT, Located, Pulse, Sense};
 use crate::Result;
 use crate::chain::{ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, Simulation, StateView};
-use crate::error::Error;
 use crate::observer::Observer;
 
 /// In the chain sense, following ends when the velocity of the last site exceeds this fraction of
@@ -149,9 +148,7 @@ impl Following<'_> {
     }
 
     fn advance(&self, watch: &mut ObservedRun) -> Result<()> {
-        if self.observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
+        self.observer.go_on()?;
         watch.step()
     }
 

@@ -73,9 +73,7 @@ pub(super) fn pass(
     };
     let mut rows = vec![vec![0.0; n]; BATCH];
     for first in (0..samples).step_by(BATCH) {
-        if observer.cancelled() {
-            return Err(crate::Error::Cancelled);
-        }
+        observer.go_on()?;
         let batch = first..(first + BATCH).min(samples);
         rows.par_iter_mut().zip(batch.clone()).for_each(|(row, i)| {
             let at = motion.at(i);

@@ -18,7 +18,7 @@ use super::result::Budget;
 use super::wavenumber::dot;
 use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::numeric::count_at_or_below;
 use crate::observer::Observer;
 use crate::transform::fold;
@@ -136,9 +136,7 @@ pub(super) fn power_flow(
     let sums: Vec<Vec<[f64; 2]>> = blocks
         .into_par_iter()
         .map(|first| {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            observer.go_on()?;
             let block = first..(first + BLOCK).min(m);
             let width = block.len();
             let [mut forces, mut speeds] = records(motion, contacts, block);

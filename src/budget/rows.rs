@@ -16,7 +16,7 @@ use super::waiting::{ShownArray, Waiting};
 use super::wavenumber::{Terms, Transfers};
 use crate::arrays::{LargeArray, Sink};
 use crate::chain::Chain;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::numeric::sum;
 use crate::observer::Observer;
 
@@ -59,9 +59,7 @@ pub(super) fn pass(
     // The last sample of the batch before, then the batch.
     let mut found = vec![MotionSample::default(); BATCH + 1];
     for first in (0..samples).step_by(BATCH) {
-        if observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
+        observer.go_on()?;
         let batch = first..(first + BATCH).min(samples);
         found[1..=batch.len()]
             .par_iter_mut()

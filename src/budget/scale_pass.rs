@@ -71,9 +71,7 @@ pub(super) fn pass(
     let dt = motion.step();
     observer.stage("scales", samples as u64);
     for first in (0..samples).step_by(BATCH) {
-        if observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
+        observer.go_on()?;
         let batch = first..(first + BATCH).min(samples);
         found[1..=batch.len()]
             .par_iter_mut()

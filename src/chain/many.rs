@@ -44,11 +44,8 @@ pub fn run_each(
             return;
         }
         for i in batch {
-            let result = if observer.cancelled() {
-                Err(Error::Cancelled)
-            } else {
-                simulations[i].run(&CancelOnly(observer))
-            };
+            let run = || simulations[i].run(&CancelOnly(observer));
+            let result = observer.go_on().and_then(|()| run());
             observer.advance(1);
             sink(i, result);
         }

@@ -14,7 +14,7 @@ use super::simulation::Simulation;
 use super::stepping::{
     self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping, openings,
 };
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::observer::Observer;
 
 /// Nodes between two openings, and where nothing opens.
@@ -95,9 +95,7 @@ impl Simulation {
             }
             path.visit(Node::Sample(sample), walk.place(time));
             observer.advance(1);
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            observer.go_on()?;
         }
         Ok(())
     }

@@ -390,9 +390,7 @@ impl Simulation {
         let latest = self.latest_arrival(scale);
         let mut before = stepping.mark();
         while still(stepping.state()) {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            observer.go_on()?;
             if time > latest {
                 let expected = "a front that reaches the last site for `auto`";
                 return Err(refuse("end-time", expected, format!("none until {time:e}")));

@@ -283,10 +283,8 @@ impl DesignRequest {
                 observer.advance(1);
             },
         );
-        match observer.cancelled() {
-            true => Err(Error::Cancelled),
-            false => Ok(told.into_inner().unwrap_or_else(PoisonError::into_inner)),
-        }
+        observer.go_on()?;
+        Ok(told.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// As accurate as a search needs.

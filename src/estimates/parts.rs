@@ -7,7 +7,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::realisations::{
-    Grid, Part, Portion, Realisations, Shots, Sums, SumsShape, TOGETHER, first_of, refuse_left_out,
+    Grid, Part, Portion, Realisations, Shots, Sums, SumsShape, first_of, refuse_left_out,
 };
 use super::{Coherence, CoherenceRequest, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
@@ -18,43 +18,19 @@ use crate::system::threads::in_pool;
 
 pub use combination::{Combination, Outline, combine, join, outline};
 
-/// An estimate whose sums over realisations are known in parts.
+/// An estimate of the fields on a grid, whose sums over realisations are known in parts.
 pub(super) trait Divided {
-    type Found;
-
-    fn gaps_and_memory(&self) -> (Gaps, Option<u64>);
-
-    fn threads(&self) -> Option<usize>;
-
-    /// # Errors
-    /// [`crate::Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
-    fn plan(&self, grid: &Grid) -> Result<Realisations>;
-
     /// Of the sums of a tile.
-    fn shape(&self, realisations: &Realisations) -> SumsShape;
+    fn shape(&self) -> SumsShape;
 
     /// Bytes of the result, and of what is made on the way from the sums to it.
-    fn result_bytes(&self, known: (&Grid, &Realisations)) -> u64;
-
-    /// Whether the energy of a record is that about its mean.
-    fn about_mean(&self) -> bool;
+    fn result_bytes(&self) -> u64;
 
     /// The sums of every tile over these portions, and the unit of the samples.
-    fn sums(
-        &self,
-        shots: &Shots<'_>,
-        known: (&Grid, &Realisations),
-        portions: &[Portion],
-    ) -> Result<(f64, Vec<Sums>)>;
+    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)>;
 
     /// The result of the sums of all parts.
-    fn combine(
-        &self,
-        known: (&Grid, &Realisations),
-        records: usize,
-        sums: Vec<Sums>,
-        unit: f64,
-    ) -> Result<Self::Found>;
+    fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined>;
 }
 
 /// The request of an estimate that [`partial`] knows.
@@ -84,16 +60,36 @@ pub enum Combined {
     Coherence(Box<Coherence>),
 }
 
-/// The same expression of the request of each estimate.
-macro_rules! of_each {
-    ($request:expr, $it:ident => $does:expr) => {
-        match $request {
-            DividedRequest::Spectrum($it) => $does,
-            DividedRequest::Coherence($it) => $does,
+impl DividedRequest {
+    /// Gaps, bytes of working memory, worker threads.
+    fn choices(&self) -> (Gaps, Option<u64>, Option<usize>) {
+        match self {
+            DividedRequest::Spectrum(it) => (it.gaps, it.memory, it.threads),
+            DividedRequest::Coherence(it) => (it.gaps, it.memory, it.threads),
         }
-    };
+    }
+
+    /// # Errors
+    /// [`crate::Error::Request`] for what does not fit the fields, and what cannot be summed in parts.
+    fn plan(&self, grid: &Grid) -> Result<Realisations> {
+        match self {
+            DividedRequest::Spectrum(it) => it.plan_in_parts(grid),
+            DividedRequest::Coherence(it) => it.plan(grid),
+        }
+    }
+
+    fn pass<'a>(
+        &'a self,
+        realisations: &'a Realisations,
+        grid: &'a Grid,
+        records: usize,
+    ) -> Box<dyn Divided + 'a> {
+        match self {
+            DividedRequest::Spectrum(it) => Box::new(it.pass(realisations, grid, records)),
+            DividedRequest::Coherence(it) => Box::new(it.pass(realisations, grid, records)),
+        }
+    }
 }
-use of_each;
 
 /// What a partial result is part of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -113,13 +109,10 @@ pub struct PartialAbout {
 
 impl PartialAbout {
     fn name(&self) -> String {
+        let [from, end] = self.range;
         match self.part {
             Some(part) => format!("part {part}"),
-            None => format!(
-                "segments {} to {}",
-                self.range[0],
-                self.range[1].saturating_sub(1)
-            ),
+            None => format!("segments {from} to {}", end.saturating_sub(1)),
         }
     }
 }
@@ -162,11 +155,6 @@ impl Partial {
     }
 }
 
-/// Tiles of a field.
-fn tiles(grid: &Grid) -> usize {
-    grid.sites.div_ceil(TOGETHER)
-}
-
 /// Sums over a part of the realisations of an estimate.
 ///
 /// # Equation
@@ -188,8 +176,19 @@ pub fn partial(
     part: Part,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    let share = Share::Part(part);
-    of_each!(request, it => partial_of(it, request, fields, &share, observer))
+    let grid = Grid::of(first_of(fields)?);
+    let realisations = request.plan(&grid)?;
+    let range = part.range(fields.len() * realisations.segments.count())?;
+    let portions = realisations.portions(range.clone());
+    let known = (&grid, &realisations);
+    partial_of(
+        fields,
+        request,
+        known,
+        (Some(part), range, 0),
+        &portions,
+        observer,
+    )
 }
 
 /// The place of a block of samples in its record.
@@ -216,58 +215,44 @@ pub fn partial_of_block(
     request: &DividedRequest,
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    let share = Share::Block(place);
-    of_each!(request, it => partial_of(it, request, &[field], &share, observer))
+    let grid = Grid {
+        times: place.record,
+        ..Grid::of(first_of(&[field])?)
+    };
+    let realisations = request.plan(&grid)?;
+    let samples = place.first..place.first.saturating_add(field.n_times());
+    let portion = realisations.portion_of_block(samples)?;
+    let (known, of) = (
+        (&grid, &realisations),
+        (None, portion.segments.clone(), place.first),
+    );
+    partial_of(&[field], request, known, of, &[portion], observer)
 }
 
-/// Which realisations are summed.
-enum Share {
-    Part(Part),
-    Block(BlockPlace),
-}
-
-fn partial_of<R: Divided + Sync>(
-    request: &R,
-    named: &DividedRequest,
+/// Of a part, if it is one of a certain number, the segments of this range; fields begin with this sample of their records.
+fn partial_of(
     fields: &[&Field],
-    share: &Share,
+    request: &DividedRequest,
+    (grid, realisations): (&Grid, &Realisations),
+    (part, range, first): (Option<Part>, Range<usize>, usize),
+    portions: &[Portion],
     observer: &dyn Observer,
 ) -> Result<Partial> {
-    let first = first_of(fields)?;
-    let mut grid = Grid::of(first);
-    if let Share::Block(place) = share {
-        grid.times = place.record;
-    }
-    let realisations = request.plan(&grid)?;
-    let segments = realisations.segments.count();
-    let (part, range, portions) = match share {
-        Share::Part(part) => {
-            let range = part.range(fields.len() * segments)?;
-            (Some(*part), range.clone(), realisations.portions(range))
-        }
-        Share::Block(place) => {
-            let samples = place.first..place.first.saturating_add(first.n_times());
-            let portion = realisations.portion_of_block(samples)?;
-            (None, portion.segments.clone(), vec![portion])
-        }
-    };
-    let (gaps, memory) = request.gaps_and_memory();
+    let (gaps, memory, threads) = request.choices();
     refuse_left_out(gaps, "a part of the segments")?;
-    let (unit, tiles) = in_pool(request.threads(), || {
-        let mut shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        if let Share::Block(place) = share {
-            shots = shots.of_block(place.first, place.record);
-        }
-        let shots = shots.in_portions(&portions);
-        request.sums(&shots, (&grid, &realisations), &portions)
+    let (unit, tiles) = in_pool(threads, || {
+        let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
+        let shots = shots.in_portions(portions, first, grid.times);
+        let pass = request.pass(realisations, grid, fields.len());
+        pass.sums(&shots, portions)
     })?;
     let about = PartialAbout {
-        request: named.clone(),
-        grid,
+        request: request.clone(),
+        grid: grid.clone(),
         fields: fields.iter().map(|field| field.name.clone()).collect(),
         part,
         range: [range.start, range.end],
         unit,
     };
-    Ok(Partial::new(about, tiles, segments))
+    Ok(Partial::new(about, tiles, realisations.segments.count()))
 }

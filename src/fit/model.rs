@@ -9,11 +9,11 @@ use super::key::{FreeKey, settings};
 use super::local_error;
 use super::records::Records;
 use super::solver::Problem;
+use crate::Result;
 use crate::chain::Simulation;
 use crate::chain::scene::{SceneSource, Setting};
 use crate::field::Quantity;
 use crate::observer::{CancelOnly, Observer};
-use crate::{Error, Result};
 
 /// Change of the records, over their size, that differences of runs aim at: its square and the error of runs over it
 /// are then both near 1e-6.
@@ -57,7 +57,7 @@ pub(super) struct Model<'a> {
 
 impl<'a> Model<'a> {
     /// # Errors
-    /// [`Error::Scene`]; [`Error::Request`] for records that are not of its chain.
+    /// [`crate::Error::Scene`]; [`crate::Error::Request`] for records that are not of its chain.
     pub fn of(
         scene: &'a SceneSource,
         (keys, others): (&'a [FreeKey], &'a [Other]),
@@ -323,9 +323,7 @@ pub(super) fn simulated(
             &mut |place, _| row(place.x, place.v),
         )?;
     }
-    if observer.cancelled() {
-        return Err(Error::Cancelled);
-    }
+    observer.go_on()?;
     Ok(values)
 }
 

@@ -54,9 +54,7 @@ impl Comparison {
         let rows: Result<Vec<OrderRow>> = orders
             .into_par_iter()
             .map(|order| {
-                if observer.cancelled() {
-                    return Err(Error::Cancelled);
-                }
+                observer.go_on()?;
                 let row = self.row(order, search.wave(order), estimate(order));
                 observer.advance(1);
                 row

@@ -120,9 +120,7 @@ impl LeakScan {
         arrival: Option<f64>,
         observer: &dyn Observer,
     ) -> Result<Leak> {
-        if observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
+        observer.go_on()?;
         if !(ratio > 0.0 && ratio.is_finite()) {
             return Err(Error::Request {
                 option: "ratio",

@@ -225,9 +225,7 @@ impl Sweep {
         let sizes: Result<Vec<(u64, Option<u64>)>> = (0..self.members)
             .into_par_iter()
             .map(|member| {
-                if observer.cancelled() {
-                    return Err(Error::Cancelled);
-                }
+                observer.go_on()?;
                 let simulation = self.simulation(member)?;
                 let at_once = runs_a_thread(&simulation) as u64;
                 Ok((

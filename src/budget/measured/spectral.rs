@@ -119,9 +119,7 @@ impl MeasuredMotion {
         let count = self.options.repetitions;
         observer.stage("errors", count as u64);
         let again = |number| {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            observer.go_on()?;
             let (chain, velocity) = repetitions.again(number);
             let (displacement, velocity) = Derived::moved(&chain, self.dt, velocity, &self.missing);
             made(&chain, &displacement, &velocity)

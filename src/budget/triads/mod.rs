@@ -247,9 +247,7 @@ fn integrate(
     let [mut first, mut end] = [Vec::new(), Vec::new()];
     let numbers: Vec<usize> = window.clone().collect();
     for (b, block) in numbers.chunks(BLOCK).enumerate() {
-        if observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
+        observer.go_on()?;
         let at: Vec<Components> = block.par_iter().map(|i| source.components(*i)).collect();
         for (j, one) in at.iter().enumerate() {
             let i = b * BLOCK + j;

@@ -3,12 +3,14 @@
 use std::f64::consts::TAU;
 
 use column_fft::{Columns, ColumnsMut, ComplexToRealColumns};
-use ndarray::{Array2, s};
+use ndarray::s;
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use super::Coherence;
 use super::significance::{Significance, is_own};
-use crate::estimates::realisations::{Independence, Realisations, TOGETHER};
+use super::velocity::Line;
+use crate::estimates::realisations::{Realisations, TOGETHER};
 use crate::numeric::lanes::{LaneBlock, on_lines};
 use crate::numeric::{chi_square_level, student_two_sided};
 
@@ -88,27 +90,16 @@ pub(super) struct DelaySearch<'a> {
     transform: ComplexToRealColumns<f64>,
     /// `exp(2 pi i f tau)` of each bin, with tau the distance of two points.
     next: Vec<Complex<f64>>,
+    cross: &'a Coherence,
     realisations: &'a Realisations,
     length: usize,
-    dt: f64,
+    /// Of a segment.
+    period: f64,
     shared_bins: f64,
     /// Bins between a bin and the frequency whose power it has, for each unit of growth.
     leakage: f64,
-    /// A transient is in its segment as a whole, whatever its delay.
-    is_transient: bool,
-    alpha: f64,
     /// What the magnitude of a normal variable exceeds with probability alpha.
     normal: f64,
-}
-
-/// What delays are found from; arrays are `(frequency, site)`.
-pub(super) struct CrossSpectra<'a> {
-    pub coherence: &'a Array2<f64>,
-    pub phase: &'a Array2<f64>,
-    pub spectrum: &'a Array2<f64>,
-    pub reference: usize,
-    /// Independent realisations of each site with the reference; NaN where no significance can be stated.
-    pub independent: &'a [f64],
 }
 
 /// What is found of a site.
@@ -151,28 +142,22 @@ struct Maximum {
 }
 
 impl<'a> DelaySearch<'a> {
-    pub fn new(
-        realisations: &'a Realisations,
-        independence: &Independence,
-        dt: f64,
-        alpha: f64,
-    ) -> Self {
+    pub fn new(realisations: &'a Realisations, cross: &'a Coherence) -> Self {
         let length = realisations.segments.length;
         let points = length.next_power_of_two();
         let angle = TAU / (FINER * points) as f64;
         let next = |m: usize| Complex::from_polar(1.0, angle * m as f64);
-        let leakage = leakage(realisations);
         DelaySearch {
             transform: ComplexToRealColumns::new(points).expect("at least four samples"),
             next: (0..length.div_ceil(2)).map(next).collect(),
+            cross,
             realisations,
             length,
-            dt,
+            period: length as f64 * cross.time.step,
             shared_bins: realisations.shared_bins(),
-            leakage,
-            is_transient: independence.is_transient(),
-            alpha,
-            normal: chi_square_level(alpha, 1.0).sqrt(),
+            leakage: leakage(realisations),
+
+            normal: chi_square_level(cross.alpha, 1.0).sqrt(),
         }
     }
 
@@ -188,22 +173,21 @@ impl<'a> DelaySearch<'a> {
         (17 * bins + PLAN * points) as u64 + threads * (sums + columns + coherent) as u64
     }
 
-    /// What is found of each site.
-    pub fn find(&self, cross: &CrossSpectra<'_>) -> Vec<Follows> {
-        let of_reference = is_own(cross.spectrum.column(cross.reference));
-        let sites = cross.independent.len() - 1;
+    /// What is found of each site; `independent`: its realisations with the reference, NaN where no significance can be stated.
+    pub fn find(&self, independent: &[f64]) -> Vec<Follows> {
+        let of_reference = is_own(self.cross.spectrum.column(self.cross.reference));
+        let sites = independent.len() - 1;
         let new = || {
-            let test = Significance::new(self.alpha, sites, self.shared_bins);
+            let test = Significance::new(self.cross.alpha, sites, self.shared_bins);
             (Scratch::default(), test)
         };
-        let tiles = cross.independent.par_chunks(TOGETHER).enumerate();
+        let tiles = independent.par_chunks(TOGETHER).enumerate();
         let found = tiles.map_init(new, |(scratch, test), (tile, independent)| {
             let first = tile * TOGETHER;
             let mut found = [Follows::default(); TOGETHER];
             for (lane, independent) in independent.iter().enumerate() {
                 let site = (first + lane, *independent);
-                found[lane].is_coherent =
-                    self.choose(cross, &of_reference, site, (scratch, test), lane);
+                found[lane].is_coherent = self.choose(&of_reference, site, (scratch, test), lane);
             }
             for lane in independent.len()..TOGETHER {
                 scratch.coherent[lane].clear();
@@ -218,7 +202,6 @@ impl<'a> DelaySearch<'a> {
     /// Puts the coherent frequencies of a site into its place, and says whether it is coherent at all.
     fn choose(
         &self,
-        cross: &CrossSpectra<'_>,
         of_reference: &[bool],
         (site, independent): (usize, f64),
         (scratch, test): (&mut Scratch, &mut Significance),
@@ -229,7 +212,7 @@ impl<'a> DelaySearch<'a> {
         if independent.is_nan() {
             return false;
         }
-        let inside = 1..self.length.div_ceil(2);
+        let (cross, inside) = (self.cross, 1..self.length.div_ceil(2));
         let own = cross.spectrum.slice(s![inside.clone(), site]);
         let coherence = cross.coherence.slice(s![inside.clone(), site]);
         let phase = cross.phase.slice(s![inside.clone(), site]);
@@ -247,15 +230,12 @@ impl<'a> DelaySearch<'a> {
         };
         let last = coherence.len() - 1;
         let logarithm = |n: usize| (coherence[n] * own[n] * reference[n]).ln();
-        for (n, surprise) in scratch.surprises.iter().enumerate() {
-            // NaN is no number to be above.
-            let is_chosen = *surprise >= threshold;
-            if !is_chosen {
-                continue;
-            }
+        let surprises = scratch.surprises.iter().enumerate();
+        // NaN is no number to be above.
+        for (n, _) in surprises.filter(|(_, surprise)| **surprise >= threshold) {
             let [below, above] = [n.saturating_sub(1), (n + 1).min(last)];
-            let growth =
-                0.5 * (logarithm(above) - logarithm(below)) / (above - below).max(1) as f64;
+            let apart = (above - below).max(1) as f64;
+            let growth = 0.5 * (logarithm(above) - logarithm(below)) / apart;
             chosen.push(Coherent {
                 bin: (n + 1) as f64,
                 weight: coherence[n] / (1.0 - coherence[n]).max(f64::EPSILON),
@@ -293,15 +273,14 @@ impl<'a> DelaySearch<'a> {
             let Some(maximum) = maximum else { continue };
             let coherent = &scratch.coherent[lane];
             let independent = independent[lane];
-            let Some(delay) = self.delay(coherent, maximum, independent) else {
-                continue;
-            };
+            let delay = self.delay(coherent, maximum, independent);
+            let Some(delay) = delay else { continue };
             found[lane].one_way = one_way(coherent, maximum);
             let band = self.band(coherent);
             let allowed = self.allowed_difference(coherent, maximum, independent);
             found[lane].delay = match (has_rival[lane], band.is_line(coherent, allowed)) {
                 (false, false) => Some(delay),
-                _ => band.ambiguous(delay, self.length as f64 * self.dt),
+                _ => band.ambiguous(delay, self.period),
             };
         }
     }
@@ -313,22 +292,16 @@ impl<'a> DelaySearch<'a> {
     /// Calls `visit` with the sums of all sites at each point of the search.
     fn sweep(&self, scratch: &mut Scratch, mut visit: impl FnMut(usize, &[f64; TOGETHER])) {
         let (points, bins) = (self.transform.len(), self.transform.bins());
-        let Scratch {
-            coherent,
-            sums,
-            found,
-            columns,
-            ..
-        } = scratch;
-        let sums = on_lines(sums, bins * TOGETHER);
+        let sums = on_lines(&mut scratch.sums, bins * TOGETHER);
         sums.fill(Complex::default());
-        for (lane, site) in coherent.iter().enumerate() {
+        for (lane, site) in scratch.coherent.iter().enumerate() {
             for one in site {
                 let place = one.bin as usize * TOGETHER + lane;
                 sums[place] = Complex::from_polar(one.weight, one.phase);
             }
         }
-        let found = on_lines(found, points * TOGETHER);
+        let found = on_lines(&mut scratch.found, points * TOGETHER);
+        let columns = &mut scratch.columns;
         columns.resize(self.transform.scratch_len(), Complex::default());
         for behind in 0..FINER {
             if behind > 0 {
@@ -385,11 +358,8 @@ impl<'a> DelaySearch<'a> {
     /// The maximum next to a point of the search.
     fn refined(&self, coherent: &[Coherent], point: usize) -> Maximum {
         let points = self.points();
-        let signed = match 2 * point > points {
-            true => point as f64 - points as f64,
-            false => point as f64,
-        };
-        let start = signed / points as f64;
+        let before = points * usize::from(2 * point > points);
+        let start = (point as f64 - before as f64) / points as f64;
         let mut maximum = Maximum {
             tau: self.climbed(coherent, start, 0.0),
             correction: 0.0,
@@ -432,7 +402,9 @@ impl<'a> DelaySearch<'a> {
         let shared = |lag: usize| self.realisations.autocorrelation(lag);
         let at_zero = shared(0);
         let here = shared(whole);
-        if self.is_transient || here < NOTHING_SHARED * at_zero {
+        // A transient is in its segment as a whole, whatever its delay.
+        let is_whole = self.cross.independence.is_transient();
+        if is_whole || here < NOTHING_SHARED * at_zero {
             return 0.0;
         }
         let fall = match whole {
@@ -454,10 +426,10 @@ impl<'a> DelaySearch<'a> {
         // So many of the frequencies are false, each with its neighbours, the weakest at best.
         let mut weights: Vec<f64> = coherent.iter().map(|one| one.weight).collect();
         weights.sort_unstable_by(f64::total_cmp);
-        let false_ones =
-            (self.alpha * weights.len() as f64).ceil() * (self.shared_bins.ceil() + 1.0);
+        let neighbours = self.shared_bins.ceil() + 1.0;
+        let false_ones = (self.cross.alpha * weights.len() as f64).ceil() * neighbours;
         let by_chance: f64 = weights.iter().take(false_ones as usize).sum();
-        (self.points() as f64 / self.alpha).ln() * excess / likelihood + 2.0 * by_chance
+        (self.points() as f64 / self.cross.alpha).ln() * excess / likelihood + 2.0 * by_chance
     }
 
     /// The delay of a maximum, with its error; `None` where C has no maximum there.
@@ -465,15 +437,14 @@ impl<'a> DelaySearch<'a> {
         let information = |one: &Coherent| one.weight * one.bin * one.bin;
         let all: f64 = coherent.iter().map(information).sum();
         let squares: f64 = coherent.iter().map(|one| information(one).powi(2)).sum();
-        let bend: f64 = coherent
-            .iter()
-            .map(|one| information(one) * one.residual(at).cos())
-            .sum();
+        let bends = coherent.iter();
+        let bends = bends.map(|one| information(one) * one.residual(at).cos());
+        let bend: f64 = bends.sum();
         if bend <= 0.0 {
             return None;
         }
         let frequencies = all * all / squares;
-        let student = |degrees: f64| student_two_sided(self.alpha, degrees.max(1.0));
+        let student = |degrees: f64| student_two_sided(self.cross.alpha, degrees.max(1.0));
         let stated = (self.shared_bins / (2.0 * independent * all)).sqrt();
         let reach = self.shared_bins.ceil();
         let slope = |one: &Coherent| one.weight * one.bin * one.residual(at).sin();
@@ -492,7 +463,7 @@ impl<'a> DelaySearch<'a> {
             let together = student(frequencies / (reach + 2.0)) * variance.max(0.0).sqrt() / bend;
             half = half.min(together.max(0.5 * half));
         }
-        let period = self.length as f64 * self.dt;
+        let period = self.period;
         let interval = half / TAU * period;
         Some(Delay {
             delay: at.tau * period,
@@ -515,30 +486,22 @@ impl DelaySearch<'_> {
         at: Maximum,
         independent: f64,
     ) -> Option<[[f64; 2]; 2]> {
-        let period = self.length as f64 * self.dt;
+        let period = self.period;
         let least = OF_PART * self.shared_bins;
         let of_part = |part: &[Coherent]| {
-            let sum = |of: &dyn Fn(&Coherent) -> f64| {
-                part.iter().map(|one| one.weight * of(one)).sum::<f64>()
-            };
-            let residual = |one: &Coherent| {
+            let point = |one: &Coherent| {
                 let cycles = one.residual(at) / TAU;
-                TAU * (cycles - cycles.round())
+                [one.bin, TAU * (cycles - cycles.round()), one.weight]
             };
-            let all = sum(&|_| 1.0);
-            let [bin, phase] = [sum(&|one| one.bin) / all, sum(&residual) / all];
-            let spread = sum(&|one| (one.bin - bin).powi(2));
-            let slope = sum(&|one| (one.bin - bin) * (residual(one) - phase)) / spread;
-            let left = sum(&|one| (residual(one) - phase - slope * (one.bin - bin)).powi(2));
+            let points: Vec<[f64; 3]> = part.iter().map(point).collect();
+            let line = Line::through(&points);
+            let (bin, spread, slope, left) = (line.x, line.spread, line.slope, line.left);
             let freedom = part.len() as f64 / self.shared_bins - 2.0;
             // By independent noise, or by what is left where that is more.
             let variance = (self.shared_bins / (2.0 * independent)).max(left / freedom) / spread;
-            let half = student_two_sided(self.alpha, freedom.max(1.0)) * variance.sqrt();
-            [
-                bin / period,
-                (at.tau - slope / TAU) * period,
-                half / TAU * period,
-            ]
+            let half = student_two_sided(self.cross.alpha, freedom.max(1.0)) * variance.sqrt();
+            let delay = (at.tau - slope / TAU) * period;
+            [bin / period, delay, half / TAU * period]
         };
         let (low, high) = coherent.split_at(coherent.len() / 2);
         if (low.len() as f64) < least {
@@ -550,10 +513,8 @@ impl DelaySearch<'_> {
     }
 
     fn band(&self, coherent: &[Coherent]) -> Band {
-        let at: Vec<f64> = coherent
-            .iter()
-            .map(|one| one.bin + (self.leakage * one.growth).clamp(-FURTHEST, FURTHEST))
-            .collect();
+        let leaks = |one: &Coherent| (self.leakage * one.growth).clamp(-FURTHEST, FURTHEST);
+        let at: Vec<f64> = coherent.iter().map(|one| one.bin + leaks(one)).collect();
         let all: f64 = coherent.iter().map(|one| one.weight).sum();
         let mean_of = |of: &dyn Fn(f64) -> f64| {
             let terms = coherent.iter().zip(&at);
@@ -597,10 +558,8 @@ fn one_way(coherent: &[Coherent], at: Maximum) -> Option<f64> {
         both += (2.0 * theta).cos();
     }
     let count = coherent.len() as f64;
-    let [plus, minus] = [
-        count * follows - both * precedes,
-        count * precedes - both * follows,
-    ];
+    let plus = count * follows - both * precedes;
+    let minus = count * precedes - both * follows;
     (both.abs() < TOLD * count).then(|| (plus - minus) / (plus + minus))
 }
 

@@ -16,16 +16,18 @@ use ndarray::Array2;
 
 use crate::error::Result;
 use crate::estimates::SIGNIFICANCE;
-use crate::estimates::parts::Divided;
+
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, first_of, phase_spread,
+    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_count, first_of,
+    phase_spread,
 };
 use crate::field::{Axis, Field};
+use crate::numeric::median;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
-use delay::{CrossSpectra, DelaySearch};
-use pass::check_count;
+use delay::DelaySearch;
+
 use phase::{Phases, least_coherence};
 use significance::is_own;
 use velocity::Slowness;
@@ -126,11 +128,8 @@ impl Coherence {
 
     /// The [level](Self::level) of a site, from which its own segments may be left out.
     pub fn level_at(&self, site: usize) -> Option<f64> {
-        let independent = self.independent_at(site);
-        let independence = Independence {
-            independent,
-            ..self.independence
-        };
+        let mut independence = self.independence;
+        independence.independent = self.independent_at(site);
         independence.level(self.alpha)
     }
 
@@ -138,15 +137,13 @@ impl Coherence {
     /// frequency; `None` where no significance can be stated.
     pub fn above_level(&self) -> Option<f64> {
         self.level()?;
-        let levels: Vec<Option<f64>> = (0..self.coherence.ncols())
-            .map(|j| self.level_at(j))
-            .collect();
+        let sites = 0..self.coherence.ncols();
+        let levels: Vec<Option<f64>> = sites.map(|j| self.level_at(j)).collect();
         let inside = 1..self.segment[0].div_ceil(2);
         let rows = self.coherence.slice(ndarray::s![inside, ..]);
-        let cells = rows
-            .indexed_iter()
-            .filter(|((_, j), g)| *j != self.reference && g.is_finite())
-            .filter_map(|((_, j), g)| Some((*g, levels[j]?)));
+        let cells = rows.indexed_iter();
+        let cells = cells.filter(|((_, j), g)| *j != self.reference && g.is_finite());
+        let cells = cells.filter_map(|((_, j), g)| Some((*g, levels[j]?)));
         let (count, above) = cells.fold((0u64, 0u64), |(count, above), (g, level)| {
             (count + 1, above + u64::from(g > level))
         });
@@ -155,9 +152,8 @@ impl Coherence {
 
     /// Positions of the sites.
     pub fn positions(&self) -> Vec<f64> {
-        (0..self.coherence.ncols())
-            .map(|j| self.space.at(j))
-            .collect()
+        let sites = 0..self.coherence.ncols();
+        sites.map(|j| self.space.at(j)).collect()
     }
 
     /// Words for the units of time and of length.
@@ -211,7 +207,7 @@ pub fn coherence(
     let run = |realisations: &Realisations| {
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        request.pass(&grid, realisations, fields.len()).run(&shots)
+        request.pass(realisations, &grid, fields.len()).run(&shots)
     };
     in_pool(request.threads, || {
         let found = run(&realisations)?;
@@ -231,14 +227,12 @@ fn odds(coherence: f64, independent: f64) -> f64 {
 impl Coherence {
     /// Intervals, delays and speeds, where the coherence is above the level.
     fn judge(&mut self, realisations: &Realisations) {
-        let sites = 0..self.coherence.ncols();
         // Of each site, where significance can be stated: NaN is no number to be above.
-        let known: Vec<[f64; 2]> = sites
-            .map(|j| match (self.level_at(j), self.independent_at(j)) {
-                (Some(level), Some(independent)) => [level, independent],
-                _ => [f64::NAN; 2],
-            })
-            .collect();
+        let known = |j: usize| match (self.level_at(j), self.independent_at(j)) {
+            (Some(level), Some(independent)) => [level, independent],
+            _ => [f64::NAN; 2],
+        };
+        let known: Vec<[f64; 2]> = (0..self.coherence.ncols()).map(known).collect();
         if known.iter().all(|[level, _]| level.is_nan()) {
             return;
         }
@@ -250,29 +244,18 @@ impl Coherence {
             false => f64::NAN,
         };
         let cells = self.coherence.indexed_iter().map(interval);
-        self.phase_interval
-            .iter_mut()
-            .zip(cells)
-            .for_each(|(to, interval)| *to = interval);
+        let cells = self.phase_interval.iter_mut().zip(cells);
+        cells.for_each(|(to, interval)| *to = interval);
         let independent: Vec<f64> = known.iter().map(|known| known[1]).collect();
-        let search = DelaySearch::new(realisations, &self.independence, self.time.step, self.alpha);
-        let follows = search.find(&CrossSpectra {
-            coherence: &self.coherence,
-            phase: &self.phase,
-            spectrum: &self.spectrum,
-            reference: self.reference,
-            independent: &independent,
-        });
+        let follows = DelaySearch::new(realisations, self).find(&independent);
         self.is_coherent = follows.iter().map(|site| site.is_coherent).collect();
-        let mut ways: Vec<f64> = follows.iter().filter_map(|site| site.one_way).collect();
-        ways.sort_unstable_by(f64::total_cmp);
-        self.is_both_ways = ways.get(ways.len() / 2).is_some_and(|ways| *ways < ONE_WAY);
+        let ways = median(follows.iter().filter_map(|site| site.one_way));
+        self.is_both_ways = ways.is_some_and(|ways| ways < ONE_WAY);
         if self.is_both_ways {
             return;
         }
         self.delays = follows.iter().map(|site| site.delay).collect();
-        let position = self.positions();
-        let slowness = Slowness::of_delays(&self.delays, &position, self.reference, self.alpha);
+        let slowness = Slowness::of_delays(self);
         let least: Vec<f64> = spreads.iter().map(|s| least_coherence(*s)).collect();
         let end = self.segment[0].div_ceil(2);
         let power = self.spectrum.column(self.reference);
@@ -285,10 +268,8 @@ impl Coherence {
             let phases = Phases {
                 at: self.frequency[m] + leaks * self.frequency[1],
                 at_error: OF_LEAKAGE * leaks.abs() * self.frequency[1],
-                phase: &self.phase.row(m).to_vec(),
-                coherence: &self.coherence.row(m).to_vec(),
-                position: &position,
-                reference: self.reference,
+                found: self,
+                bin: m,
                 least: &least,
                 independent: &independent,
                 slowness: slowness.map(|found| found.slowness),

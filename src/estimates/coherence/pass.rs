@@ -9,66 +9,43 @@ use super::delay::DelaySearch;
 use super::products::Products;
 use super::{Coherence, CoherenceRequest};
 use crate::error::{Error, Result};
-use crate::estimates::parts::Divided;
+use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Grid, Independence, KeptSegments, Portion, Realisations, Records, SegmentPairs, SegmentScratch,
-    SegmentsLeft, Shot, Shots, Sums, SumsShape, TOGETHER, check_squares,
+    Grid, KeptOfSites, Portion, Realisations, Records, SegmentPairs, SegmentScratch, SegmentsLeft,
+    Shot, Shots, Sums, SumsShape, TOGETHER, check_count, check_significance, check_squares,
 };
-use crate::prepare::{Detrend, Gaps};
-use crate::transform::{RecordTransform, fold, frequencies};
+use crate::prepare::Gaps;
+use crate::transform::{fold, frequencies};
 
 impl CoherenceRequest {
-    fn check(&self, grid: &Grid) -> Result<()> {
-        let refuse = |option, expected: String, found: String| {
-            Err(Error::Request {
-                option,
-                expected,
-                found,
-            })
-        };
+    pub(in crate::estimates) fn plan(&self, grid: &Grid) -> Result<Realisations> {
         if self.reference >= grid.sites {
             let expected = format!("a site from 0 to {}", grid.sites.saturating_sub(1));
-            return refuse("reference", expected, self.reference.to_string());
+            return Err(Error::request("reference", expected, self.reference));
         }
-        if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            let expected = "a probability between 0 and 1".to_owned();
-            return refuse("significance", expected, self.alpha.to_string());
-        }
-        Ok(())
+        check_significance(self.alpha)?;
+        Realisations::new(&self.averaging, grid.times)
     }
 
-    pub(super) fn pass<'a>(
+    pub(in crate::estimates) fn pass<'a>(
         &'a self,
-        grid: &Grid,
         realisations: &'a Realisations,
+        grid: &'a Grid,
         records: usize,
     ) -> Pass<'a> {
         Pass {
             request: self,
             realisations,
-            grid: grid.clone(),
+            grid,
             records,
         }
     }
 }
 
-/// That there are two realisations at least.
-pub(super) fn check_count(realisations: usize) -> Result<()> {
-    if realisations >= 2 {
-        return Ok(());
-    }
-    Err(Error::Request {
-        option: "segment",
-        expected: "at least two realisations: shorter segments, several tapers, or several fields"
-            .into(),
-        found: "one segment of one field under one taper".into(),
-    })
-}
-
-pub(super) struct Pass<'a> {
+pub(in crate::estimates) struct Pass<'a> {
     request: &'a CoherenceRequest,
     realisations: &'a Realisations,
-    grid: Grid,
+    grid: &'a Grid,
     /// Records of a site.
     records: usize,
 }
@@ -101,19 +78,18 @@ struct Reference {
     /// Of the first of them.
     first: usize,
     squared: f64,
-    kept: Option<KeptSegments>,
+    kept: KeptOfSites,
 }
 
 impl Pass<'_> {
     pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
-        let whole = (0..self.records).map(|record| self.realisations.whole(record));
-        let (unit, tiles) = self.sum(shots, &whole.collect::<Vec<Portion>>())?;
+        let (unit, tiles) = self.sum(shots, &self.realisations.whole_records(self.records))?;
         self.finish(tiles, unit)
     }
 
     /// The sums of every tile over these portions, and the unit of the samples.
     fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<TileSums>)> {
-        let held = self.held(shots.longest(), portions);
+        let held = self.held(shots.longest, portions);
         let block = shots.block("the cross-spectra of this field", held)?;
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
@@ -132,150 +108,103 @@ impl Pass<'_> {
         let samples = samples as u64;
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
         let bins = self.realisations.bins() as u64;
-        let length = self.realisations.segments.length;
-        let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let scratch = self.realisations.working_bytes();
         // Of a site.
         let sums = self.shape().bytes() / TOGETHER as u64;
         let longest = portions.iter().map(|portion| portion.segments.len());
         let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
         let pass = 16 * bins * realisations as u64
-            + self.threads() * (8 * TOGETHER as u64 * samples + scratch);
+            + self.grid.threads() * (8 * TOGETHER as u64 * samples + scratch);
         // Delays are searched once the sums are gone.
         let [result, search] = self.of_results();
         result + (sites * sums + pass).max(search) + self.realisations.bytes()
-    }
-
-    /// Threads that have a tile.
-    fn threads(&self) -> u64 {
-        let tiles = self.grid.sites.div_ceil(TOGETHER);
-        tiles.min(rayon::current_num_threads()) as u64
     }
 
     /// Bytes of the arrays, and of the search of delays.
     fn of_results(&self) -> [u64; 2] {
         let (bins, sites) = (self.realisations.bins() as u64, self.grid.sites as u64);
         let length = self.realisations.segments.length;
-        let result = (4 * 8 * bins + OF_SITE)
-            .saturating_mul(sites)
-            .saturating_add(OF_BIN * bins);
-        [result, DelaySearch::working_bytes(length, self.threads())]
-    }
-
-    fn shape(&self) -> SumsShape {
-        SumsShape {
-            plain: (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins(),
-            pieces: self.realisations.pieces(),
-        }
+        let of_sites = (4 * 8 * bins + OF_SITE).saturating_mul(sites);
+        let result = of_sites.saturating_add(OF_BIN * bins);
+        let search = DelaySearch::working_bytes(length, self.grid.threads());
+        [result, search]
     }
 
     /// The transforms of the reference.
-    fn reference(&self, shot: &Shot<'_>, portion: &Portion, record: &[f64]) -> Reference {
+    fn reference(&self, shot: &Shot<'_>, portion: &Portion) -> Reference {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
-        let squared = shot.scale * shot.scale;
+        let (site, squared) = (self.request.reference, shot.scale * shot.scale);
         let mut spectra = Vec::with_capacity(portion.segments.len() * tapers * bins);
         let mut scratch = SegmentScratch::default();
         let conjugate = |_: usize, found: &[Complex<f64>]| {
             spectra.extend(found.iter().map(|x| x.conj() * squared));
         };
-        let record = Records::interleaved(record, 1);
+        let record = shot.record(site);
+        let record = Records::interleaved(&record, 1);
         self.realisations
             .each_of(portion, record, &mut scratch, conjugate);
         Reference {
             spectra,
             first: portion.segments.start * tapers,
             squared,
-            kept: shot.kept(self.request.reference, self.realisations.segments),
+            kept: shot.kept(site..site + 1, self.realisations.segments),
         }
     }
 
     /// Adds the realisations of a portion of one shot.
     fn add(&self, shot: &Shot<'_>, portion: &Portion, tiles: &mut [TileSums]) -> Result<()> {
-        let record = shot.record(self.request.reference);
-        let reference = self.reference(shot, portion, &record);
-        let segments = self.realisations.segments;
-        let distances = self.realisations.distances();
-        let add = |scratch: &mut Scratch,
-                   sites: Range<usize>,
-                   records: Records<'_>,
-                   tile: &mut TileSums| {
-            // The segments that each site keeps with the reference; none where none are left out.
-            let kept = reference.kept.iter().flat_map(|of_reference| {
-                let kept = sites.clone().filter_map(|site| shot.kept(site, segments));
-                kept.map(|kept| kept.and(of_reference))
-            });
-            let kept: Vec<KeptSegments> = kept.collect();
-            tile.left.resize_with(kept.len(), SegmentPairs::default);
-            let left = tile.left.iter_mut().zip(&kept);
-            left.for_each(|(left, kept)| left.add(kept, distances));
-            let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
-            if self.leaves_out() && sites.contains(&self.request.reference) {
-                let about_mean = self.request.about_mean();
-                sums.add_record(shot.steadiness(sites.clone(), records, about_mean));
-            }
-            self.add_tile(
-                scratch,
-                (shot.scale, shot.mark(sites.clone()), portion),
-                (sites, records),
-                (&reference, &kept),
-                sums,
-            );
-        };
-        shot.each_tile("cross-spectra", tiles, add)
+        let reference = self.reference(shot, portion);
+        shot.each_tile("cross-spectra", tiles, |scratch, sites, records, tile| {
+            self.add_tile(scratch, (shot, portion), (sites, records), &reference, tile);
+        })
     }
 
     /// Adds the segments of a tile to its sums.
     fn add_tile(
         &self,
         scratch: &mut Scratch,
-        (scale, mark, portion): (f64, [f64; TOGETHER], &Portion),
+        (shot, portion): (&Shot<'_>, &Portion),
         (sites, records): (Range<usize>, Records<'_>),
-        (reference, kept): (&Reference, &[KeptSegments]),
-        sums: &mut Sums,
+        reference: &Reference,
+        tile: &mut TileSums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
-        let Scratch {
-            segments,
-            deviations,
-        } = scratch;
+        // The segments that each site keeps with the reference.
+        let kept = shot.kept(sites.clone(), self.realisations.segments);
+        let kept = kept.with(&reference.kept);
+        kept.add_to(&mut tile.left, self.realisations.distances());
+        let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
         // How steady the reference is, and which sites are marked.
-        let is_looked_at =
-            sites.contains(&self.request.reference) || mark.iter().any(|mark| mark.is_nan());
+        let mut marks = shot.mark(sites.clone()).into_iter();
+        if sites.contains(&self.request.reference) || marks.any(f64::is_nan) {
+            let (of, of_sites) = ((shot, portion), (sites, records));
+            let room = &mut scratch.deviations;
+            self.realisations.add_steadiness(of, of_sites, room, sums);
+        }
         let visit = |r: usize, spectra: &[Complex<f64>]| {
-            let (segment, taper) = (r / tapers, r % tapers);
-            if taper == 0 && is_looked_at && kept.is_empty() {
-                let pieces = (portion, segment, records, scale);
-                self.realisations.add_pieces(pieces, mark, deviations, sums);
-            }
             let other = &reference.spectra[(r - reference.first) * bins..][..bins];
-            // 0 for a segment that a site has not.
-            let has: [f64; TOGETHER] = std::array::from_fn(|lane| match kept.get(lane) {
-                Some(kept) if !kept.has(segment) => 0.0,
-                _ => 1.0,
-            });
+            let has = kept.has(r / tapers);
             let (own, cross) = sums.plain_mut().split_at_mut(bins);
             let (re, cross) = cross.split_at_mut(bins);
             let (im, beside) = cross.split_at_mut(bins);
-            let products = Products {
+            Products {
                 spectra,
                 width: records.width(),
                 reference: other,
                 squared: reference.squared,
                 has: &has,
                 sums: [own, re, im],
-            };
-            products.add();
+            }
+            .add();
             for (y, beside) in other.iter().zip(beside) {
                 // The transform of the reference has the square already.
                 let power = y.norm_sqr() / reference.squared;
-                beside
-                    .0
-                    .iter_mut()
-                    .zip(&has)
-                    .for_each(|(sum, has)| *sum += has * power);
+                let sums = beside.0.iter_mut().zip(&has);
+                sums.for_each(|(sum, has)| *sum += has * power);
             }
         };
+        let segments = &mut scratch.segments;
         self.realisations.each_of(portion, records, segments, visit);
-        sums.close(self.realisations.reached(), self.request.about_mean());
     }
 
     fn finish(&self, tiles: Vec<TileSums>, unit: f64) -> Result<Coherence> {
@@ -293,23 +222,12 @@ impl Pass<'_> {
 
     /// What sums over all realisations say, without intervals, delays and speeds.
     fn estimate(&self, tiles: &[Sums], left: Option<SegmentsLeft>, unit: f64) -> Coherence {
-        let (realisations, grid) = (self.realisations, &self.grid);
+        let (realisations, grid) = (self.realisations, self.grid);
         let (records, length) = (self.records, realisations.segments.length);
         let (bins, reference) = (realisations.bins(), self.request.reference);
         let steadiness = tiles[reference / TOGETHER].steadiness()[reference % TOGETHER];
-        let (segments, effective) = match &left {
-            None => (realisations.segments.count(), realisations.effective()),
-            Some(left) => (
-                left.least_and_median()[1] / records,
-                left.median_effective() / records as f64,
-            ),
-        };
-        let independence = Independence::new(
-            [records, segments, realisations.tapers()],
-            effective,
-            steadiness / records as f64,
-        )
-        .of_samples(realisations.segments.record);
+        let steadiness = steadiness / records as f64;
+        let independence = realisations.independence(records, left.as_ref(), steadiness);
         let density = grid.time.step * unit * unit / (records * realisations.count()) as f64;
         // Of a site from which segments are left out.
         let part = |j: usize| match &left {
@@ -320,32 +238,28 @@ impl Pass<'_> {
         };
         let parts: Vec<f64> = (0..grid.sites).map(part).collect();
         let shape = (bins, grid.sites);
-        let [mut coherence, mut phase, mut spectrum] = [(); 3].map(|()| Array2::zeros(shape));
-        let rows = coherence.rows_mut().into_iter().zip(phase.rows_mut());
-        for (m, ((mut g, mut phase), mut s)) in rows.zip(spectrum.rows_mut()).enumerate() {
-            let scale = density * fold(m, length);
-            // Power, product and, where segments are left out, power of the reference in those that are not.
-            let block = |tile: &Sums, what: usize| tile.plain()[what * bins + m].0;
-            let whole = block(&tiles[reference / TOGETHER], 0)[reference % TOGETHER];
-            for (t, tile) in tiles.iter().enumerate() {
-                let [own, re, im] = [0, 1, 2].map(|what| block(tile, what));
-                let beside = match self.leaves_out() {
-                    true => block(tile, BLOCKS),
-                    false => [whole; TOGETHER],
-                };
-                let sites = t * TOGETHER..grid.sites.min((t + 1) * TOGETHER);
-                for (lane, j) in sites.enumerate() {
-                    let cross = Complex::new(re[lane], im[lane]);
-                    g[j] = match own[lane] > 0.0 && beside[lane] > 0.0 && !parts[j].is_nan() {
-                        true => (cross.norm_sqr() / (beside[lane] * own[lane])).min(1.0),
-                        // 0 / 0 where one of them is still; none where too much was filled.
-                        false => f64::NAN,
-                    };
-                    phase[j] = cross.arg();
-                    s[j] = own[lane] * scale * parts[j];
-                }
+        // Power, product and, where segments are left out, power of the reference in those that are not.
+        let of_tile = |what: usize, m: usize, j: usize| {
+            tiles[j / TOGETHER].plain()[what * bins + m].0[j % TOGETHER]
+        };
+        let cross = |m, j| Complex::new(of_tile(1, m, j), of_tile(2, m, j));
+        let coherence = Array2::from_shape_fn(shape, |(m, j)| {
+            let own = of_tile(0, m, j);
+            let beside = match self.leaves_out() {
+                true => of_tile(BLOCKS, m, j),
+                false => of_tile(0, m, reference),
+            };
+            match own > 0.0 && beside > 0.0 && !parts[j].is_nan() {
+                true => (cross(m, j).norm_sqr() / (beside * own)).min(1.0),
+                // 0 / 0 where one of them is still; none where too much was filled.
+                false => f64::NAN,
             }
-        }
+        });
+        let phase = Array2::from_shape_fn(shape, |(m, j)| cross(m, j).arg());
+        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+            let scale = density * fold(m, length);
+            of_tile(0, m, j) * scale * parts[j]
+        });
         Coherence {
             frequency: frequencies(length, grid.time.step),
             time: grid.time.clone(),
@@ -369,63 +283,32 @@ impl Pass<'_> {
     }
 }
 
-impl Divided for CoherenceRequest {
-    type Found = Coherence;
-
-    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
-        (self.gaps, self.memory)
-    }
-
-    fn threads(&self) -> Option<usize> {
-        self.threads
-    }
-
-    fn plan(&self, grid: &Grid) -> Result<Realisations> {
-        self.check(grid)?;
-        Realisations::new(&self.averaging, grid.times)
-    }
-
-    fn shape(&self, realisations: &Realisations) -> SumsShape {
+impl Divided for Pass<'_> {
+    fn shape(&self) -> SumsShape {
         SumsShape {
-            plain: BLOCKS * realisations.bins(),
-            pieces: realisations.pieces(),
+            plain: (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins(),
+            pieces: self.realisations.pieces(),
         }
     }
 
-    fn result_bytes(&self, (grid, realisations): (&Grid, &Realisations)) -> u64 {
-        let [result, search] = self.pass(grid, realisations, 1).of_results();
+    fn result_bytes(&self) -> u64 {
+        let [result, search] = self.of_results();
         result.saturating_add(search)
     }
 
-    fn about_mean(&self) -> bool {
-        self.averaging.detrend != Detrend::None
-    }
-
-    fn sums(
-        &self,
-        shots: &Shots<'_>,
-        (grid, realisations): (&Grid, &Realisations),
-        portions: &[Portion],
-    ) -> Result<(f64, Vec<Sums>)> {
-        let pass = self.pass(grid, realisations, shots.count());
-        let (unit, tiles) = pass.sum(shots, portions)?;
+    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
+        let (unit, tiles) = self.sum(shots, portions)?;
         let sums = tiles.into_iter().filter_map(|tile| tile.sums);
         Ok((unit, sums.collect()))
     }
 
-    fn combine(
-        &self,
-        (grid, realisations): (&Grid, &Realisations),
-        records: usize,
-        sums: Vec<Sums>,
-        unit: f64,
-    ) -> Result<Coherence> {
-        check_count(records * realisations.count())?;
+    fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined> {
+        check_count(self.records * self.realisations.count())?;
         let tile = |sums| TileSums {
             sums: Some(sums),
             left: Vec::new(),
         };
-        let tiles = sums.into_iter().map(tile).collect();
-        self.pass(grid, realisations, records).finish(tiles, unit)
+        let found = self.finish(sums.into_iter().map(tile).collect(), unit)?;
+        Ok(Combined::Coherence(Box::new(found)))
     }
 }

@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-use super::velocity::PLANE;
+use super::Coherence;
+use super::velocity::{Line, PLANE};
 
 /// Wavenumber of the waves that are coherent with the reference, from their phases along x.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -40,13 +41,9 @@ pub(super) struct Phases<'a> {
     /// The frequency whose power the bin has, that of a line which leaks to it, and its error.
     pub at: f64,
     pub at_error: f64,
-    /// Of the cross-spectrum; `-k (x - x_r)` of a plane wave.
-    pub phase: &'a [f64],
-    /// Magnitude-squared coherence.
-    pub coherence: &'a [f64],
-    pub position: &'a [f64],
-    /// Index of the reference.
-    pub reference: usize,
+    /// With the phases of cross-spectra: `-k (x - x_r)` of a plane wave.
+    pub found: &'a Coherence,
+    pub bin: usize,
     /// Coherence above which the phase of each site is known to [`KNOWN`]; NaN where none is.
     pub least: &'a [f64],
     /// Independent realisations of each site.
@@ -64,22 +61,16 @@ impl Phases<'_> {
     /// Source: Bendat and Piersol (2010), eq. 9.52, for the variance of a phase.
     pub fn speed(&self) -> Option<PhaseSpeed> {
         let mut points = Vec::new();
-        let n = self.phase.len();
-        self.walk(self.reference + 1..n, &mut points);
-        self.walk((0..self.reference).rev(), &mut points);
+        let (mut apart, reference) = (0.0, self.found.reference);
+        self.walk(reference + 1..self.least.len(), &mut points, &mut apart);
+        self.walk((0..reference).rev(), &mut points, &mut apart);
         if points.len() < LEAST_SITES {
             return None;
         }
-        let sum =
-            |value: &dyn Fn(&Point) -> f64| points.iter().map(|p| p.weight * value(p)).sum::<f64>();
-        let all = sum(&|_| 1.0);
-        let [x, y] = [sum(&|p| p.x) / all, sum(&|p| p.phase) / all];
-        let spread = sum(&|p| (p.x - x).powi(2));
-        let slope = sum(&|p| (p.x - x) * (p.phase - y)) / spread;
-        let left = sum(&|p| (p.phase - y - slope * (p.x - x)).powi(2));
+        let line = Line::through(&points);
+        let (slope, spread, left) = (line.slope, line.spread, line.left);
         let freedom = (points.len() - 2) as f64;
-        let deviation = (left / all * points.len() as f64 / freedom).sqrt();
-        let apart = points.iter().map(|p| p.step).fold(0.0, f64::max);
+        let deviation = (left / line.all * points.len() as f64 / freedom).sqrt();
         let is_aliased = self.slowness.is_none() && (slope * apart).abs() > MOST_STEP;
         if deviation > PLANE || is_aliased {
             return None;
@@ -99,37 +90,34 @@ impl Phases<'_> {
         })
     }
 
-    /// Adds the sites of one side, with phases that continue one another.
-    fn walk(&self, sites: impl Iterator<Item = usize>, points: &mut Vec<Point>) {
-        let (mut before, mut site) = (0.0, self.reference);
+    /// Adds the sites of one side, with phases that continue one another, and finds the largest step from one to the next.
+    fn walk(
+        &self,
+        sites: impl Iterator<Item = usize>,
+        points: &mut Vec<[f64; 3]>,
+        apart: &mut f64,
+    ) {
+        let position = |site: usize| self.found.space.at(site);
+        let (mut before, mut site) = (0.0, self.found.reference);
         for j in sites {
-            let coherence = self.coherence[j];
+            let cell = [self.bin, j];
+            let (phase, coherence) = (self.found.phase[cell], self.found.coherence[cell]);
             // Undefined where a site has no energy.
             let is_known = coherence > self.least[j];
             if !is_known {
                 return;
             }
-            let step = self.position[j] - self.position[site];
+            let step = position(j) - position(site);
             let expected = before - TAU * self.at * self.slowness.unwrap_or(0.0) * step;
-            let cycles = ((self.phase[j] - expected) / TAU).round();
-            let phase = self.phase[j] - TAU * cycles;
+            let cycles = ((phase - expected) / TAU).round();
+            let phase = phase - TAU * cycles;
             debug_assert!((phase - expected).abs() <= PI * (1.0 + 1e-9));
             (before, site) = (phase, j);
+            *apart = apart.max(step.abs());
             let noise = (1.0 - coherence).max(f64::EPSILON);
-            points.push(Point {
-                x: self.position[j] - self.position[self.reference],
-                phase,
-                step: step.abs(),
-                weight: 2.0 * self.independent[j] * coherence / noise,
-            });
+            let weight = 2.0 * self.independent[j] * coherence / noise;
+            let x = position(j) - position(self.found.reference);
+            points.push([x, phase, weight]);
         }
     }
-}
-
-struct Point {
-    x: f64,
-    phase: f64,
-    /// From the site before.
-    step: f64,
-    weight: f64,
 }

@@ -45,21 +45,18 @@ impl Describe for Coherence {
         let (time_unit, space_unit) = self.units();
         let reference = self.reference;
         let position = number(self.space.at(reference));
+        let why_none = self.independence.why_none();
         let mut sheet = Sheet {
             about: format!(
                 "all sites against site {reference} at {position} {space_unit}, times in {time_unit}"
             ),
             answer: self.answer(),
             note: match self.level() {
-                Some(level) => format!(
-                    "A cell exceeds {} by chance with probability {}.",
-                    number(level),
-                    self.alpha
-                ),
-                None => format!(
-                    "No significance can be stated: {}.",
-                    self.independence.why_none()
-                ),
+                Some(level) => {
+                    let (level, alpha) = (number(level), self.alpha);
+                    format!("A cell exceeds {level} by chance with probability {alpha}.")
+                }
+                None => format!("No significance can be stated: {why_none}."),
             },
             ..Sheet::of("coherence", "Coherence with a reference site", &DEFINITIONS)
         };
@@ -72,7 +69,7 @@ impl Describe for Coherence {
         self.facts(&mut sheet);
         let level = match self.level() {
             Some(level) => format!("{} at {}", number(level), percent(self.alpha)),
-            None => format!("not stated: {}", self.independence.why_none()),
+            None => format!("not stated: {why_none}"),
         };
         self.independence
             .describe(&mut sheet, self.segment, [("level of one cell", level)]);
@@ -102,10 +99,8 @@ impl Describe for Coherence {
     }
 
     fn pictures(&self) -> Vec<PlotRow> {
-        let charts: Vec<Chart> = [self.delay_chart(), self.velocity_chart()]
-            .into_iter()
-            .flatten()
-            .collect();
+        let charts = [self.delay_chart(), self.velocity_chart()].into_iter();
+        let charts: Vec<Chart> = charts.flatten().collect();
         let mut rows = vec![
             PlotRow::of([self.map()]).high(1.3),
             PlotRow::of([self.mean_chart()]),
@@ -136,10 +131,10 @@ impl Coherence {
         let others = self.is_coherent.len() - 1;
         let share = match (coherent.as_slice(), others) {
             ([], _) => {
-                let (unit, length) = (self.units().0, self.segment[0] as f64 * self.time.step);
+                let unit = self.units().0;
+                let length = number(self.segment[0] as f64 * self.time.step);
                 return format!(
-                    "no site follows site {reference} above chance within a segment ({} {unit})",
-                    number(length)
+                    "no site follows site {reference} above chance within a segment ({length} {unit})"
                 );
             }
             ([one], _) => format!("site {one}"),
@@ -152,10 +147,9 @@ impl Coherence {
         };
         let (time_unit, space_unit) = self.units();
         let confidence = confidence(self.alpha);
+        let together = format!("{share} {are} coherent with site {reference}");
         if self.is_both_ways {
-            return format!(
-                "{share} {are} coherent with site {reference}, by no single delay: waves run both ways"
-            );
+            return format!("{together}, by no single delay: waves run both ways");
         }
         let known: Vec<Delay> = coherent.iter().filter_map(|j| self.delays[*j]).collect();
         if let Some(waves) = &self.velocity {
@@ -167,25 +161,23 @@ impl Coherence {
                 true => "by frequency".to_owned(),
                 false => confidence,
             };
-            let is_behind = |delay: &Delay| delay.ambiguity.is_none() && delay.delay > 0.0;
-            let is_ahead = |delay: &Delay| delay.ambiguity.is_none() && delay.delay < 0.0;
-            let are_known = known.len() == coherent.len();
-            let follows = match (known.iter().all(is_behind), known.iter().all(is_ahead)) {
-                (true, _) if are_known => format!("{share} {verb} site {reference}"),
-                (_, true) if are_known => format!(
-                    "{share} {} site {reference}",
-                    verb.replace("follow", "precede")
-                ),
-                _ => format!("{share} {are} coherent with site {reference}"),
+            let are_all = |sign: f64| {
+                let is = |delay: &Delay| delay.ambiguity.is_none() && sign * delay.delay > 0.0;
+                known.len() == coherent.len() && known.iter().all(is)
+            };
+            let precede = verb.replace("follow", "precede");
+            let follows = match (are_all(1.0), are_all(-1.0)) {
+                (true, _) => format!("{share} {verb} site {reference}"),
+                (_, true) => format!("{share} {precede} site {reference}"),
+                _ => together,
             };
             return format!("{follows}; waves travel towards {towards} at {velocity} ({of})");
         }
         let periods = known.iter().filter_map(|delay| delay.ambiguity);
         if let Some(period) = periods.reduce(f64::max) {
+            let period = number(period);
             return format!(
-                "{share} {are} coherent with site {reference} in a narrow band: delays are known up to whole periods \
-                 of {} {time_unit}",
-                number(period)
+                "{together} in a narrow band: delays are known up to whole periods of {period} {time_unit}"
             );
         }
         let later = |sign: f64| {
@@ -193,65 +185,47 @@ impl Coherence {
             known.filter(move |delay| sign * delay.delay > delay.interval)
         };
         let by_frequency = known.iter().rev().find_map(|delay| delay.by_frequency);
-        if let Some([low, high]) = by_frequency {
-            let at = |[frequency, delay]: [f64; 2]| {
+        if let Some(parts) = by_frequency {
+            let [low, high] = parts.map(|part| {
+                let [frequency, delay] = part.map(number);
                 let unit = cycles_per(&time_unit);
-                format!(
-                    "{} {time_unit} at {} {unit}",
-                    number(delay),
-                    number(frequency)
-                )
-            };
-            return format!(
-                "{share} {are} coherent with site {reference}, by delays that depend on frequency: {}, {}",
-                at(low),
-                at(high)
-            );
+                format!("{delay} {time_unit} at {frequency} {unit}")
+            });
+            return format!("{together}, by delays that depend on frequency: {low}, {high}");
         }
         match (known.as_slice(), later(1.0).count(), later(-1.0).count()) {
-            ([], ..) => {
-                format!("{share} {are} coherent with site {reference}, but by no single delay")
-            }
+            ([], ..) => format!("{together}, but by no single delay"),
             ([one], ..) if coherent.len() == 1 => {
                 let delay = with_half(one.delay.abs(), one.interval, &time_unit);
-                match one.delay.abs() > one.interval {
-                    true if one.delay > 0.0 => {
-                        format!("{share} follows site {reference} by {delay} ({confidence})")
-                    }
-                    true => format!("{share} precedes site {reference} by {delay} ({confidence})"),
-                    false => {
-                        format!("{share} moves with site {reference}, delay {delay} ({confidence})")
-                    }
-                }
+                let how = match one.delay.abs() > one.interval {
+                    true if one.delay > 0.0 => format!("follows site {reference} by {delay}"),
+                    true => format!("precedes site {reference} by {delay}"),
+                    false => format!("moves with site {reference}, delay {delay}"),
+                };
+                format!("{share} {how} ({confidence})")
             }
-            (_, 0, 0) => format!("{share} {are} coherent with site {reference}, without a delay"),
+            (_, 0, 0) => format!("{together}, without a delay"),
             (all, behind, ahead) => {
                 let of = |range: fn(f64, f64) -> f64| {
                     let delays = all.iter().map(|delay| delay.delay);
                     number(delays.reduce(range).unwrap_or(f64::NAN))
                 };
                 let what = match ahead {
-                    0 => format!("{verb} site {reference}"),
-                    _ => format!(
-                        "{are} coherent with site {reference}, {behind} behind it and {ahead} ahead"
-                    ),
+                    0 => format!("{share} {verb} site {reference}"),
+                    _ => format!("{together}, {behind} behind it and {ahead} ahead"),
                 };
-                format!(
-                    "{share} {what}, by {} to {} {time_unit}",
-                    of(f64::min),
-                    of(f64::max)
-                )
+                let [least, most] = [of(f64::min), of(f64::max)];
+                format!("{what}, by {least} to {most} {time_unit}")
             }
         }
     }
 
     fn facts(&self, sheet: &mut Sheet) {
         if let (Some(level), Some(above)) = (self.level(), self.above_level()) {
+            let [above, alpha] = [above, self.alpha].map(percent);
+            let level = number(level);
             let text = format!(
-                "{} of the cells are above {}, the level that {} exceed by chance",
-                percent(above),
-                number(level),
-                percent(self.alpha)
+                "{above} of the cells are above {level}, the level that {alpha} exceed by chance"
             );
             sheet.fact("coherence", text);
         }
@@ -267,10 +241,10 @@ impl Coherence {
                 1 => "one frequency".to_owned(),
                 count => format!("{count} frequencies"),
             };
+            let behind = with_half(delay.delay, delay.interval, &time_unit);
+            let at = number(self.space.at(site));
             let text = format!(
-                "{} of site {site} at {} {space_unit}, from {frequencies}{ambiguity}",
-                with_half(delay.delay, delay.interval, &time_unit),
-                number(self.space.at(site)),
+                "{behind} of site {site} at {at} {space_unit}, from {frequencies}{ambiguity}"
             );
             sheet.fact("delay", text);
         }
@@ -278,13 +252,11 @@ impl Coherence {
             let by = match (waves.sites, waves.frequencies) {
                 (Some(sites), _) => format!("the delays of {sites} sites"),
                 (_, Some(1)) => "the phases at one frequency".into(),
-                (_, frequencies) => {
-                    format!("the phases at {} frequencies", frequencies.unwrap_or(0))
-                }
+                (_, count) => format!("the phases at {} frequencies", count.unwrap_or(0)),
             };
+            let [velocity, low, high] = [waves.velocity, waves.low, waves.high];
             let text = format!(
-                "{:.6} {space_unit}/{time_unit} ({:.6} to {:.6}), from {by}",
-                waves.velocity, waves.low, waves.high
+                "{velocity:.6} {space_unit}/{time_unit} ({low:.6} to {high:.6}), from {by}"
             );
             sheet.detail("phase velocity", text);
         }
@@ -295,11 +267,9 @@ impl Coherence {
         sheet.line("frequency", "frequency", &units.frequency, &self.frequency);
         sheet.line("position", "position", &units.space, self.positions());
         if let Some(left) = &self.segments_left {
-            let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
             let level = |site: usize| self.level_at(site).unwrap_or(f64::NAN);
-            let levels: Vec<f64> = (0..segments.len()).map(level).collect();
-            sheet.line("segments", "position", "", segments);
-            sheet.line("effective_realisations", "position", "", &left.effective);
+            let levels: Vec<f64> = (0..left.left.len()).map(level).collect();
+            left.variables(sheet, "position");
             sheet.line("level", "position", "", levels);
         }
         let density = units.density(&units.frequency, "");
@@ -323,16 +293,13 @@ impl Coherence {
             let delays = delays.map(|delay| delay.as_ref().map_or(f64::NAN, of));
             sheet.line(name, "position", unit, delays.collect::<Vec<f64>>());
         }
+        let [k, velocity] = [&units.wavenumber[..], &units.velocity];
         let speeds: [Column<PhaseSpeed>; 5] = [
             ("speed_frequency", &units.frequency, |s| s.frequency),
-            ("wavenumber", &units.wavenumber, |s| s.wavenumber),
-            ("wavenumber_error", &units.wavenumber, |s| {
-                s.wavenumber_error
-            }),
-            ("phase_velocity", &units.velocity, |s| s.velocity),
-            ("phase_velocity_error", &units.velocity, |s| {
-                s.velocity_error
-            }),
+            ("wavenumber", k, |s| s.wavenumber),
+            ("wavenumber_error", k, |s| s.wavenumber_error),
+            ("phase_velocity", velocity, |s| s.velocity),
+            ("phase_velocity_error", velocity, |s| s.velocity_error),
         ];
         sheet.columns("speed_frequency", &self.speeds, &speeds);
     }
@@ -385,14 +352,11 @@ impl Coherence {
         let delays = self.delays.iter().zip(self.positions());
         let delays = delays.filter_map(|(delay, x)| delay.map(|d| [x, d.delay, d.error]));
         let series = Series::with_errors("", BLUE, delays).with(Look::Dots);
+        let [x, y] = [("position x", space_unit), ("delay", time_unit)];
+        let [x, y] = [x, y].map(|(name, unit)| label(name, &unit));
         (series.points.len() > 1).then(|| Chart {
             levels: vec![Level::zero()],
-            ..Chart::of(
-                "delay behind the reference",
-                label("position x", &space_unit),
-                label("delay", &time_unit),
-                vec![series],
-            )
+            ..Chart::of("delay behind the reference", x, y, vec![series])
         })
     }
 
@@ -403,13 +367,8 @@ impl Coherence {
         let resolved = resolved.filter(|speed| speed.velocity_error < 0.5 * speed.velocity.abs());
         let points = resolved.map(|speed| [speed.frequency, speed.velocity, speed.velocity_error]);
         let series = Series::with_errors("", BLUE, points).with(Look::Dots);
-        (series.points.len() > 1).then(|| {
-            Chart::of(
-                "phase velocity",
-                self.frequency_label(),
-                label("velocity", &format!("{space_unit}/{time_unit}")),
-                vec![series],
-            )
-        })
+        let y = label("velocity", &format!("{space_unit}/{time_unit}"));
+        let chart = |series| Chart::of("phase velocity", self.frequency_label(), y, vec![series]);
+        (series.points.len() > 1).then(|| chart(series))
     }
 }

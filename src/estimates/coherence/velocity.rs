@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Delay, PhaseSpeed};
+use super::{Coherence, Delay, PhaseSpeed};
 use crate::numeric::{chi_square_level, student_two_sided};
 
 /// Velocity of the waves that are coherent with the reference.
@@ -41,33 +41,33 @@ impl Slowness {
     /// The line through the delays of sites against their positions, weighted by their inverse variances; the
     /// reference and ambiguous delays are left out, a common error of all stays out of the slope. `None` for fewer
     /// than three sites, and for delays that are not those of a plane wave.
-    pub fn of_delays(
-        delays: &[Option<Delay>],
-        position: &[f64],
-        reference: usize,
-        alpha: f64,
-    ) -> Option<Slowness> {
-        let known = delays.iter().enumerate().filter(|(j, _)| *j != reference);
-        let known = known.filter_map(|(j, delay)| Some((position[j], (*delay)?)));
+    pub fn of_delays(found: &Coherence) -> Option<Slowness> {
+        let (alpha, known) = (found.alpha, found.delays.iter().enumerate());
+        let known = known.filter(|(j, _)| *j != found.reference);
+        let known = known.filter_map(|(j, delay)| Some((found.space.at(j), (*delay)?)));
         let known: Vec<(f64, Delay)> = known.filter(|(_, d)| d.ambiguity.is_none()).collect();
         if known.len() < LEAST_SITES {
             return None;
         }
-        let points: Vec<[f64; 3]> = known
-            .iter()
-            .map(|(x, delay)| [*x, delay.delay, delay.error.powi(-2)])
-            .collect();
-        let (slope, spread, residual) = line(&points)?;
+        let point = |(x, delay): &(f64, Delay)| [*x, delay.delay, delay.error.powi(-2)];
+        let points: Vec<[f64; 3]> = known.iter().map(point).collect();
+        let line = Line::through(&points);
+        let (slope, spread) = (line.slope, line.spread);
+        if !(spread > 0.0 && slope.is_finite()) {
+            return None;
+        }
         let freedom = (points.len() - 2) as f64;
-        let cycles = known.iter().map(|(x, delay)| {
-            let left = delay.delay - residual.0 - slope * x;
-            (TAU * delay.rms_frequency * left).powi(2)
-        });
-        if (cycles.sum::<f64>() / freedom).sqrt() > PLANE {
+        let intercept = line.y - slope * line.x;
+        let residual = |p: &[f64; 3]| p[1] - intercept - slope * p[0];
+        let rms = known.iter().map(|(_, delay)| delay.rms_frequency);
+        let turns = rms.zip(&points).map(|(f, p)| TAU * f * residual(p));
+        let squares: f64 = turns.map(|turn| turn.powi(2)).sum();
+        if (squares / freedom).sqrt() > PLANE {
             return None;
         }
         let stated = chi_square_level(alpha, 1.0).sqrt();
-        let scattered = student_two_sided(alpha, freedom) * (residual.1 / freedom).sqrt();
+        let left: f64 = points.iter().map(|p| p[2] * residual(p).powi(2)).sum();
+        let scattered = student_two_sided(alpha, freedom) * (left / freedom).sqrt();
         Some(Slowness {
             slowness: slope,
             half: stated.max(scattered) / spread.sqrt(),
@@ -89,17 +89,35 @@ impl Slowness {
     }
 }
 
-/// Slope of the weighted line through points `(x, y, weight)`, the spread of x, and its intercept with the sum of the
-/// squared weighted residuals.
-fn line(points: &[[f64; 3]]) -> Option<(f64, f64, (f64, f64))> {
-    let sum = |of: &dyn Fn(&[f64; 3]) -> f64| points.iter().map(|p| p[2] * of(p)).sum::<f64>();
-    let all = sum(&|_| 1.0);
-    let [x, y] = [sum(&|p| p[0]) / all, sum(&|p| p[1]) / all];
-    let spread = sum(&|p| (p[0] - x).powi(2));
-    let slope = sum(&|p| (p[0] - x) * (p[1] - y)) / spread;
-    let intercept = y - slope * x;
-    let left = sum(&|p| (p[1] - intercept - slope * p[0]).powi(2));
-    (spread > 0.0 && slope.is_finite()).then_some((slope, spread, (intercept, left)))
+/// The weighted line through points `(x, y, weight)`.
+pub(super) struct Line {
+    /// Sum of the weights.
+    pub all: f64,
+    /// Weighted means, and the spread of x.
+    pub x: f64,
+    y: f64,
+    pub spread: f64,
+    pub slope: f64,
+    /// Sum of the squared weighted residuals.
+    pub left: f64,
+}
+
+impl Line {
+    pub fn through(points: &[[f64; 3]]) -> Line {
+        let sum = |of: &dyn Fn(&[f64; 3]) -> f64| points.iter().map(|p| p[2] * of(p)).sum::<f64>();
+        let all = sum(&|_| 1.0);
+        let [x, y] = [sum(&|p| p[0]) / all, sum(&|p| p[1]) / all];
+        let spread = sum(&|p| (p[0] - x).powi(2));
+        let slope = sum(&|p| (p[0] - x) * (p[1] - y)) / spread;
+        Line {
+            all,
+            x,
+            y,
+            spread,
+            slope,
+            left: sum(&|p| (p[1] - y - slope * (p[0] - x)).powi(2)),
+        }
+    }
 }
 
 fn inverse(slowness: f64, half: f64) -> Option<[f64; 2]> {
@@ -115,20 +133,16 @@ pub(super) fn of_frequencies(
     shared_bins: f64,
     alpha: f64,
 ) -> Option<WaveVelocity> {
-    let points: Vec<[f64; 2]> = speeds
-        .iter()
-        .map(|speed| {
-            let relative = speed.velocity_error / speed.velocity;
-            let slowness = speed.velocity.recip();
-            [slowness, (relative * slowness).powi(-2)]
-        })
-        .collect();
+    let point = |speed: &PhaseSpeed| {
+        let relative = speed.velocity_error / speed.velocity;
+        let slowness = speed.velocity.recip();
+        [slowness, (relative * slowness).powi(-2)]
+    };
+    let points: Vec<[f64; 2]> = speeds.iter().map(point).collect();
     let all: f64 = points.iter().map(|p| p[1]).sum();
     let mean = points.iter().map(|[s, w]| s * w).sum::<f64>() / all;
-    let squares = points
-        .iter()
-        .map(|[s, w]| w * (s - mean).powi(2))
-        .sum::<f64>();
+    let squares = points.iter().map(|[s, w]| w * (s - mean).powi(2));
+    let squares: f64 = squares.sum();
     let count = points.len() as f64;
     let shared = shared_bins.min(count);
     let normal = chi_square_level(alpha, 1.0).sqrt();

@@ -109,7 +109,7 @@ impl Pass<'_> {
         let of = (shot, portion);
         self.add_steadiness(scratch, of, (chosen, records), &mut tile.steadiness);
         let segments = &mut scratch.segments;
-        let spectra = Spectra::of(self.realisations, portion, records, shot.scale, segments);
+        let spectra = Spectra::of(self.realisations, records, shot.scale, segments);
         tile.products.resize_with(chosen.len(), || None);
         for (total, spectra) in tile.products.iter_mut().zip(&spectra) {
             let into = (total, &mut scratch.free);

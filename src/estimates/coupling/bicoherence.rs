@@ -6,11 +6,12 @@ use super::spectra::last_bin;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Realisations, Shots, Tapers, first_of, phase_spread,
+    Averaging, Grid, Independence, Realisations, Shots, Tapers, check_significance, first_of,
+    phase_spread,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
-use crate::prepare::{Detrend, Gaps};
+use crate::prepare::Gaps;
 use crate::sheet::number;
 use crate::system::threads::in_pool;
 
@@ -228,15 +229,15 @@ pub fn bicoherence(
     let needed = [request.site, request.output()];
     let needed = needed.iter().chain(&request.along);
     let needed: Vec<(usize, usize)> = needed.map(|site| (*site, 0)).collect();
-    let realisations = match shots.whole_segments(all.segments, &needed)? {
-        Some(kept) => all.keeping(kept)?,
-        None => all,
-    };
+    let realisations = shots.keeping(all, &needed)?;
     check_count(fields.len() * realisations.count())?;
     in_pool(request.threads, || {
         Pass::new(request, &grid, &realisations, fields.len()).run(&shots)
     })
 }
+
+/// Part of the record at or below which a segment is by default.
+const PART: usize = 32;
 
 /// That there are two realisations at least.
 fn check_count(realisations: usize) -> Result<()> {
@@ -248,10 +249,6 @@ fn check_count(realisations: usize) -> Result<()> {
 }
 
 impl BicoherenceRequest {
-    pub(super) fn about_mean(&self) -> bool {
-        self.averaging.detrend != Detrend::None
-    }
-
     /// Index of the site of the third frequency.
     pub fn output(&self) -> usize {
         self.output.unwrap_or(self.site)
@@ -260,7 +257,10 @@ impl BicoherenceRequest {
     /// The realisations of a record, of which a triple can be made.
     fn realisations(&self, grid: &Grid) -> Result<Realisations> {
         self.check(grid.sites)?;
-        let averaging = with_segment(&self.averaging, grid.times, 32);
+        let averaging = self.averaging.with_segment(match grid.times / PART {
+            0..8 => grid.times.min(8),
+            part => 1 << part.ilog2(),
+        });
         let all = Realisations::new(&averaging, grid.times)?;
         let length = all.segments.length;
         if last_bin(length) < 2 * all.least_distance() {
@@ -281,33 +281,17 @@ impl BicoherenceRequest {
         if self.along.windows(2).any(|pair| pair[0] >= pair[1]) {
             return refuse("along", "sites in ascending order", "others");
         }
-        if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            let expected = "a probability between 0 and 1";
-            return refuse("significance", expected, self.alpha);
-        }
+        check_significance(self.alpha)?;
         only_one_window(&self.averaging)
     }
 }
 
 pub(super) fn refuse<T>(
     option: &'static str,
-    expected: impl ToString,
+    expected: impl Into<String>,
     found: impl ToString,
 ) -> Result<T> {
-    let (expected, found) = (expected.to_string(), found.to_string());
     Err(Error::request(option, expected, found))
-}
-
-/// `averaging` with its segment, by default the power of two at or below this part of the record.
-fn with_segment(averaging: &Averaging, record: usize, part: usize) -> Averaging {
-    let length = match record / part {
-        0..8 => record.min(8),
-        part => 1 << part.ilog2(),
-    };
-    Averaging {
-        segment: averaging.segment.or(Some(length)),
-        ..averaging.clone()
-    }
 }
 
 /// # Errors

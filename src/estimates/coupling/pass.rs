@@ -10,8 +10,8 @@ use crate::estimates::realisations::{
     Grid, Independence, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums,
     SumsShape, TOGETHER,
 };
-use crate::prepare::Gaps;
-use crate::transform::{RecordTransform, Segments, frequencies};
+
+use crate::transform::{Segments, frequencies};
 
 pub(super) struct Pass<'a> {
     pub request: &'a BicoherenceRequest,
@@ -57,9 +57,8 @@ impl<'a> Pass<'a> {
     }
 
     pub fn run(&self, shots: &Shots<'_>) -> Result<Bicoherence> {
-        let whole = (0..self.records).map(|record| self.realisations.whole(record));
-        let portions: Vec<Portion> = whole.collect();
-        let held = self.held(shots.longest());
+        let portions = self.realisations.whole_records(self.records);
+        let held = self.held(shots.longest);
         let block = shots.block("the bispectra of this field", held)?;
         let (mut steadiness, mut map) = (None, None);
         let mut tiles = Vec::new();
@@ -97,7 +96,7 @@ impl<'a> Pass<'a> {
             1 => (tiles * together).min(chosen),
             _ => chosen * nodes + tiles,
         };
-        let scratch = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let scratch = self.realisations.working_bytes();
         let of_triples = [&self.triples, &self.own].map(|triples| working_bytes(triples, count));
         let tile = together * (16 * samples as u64 + spectra) + scratch;
         let results = 96 * chosen * self.realisations.bins() as u64;
@@ -127,7 +126,7 @@ impl<'a> Pass<'a> {
         let of = (shot, portion);
         self.add_steadiness(scratch, of, (sites, records), steadiness);
         let segments = &mut scratch.segments;
-        let spectra = Spectra::of(self.realisations, portion, records, shot.scale, segments);
+        let spectra = Spectra::of(self.realisations, records, shot.scale, segments);
         let (Some(x), Some(z)) = (spectra.first(), spectra.last()) else {
             return;
         };
@@ -157,24 +156,15 @@ impl<'a> Pass<'a> {
     pub fn add_steadiness(
         &self,
         scratch: &mut Scratch,
-        (shot, portion): (&Shot<'_>, &Portion),
+        of: (&Shot<'_>, &Portion),
         (sites, records): (&[usize], Records<'_>),
         into: &mut Option<Sums>,
     ) {
         let pieces = self.realisations.pieces();
         let sums = into.get_or_insert_with(|| Sums::zeros(SumsShape { plain: 0, pieces }));
-        let about_mean = self.request.about_mean();
-        if self.request.gaps == Gaps::LeaveOut {
-            sums.add_record(shot.steadiness(sites.iter().copied(), records, about_mean));
-            return;
-        }
-        let mark = shot.mark(sites.iter().copied());
-        for segment in portion.segments.clone() {
-            let of = (portion, segment, records, shot.scale);
-            self.realisations
-                .add_pieces(of, mark, &mut scratch.deviations, sums);
-        }
-        sums.close(self.realisations.reached(), about_mean);
+        let (sites, room) = (sites.iter().copied(), &mut scratch.deviations);
+        self.realisations
+            .add_steadiness(of, (sites, records), room, sums);
     }
 
     /// The number of independent realisations of records whose steadiness has this sum.
@@ -198,15 +188,12 @@ impl<'a> Pass<'a> {
         let products = TripleSums::of(&self.triples, &total);
         let scale = products.scale();
         let segments = self.realisations.segments;
-        let count = self.triples.cells();
-        let mut bins = Vec::with_capacity(count);
+        let mut bins = Vec::with_capacity(self.triples.cells());
         bins.extend(self.triples.bins());
-        let [mut bicoherence, mut biphase] = [(); 2].map(|()| Vec::with_capacity(count));
-        for (cell, bins) in self.triples.bins().enumerate() {
-            let (value, phase) = products.cell(cell, bins, &scale);
-            bicoherence.push(value);
-            biphase.push(phase);
-        }
+        let cells = bins.iter().enumerate();
+        let (bicoherence, biphase) = cells
+            .map(|(cell, bins)| products.cell(cell, *bins, &scale))
+            .unzip();
         // Of two the less steady one, in each record.
         let steadiness = steadiness.map_or(0.0, |sums| sums.least_steadiness());
         Bicoherence {

@@ -2,7 +2,7 @@
 
 use num_complex::Complex;
 
-use crate::estimates::realisations::{Portion, Realisations, Records, SegmentScratch};
+use crate::estimates::realisations::{Realisations, Records, SegmentScratch};
 use crate::numeric::lanes::WIDTH;
 
 /// Transforms of one record below the Nyquist frequency, realisation by realisation.
@@ -35,38 +35,29 @@ pub(super) fn last_bin(length: usize) -> usize {
 }
 
 impl Spectra {
-    /// Of each of the records of a portion, multiplied by `scale`; of whole records, those that are kept.
+    /// Of each of the records, multiplied by `scale`: the realisations that are kept.
     pub fn of(
         realisations: &Realisations,
-        portion: &Portion,
         records: Records<'_>,
         scale: f64,
         scratch: &mut SegmentScratch,
     ) -> Vec<Spectra> {
         let (bins, width) = (last_bin(realisations.segments.length) + 1, records.width());
         let stride = stride(bins);
-        let (first, count) = match portion.is_whole {
-            true => (0, realisations.count()),
-            false => (portion.segments.start, portion.segments.len()),
+        let zeros = vec![0.0; stride * realisations.count()];
+        let empty = Spectra {
+            bins,
+            stride,
+            re: zeros.clone(),
+            im: zeros.clone(),
+            power: zeros,
         };
-        let zeros = vec![0.0; stride * count];
-        let mut found = vec![
-            Spectra {
-                bins,
-                stride,
-                re: zeros.clone(),
-                im: zeros.clone(),
-                power: zeros,
-            };
-            width
-        ];
+        let mut found = vec![empty; width];
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             for (c, one) in found.iter_mut().enumerate() {
-                let range = (r - first) * stride..(r - first) * stride + bins;
-                let parts = one.re[range.clone()]
-                    .iter_mut()
-                    .zip(&mut one.im[range.clone()]);
-                let places = parts.zip(&mut one.power[range]);
+                let range = r * stride..r * stride + bins;
+                let (re, im) = (&mut one.re[range.clone()], &mut one.im[range.clone()]);
+                let places = re.iter_mut().zip(im).zip(&mut one.power[range]);
                 let spectrum = spectra.iter().skip(c).step_by(width);
                 for (x, ((re, im), power)) in spectrum.zip(places) {
                     let x = x * scale;
@@ -74,10 +65,7 @@ impl Spectra {
                 }
             }
         };
-        match portion.is_whole {
-            true => realisations.each(records, scratch, visit),
-            false => realisations.each_of(portion, records, scratch, visit),
-        }
+        realisations.each(records, scratch, visit);
         found
     }
 
@@ -99,11 +87,8 @@ impl Spectra {
     /// Sets a bin to 0.
     pub fn clear(&mut self, bin: usize) {
         for values in [&mut self.re, &mut self.im, &mut self.power] {
-            values
-                .iter_mut()
-                .skip(bin)
-                .step_by(self.stride)
-                .for_each(|v| *v = 0.0);
+            let cells = values.iter_mut().skip(bin).step_by(self.stride);
+            cells.for_each(|v| *v = 0.0);
         }
     }
 

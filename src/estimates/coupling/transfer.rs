@@ -7,15 +7,16 @@ use super::fit::{Fit, OutputFit, Resamplings};
 use super::found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
 use super::products::LEAST_POWER;
 use super::spectra::{Spectra, last_bin};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, first_of, steadiness,
+    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, check_significance,
+    first_of, steadiness,
 };
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
-use crate::system::memory::half_of_free_memory;
+use crate::system::check_memory;
 use crate::system::threads::in_pool;
 
 /// All choices of [`transfer`].
@@ -86,10 +87,10 @@ impl Default for TransferRequest {
 /// Powers as one-sided densities, in the square of the samples' unit over frequency.
 ///
 /// # Errors
-/// [`Error::Request`] for fewer independent realisations than twice the unknowns, of which a frequency has one
+/// [`crate::Error::Request`] for fewer independent realisations than twice the unknowns, of which a frequency has one
 /// and as many as there are pairs; for fields with different axes, sites that are none or one, segments that do
-/// not fit, and several tapers; [`Error::NonFinite`]; [`Error::Memory`]; [`Error::Cancelled`];
-/// [`Error::Threads`].
+/// not fit, and several tapers; [`crate::Error::NonFinite`]; [`crate::Error::Memory`]; [`crate::Error::Cancelled`];
+/// [`crate::Error::Threads`].
 ///
 /// # Source
 /// C. P. Ritz, E. J. Powers, Physica D 20, 320 (1986); K. I. Kim, E. J. Powers, IEEE Trans. Acoust. Speech
@@ -103,48 +104,30 @@ pub fn transfer(
     let first = first_of(fields)?;
     check(first, request)?;
     let record = first.n_times() - request.lag;
-    let averaging = with_segment(&request.averaging, record, fields.len());
+    // Of N samples, about `2 T / N` realisations for `N / 2` unknowns.
+    let most = ((record * fields.len()) as f64 * 0.9).sqrt() as usize;
+    let segment = (1 << most.max(8).ilog2()).min(record);
+    let averaging = request.averaging.with_segment(segment);
     let all = Realisations::new(&averaging, record)?;
     let length = all.segments.length;
     let df = 1.0 / (length as f64 * first.time.step);
-    let last = match request.highest {
-        Some(highest) => last_bin(length).min((highest / df * (1.0 + 1e-12)) as usize),
-        None => last_bin(length),
-    };
+    let highest = request.highest.map(|f| (f / df * (1.0 + 1e-12)) as usize);
+    let last = last_bin(length).min(highest.unwrap_or(usize::MAX));
     if last < 2 {
         let expected = format!("at least two frequencies, multiples of {df}, below the highest");
         return refuse("highest", expected, last);
     }
-    let shots = Shots::new(
-        fields,
-        request.gaps,
-        request.memory,
-        first.n_times(),
-        observer,
-    )?;
+    let (gaps, memory) = (request.gaps, request.memory);
+    let shots = Shots::new(fields, gaps, memory, first.n_times(), observer)?;
     let needed = [(request.from, 0), (request.to, request.lag)];
-    let realisations = match shots.whole_segments(all.segments, &needed)? {
-        Some(kept) => all.keeping(kept)?,
-        None => all,
-    };
+    let realisations = shots.keeping(all, &needed)?;
     let pass = Pass {
         shots,
         request,
         realisations: &realisations,
         last,
-        observer,
     };
     in_pool(request.threads, || pass.run(first))
-}
-
-/// `averaging` with its segment: of N samples, about `2 T / N` realisations for `N / 2` unknowns.
-fn with_segment(averaging: &Averaging, record: usize, shots: usize) -> Averaging {
-    let most = ((record * shots) as f64 * 0.9).sqrt() as usize;
-    let length = 1 << most.max(8).ilog2();
-    Averaging {
-        segment: averaging.segment.or(Some(length.min(record))),
-        ..averaging.clone()
-    }
 }
 
 fn check(first: &Field, request: &TransferRequest) -> Result<()> {
@@ -156,27 +139,18 @@ fn check(first: &Field, request: &TransferRequest) -> Result<()> {
         }
     }
     if request.from == request.to {
-        return refuse(
-            "transfer",
-            "another site than that of the input",
-            request.to,
-        );
+        let expected = "another site than that of the input";
+        return refuse("transfer", expected, request.to);
     }
     if request.lag >= first.n_times() {
         let expected = format!("a lag below the {} samples of the record", first.n_times());
         return refuse("lag", expected, request.lag);
     }
-    if request.highest.is_some_and(|f| !(f > 0.0 && f.is_finite())) {
-        let found = request.highest.unwrap_or(f64::NAN);
+    let is_none = |f: &f64| !(*f > 0.0 && f.is_finite());
+    if let Some(found) = request.highest.filter(is_none) {
         return refuse("highest", "a frequency above 0", found);
     }
-    if !(request.alpha > 0.0 && request.alpha < 1.0) {
-        return refuse(
-            "significance",
-            "a probability between 0 and 1",
-            request.alpha,
-        );
-    }
+    check_significance(request.alpha)?;
     if request.resamplings < 20 {
         return refuse("resamplings", "at least 20", request.resamplings);
     }
@@ -189,7 +163,6 @@ struct Pass<'a> {
     realisations: &'a Realisations,
     /// The highest bin of the model.
     last: usize,
-    observer: &'a dyn Observer,
 }
 
 impl Pass<'_> {
@@ -198,7 +171,6 @@ impl Pass<'_> {
         let mut records: Vec<[Spectra; 2]> = Vec::new();
         let mut steady = 0.0;
         let mut scratch = SegmentScratch::default();
-        let whole = self.realisations.whole(0);
         let (length, count) = (self.realisations.segments.length, self.realisations.count());
         let held = 2 * self.shots.count() as u64 * Spectra::bytes(length, count);
         let block = self.shots.block("the transforms of two sites", held)?;
@@ -209,55 +181,39 @@ impl Pass<'_> {
             steady += steadiness(input).min(steadiness(output));
             let mut of = |record: &[f64]| {
                 let record = Records::interleaved(record, 1);
-                let of = (self.realisations, &whole);
-                let spectra = Spectra::of(of.0, of.1, record, shot.scale, &mut scratch);
+                let spectra = Spectra::of(self.realisations, record, shot.scale, &mut scratch);
                 spectra.into_iter().next().unwrap_or_default()
             };
             records.push([of(input), of(output)]);
             Ok(())
         })?;
         clear_rounding(&mut records);
-        let segments = self.realisations.segment_count();
-        let independence = Independence::new(
-            [records.len(), segments, 1],
-            self.realisations.effective(),
-            steady / records.len() as f64,
-        )
-        .of_samples(self.realisations.segments.record);
+        let (shots, steadiness) = (records.len(), steady / records.len() as f64);
+        let independence = self.realisations.independence(shots, None, steadiness);
         let independent = self.enough(&independence)?;
-        let draws = Resamplings::new(
-            [records.len(), segments],
-            independence.is_transient(),
-            request.resamplings,
-        );
+        let realisations = [shots, self.realisations.segment_count()];
+        let is_transient = independence.is_transient();
+        let draws = Resamplings::new(realisations, is_transient, request.resamplings);
         if draws.blocks() < LEAST_BLOCKS {
             let expected = format!("at least {LEAST_BLOCKS} blocks of realisations to draw from");
             return refuse("segment", expected, draws.blocks());
         }
         let threads = rayon::current_num_threads() as u64;
-        let needed = held + threads * draws.bytes(self.last) + 8 * self.pairs() * 8;
-        let allowed = request.memory.unwrap_or_else(half_of_free_memory);
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "the moments of the transfer (see --highest)",
-                needed,
-                allowed,
-            });
-        }
-        self.observer.stage("transfer functions", self.last as u64);
+        // Pairs of all outputs together, at most.
+        let pairs = (self.last * self.last) as u64;
+        let needed = held + threads * draws.bytes(self.last) + 8 * pairs * 8;
+        let what = "the moments of the transfer (see --highest)";
+        check_memory(what, needed, request.memory)?;
+        let observer = self.shots.observer;
+        observer.stage("transfer functions", self.last as u64);
         let fit = Fit {
             records: &records,
             draws: &draws,
             last: self.last,
             independent,
         };
-        let outputs = fit.all(self.observer)?;
+        let outputs = fit.all(observer)?;
         Ok(self.finish(first, independence, &draws, &outputs, unit))
-    }
-
-    /// Pairs of all outputs together, at most.
-    fn pairs(&self) -> u64 {
-        (self.last * self.last) as u64
     }
 
     /// Independent realisations, if there are enough.
@@ -299,9 +255,10 @@ impl Pass<'_> {
         let total: Vec<f64> = (0..draws.count()).map(of_all).collect();
         for fit in fits {
             flux -= fit.gain * factor;
-            for (sum, gain) in passed.iter_mut().zip(&fit.gains) {
-                *sum += gain * factor;
-            }
+            let sums = passed.iter_mut().zip(&fit.gains);
+            sums.for_each(|(sum, gain)| *sum += gain * factor);
+            let above = total.iter().zip(&passed).map(|(all, below)| all - below);
+            let above: Vec<f64> = above.collect();
             outputs.push(OutputTransfer {
                 frequency: fit.bin as f64 * df,
                 input: fit.input * density,
@@ -317,10 +274,7 @@ impl Pass<'_> {
                 flux,
                 flux_error: deviation(&passed),
                 above: all + flux,
-                above_error: {
-                    let above = total.iter().zip(&passed).map(|(all, below)| all - below);
-                    deviation(&above.collect::<Vec<f64>>())
-                },
+                above_error: deviation(&above),
                 held_out_linear: fit.held_out[0] / fit.output,
                 held_out_quadratic: (fit.held_out[1] - fit.held_out[0]) / fit.output,
                 unknowns: fit.pairs.len() + 1,
@@ -345,21 +299,16 @@ impl Pass<'_> {
         let sum = |of: fn(&OutputFit) -> f64| fits.iter().map(of).sum::<f64>();
         let all = sum(|fit| fit.output);
         let of_rest = |of: fn(&OutputFit) -> ([f64; 2], f64)| {
-            let shares = fits.iter().map(|fit| {
-                let ([linear, every], power) = of(fit);
+            let shares = fits.iter().map(of).map(|([linear, every], power)| {
                 let rest = power - linear;
-                if rest > 0.0 {
-                    ((every - linear) / rest).max(-1.0)
-                } else {
-                    0.0
-                }
+                let share = ((every - linear) / rest).max(-1.0);
+                if rest > 0.0 { share } else { 0.0 }
             });
             shares.sum::<f64>() / fits.len() as f64
         };
         let across = of_rest(|fit| (fit.stronger, fit.stronger_output));
-        let enough = independence
-            .independent
-            .is_some_and(|k| k >= 4.0 * self.last as f64);
+        let independent = independence.independent;
+        let enough = independent.is_some_and(|k| k >= 4.0 * self.last as f64);
         let request = self.request;
         Transfer {
             time: field.time.clone(),

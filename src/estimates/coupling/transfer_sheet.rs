@@ -46,18 +46,15 @@ impl Describe for Transfer {
     fn describe(&self) -> Sheet<'_> {
         let shares = &self.shares;
         let [from, to] = [self.from, self.to].map(|site| number(self.space.at(site)));
+        let title = format!("Transfer from site {} to site {}", self.from, self.to);
         let mut sheet = Sheet {
-            name: "transfer",
-            version: 1,
-            title: format!("Transfer from site {} to site {}", self.from, self.to),
             about: format!("from {from} to {to}, {} samples later", self.lag),
             answer: self.in_words(),
             note: format!(
                 "Bars are standard errors by {} resamplings of {} blocks of realisations.",
                 self.resamplings, self.blocks
             ),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("transfer", &title, &DEFINITIONS)
         };
         let fitted = [shares.linear, shares.quadratic, shares.residual];
         let [linear, quadratic, residual] = fitted.map(percent);
@@ -65,12 +62,10 @@ impl Describe for Transfer {
             format!("linear {linear}, quadratic {quadratic}, residual {residual} of its power");
         sheet.fact("output", text);
         let [linear, quadratic] = [shares.held_out_linear, shares.held_out_of_rest].map(percent);
-        sheet.fact(
-            "prediction",
-            format!(
-                "of what was not fitted, linear terms explain {linear}, quadratic ones {quadratic} of the rest"
-            ),
+        let text = format!(
+            "of what was not fitted, linear terms explain {linear}, quadratic ones {quadratic} of the rest"
         );
+        sheet.fact("prediction", text);
         sheet.detail("findings", self.findings());
         if self.holds() {
             sheet.detail("passage", self.answer());
@@ -113,10 +108,8 @@ impl Transfer {
             return "no quadratic transfer is shown: it does not predict what was not fitted"
                 .into();
         }
-        let (share, unit) = (
-            |power: f64| percent(power / self.input()),
-            self.frequency_unit(),
-        );
+        let unit = self.frequency_unit();
+        let share = |power: f64| percent(power / self.input());
         if let Some(at) = self.passage() {
             let towards = if at.flux > 0.0 { "higher" } else { "lower" };
             let [share, error] = [at.flux.abs(), at.flux_error].map(share);
@@ -140,12 +133,12 @@ impl Transfer {
     fn warnings(&self, sheet: &mut Sheet) {
         let undetermined: usize = self.outputs.iter().map(|output| output.undetermined).sum();
         if undetermined > 0 {
-            sheet.warn(
-                format!(
-                    "{undetermined} terms are not determined: their inputs are 0 or vary together with others"
-                ),
-                "keep to frequencies that the input has (--highest), or excite more of them",
+            let message = format!(
+                "{undetermined} terms are not determined: their inputs are 0 or vary together with others"
             );
+            let advice =
+                "keep to frequencies that the input has (--highest), or excite more of them";
+            sheet.warn(message, advice);
         }
         if !self.holds() {
             sheet.warn(

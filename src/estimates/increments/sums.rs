@@ -204,9 +204,7 @@ impl Along<'_> {
         let stage = self.axis.of(["increments along x", "increments in time"]);
         self.observer.stage(stage, count as u64);
         let done = (0..count).into_par_iter().map_init(Vec::new, |samples, i| {
-            if self.observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            self.observer.go_on()?;
             let mut found = empty();
             let mut visit = |block: usize, step: usize, a: &[f64], b: &[f64]| {
                 visit(&mut found, block, step, a, b);

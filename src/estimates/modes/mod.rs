@@ -13,16 +13,17 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Records, SegmentScratch, Shots, TOGETHER, check_squares,
-    first_of, interval_factors, steadiness, steadiness_of_sites,
+    Averaging, Independence, Realisations, Shots, TOGETHER, check_count, check_significance,
+    check_squares, first_of, interval_factors, steadiness, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::lanes::WIDTH;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::buffer::Buffer;
+use crate::system::check_memory;
 use crate::system::threads::in_pool;
-use crate::transform::{RecordTransform, fold, frequencies};
+use crate::transform::{fold, frequencies};
 use null::largest_of_unrelated;
 use shapes::ShapeSearch;
 use snapshots::{Cell, Eigenvalues, Snapshots, Solved};
@@ -203,16 +204,12 @@ pub fn modes(fields: &[&Field], request: &ModesRequest, observer: &dyn Observer)
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, all.reached(), observer)?;
         let every: Vec<(usize, usize)> = (0..first.n_sites()).map(|site| (site, 0)).collect();
-        let realisations = &match shots.whole_segments(all.segments, &every)? {
-            Some(kept) => all.keeping(kept)?,
-            None => all,
-        };
+        let realisations = &shots.keeping(all, &every)?;
         let pass = Pass {
             shots,
             first,
             request,
             realisations,
-            observer,
         };
         pass.run(&pass.chosen()?)
     })
@@ -223,7 +220,6 @@ struct Pass<'a> {
     first: &'a Field,
     request: &'a ModesRequest,
     realisations: &'a Realisations,
-    observer: &'a dyn Observer,
 }
 
 /// What a tile of sites gives.
@@ -241,34 +237,18 @@ impl Pass<'_> {
     /// The bins of the chosen frequencies.
     fn chosen(&self) -> Result<Vec<usize>> {
         let (request, length) = (self.request, self.realisations.segments.length);
-        let refused = |option, expected: &str, found: &str| Error::Request {
-            option,
-            expected: expected.into(),
-            found: found.into(),
-        };
-        if self.count() < 2 {
-            let expected =
-                "at least two realisations: shorter segments, several tapers, or several fields";
-            let found = "one segment of one field under one taper";
-            return Err(refused("segment", expected, found));
-        }
+        check_count(self.count())?;
         if request.modes == 0 {
-            return Err(refused("modes", "at least one mode", "0"));
+            return Err(Error::request("modes", "at least one mode", 0));
         }
-        if !(request.alpha > 0.0 && request.alpha < 1.0) {
-            let expected = "a probability between 0 and 1";
-            let found = request.alpha.to_string();
-            return Err(refused("significance", expected, &found));
-        }
+        check_significance(request.alpha)?;
         let largest = frequencies(length, self.first.time.step)[length / 2];
         let bin = |frequency: &f64| {
             let bin = (frequency * length as f64 * self.first.time.step).round();
+            let expected = || format!("frequencies from 0 to {largest}");
             match *frequency >= 0.0 && bin <= (length / 2) as f64 {
                 true => Ok(bin as usize),
-                false => {
-                    let expected = format!("frequencies from 0 to {largest}");
-                    Err(refused("frequencies", &expected, &frequency.to_string()))
-                }
+                false => Err(Error::request("frequencies", expected(), frequency)),
             }
         };
         let mut chosen: Vec<usize> = request.frequencies.iter().map(bin).collect::<Result<_>>()?;
@@ -280,8 +260,7 @@ impl Pass<'_> {
     fn run(&self, chosen: &[usize]) -> Result<Modes> {
         let (all, n_sites) = (self.count(), self.first.n_sites());
         let (bins, segments) = (self.realisations.bins(), &self.realisations.segments);
-        let [together, block] = self.sizes(chosen.len())?;
-        let block = (block < n_sites).then_some(block);
+        let (together, block) = self.sizes(chosen.len())?;
         let values = Array2::zeros((bins, all.min(n_sites)));
         let mut found = Modes {
             frequency: frequencies(segments.length, self.first.time.step),
@@ -314,18 +293,16 @@ impl Pass<'_> {
                 n_sites,
                 count: all,
             };
-            self.observer.stage("eigenvalues", (to - from) as u64);
+            self.shots.observer.stage("eigenvalues", (to - from) as u64);
             let starts: Vec<usize> = (from..to).step_by(WIDTH).collect();
             let solve = |first: &usize| -> Result<Vec<Eigenvalues>> {
-                if self.observer.cancelled() {
-                    return Err(Error::Cancelled);
-                }
+                self.shots.observer.go_on()?;
                 let end = to.min(first + WIDTH);
-                self.observer.advance((end - first) as u64);
+                self.shots.observer.advance((end - first) as u64);
                 Ok(snapshots.eigenvalues(first - from..end - from))
             };
-            let values: Vec<Vec<Eigenvalues>> =
-                starts.par_iter().map(solve).collect::<Result<_>>()?;
+            let values = starts.par_iter().map(solve);
+            let values: Vec<Vec<Eigenvalues>> = values.collect::<Result<_>>()?;
             let density = self.first.time.step * unit * unit * self.first.space.step.abs();
             for (bin, values) in (from..).zip(values.into_iter().flatten()) {
                 let scale = density * fold(bin, segments.length) / all as f64;
@@ -338,10 +315,8 @@ impl Pass<'_> {
             let level = found.level(found.first).unwrap_or(f64::INFINITY);
             let mut wanted = chosen.to_vec();
             for bin in found.inside().filter(|_| chosen.is_empty()) {
-                let first = (
-                    found.coherencies[[bin, 0]] > level,
-                    found.eigenvalues[[bin, 0]],
-                );
+                let cell = [bin, 0];
+                let first = (found.coherencies[cell] > level, found.eigenvalues[cell]);
                 if first > best {
                     best = first;
                     solved.clear();
@@ -366,13 +341,9 @@ impl Pass<'_> {
             (evenness, energies.iter().sum())
         };
         let sites = 0..self.first.n_sites().min(tiles.len() * TOGETHER);
-        let segments = self.realisations.segment_count();
-        Independence::new(
-            [self.shots.count(), segments, self.realisations.tapers()],
-            self.realisations.effective(),
-            steadiness_of_sites(sites.map(of_site).collect()),
-        )
-        .of_samples(self.realisations.segments.record)
+        let steadiness = steadiness_of_sites(sites.map(of_site).collect());
+        let shots = self.shots.count();
+        self.realisations.independence(shots, None, steadiness)
     }
 
     /// Realisations of all shots.
@@ -384,33 +355,27 @@ impl Pass<'_> {
     ///
     /// # Errors
     /// [`Error::Memory`].
-    fn sizes(&self, chosen: usize) -> Result<[usize; 2]> {
+    fn sizes(&self, chosen: usize) -> Result<(usize, Option<usize>)> {
         let (all, n_sites) = (self.count() as u64, self.first.n_sites() as u64);
         let (bins, samples) = (self.realisations.bins() as u64, self.first.n_times() as u64);
-        let length = self.realisations.segments.length;
         let (together, rank) = (TOGETHER as u64, all.min(n_sites));
-        let tile = together * (8 * samples + 24 * bins)
-            + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let tile = together * (8 * samples + 24 * bins) + self.realisations.working_bytes();
         let solver = 32 * all * (n_sites + together) + (16 * WIDTH as u64 + 64) * rank * rank;
         let kept =
             16 * bins * (rank + 2) + 16 * (chosen as u64 + 1) * self.request.modes as u64 * n_sites;
         let held = kept + rayon::current_num_threads() as u64 * tile.max(solver);
         let of_a_bin = 16 * all * self.shots.tiles() as u64 * together;
-        let allowed = self.shots.memory();
+        let allowed = self.shots.memory;
         let needed = held + of_a_bin + 8 * samples * together;
-        if needed > allowed {
-            let what = WHAT;
-            return Err(Error::Memory {
-                what,
-                needed,
-                allowed,
-            });
-        }
+        check_memory(WHAT, needed, Some(allowed))?;
         // Half of what is left holds spectra, half samples.
         let spectra = ((allowed - held) / 2).max(of_a_bin);
         let bins = (spectra / of_a_bin).min(bins);
         let block = self.shots.block(WHAT, held + bins * of_a_bin)?;
-        Ok([bins as usize, block.unwrap_or(usize::MAX)])
+        Ok((
+            bins as usize,
+            block.filter(|sites| (*sites as u64) < n_sites),
+        ))
     }
 
     /// The spectra of all realisations at the bins `from .. to`, in `cells`, which are 0, and the unit of the
@@ -429,18 +394,11 @@ impl Pass<'_> {
         let mut tiles: Vec<TileSpectra<'c>> = tiles.map(tile).collect();
         let mut first = 0;
         let unit = self.shots.each(block, |shot| {
-            let visit = |scratch: &mut SegmentScratch,
-                         sites,
-                         records: Records<'_>,
-                         out: &mut TileSpectra<'c>| {
-                let (width, mark, mut room) = (records.width(), shot.mark(sites), Vec::new());
+            shot.each_tile("spectra", &mut tiles, |scratch, sites, records, out| {
+                let (width, mark, mut room) = (sites.len(), shot.mark(sites), Vec::new());
                 let part = (records.length() / PARTS).max(1);
-                for (p, sums) in out
-                    .parts
-                    .iter_mut()
-                    .enumerate()
-                    .take(records.length() / part)
-                {
+                let parts = out.parts.iter_mut().enumerate();
+                for (p, sums) in parts.take(records.length() / part) {
                     let squares = records.squares(p * part..(p + 1) * part, &mut room);
                     let squares = squares[..width].iter().zip(&mark);
                     for (sum, (square, mark)) in sums.iter_mut().zip(squares) {
@@ -457,8 +415,7 @@ impl Pass<'_> {
                         }
                     }
                 });
-            };
-            shot.each_tile("spectra", &mut tiles, visit)?;
+            })?;
             first += count;
             Ok(())
         })?;

@@ -111,10 +111,8 @@ impl<'a> ShapeSearch<'a> {
         let near = self.nearest(&mode.shape)?;
         let found = self.found;
         let step = found.frequency[1];
-        let at = match n {
-            0 => self.centroid(bin, mode.unsteadiness),
-            _ => None,
-        };
+        let centroid = || self.centroid(bin, mode.unsteadiness);
+        let at = (n == 0).then(centroid).flatten();
         let wavenumber = near.wavenumber / found.space.step;
         let frequency = found.frequency[bin] + at.map_or(0.0, |[offset, _]| offset * step);
         let velocity = TAU * frequency / wavenumber;
@@ -122,12 +120,11 @@ impl<'a> ShapeSearch<'a> {
             let relative = (near.error / near.wavenumber).hypot(error * step / frequency);
             student_two_sided(found.alpha, (found.n_sites - 2) as f64) * relative
         });
+        let half = half.filter(|half| *half < WIDEST);
         Some(ModeWave {
             wavenumber,
             velocity,
-            velocity_half: half
-                .filter(|half| *half < WIDEST)
-                .map(|half| half * velocity.abs()),
+            velocity_half: half.map(|half| half * velocity.abs()),
             share: near.share,
             is_wave: may_be
                 && near.share >= LEAST_SHARE

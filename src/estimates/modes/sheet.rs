@@ -56,15 +56,11 @@ impl Describe for Modes {
         };
         let confidence = confidence(self.alpha);
         let mut sheet = Sheet {
-            name: "modes",
             needs_sites_in_step: true,
-            version: 1,
-            title: "Modes that are coherent along x".into(),
             about: format!("positions in {space_unit}, times in {time_unit}"),
             answer: self.answer(),
             note: format!("The {confidence} interval of an eigenvalue: {interval}."),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("modes", "Modes that are coherent along x", &DEFINITIONS)
         };
         sheet.numbers(json!({ "time_unit": time_unit, "space_unit": space_unit }));
         if let Some(count) = self.coherent_frequencies() {
@@ -79,10 +75,8 @@ impl Describe for Modes {
             let text = format!("hold {share} of the power of all frequencies");
             sheet.fact("first modes", text);
         }
-        sheet.fact(
-            "interval",
-            format!("{confidence} of an eigenvalue {interval}"),
-        );
+        let text = format!("{confidence} of an eigenvalue {interval}");
+        sheet.fact("interval", text);
         for shapes in &self.chosen {
             let (share, wave) = (self.share(shapes.bin, 0), self.wave_in_words(shapes));
             let text = format!("the first mode holds {share} of the power{wave}");
@@ -145,10 +139,9 @@ impl Modes {
             (Some(1), _) => "one mode".into(),
             (Some(count), _) => format!("{count} modes"),
             (None, _) => {
+                let (share, why) = (share(0), self.independence.why_none());
                 return format!(
-                    "the first mode at {at} holds {}; how many there are cannot be told: {}",
-                    share(0),
-                    self.independence.why_none()
+                    "the first mode at {at} holds {share}; how many there are cannot be told: {why}"
                 );
             }
         };
@@ -174,12 +167,12 @@ impl Modes {
             return String::new();
         };
         let velocity = self.velocity(&wave).map(|velocity| format!(", {velocity}"));
-        format!(
-            "; a wave, k = {} rad/{}{}",
+        let (k, unit, velocity) = (
             number(wave.wavenumber),
             self.units().1,
-            velocity.unwrap_or_default()
-        )
+            velocity.unwrap_or_default(),
+        );
+        format!("; a wave, k = {k} rad/{unit}{velocity}")
     }
 
     /// A row a mode of each chosen frequency.
@@ -218,12 +211,8 @@ impl Modes {
         sheet.line("frequency", "frequency", &units.frequency, &self.frequency);
         sheet.line("position", "position", &units.space, self.positions());
         let power = units.density(&units.frequency, &units.space);
-        sheet.plane(
-            "eigenvalues",
-            ["frequency", "mode"],
-            &power,
-            &self.eigenvalues,
-        );
+        let axes = ["frequency", "mode"];
+        sheet.plane("eigenvalues", axes, &power, &self.eigenvalues);
         sheet.line("total", "frequency", &power, &self.total);
         let bins = self.frequency.len();
         let ends = |bin| self.interval(bin).unwrap_or([f64::NAN; 2]);
@@ -237,12 +226,8 @@ impl Modes {
             ("kept_mode", kept),
             ("position", self.n_sites),
         ];
-        sheet.line(
-            "mode_frequency",
-            "mode_frequency",
-            &units.frequency,
-            frequencies,
-        );
+        let name = "mode_frequency";
+        sheet.line(name, name, &units.frequency, frequencies);
         // The integral of |mode|^2 over x is 1.
         let unit = match &units.space[..] {
             "" => String::new(),
@@ -301,14 +286,10 @@ impl Modes {
 
     fn share_chart(&self) -> Chart {
         let points = self.points(|bin| self.leading_share(bin));
-        let series = vec![Series::line("", BLUE, points)];
+        let (series, label) = (vec![Series::line("", BLUE, points)], "share of the power");
         Chart {
             y: 0.0..1.0,
-            ..self.chart(
-                "share of the first mode",
-                "share of the power".into(),
-                series,
-            )
+            ..self.chart("share of the first mode", label.into(), series)
         }
     }
 
@@ -320,12 +301,9 @@ impl Modes {
             positions.iter().copied().zip(mode.iter().map(of)).collect()
         };
         let most = extent(mode.iter().map(|z| z.norm())).end;
-        let title = format!(
-            "mode 1 at f = {} {}{}",
-            six_digits(shapes.frequency),
-            cycles_per(&time_unit),
-            self.wave_in_words(shapes)
-        );
+        let (at, unit) = (six_digits(shapes.frequency), cycles_per(&time_unit));
+        let wave = self.wave_in_words(shapes);
+        let title = format!("mode 1 at f = {at} {unit}{wave}");
         Some(Chart {
             y: -1.15 * most..1.15 * most,
             ..Chart::of(

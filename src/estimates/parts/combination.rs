@@ -6,10 +6,11 @@ use std::fmt;
 
 use serde_json::Value;
 
-use super::{Combined, Divided, DividedRequest, Partial, PartialAbout, begun, of_each, tiles};
+use super::{Combined, DividedRequest, Partial, PartialAbout, begun};
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{Grid, Realisations, Sums, SumsShape};
 use crate::field::Field;
+use crate::system::check_memory;
 use crate::system::memory::half_of_free_memory;
 use crate::system::threads::in_pool;
 use crate::transform::Segments;
@@ -40,11 +41,8 @@ pub fn join<P: Borrow<Partial>>(partials: &[P], memory: Option<u64>) -> Result<P
         unit: all.unit.unwrap_or(1.0),
         ..all.about
     };
-    Ok(Partial::new(
-        about,
-        all.sums,
-        all.realisations.segments.count(),
-    ))
+    let segments = all.realisations.segments.count();
+    Ok(Partial::new(about, all.sums, segments))
 }
 
 fn merged<P: Borrow<Partial>>(
@@ -54,9 +52,8 @@ fn merged<P: Borrow<Partial>>(
 ) -> Result<Combination> {
     let about = partials.iter().map(|partial| &partial.borrow().about);
     let named = about.map(|about| (about.name(), about.clone())).collect();
-    let bytes = partials
-        .iter()
-        .map(|partial| partial.borrow().bytes() as u64);
+    let bytes = partials.iter();
+    let bytes = bytes.map(|partial| partial.borrow().bytes() as u64);
     let (mut combination, order) = Combination::over(named, is_all, bytes.sum(), memory)?;
     for at in order {
         combination.add(partials[at].borrow())?;
@@ -89,25 +86,8 @@ impl fmt::Debug for Combination {
     }
 }
 
-fn refuse<T>(expected: String, found: String) -> Result<T> {
-    Err(Error::Request {
-        option: "merge",
-        expected,
-        found,
-    })
-}
-
-/// # Errors
-/// [`Error::Memory`], of `what`.
-fn allow(what: &'static str, needed: u64, allowed: u64) -> Result<()> {
-    match needed > allowed {
-        true => Err(Error::Memory {
-            what,
-            needed,
-            allowed,
-        }),
-        false => Ok(()),
-    }
+fn refuse<T>(expected: impl Into<String>, found: impl ToString) -> Result<T> {
+    Err(Error::request("merge", expected, found))
 }
 
 impl Combination {
@@ -134,7 +114,7 @@ impl Combination {
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by_key(|&at| parts[at].1.range);
         let Some(&first) = order.first() else {
-            return refuse("at least one part".into(), "none".into());
+            return refuse("at least one part", "none");
         };
         let about = parts[first].1.clone();
         for (name, other) in &parts {
@@ -143,10 +123,12 @@ impl Combination {
                 return refuse(expected, format!("{difference} in {name}"));
             }
         }
-        let realisations = of_each!(&about.request, it => it.plan(&about.grid))?;
-        let shape = of_each!(&about.request, it => it.shape(&realisations));
+        let realisations = about.request.plan(&about.grid)?;
+        let (request, records) = (&about.request, about.fields.len());
+        let pass = request.pass(&realisations, &about.grid, records);
+        let shape = pass.shape();
         let segments = realisations.segments.count();
-        let all = about.fields.len().saturating_mul(segments);
+        let all = records.saturating_mul(segments);
         let start = if is_all { 0 } else { about.range[0] };
         let mut next = start;
         let mut before = "";
@@ -161,7 +143,7 @@ impl Combination {
             if from < next {
                 let last = next.min(end) - 1;
                 let found = format!("segments {from} to {last} in {before} and {name}");
-                return refuse("each part once".into(), found);
+                return refuse("each part once", found);
             }
             if from > next {
                 return missing(&parts, [next, from], all);
@@ -171,13 +153,12 @@ impl Combination {
         if is_all && next < all {
             return missing(&parts, [next, all], all);
         }
-        let known = (&about.grid, &realisations);
-        let state = shape.bytes().saturating_mul(tiles(&about.grid) as u64);
+        let state = shape.bytes().saturating_mul(about.grid.tiles() as u64);
         if state == 0 {
-            return refuse("a field with sites".into(), "none".into());
+            return refuse("a field with sites", "none");
         }
         let result = match is_all {
-            true => of_each!(&about.request, it => it.result_bytes(known)),
+            true => pass.result_bytes(),
             // The part that is made of the sums.
             false => state,
         };
@@ -187,14 +168,15 @@ impl Combination {
         let needed = needed.into_iter().fold(0, u64::saturating_add);
         // What the caller holds is no longer free.
         let allowed = memory.unwrap_or_else(|| half_of_free_memory().saturating_add(held));
-        allow("the result of these parts", needed, allowed)?;
+        check_memory("the result of these parts", needed, Some(allowed))?;
+        drop(pass);
         let names = parts.into_iter();
         let names = names.map(|(name, about)| (about.range[0], name)).collect();
         let combination = Combination {
             names,
             realisations,
             shape,
-            sums: vec![Sums::zeros(shape); tiles(&about.grid)],
+            sums: vec![Sums::zeros(shape); about.grid.tiles()],
             about,
             unit: None,
             first: start,
@@ -212,37 +194,29 @@ impl Combination {
         let begun = begun(&(from..end), self.realisations.segments.count());
         let width = self.shape.numbers(begun.len());
         if from != self.next || partial.sums.len() != width * self.sums.len() {
-            let expected = format!(
-                "{} sums from segment {} on",
-                width * self.sums.len(),
-                self.next
-            );
+            let (count, next) = (width * self.sums.len(), self.next);
+            let expected = format!("{count} sums from segment {next} on");
             let name = self.names.iter().find(|(first, _)| *first == from);
             let name = name.map_or("a part", |(_, name)| name);
             let found = format!("{} from {from} on in {name}", partial.sums.len());
             return refuse(expected, found);
         }
-        let tiles = partial.sums.chunks_exact(width);
-        let mut tiles: Vec<Sums> = tiles
-            .map(|numbers| Sums::read(self.shape, &begun, numbers))
-            .collect();
+        let read = |numbers| Sums::read(self.shape, &begun, numbers);
+        let mut tiles: Vec<Sums> = partial.sums.chunks_exact(width).map(read).collect();
         // Sums are in the largest of all units, so that nothing leaves the range of numbers but what is too small to
         // count; the unit of silence says nothing.
         if !tiles.iter().all(Sums::is_silent) {
             let unit = partial.about.unit;
             let largest = self.unit.map_or(unit, |before| before.max(unit));
             let before = self.unit.unwrap_or(largest);
-            let rescale = |tiles: &mut [Sums], unit: f64| {
+            for (tiles, unit) in [(&mut self.sums, before), (&mut tiles, unit)] {
                 tiles
                     .iter_mut()
                     .for_each(|tile| tile.rescale(unit / largest));
-            };
-            rescale(&mut self.sums, before);
-            rescale(&mut tiles, unit);
+            }
             self.unit = Some(largest);
         }
-        let about_mean = of_each!(&self.about.request, it => it.about_mean());
-        let samples = self.realisations.reached();
+        let (samples, about_mean) = (self.realisations.reached(), self.realisations.about_mean());
         for (sums, tile) in self.sums.iter_mut().zip(tiles) {
             sums.merge(tile, samples, about_mean);
         }
@@ -259,28 +233,12 @@ impl Combination {
         let all = records * self.realisations.segments.count();
         if self.next != all {
             let found = format!("those of {} of {all} segments", self.next);
-            return refuse("all parts".into(), found);
+            return refuse("all parts", found);
         }
-        let known = (&self.about.grid, &self.realisations);
-        combined(&self.about.request, known, records, (self.sums, self.unit))
+        let (request, grid) = (&self.about.request, &self.about.grid);
+        let pass = request.pass(&self.realisations, grid, records);
+        pass.combine(self.sums, self.unit.unwrap_or(1.0))
     }
-}
-
-fn combined(
-    request: &DividedRequest,
-    known: (&Grid, &Realisations),
-    records: usize,
-    (sums, unit): (Vec<Sums>, Option<f64>),
-) -> Result<Combined> {
-    let unit = unit.unwrap_or(1.0);
-    Ok(match request {
-        DividedRequest::Spectrum(it) => {
-            Combined::Spectrum(Box::new(it.combine(known, records, sums, unit)?))
-        }
-        DividedRequest::Coherence(it) => {
-            Combined::Coherence(Box::new(it.combine(known, records, sums, unit)?))
-        }
-    })
 }
 
 /// The segments of a record, and a result whose axes, units and kinds of arrays are those of any other one.
@@ -302,19 +260,14 @@ pub fn outline(field: &Field, times: usize, request: &DividedRequest) -> Result<
         times,
         ..Grid::of(field)
     };
-    let realisations = of_each!(request, it => it.plan(&grid))?;
-    let known = (&grid, &realisations);
-    let shape = of_each!(request, it => it.shape(&realisations));
-    let (_, memory) = of_each!(request, it => it.gaps_and_memory());
-    let result = of_each!(request, it => it.result_bytes(known));
-    let state = shape.bytes().saturating_mul(tiles(&grid) as u64);
-    let allowed = memory.unwrap_or_else(half_of_free_memory);
-    let needed = state
-        .saturating_add(result)
-        .saturating_add(realisations.bytes());
-    allow("the outline of this result", needed, allowed)?;
-    let sums = vec![Sums::of_silence(shape); tiles(&grid)];
-    let result = combined(request, known, 1, (sums, None))?;
+    let realisations = request.plan(&grid)?;
+    let pass = request.pass(&realisations, &grid, 1);
+    let state = pass.shape().bytes().saturating_mul(grid.tiles() as u64);
+    let needed = [pass.result_bytes(), realisations.bytes()];
+    let needed = needed.into_iter().fold(state, u64::saturating_add);
+    check_memory("the outline of this result", needed, request.choices().1)?;
+    let sums = vec![Sums::of_silence(pass.shape()); grid.tiles()];
+    let result = pass.combine(sums, 1.0)?;
     Ok(Outline {
         segments: realisations.segments,
         result,
@@ -337,7 +290,7 @@ fn missing<T>(parts: &[(String, PartialAbout)], [from, end]: [usize; 2], all: us
         }
         None => format!("no segments {from} to {}", end - 1),
     };
-    refuse("all parts of one result".into(), found)
+    refuse("all parts of one result", found)
 }
 
 /// What differs between the results that two parts belong to.

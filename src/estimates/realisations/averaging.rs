@@ -1,12 +1,17 @@
 //! How one record gives several realisations.
 
+use std::f64::consts::TAU;
+
+use ndarray::{Array2, ArrayView1};
 use num_complex::Complex;
 
+use super::ensemble::Independence;
 use super::kept::{KeptSegments, SegmentPairs, SegmentsLeft};
 use super::part::Portion;
 use super::records::Records;
+use super::shots::TOGETHER;
 use crate::error::{Error, Result};
-use crate::prepare::{Detrend, Trend, Window, slepian};
+use crate::prepare::{Detrend, Trend, Window, WindowError, slepian};
 use crate::transform::{RecordScratch, RecordTransform, Segments};
 
 /// The tapers of a segment.
@@ -25,6 +30,14 @@ impl Tapers {
         match self {
             Tapers::Window(_) => 1,
             Tapers::Slepian { count, .. } => *count,
+        }
+    }
+
+    /// Half of the width that a line is spread over, in bins; `None` of a window.
+    pub(crate) fn half_bandwidth(&self) -> Option<f64> {
+        match self {
+            Tapers::Window(_) => None,
+            Tapers::Slepian { nw, .. } => Some(*nw),
         }
     }
 }
@@ -64,13 +77,6 @@ pub(crate) struct Realisations {
     detrend: Detrend,
     /// The segments that are visited, of every record; `None`: all.
     kept: Option<KeptSegments>,
-}
-
-/// Bytes of so many tapers of `length` samples and of the plans of their transforms, at most: a sample has a weight, a
-/// copy of it in the plan, half a value of its transform and factors of the plan.
-fn bytes_of_tapers(count: usize, length: usize) -> u64 {
-    const OF_PLAN: usize = 16 << 10;
-    (count as u64).saturating_mul((64 * length + OF_PLAN) as u64)
 }
 
 /// Working space of one thread.
@@ -130,6 +136,11 @@ impl Realisations {
         self.tapers.len()
     }
 
+    /// Whether an offset is not what moves.
+    pub fn about_mean(&self) -> bool {
+        self.detrend != Detrend::None
+    }
+
     pub fn bins(&self) -> usize {
         self.segments.length / 2 + 1
     }
@@ -139,9 +150,18 @@ impl Realisations {
         self.tapers.iter().map(|w| crate::numeric::sum(w)).collect()
     }
 
-    /// Bytes of the tapers and of the plans of their transforms, at most.
+    /// Bytes of the tapers and of the plans of their transforms, at most: a sample has a weight, a copy of it in the plan, half
+    /// a value of its transform and factors of the plan.
     pub fn bytes(&self) -> u64 {
-        bytes_of_tapers(self.tapers.len(), self.segments.length)
+        const OF_PLAN: usize = 16 << 10;
+        let of_taper = 64 * self.segments.length + OF_PLAN;
+        (self.tapers.len() as u64).saturating_mul(of_taper as u64)
+    }
+
+    /// Bytes of the scratch of one thread that transforms a tile.
+    pub fn working_bytes(&self) -> u64 {
+        let length = self.segments.length;
+        RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
     }
 
     /// Samples of a record that segments reach.
@@ -155,19 +175,12 @@ impl Realisations {
         &self,
         records: Records<'_>,
         scratch: &mut SegmentScratch,
-        mut visit: impl FnMut(usize, &[Complex<f64>]),
+        visit: impl FnMut(usize, &[Complex<f64>]),
     ) {
-        let starts = self.segments.starts().enumerate();
-        let is_kept = |(s, _): &(usize, usize)| match &self.kept {
-            Some(kept) => kept.has(*s),
-            None => true,
-        };
-        for (s, (_, start)) in starts.filter(is_kept).enumerate() {
-            self.of_segment((s, start), records, scratch, &mut visit);
-        }
+        self.each_of(&self.whole(0), records, scratch, visit);
     }
 
-    /// The same of a portion of the segments, whatever is kept; `records` with the samples of the portion alone.
+    /// The same of a portion of the segments; `records` with the samples of the portion alone.
     pub fn each_of(
         &self,
         portion: &Portion,
@@ -175,8 +188,10 @@ impl Realisations {
         scratch: &mut SegmentScratch,
         mut visit: impl FnMut(usize, &[Complex<f64>]),
     ) {
-        for s in portion.segments.clone() {
-            let start = s * self.segments.hop - portion.samples.start;
+        let is_kept = |s: &usize| self.kept.as_ref().is_none_or(|kept| kept.has(*s));
+        let kept = portion.segments.clone().filter(is_kept);
+        for (s, segment) in (portion.segments.start..).zip(kept) {
+            let start = segment * self.segments.hop - portion.samples.start;
             self.of_segment((s, start), records, scratch, &mut visit);
         }
     }
@@ -189,20 +204,14 @@ impl Realisations {
         scratch: &mut SegmentScratch,
         visit: &mut impl FnMut(usize, &[Complex<f64>]),
     ) {
-        let SegmentScratch {
-            transform,
-            rows,
-            segments,
-            trend,
-        } = scratch;
-        let width = records.width();
-        let rows = records.rows(start..start + self.segments.length, rows);
+        let (width, segments) = (records.width(), &mut scratch.segments);
+        let rows = records.rows(start..start + self.segments.length, &mut scratch.rows);
         let rows = match self.detrend {
             Detrend::None => rows,
-            kind => Trend::removed_across((rows, width), kind, segments, trend),
+            kind => Trend::removed_across((rows, width), kind, segments, &mut scratch.trend),
         };
         for (k, taper) in self.transforms.iter().enumerate() {
-            let spectra = taper.spectra_of_rows(rows, width, transform);
+            let spectra = taper.spectra_of_rows(rows, width, &mut scratch.transform);
             visit(s * self.tapers.len() + k, spectra);
         }
     }
@@ -223,9 +232,8 @@ impl Realisations {
         scratch: &'s mut SegmentScratch,
     ) -> &'s [Complex<f64>] {
         let segments = segments.chunks_exact(self.segments.length);
-        self.transforms[taper]
-            .transform(segments, &mut scratch.transform)
-            .0
+        let taper = &self.transforms[taper];
+        taper.transform(segments, &mut scratch.transform).0
     }
 
     /// Share of the power of white noise that detrending takes of each bin: of each polynomial that is removed, with a sum of
@@ -243,12 +251,10 @@ impl Realisations {
             let polynomial: Vec<f64> = (0..length).map(|n| centred(n).powi(degree)).collect();
             let all = crate::numeric::sum_of_squares(&polynomial) * self.tapers.len() as f64;
             for transform in &self.transforms {
-                let (found, _) =
-                    transform.transform(std::iter::once(&polynomial[..]), &mut scratch);
-                let powers = found.iter().map(|x| x.norm_sqr() / all);
-                lost.iter_mut()
-                    .zip(powers)
-                    .for_each(|(lost, power)| *lost += power);
+                let polynomial = std::iter::once(&polynomial[..]);
+                let found = transform.transform(polynomial, &mut scratch).0;
+                let cells = lost.iter_mut().zip(found);
+                cells.for_each(|(lost, x)| *lost += x.norm_sqr() / all);
             }
         }
         lost
@@ -263,9 +269,8 @@ impl Realisations {
     pub fn taper_transforms<const D: usize>(&self, offsets: &[f64; D]) -> Vec<[Complex<f64>; D]> {
         let length = self.segments.length as f64;
         let transform = |taper: &Vec<f64>, offset: f64| -> Complex<f64> {
-            let term = |(n, w): (usize, &f64)| {
-                Complex::from_polar(*w, std::f64::consts::TAU * offset * n as f64 / length)
-            };
+            let turn = |n: usize| TAU * offset * n as f64 / length;
+            let term = |(n, w): (usize, &f64)| Complex::from_polar(*w, turn(n));
             taper.iter().enumerate().map(term).sum()
         };
         let of = |taper: &Vec<f64>| offsets.map(|offset| transform(taper, offset));
@@ -294,12 +299,10 @@ impl Realisations {
     /// Pairs of visited segments that overlap, by their distance.
     fn pairs(&self) -> Vec<f64> {
         let distances = self.distances();
+        let count = self.segments.count();
         match &self.kept {
             Some(kept) => kept.pairs(distances),
-            None => {
-                let count = self.segments.count();
-                (0..distances).map(|j| (count - j) as f64).collect()
-            }
+            None => (0..distances).map(|j| (count - j) as f64).collect(),
         }
     }
 
@@ -307,19 +310,6 @@ impl Realisations {
     pub fn distances(&self) -> usize {
         let Segments { length, hop, .. } = self.segments;
         length.div_ceil(hop).min(self.segments.count())
-    }
-
-    /// What pairs of segments of a distance have in common, for [`Self::effective_of`].
-    pub fn shared(&self) -> Vec<f64> {
-        shared_products(&self.tapers, self.segments, 2)
-    }
-
-    /// The same as [`Self::effective`] over the segments of several records that are left.
-    pub fn effective_of(&self, pairs: &SegmentPairs, shared: &[f64]) -> f64 {
-        match pairs.segments() > 0.0 {
-            true => effective_number(self.tapers.len(), pairs.by_distance(), shared),
-            false => 0.0,
-        }
     }
 
     /// What is left of each site of so many records; `None` where no segments are left out.
@@ -331,7 +321,6 @@ impl Realisations {
         records: usize,
         sites: impl Iterator<Item = &'p SegmentPairs> + Clone,
     ) -> Result<Option<SegmentsLeft>> {
-        let shared = self.shared();
         let left: Vec<usize> = sites.clone().map(|site| site.segments() as usize).collect();
         if left.is_empty() {
             return Ok(None);
@@ -339,7 +328,11 @@ impl Realisations {
         if left.iter().all(|left| *left == 0) {
             return Err(no_segment_left(self.segments.length));
         }
-        let effective = |site: &SegmentPairs| self.effective_of(site, &shared);
+        let shared = shared_products(&self.tapers, self.segments, 2);
+        let effective = |pairs: &SegmentPairs| match pairs.segments() > 0.0 {
+            true => effective_number(self.tapers.len(), pairs.by_distance(), &shared),
+            false => 0.0,
+        };
         Ok(Some(SegmentsLeft {
             of: self.segments.count() * records,
             left,
@@ -347,7 +340,25 @@ impl Realisations {
         }))
     }
 
-    /// The same of the parts of the transforms along a line and beside it: along `u_k`, the direction of the
+    /// How many of the realisations of so many records are independent; `left`: of these segments, where some are left out.
+    pub fn independence(
+        &self,
+        records: usize,
+        left: Option<&SegmentsLeft>,
+        steadiness: f64,
+    ) -> Independence {
+        let (segments, effective) = match left {
+            None => (self.segment_count(), self.effective()),
+            Some(left) => {
+                let effective = left.median_effective() / records as f64;
+                (left.least_and_median()[1] / records, effective)
+            }
+        };
+        Independence::new([records, segments, self.tapers()], effective, steadiness)
+            .of_samples(self.segments.record)
+    }
+
+    /// The same as [`Self::effective`] of the parts of the transforms along a line and beside it: along `u_k`, the direction of the
     /// tapers' sums, and at right angles to it.
     ///
     /// ```text
@@ -356,12 +367,13 @@ impl Realisations {
     ///
     /// over S segments, with `G_kk' = sum_n w_k(n) w_k'(n)` of tapers in the places of both segments and `P` the
     /// projection at right angles to u. Source: the sum of [`Self::effective`], of linear combinations of tapers.
-    pub fn effective_beside_lines(&self) -> [f64; 2] {
-        self.effective_beside_lines_of(&self.pairs(), &self.shared_beside_lines())
-    }
-
-    /// The same of pairs of segments that are left.
-    pub fn effective_beside_lines_of(&self, pairs: &[f64], shared: &[[f64; 2]]) -> [f64; 2] {
+    /// `pairs` of segments by their distance, by default of all.
+    pub fn effective_beside_lines(
+        &self,
+        pairs: Option<&SegmentPairs>,
+        shared: &[[f64; 2]],
+    ) -> [f64; 2] {
+        let pairs = pairs.map_or_else(|| self.pairs(), |pairs| pairs.by_distance().to_vec());
         let (count, tapers) = (pairs[0], self.tapers.len());
         let mut all = [count, count * (tapers - 1) as f64];
         let wanted = all.map(|all| all * all);
@@ -379,29 +391,22 @@ impl Realisations {
         let direction: Vec<f64> = sums.iter().map(|u| u / norm).collect();
         let hop = self.segments.hop;
         let of = |j: usize| {
-            let shared = |a: &Vec<f64>, b: &Vec<f64>| -> f64 {
-                let overlapping = a[j * hop..].iter().zip(b);
+            let shared = |(k, i): (usize, usize)| -> f64 {
+                let overlapping = self.tapers[k][j * hop..].iter().zip(&self.tapers[i]);
                 overlapping.map(|(v, w)| v * w).sum()
             };
-            let rows = self.tapers.iter();
-            let matrix: Vec<Vec<f64>> = rows
-                .map(|a| self.tapers.iter().map(|b| shared(a, b)).collect())
-                .collect();
-            let dot = |a: &[f64]| -> f64 { a.iter().zip(&direction).map(|(a, u)| a * u).sum() };
-            let right: Vec<f64> = matrix.iter().map(|row| dot(row)).collect();
-            let column = |k: usize| -> Vec<f64> { matrix.iter().map(|row| row[k]).collect() };
-            let left: Vec<f64> = (0..self.tapers.len()).map(|k| dot(&column(k))).collect();
-            let along = dot(&right);
-            let square = |a: f64| a * a;
-            let cells = matrix.iter().enumerate().flat_map(|(k, row)| {
-                let (direction, left, right) = (&direction, &left, &right);
-                row.iter().enumerate().map(move |(i, g)| {
-                    g - right[k] * direction[i] - direction[k] * left[i]
-                        + along * direction[k] * direction[i]
-                })
-            });
-            let beside: f64 = cells.map(square).sum();
-            [along * along, beside]
+            let matrix = Array2::from_shape_fn((sums.len(), sums.len()), shared);
+            let dot = |values: ArrayView1<'_, f64>| -> f64 {
+                values.iter().zip(&direction).map(|(v, u)| v * u).sum()
+            };
+            let right: Vec<f64> = matrix.rows().into_iter().map(dot).collect();
+            let left: Vec<f64> = matrix.columns().into_iter().map(dot).collect();
+            let along = dot(ArrayView1::from(&right));
+            let beside = |((k, i), g): ((usize, usize), &f64)| {
+                let (u, v) = (direction[k], direction[i]);
+                (g - right[k] * v - u * left[i] + along * u * v).powi(2)
+            };
+            [along * along, matrix.indexed_iter().map(beside).sum()]
         };
         (0..self.distances()).map(of).collect()
     }
@@ -411,12 +416,7 @@ impl Realisations {
     /// `B = N sum_n (sum_k w_k(n)^2)^2 / K`, the sum of the squared correlations of a bin with all others.
     pub fn shared_bins(&self) -> f64 {
         let length = self.segments.length;
-        let weight = |n: usize| {
-            self.tapers
-                .iter()
-                .map(|taper| taper[n] * taper[n])
-                .sum::<f64>()
-        };
+        let weight = |n: usize| -> f64 { self.tapers.iter().map(|w| w[n] * w[n]).sum() };
         let squares: f64 = (0..length).map(|n| weight(n).powi(2)).sum();
         length as f64 * squares / self.tapers.len() as f64
     }
@@ -449,13 +449,11 @@ impl Realisations {
     /// taper.
     pub fn bin_correlation(&self, lag: usize) -> f64 {
         let length = self.segments.length;
-        let squares = self.tapers[0].iter().enumerate();
-        let sum: Complex<f64> = squares
-            .map(|(n, w)| {
-                let turn = std::f64::consts::TAU * (n * lag % length) as f64 / length as f64;
-                Complex::from_polar(w * w, turn)
-            })
-            .sum();
+        let term = |(n, w): (usize, &f64)| {
+            let turn = TAU * (n * lag % length) as f64 / length as f64;
+            Complex::from_polar(w * w, turn)
+        };
+        let sum: Complex<f64> = self.tapers[0].iter().enumerate().map(term).sum();
         sum.norm_sqr()
     }
 }
@@ -486,15 +484,25 @@ fn effective_number(tapers: usize, pairs: &[f64], shared: &[f64]) -> f64 {
     all.powi(2) / (pairs[0] * shared[0] + 2.0 * beside)
 }
 
+/// That there are two realisations at least.
+///
+/// # Errors
+/// [`Error::Request`].
+pub(crate) fn check_count(realisations: usize) -> Result<()> {
+    if realisations >= 2 {
+        return Ok(());
+    }
+    let expected = "at least two realisations: shorter segments, several tapers, or several fields";
+    let found = "one segment of one field under one taper";
+    Err(Error::request("segment", expected, found))
+}
+
 /// Where no segment of a site, or of sites that are needed together, is without missing samples.
 pub(crate) fn no_segment_left(length: usize) -> Error {
-    Error::Request {
-        option: "gaps",
-        expected: format!(
-            "a segment of {length} samples in which none is missing: shorter segments, or sites left out"
-        ),
-        found: "missing samples in every segment".into(),
-    }
+    let expected = format!(
+        "a segment of {length} samples in which none is missing: shorter segments, or sites left out"
+    );
+    Error::request("gaps", expected, "missing samples in every segment")
 }
 
 /// How many independent segments of white noise have the variance of the average over all `segments` under a
@@ -520,6 +528,26 @@ impl Averaging {
         Ok((realisations.segments, effective))
     }
 
+    /// The same with segments of so many samples, where none are stated.
+    pub(crate) fn with_segment(&self, length: usize) -> Averaging {
+        Averaging {
+            segment: self.segment.or(Some(length)),
+            ..self.clone()
+        }
+    }
+
+    /// The realisations of a record of `times` samples, which is one segment where `is_whole`, whatever is stated.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for segments or tapers that do not fit.
+    pub(crate) fn planned(&self, is_whole: bool, times: usize) -> Result<Realisations> {
+        let mut averaging = self.clone();
+        if is_whole {
+            (averaging.segment, averaging.overlap) = (Some(times), None);
+        }
+        Realisations::new(&averaging, times)
+    }
+
     /// The whole record as one segment, where none is stated: shots of transients, whose segments are not independent, show
     /// no delay beyond one. The usual window, which would move them, is left out.
     pub(crate) fn of_whole_shots(&self, record: usize) -> Option<Averaging> {
@@ -536,11 +564,6 @@ impl Averaging {
     }
 
     fn segments(&self, record: usize) -> Result<Segments> {
-        let refuse = |option, expected: String, found: usize| Error::Request {
-            option,
-            expected,
-            found: found.to_string(),
-        };
         let length = match (self.segment, &self.tapers) {
             (Some(length), _) => length,
             (None, Tapers::Slepian { .. }) => record,
@@ -550,17 +573,17 @@ impl Averaging {
             },
         };
         if record < 4 {
-            let expected = "a record of at least 4 samples, for one segment".to_owned();
-            return Err(refuse("segment", expected, record));
+            let expected = "a record of at least 4 samples, for one segment";
+            return Err(Error::request("segment", expected, record));
         }
         if length < 4 || length > record {
             let expected = format!("4 samples to the {record} of the record");
-            return Err(refuse("segment", expected, length));
+            return Err(Error::request("segment", expected, length));
         }
         let overlap = self.overlap.unwrap_or(length / 2);
         if overlap >= length {
             let expected = format!("an overlap of 0 to {} samples", length - 1);
-            return Err(refuse("overlap", expected, overlap));
+            return Err(Error::request("overlap", expected, overlap));
         }
         Ok(Segments {
             record,
@@ -571,18 +594,10 @@ impl Averaging {
 
     /// The tapers over `length` samples, with `sum w^2 = 1`, and the concentration of each.
     fn weights(&self, length: usize) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
-        let refuse = |expected: String, found: String| Error::Request {
-            option: "multitaper",
-            expected,
-            found,
-        };
         match self.tapers {
             Tapers::Window(window) => {
-                window.validate(length).map_err(|error| Error::Request {
-                    option: "window",
-                    expected: error.expected,
-                    found: error.found,
-                })?;
+                let refused = |why: WindowError| Error::request("window", why.expected, why.found);
+                window.validate(length).map_err(refused)?;
                 let samples = window.samples(length);
                 let power = crate::numeric::sum_of_squares(&samples);
                 let scaled = samples.iter().map(|w| w / power.sqrt()).collect();
@@ -592,17 +607,15 @@ impl Averaging {
                 let half = length as f64 / 2.0;
                 if !(nw >= 1.0 && nw < half) {
                     let expected = format!("a time-bandwidth product of 1 to below {half}");
-                    return Err(refuse(expected, nw.to_string()));
+                    return Err(Error::request("multitaper", expected, nw));
                 }
                 let most = (2.0 * nw - 1.0).floor() as usize;
                 if count == 0 || count > most {
                     let expected = format!("1 to {most} tapers, 2 NW - 1");
-                    return Err(refuse(expected, count.to_string()));
+                    return Err(Error::request("multitaper", expected, count));
                 }
-                let found = slepian::sequences(length, nw, count);
-                let pairs = found
-                    .into_iter()
-                    .map(|one| (one.samples, one.concentration));
+                let found = slepian::sequences(length, nw, count).into_iter();
+                let pairs = found.map(|one| (one.samples, one.concentration));
                 Ok(pairs.unzip())
             }
         }

@@ -112,10 +112,8 @@ pub(crate) fn steadiness_without(record: &[f64], missing: &[usize], about_mean: 
 /// See [`Independence::steadiness`]; 1 for a record of zeros.
 pub(crate) fn steadiness(record: &[f64]) -> f64 {
     let length = (record.len() / PARTS).max(1);
-    let energies: Vec<f64> = record
-        .chunks_exact(length)
-        .map(crate::numeric::sum_of_squares)
-        .collect();
+    let parts = record.chunks_exact(length);
+    let energies: Vec<f64> = parts.map(crate::numeric::sum_of_squares).collect();
     evenness(&energies)
 }
 

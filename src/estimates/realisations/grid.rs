@@ -1,5 +1,6 @@
 //! What a result needs to know of the fields beside their samples.
 
+use super::shots::TOGETHER;
 use crate::field::{Axis, Field, Quantity};
 
 /// The axes and the unit that all records of an estimate share.
@@ -23,5 +24,14 @@ impl Grid {
             quantity: field.quantity,
             unit: field.unit.clone(),
         }
+    }
+
+    pub(crate) fn tiles(&self) -> usize {
+        self.sites.div_ceil(TOGETHER)
+    }
+
+    /// Threads that have a tile.
+    pub(crate) fn threads(&self) -> u64 {
+        self.tiles().min(rayon::current_num_threads()) as u64
     }
 }

@@ -1,5 +1,7 @@
 //! Intervals of spectra from their degrees of freedom.
 
+use ndarray::Array2;
+
 use super::SIGNIFICANCE;
 use super::averaging::effective_segments;
 use super::ensemble::{Independence, steadiness};
@@ -79,13 +81,12 @@ impl FactorTable {
         // Room for rounding at the ends.
         let (low, high) = (degrees[0].ln() - 1e-9, degrees[1].ln() + 1e-9);
         let angle = |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / NODES as f64;
-        let values: Vec<[f64; 2]> = (0..NODES)
-            .map(|i| {
-                let x = angle(i).cos();
-                let degrees = (0.5 * (low + high) + 0.5 * (high - low) * x).exp();
-                interval_factors(degrees, alpha).map(f64::ln)
-            })
-            .collect();
+        let value = |i: usize| {
+            let x = angle(i).cos();
+            let degrees = (0.5 * (low + high) + 0.5 * (high - low) * x).exp();
+            interval_factors(degrees, alpha).map(f64::ln)
+        };
+        let values: Vec<[f64; 2]> = (0..NODES).map(value).collect();
         let coefficient = |j: usize| {
             let mut sum = [0.0; 2];
             for (i, value) in values.iter().enumerate() {
@@ -100,6 +101,17 @@ impl FactorTable {
             high,
             coefficients: (0..NODES).map(coefficient).collect(),
         }
+    }
+
+    /// The ends of the intervals of a spectrum.
+    pub fn ends(&self, spectrum: &Array2<f64>, degrees: &Array2<f64>) -> [Array2<f64>; 2] {
+        let (mut low, mut high) = (degrees.clone(), spectrum.clone());
+        for (low, high) in low.iter_mut().zip(&mut high) {
+            let factors = self.at(*low);
+            *low = *high * factors[0];
+            *high *= factors[1];
+        }
+        [low, high]
     }
 
     /// NaN outside of the ends.

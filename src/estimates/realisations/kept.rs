@@ -1,5 +1,7 @@
 //! Segments without missing samples: those that averages keep where samples are missing.
 
+use super::shots::TOGETHER;
+use crate::numeric::median;
 use crate::transform::Segments;
 
 /// Which segments of a record are kept.
@@ -7,18 +9,13 @@ use crate::transform::Segments;
 pub(crate) struct KeptSegments(Vec<bool>);
 
 impl KeptSegments {
-    pub fn all(segments: Segments) -> Self {
-        KeptSegments(vec![true; segments.count()])
-    }
-
     /// Those that hold none of the `missing` samples of the record.
     pub fn without(segments: Segments, missing: impl IntoIterator<Item = usize>) -> Self {
         let mut kept = vec![true; segments.count()];
         for time in missing {
             // s hop <= time < s hop + length.
-            let first = (time + 1)
-                .saturating_sub(segments.length)
-                .div_ceil(segments.hop);
+            let before = (time + 1).saturating_sub(segments.length);
+            let first = before.div_ceil(segments.hop);
             let end = time / segments.hop + 1;
             let holds = kept.iter_mut().take(end).skip(first);
             holds.for_each(|kept| *kept = false);
@@ -47,6 +44,42 @@ impl KeptSegments {
             pairs.filter(|(a, b)| **a && **b).count() as f64
         };
         (0..distances).map(of).collect()
+    }
+}
+
+/// The segments that each of a few sites keeps; of no site where none are left out.
+#[derive(Debug, Clone)]
+pub(crate) struct KeptOfSites(pub(super) Vec<KeptSegments>);
+
+impl KeptOfSites {
+    /// Those that another site keeps, too.
+    #[must_use]
+    pub fn with(mut self, other: &KeptOfSites) -> Self {
+        for (kept, other) in self.0.iter_mut().zip(other.0.iter().cycle()) {
+            *kept = kept.and(other);
+        }
+        self
+    }
+
+    /// 1 for each site that has a segment, else 0.
+    pub fn has(&self, segment: usize) -> [f64; TOGETHER] {
+        std::array::from_fn(|lane| match self.0.get(lane) {
+            Some(kept) if !kept.has(segment) => 0.0,
+            _ => 1.0,
+        })
+    }
+
+    /// How many of `all` segments each site has.
+    pub fn counts(&self, all: usize) -> [f64; TOGETHER] {
+        let count = |lane| self.0.get(lane).map_or(all, KeptSegments::count);
+        std::array::from_fn(|lane| count(lane) as f64)
+    }
+
+    /// Adds their pairs to those of the sites.
+    pub fn add_to(&self, sites: &mut Vec<SegmentPairs>, distances: usize) {
+        sites.resize_with(self.0.len(), SegmentPairs::default);
+        let sites = sites.iter_mut().zip(&self.0);
+        sites.for_each(|(pairs, kept)| pairs.add(kept, distances));
     }
 }
 
@@ -103,16 +136,13 @@ impl SegmentsLeft {
     pub fn least_and_median(&self) -> [usize; 2] {
         let mut sorted = self.left.clone();
         sorted.sort_unstable();
-        let least = sorted.iter().find(|left| **left > 0).copied();
-        let median = sorted.get(sorted.len() / 2).copied();
-        [least, median].map(Option::unwrap_or_default)
+        let least = sorted.iter().find(|left| **left > 0);
+        [least, sorted.get(sorted.len() / 2)].map(|left| left.copied().unwrap_or_default())
     }
 
     /// The median of the effective numbers.
     pub(crate) fn median_effective(&self) -> f64 {
-        let mut sorted = self.effective.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 2]
+        median(self.effective.iter().copied()).unwrap_or(f64::NAN)
     }
 }
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::averaging::Realisations;
 use super::ensemble::PARTS;
 use super::records::Records;
-use super::shots::TOGETHER;
+use super::shots::{Shot, TOGETHER};
 use super::sums::Sums;
 use crate::error::{Error, Result};
 use crate::transform::Segments;
@@ -31,11 +31,10 @@ impl Part {
     pub fn new(number: usize, of: usize) -> Result<Part> {
         match (1..=of).contains(&number) {
             true => Ok(Part { number, of }),
-            false => Err(Error::Request {
-                option: "part",
-                expected: "a part and their number, as 3/64: from 1/64 to 64/64".into(),
-                found: format!("{number}/{of}"),
-            }),
+            false => {
+                let expected = "a part and their number, as 3/64: from 1/64 to 64/64";
+                Err(Error::request("part", expected, format!("{number}/{of}")))
+            }
         }
     }
 
@@ -45,13 +44,9 @@ impl Part {
     /// [`Error::Request`] for more parts than realisations.
     pub(crate) fn range(self, realisations: usize) -> Result<Range<usize>> {
         if self.of > realisations {
-            return Err(Error::Request {
-                option: "part",
-                expected: format!(
-                    "at most as many parts as segments of all records, {realisations}"
-                ),
-                found: self.to_string(),
-            });
+            let expected =
+                format!("at most as many parts as segments of all records, {realisations}");
+            return Err(Error::request("part", expected, self));
         }
         let end = |part: usize| (part as u128 * realisations as u128 / self.of as u128) as usize;
         Ok(end(self.number - 1)..end(self.number))
@@ -74,41 +69,39 @@ impl Realisations {
     /// # Errors
     /// [`Error::Request`] for a block that is not in the record, or holds no segment.
     pub fn portion_of_block(&self, samples: Range<usize>) -> Result<Portion> {
-        let Segments {
-            record,
-            length,
-            hop,
-        } = self.segments;
+        let (record, Segments { length, hop, .. }) = (self.segments.record, self.segments);
         let refuse = |expected: String| {
-            Err(Error::Request {
-                option: "first",
-                expected,
-                found: format!("samples {} to {}", samples.start, samples.end.max(1) - 1),
-            })
+            let last = samples.end.max(1) - 1;
+            let found = format!("samples {} to {last}", samples.start);
+            Err(Error::request("first", expected, found))
         };
         if samples.end > record {
             return refuse(format!("a block of the {record} samples of a record"));
         }
         let from = samples.start.div_ceil(hop);
-        let end = match samples.len() >= length {
-            true => ((samples.end - length) / hop + 1).min(self.segments.count()),
-            false => 0,
-        };
+        let is_long = samples.len() >= length;
+        let end = is_long.then(|| ((samples.end - length) / hop + 1).min(self.segments.count()));
+        let end = end.unwrap_or(0);
         if end <= from {
-            return refuse(format!(
-                "a block that holds a segment: {length} samples from a multiple of {hop} on"
-            ));
+            let holds = format!("{length} samples from a multiple of {hop} on");
+            return refuse(format!("a block that holds a segment: {holds}"));
         }
-        let reached = (end - 1) * hop + length;
-        Ok(Portion {
-            record: 0,
-            segments: from..end,
-            samples: from * hop..match end == self.segments.count() {
-                true => samples.end,
-                false => reached,
-            },
-            is_whole: end - from == self.segments.count(),
-        })
+        Ok(self.portion(0, from..end, samples.end))
+    }
+
+    /// These segments of a record, and the samples up to the last one, or to this one behind all segments.
+    fn portion(&self, record: usize, segments: Range<usize>, end: usize) -> Portion {
+        let (count, Segments { length, hop, .. }) = (self.segments.count(), self.segments);
+        let last = match segments.end == count {
+            true => end,
+            false => (segments.end - 1) * hop + length,
+        };
+        Portion {
+            record,
+            samples: segments.start * hop..last,
+            is_whole: segments.len() == count,
+            segments,
+        }
     }
 
     /// The portions of a range of the segments of all records.
@@ -119,28 +112,19 @@ impl Realisations {
             let first = record * segments;
             let from = range.start.max(first) - first;
             let end = range.end.min(first + segments) - first;
-            let samples = match end == segments {
-                true => self.segments.record,
-                false => (end - 1) * self.segments.hop + self.segments.length,
-            };
-            Portion {
-                record,
-                segments: from..end,
-                samples: from * self.segments.hop..samples,
-                is_whole: end - from == segments,
-            }
+            self.portion(record, from..end, self.segments.record)
         };
         records.map(portion).collect()
     }
 
     /// All segments of a record.
     pub fn whole(&self, record: usize) -> Portion {
-        Portion {
-            record,
-            segments: 0..self.segments.count(),
-            samples: 0..self.segments.record,
-            is_whole: true,
-        }
+        self.portion(record, 0..self.segments.count(), self.segments.record)
+    }
+
+    /// So many records, each as one portion.
+    pub fn whole_records(&self, records: usize) -> Vec<Portion> {
+        (0..records).map(|record| self.whole(record)).collect()
     }
 
     /// Pieces of a record whose energies are compared, and what they leave over.
@@ -150,6 +134,27 @@ impl Realisations {
 
     fn piece_length(&self) -> usize {
         (self.reached() / PARTS).max(1)
+    }
+
+    /// Adds how steady the records of a portion of a shot are, of up to eight sites: where segments are left out, by the samples that
+    /// are there.
+    pub fn add_steadiness(
+        &self,
+        (shot, portion): (&Shot<'_>, &Portion),
+        (sites, records): (impl Iterator<Item = usize> + Clone, Records<'_>),
+        scratch: &mut Vec<f64>,
+        sums: &mut Sums,
+    ) {
+        if shot.leaves_out {
+            sums.add_record(shot.steadiness(sites, records, self.about_mean()));
+            return;
+        }
+        let mark = shot.mark(sites);
+        for segment in portion.segments.clone() {
+            let of = (portion, segment, records, shot.scale);
+            self.add_pieces(of, mark, scratch, sums);
+        }
+        sums.close(self.reached(), self.about_mean());
     }
 
     /// Adds the samples of up to eight `records`, those of a portion, times `scale`, from the start of a segment

@@ -73,9 +73,8 @@ impl<'r> Records<'r> {
         room.resize(times.len() * self.width, 0.0);
         for (record, samples) in self.samples.chunks_exact(self.length()).enumerate() {
             let column = room.iter_mut().skip(record).step_by(self.width);
-            column
-                .zip(&samples[times.clone()])
-                .for_each(|(to, v)| *to = *v);
+            let column = column.zip(&samples[times.clone()]);
+            column.for_each(|(to, v)| *to = *v);
         }
         room
     }

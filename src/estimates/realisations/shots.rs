@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::averaging::Realisations;
 use super::ensemble::steadiness_without;
-use super::kept::KeptSegments;
+use super::kept::{KeptOfSites, KeptSegments};
 use super::part::Portion;
 use super::records::Records;
 use crate::arrays::Precision;
@@ -14,6 +15,7 @@ use crate::field::Field;
 use crate::numeric::lanes::on_lines;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Preparation, Prepared, ReadAhead, Tiles};
+use crate::system::check_memory;
 use crate::system::memory::half_of_free_memory;
 use crate::transform::Segments;
 
@@ -35,70 +37,14 @@ pub(crate) struct Shots<'a> {
     /// Samples of a record that are used.
     reached: usize,
     /// Samples of a record that are read at once.
-    longest: usize,
-    memory: u64,
-    observer: &'a dyn Observer,
+    pub longest: usize,
+    /// Bytes of working memory.
+    pub memory: u64,
+    pub observer: &'a dyn Observer,
 }
 
 /// Fourth powers stay in the range of numbers.
 const MOST_SCALE: f64 = f64::from_bits((1023 + 230) << 52);
-
-/// The unit in which the samples of several records are summed.
-struct CommonUnit<'a> {
-    records: Vec<(&'a Field, Range<usize>)>,
-    value: Option<f64>,
-}
-
-impl<'a> CommonUnit<'a> {
-    fn of(records: Vec<(&'a Field, Range<usize>)>) -> Self {
-        CommonUnit {
-            records,
-            value: None,
-        }
-    }
-
-    /// What the samples of a record, as they are read, are multiplied by, so that products of four transforms stay in
-    /// the range of numbers.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for a record with amplitudes beyond all that were foreseen.
-    fn scale(&mut self, shots: &Shots<'_>, prepared: &Prepared<'_>) -> Result<f64> {
-        let unit = match self.value {
-            Some(unit) => unit,
-            // Of amplitudes that are neither tiny nor 0 there is no other unit but of larger ones.
-            None if self.records.len() == 1
-                || (prepared.unit() >= 1.0 && !prepared.is_silent()) =>
-            {
-                prepared.unit()
-            }
-            None => {
-                let mut largest = None::<f64>;
-                for (field, times) in &self.records {
-                    let other = shots.prepared(field, times.clone(), None)?;
-                    if !other.is_silent() {
-                        largest = Some(largest.map_or(other.unit(), |unit| unit.max(other.unit())));
-                    }
-                }
-                largest.unwrap_or(1.0)
-            }
-        };
-        self.value = Some(unit);
-        if prepared.is_silent() {
-            return Ok(1.0);
-        }
-        let scale = prepared.unit() / unit;
-        if scale > MOST_SCALE {
-            return Err(Error::Request {
-                option: "field",
-                expected:
-                    "records whose amplitudes differ by less than 2^230, or the largest first"
-                        .into(),
-                found: format!("amplitudes near {:.1e} and {unit:.1e}", prepared.unit()),
-            });
-        }
-        Ok(scale)
-    }
-}
 
 /// Amplitudes whose squares, times a record's length, are numbers.
 const AMPLITUDES: std::ops::Range<f64> = 1e-150..1e150;
@@ -108,12 +54,12 @@ const AMPLITUDES: std::ops::Range<f64> = 1e-150..1e150;
 pub(crate) fn check_squares(amplitude: f64) -> Result<()> {
     match AMPLITUDES.contains(&amplitude) {
         true => Ok(()),
-        false => Err(Error::Request {
-            option: "field",
-            expected: "amplitudes from 1e-150 to 1e150, whose squares are numbers: another unit"
-                .into(),
-            found: format!("amplitudes near {amplitude:.0e}"),
-        }),
+        false => {
+            let expected =
+                "amplitudes from 1e-150 to 1e150, whose squares are numbers: another unit";
+            let found = format!("amplitudes near {amplitude:.0e}");
+            Err(Error::request("field", expected, found))
+        }
     }
 }
 
@@ -123,7 +69,7 @@ pub(crate) struct Shot<'s> {
     block: Option<usize>,
     pub observer: &'s dyn Observer,
     /// Whether segments with missing samples are left out, or samples interpolated.
-    leaves_out: bool,
+    pub leaves_out: bool,
     fills: bool,
     /// What samples as they are read are multiplied by to be in the unit of the first shot.
     pub scale: f64,
@@ -160,31 +106,14 @@ impl<'a> Shots<'a> {
         self.fields.len()
     }
 
-    /// Bytes of working memory.
-    pub fn memory(&self) -> u64 {
-        self.memory
-    }
-
-    /// The same of fields that hold the samples of records of `record` samples from the one at `first` on.
+    /// The same for [`Self::each_portion`] of these, of fields that hold the samples of records of `record` samples from the one at
+    /// `first` on.
     #[must_use]
-    pub fn of_block(self, first: usize, record: usize) -> Self {
+    pub fn in_portions(self, portions: &[Portion], first: usize, record: usize) -> Self {
+        let lengths = portions.iter().map(|portion| portion.samples.len());
         Shots {
             held: first..first + self.first.n_times(),
             record,
-            ..self
-        }
-    }
-
-    /// Samples of a record that are read at once.
-    pub fn longest(&self) -> usize {
-        self.longest
-    }
-
-    /// The same for [`Self::each_portion`] of these.
-    #[must_use]
-    pub fn in_portions(self, portions: &[Portion]) -> Self {
-        let lengths = portions.iter().map(|portion| portion.samples.len());
-        Shots {
             longest: lengths.max().unwrap_or(0),
             ..self
         }
@@ -203,13 +132,7 @@ impl<'a> Shots<'a> {
     pub fn block(&self, what: &'static str, held: u64) -> Result<Option<usize>> {
         let (samples, sites) = (self.longest as u64, self.first.n_sites() as u64);
         let least = held + 8 * samples * TOGETHER as u64;
-        if least > self.memory {
-            return Err(Error::Memory {
-                what,
-                needed: least,
-                allowed: self.memory,
-            });
-        }
+        check_memory(what, least, Some(self.memory))?;
         let left = self.memory - held;
         if 8 * samples * sites <= left.min(self.memory / 4) {
             return Ok(None);
@@ -228,12 +151,14 @@ impl<'a> Shots<'a> {
         block: Option<usize>,
         mut visit: impl FnMut(&Shot<'_>) -> Result<()>,
     ) -> Result<f64> {
-        let whole = self.fields.iter().map(|field| (*field, self.held.clone()));
-        let mut unit = CommonUnit::of(whole.collect());
-        for field in self.fields {
-            self.visit(field, self.held.clone(), block, &mut unit, &mut visit)?;
-        }
-        Ok(unit.value.unwrap_or(1.0))
+        let whole = |record| Portion {
+            record,
+            segments: 0..0,
+            samples: self.held.clone(),
+            is_whole: true,
+        };
+        let whole: Vec<Portion> = (0..self.count()).map(whole).collect();
+        self.each_portion(block, &whole, |shot, _| visit(shot))
     }
 
     /// Visits portions of the shots in their order, whose samples alone are read.
@@ -246,43 +171,65 @@ impl<'a> Shots<'a> {
         portions: &[Portion],
         mut visit: impl FnMut(&Shot<'_>, &Portion) -> Result<()>,
     ) -> Result<f64> {
-        let all = portions.iter().filter_map(|portion| {
-            let field = self.fields.get(portion.record)?;
-            Some((*field, portion.samples.clone()))
-        });
-        let mut unit = CommonUnit::of(all.collect());
-        for portion in portions {
-            let Some(field) = self.fields.get(portion.record) else {
-                continue;
+        let known = portions.iter();
+        let known = known.filter_map(|one| Some((*self.fields.get(one.record)?, one)));
+        let records: Vec<(&Field, &Portion)> = known.collect();
+        let mut unit = None;
+        for (field, portion) in &records {
+            let prepared = self.prepared(field, portion.samples.clone(), block)?;
+            let shot = Shot {
+                scale: self.scale(&prepared, &records, &mut unit)?,
+                leaves_out: self.gaps == Gaps::LeaveOut,
+                fills: self.gaps == Gaps::Interpolate,
+                prepared,
+                block,
+                observer: self.observer,
             };
-            let mut visit = |shot: &Shot<'_>| {
-                self.check_cuts(field, portion, shot)?;
-                visit(shot, portion)
-            };
-            let samples = portion.samples.clone();
-            self.visit(field, samples, block, &mut unit, &mut visit)?;
+            self.check_cuts(field, portion, &shot)?;
+            visit(&shot, portion)?;
         }
-        Ok(unit.value.unwrap_or(1.0))
+        Ok(unit.unwrap_or(1.0))
     }
 
-    fn visit(
+    /// What the samples of a record, as they are read, are multiplied by, so that products of four transforms stay in
+    /// the range of numbers: to be in the unit in which those of all records are summed, which is found with the first.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a record with amplitudes beyond all that were foreseen.
+    fn scale(
         &self,
-        field: &Field,
-        times: Range<usize>,
-        block: Option<usize>,
-        unit: &mut CommonUnit<'_>,
-        visit: &mut impl FnMut(&Shot<'_>) -> Result<()>,
-    ) -> Result<()> {
-        let prepared = self.prepared(field, times, block)?;
-        let scale = unit.scale(self, &prepared)?;
-        visit(&Shot {
-            scale,
-            leaves_out: self.gaps == Gaps::LeaveOut,
-            fills: self.gaps == Gaps::Interpolate,
-            prepared,
-            block,
-            observer: self.observer,
-        })
+        prepared: &Prepared<'_>,
+        records: &[(&Field, &Portion)],
+        unit: &mut Option<f64>,
+    ) -> Result<f64> {
+        let is_known = records.len() == 1 || (prepared.unit() >= 1.0 && !prepared.is_silent());
+        let common = match *unit {
+            Some(unit) => unit,
+            // Of amplitudes that are neither tiny nor 0 there is no other unit but of larger ones.
+            None if is_known => prepared.unit(),
+            None => {
+                let mut largest = None::<f64>;
+                for (field, portion) in records {
+                    let other = self.prepared(field, portion.samples.clone(), None)?;
+                    if !other.is_silent() {
+                        largest = Some(largest.map_or(other.unit(), |unit| unit.max(other.unit())));
+                    }
+                }
+                largest.unwrap_or(1.0)
+            }
+        };
+        *unit = Some(common);
+        if prepared.is_silent() {
+            return Ok(1.0);
+        }
+        let scale = prepared.unit() / common;
+        if scale > MOST_SCALE {
+            let expected =
+                "records whose amplitudes differ by less than 2^230, or the largest first";
+            let found = format!("amplitudes near {:.1e} and {common:.1e}", prepared.unit());
+            return Err(Error::request("field", expected, found));
+        }
+        Ok(scale)
     }
 
     /// That no gap at the ends of a portion was filled from one side alone.
@@ -291,38 +238,32 @@ impl<'a> Shots<'a> {
             return Ok(());
         }
         let Range { start, end } = portion.samples;
-        let cuts = [
+        let (first, last) = (
             (start > 0).then_some(start),
-            (end < self.record).then_some(end - 1),
-        ];
-        for time in cuts.into_iter().flatten() {
+            (end < self.record).then(|| end - 1),
+        );
+        for time in first.into_iter().chain(last) {
             if let Some(site) = shot.prepared.gap_at(time - start) {
-                return Err(Error::Request {
-                    option: "gaps",
-                    expected: "finite samples where this part ends, since it reads no others: other parts, or \
-                               gaps that are masked"
-                        .into(),
-                    found: format!("none at time row {time}, site {site} of {}", field.name),
-                });
+                let expected = "finite samples where this part ends, since it reads no others: other parts, or \
+                                gaps that are masked";
+                let found = format!("none at time row {time}, site {site} of {}", field.name);
+                return Err(Error::request("gaps", expected, found));
             }
         }
         Ok(())
     }
 
-    /// The segments in which no sample of the sites is missing in any shot, `lag` samples later at each of them.
-    /// `None` where missing samples are no reason to leave segments out.
+    /// Of all segments those in which no sample of the sites is missing in any shot, `lag` samples later at each of them;
+    /// all where missing samples are no reason to leave segments out.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; [`Error::Memory`].
-    pub fn whole_segments(
-        &self,
-        segments: Segments,
-        sites: &[(usize, usize)],
-    ) -> Result<Option<KeptSegments>> {
+    /// [`Error::Request`] where none is left; [`Error::Cancelled`]; [`Error::Memory`].
+    pub fn keeping(&self, all: Realisations, sites: &[(usize, usize)]) -> Result<Realisations> {
         if self.gaps != Gaps::LeaveOut {
-            return Ok(None);
+            return Ok(all);
         }
-        let mut kept = KeptSegments::all(segments);
+        let segments = all.segments;
+        let mut kept = KeptSegments::without(segments, []);
         for field in self.fields {
             let prepared = self.prepared(field, self.held.clone(), None)?;
             for (site, lag) in sites {
@@ -331,7 +272,7 @@ impl<'a> Shots<'a> {
                 kept = kept.and(&KeptSegments::without(segments, missing));
             }
         }
-        Ok(Some(kept))
+        all.keeping(kept)
     }
 
     /// These samples of a record, which are `times` behind its beginning.
@@ -370,15 +311,9 @@ impl<'a> Shots<'a> {
 impl Shot<'_> {
     /// Times of a site's missing samples, where segments that hold them are left out.
     pub fn missing(&self, site: usize) -> Vec<usize> {
-        match self.leaves_out {
-            true => self
-                .prepared
-                .masked(site)
-                .iter()
-                .map(|gap| gap.time)
-                .collect(),
-            false => Vec::new(),
-        }
+        let missing = self.prepared.masked(site).iter();
+        let missing = missing.filter(|_| self.leaves_out);
+        missing.map(|gap| gap.time).collect()
     }
 
     /// How steady the records of up to eight sites are by the samples that are not missing; 1 without a site.
@@ -410,19 +345,15 @@ impl Shot<'_> {
         marks
     }
 
-    /// Whether samples of a site were filled or masked.
-    pub fn has_filled(&self, site: usize) -> bool {
-        !self.leaves_out && !self.prepared.gaps_of(site).is_empty()
-    }
-
     /// White power that filled samples leave in the record of a site, as a mean square: their share times that of the
     /// error, which is what the same would have left of samples that are known. Masked ones have the mean of the record;
     /// of interpolated ones, gaps of their mean length are made at all others.
-    pub fn left_by_filling(&self, site: usize, record: &[f64]) -> f64 {
+    pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> f64 {
         let gaps = self.prepared.gaps_of(site);
-        if !self.has_filled(site) {
+        if self.leaves_out || gaps.is_empty() {
             return 0.0;
         }
+        let record = record();
         let runs = gaps.chunk_by(|a, b| a.time + 1 == b.time).count();
         let reach = (gaps.len() / runs).div_ceil(2).max(1);
         let mean = record.iter().sum::<f64>() / record.len() as f64;
@@ -438,10 +369,11 @@ impl Shot<'_> {
         share * squares / record.len() as f64
     }
 
-    /// The segments of a site's record without missing samples; `None` where none are left out at all.
-    pub fn kept(&self, site: usize, segments: Segments) -> Option<KeptSegments> {
-        self.leaves_out
-            .then(|| KeptSegments::without(segments, self.missing(site)))
+    /// The segments of the records of a few sites without missing samples.
+    pub fn kept(&self, sites: Range<usize>, segments: Segments) -> KeptOfSites {
+        let sites = sites.filter(|_| self.leaves_out);
+        let kept = sites.map(|site| KeptSegments::without(segments, self.missing(site)));
+        KeptOfSites(kept.collect())
     }
 
     /// The record of a site.
@@ -480,26 +412,20 @@ impl Shot<'_> {
             let sites = from..n_sites.min(from + block);
             let ahead = self.prepared.read_ahead(sites.clone(), &mut space);
             let tiles = from / TOGETHER..sites.end.div_ceil(TOGETHER);
-            results[tiles]
-                .par_iter_mut()
-                .enumerate()
-                .try_for_each_init(
-                    || (Vec::new(), S::default()),
-                    |(room, scratch), (i, result)| {
-                        if self.observer.cancelled() {
-                            return Err(Error::Cancelled);
-                        }
-                        let first = from + i * TOGETHER;
-                        let sites = first..sites.end.min(first + TOGETHER);
-                        let width = sites.len();
-                        let samples = on_lines(room, width * self.prepared.n_times());
-                        self.prepared.columns(ahead, sites.clone(), samples);
-                        self.observer.advance(width as u64);
-                        let records = Records::interleaved(samples, width);
-                        visit(scratch, sites, records, result);
-                        Ok(())
-                    },
-                )?;
+            let of_tile =
+                |(room, scratch): &mut (Vec<f64>, S), (i, result): (usize, &mut T)| -> Result<()> {
+                    self.observer.go_on()?;
+                    let first = from + i * TOGETHER;
+                    let sites = first..sites.end.min(first + TOGETHER);
+                    let width = sites.len();
+                    let samples = on_lines(room, width * self.prepared.n_times());
+                    self.prepared.columns(ahead, sites.clone(), samples);
+                    self.observer.advance(width as u64);
+                    visit(scratch, sites, Records::interleaved(samples, width), result);
+                    Ok(())
+                };
+            let results = results[tiles].par_iter_mut().enumerate();
+            results.try_for_each_init(Default::default, of_tile)?;
             self.prepared.release_pages();
         }
         Ok(())
@@ -510,11 +436,11 @@ impl Shot<'_> {
 /// [`Error::Request`] where segments with missing samples would be left out, of an estimate `what` that cannot.
 pub(crate) fn refuse_left_out(gaps: Gaps, what: &str) -> Result<()> {
     match gaps {
-        Gaps::LeaveOut => Err(Error::Request {
-            option: "gaps",
-            expected: format!("refuse, interpolate or mask: {what} needs samples without gaps"),
-            found: "leave-out".into(),
-        }),
+        Gaps::LeaveOut => {
+            let expected =
+                format!("refuse, interpolate or mask: {what} needs samples without gaps");
+            Err(Error::request("gaps", expected, "leave-out"))
+        }
         _ => Ok(()),
     }
 }
@@ -524,10 +450,11 @@ pub(crate) fn refuse_left_out(gaps: Gaps, what: &str) -> Result<()> {
 pub(crate) fn check_significance(alpha: f64) -> Result<()> {
     match alpha > 0.0 && alpha < 1.0 {
         true => Ok(()),
-        false => {
-            let expected = "a probability between 0 and 1";
-            Err(Error::request("significance", expected, alpha))
-        }
+        false => Err(Error::request(
+            "significance",
+            "a probability between 0 and 1",
+            alpha,
+        )),
     }
 }
 
@@ -549,17 +476,8 @@ pub(crate) fn first_of<'a>(fields: &[&'a Field]) -> Result<&'a Field> {
     let Some(other) = others.iter().find(|other| axes(other) != axes(first)) else {
         return Ok(first);
     };
-    let expected = format!(
-        "fields with the axes of {}, {} times by {} sites",
-        first.name,
-        first.n_times(),
-        first.n_sites()
-    );
-    let found = format!(
-        "{} times by {} sites in {}, or another step or unit",
-        other.n_times(),
-        other.n_sites(),
-        other.name
-    );
+    let of = |field: &Field| format!("{} times by {} sites", field.n_times(), field.n_sites());
+    let expected = format!("fields with the axes of {}, {}", first.name, of(first));
+    let found = format!("{} in {}, or another step or unit", of(other), other.name);
     Err(Error::request("field", expected, found))
 }

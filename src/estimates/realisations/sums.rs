@@ -106,9 +106,8 @@ impl Sums {
         let is_whole = |begun: &mut (usize, Vec<Piece>)| count(begun) >= samples as f64;
         let whole: Vec<_> = self.begun.extract_if(.., is_whole).collect();
         for (_, pieces) in whole {
-            self.add_record(std::array::from_fn(|lane| {
-                steadiness(&pieces, lane, about_mean)
-            }));
+            let of = |lane| steadiness(&pieces, lane, about_mean);
+            self.add_record(std::array::from_fn(of));
         }
     }
 
@@ -145,9 +144,8 @@ impl Sums {
     pub fn rescale(&mut self, factor: f64) {
         let squared = factor * factor;
         let scale = |block: &mut LaneBlock, by: f64| block.0.iter_mut().for_each(|v| *v *= by);
-        self.plain
-            .iter_mut()
-            .for_each(|block| scale(block, squared));
+        let blocks = self.plain.iter_mut();
+        blocks.for_each(|block| scale(block, squared));
         for [_, mean, squares] in self.begun.iter_mut().flat_map(|(_, pieces)| pieces) {
             scale(mean, factor);
             scale(squares, squared);
@@ -158,10 +156,8 @@ impl Sums {
     pub fn is_silent(&self) -> bool {
         let pieces = self.begun.iter().flat_map(|(_, pieces)| pieces);
         // The first block of a piece counts samples.
-        let mut all = self
-            .plain
-            .iter()
-            .chain(pieces.flat_map(|piece| &piece[1..]));
+        let pieces = pieces.flat_map(|piece| &piece[1..]);
+        let mut all = self.plain.iter().chain(pieces);
         all.all(|block| block.0.iter().all(|sum| *sum == 0.0))
     }
 
@@ -178,11 +174,8 @@ impl Sums {
     /// From the numbers of [`Self::write`].
     pub fn read(shape: SumsShape, begun: &[usize], numbers: &[f64]) -> Sums {
         let mut sums = Sums::zeros(shape);
-        let mut blocks = numbers
-            .as_chunks::<WIDTH>()
-            .0
-            .iter()
-            .map(|row| LaneBlock(*row));
+        let rows = numbers.as_chunks::<WIDTH>().0.iter();
+        let mut blocks = rows.map(|row| LaneBlock(*row));
         let whole = sums.plain.iter_mut().chain(&mut sums.steadiness);
         whole.zip(&mut blocks).for_each(|(to, block)| *to = block);
         for record in begun {
@@ -240,10 +233,8 @@ fn steadiness(pieces: &[Piece], lane: usize, about_mean: bool) -> f64 {
     };
     // The last piece is what the others, which are equally long, leave over.
     let equal = &pieces[..pieces.len().saturating_sub(1)];
-    let energies = equal
-        .iter()
-        .map(|piece| of(piece, 2) + of(piece, 0) * (of(piece, 1) - mean).powi(2));
-    super::ensemble::evenness(&energies.collect::<Vec<f64>>())
+    let energy = |piece| of(piece, 2) + of(piece, 0) * (of(piece, 1) - mean).powi(2);
+    super::ensemble::evenness(&equal.iter().map(energy).collect::<Vec<f64>>())
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Work, add_powers, mean_spectrum};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::estimates::realisations::{Records, SegmentScratch};
 use crate::field::Field;
 use crate::numeric::least_squares::LineFit;
@@ -51,7 +51,7 @@ impl Work<'_> {
     }
 
     /// # Errors
-    /// [`Error::Memory`]; [`Error::Cancelled`].
+    /// [`crate::Error::Memory`]; [`crate::Error::Cancelled`].
     pub fn in_frames(&self, field: &Field) -> Result<Vec<Frame>> {
         let (n_times, n_sites) = (field.n_times(), field.n_sites());
         let (frames, bins) = (self.frames(), self.realisations.bins());
@@ -71,9 +71,7 @@ impl Work<'_> {
             let times = self.times(i);
             let (mut spectrum, mut count, mut inverse) = (vec![0.0; bins], 0u64, 0.0f64);
             for from in times.clone().step_by(TOGETHER) {
-                if self.observer.cancelled() {
-                    return Err(Error::Cancelled);
-                }
+                self.observer.go_on()?;
                 let some = from..times.end.min(from + TOGETHER);
                 self.observer.advance(some.len() as u64);
                 rows.resize(some.len() * n_sites, 0.0);

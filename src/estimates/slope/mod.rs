@@ -24,7 +24,7 @@ use crate::numeric::least_squares::{LineFit, mean_of};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
-use crate::transform::{RecordTransform, fold, frequencies, wavenumbers};
+use crate::transform::{fold, frequencies, wavenumbers};
 use breaks::breaks;
 use frames::Frame;
 
@@ -280,10 +280,9 @@ impl Work<'_> {
         let reached = realisations.reached();
         let shots = Shots::new(self.fields, gaps, memory, reached, self.observer)?;
         let (bins, samples) = (realisations.bins(), self.first.n_times() as u64);
-        let length = realisations.segments.length;
         let threads = rayon::current_num_threads() as u64;
-        let tile = TOGETHER as u64 * (8 * samples + 16 * bins as u64)
-            + RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let tile =
+            TOGETHER as u64 * (8 * samples + 16 * bins as u64) + realisations.working_bytes();
         let held = threads * tile + 8 * (bins * (shots.tiles() + self.fields.len())) as u64;
         let block = shots.block("the spectra of this field", held)?;
         let mut found = Vec::new();
@@ -308,7 +307,7 @@ impl Work<'_> {
         let density = self.first.time.step * unit * unit / count;
         for spectrum in &mut found {
             for (m, value) in spectrum.iter_mut().enumerate() {
-                *value *= density * fold(m, length);
+                *value *= density * fold(m, realisations.segments.length);
             }
         }
         Ok(found)

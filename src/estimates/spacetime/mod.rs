@@ -12,11 +12,11 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Realisations, Shots, Tapers,
-    check_squares, first_of, refuse_left_out, steadiness,
+    check_significance, check_squares, first_of, least_median_most, refuse_left_out, steadiness,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
-use crate::prepare::{Detrend, Gaps, Window};
+use crate::prepare::{Gaps, Window};
 use crate::system::threads::in_pool;
 use crate::transform::{fold, frequencies, wavenumbers_signed};
 use pass::Pass;
@@ -116,12 +116,8 @@ impl SpaceTimeEstimate {
     pub fn degrees_range(&self) -> Option<[f64; 3]> {
         let (length, sites) = (self.segment[0], self.wavenumber.len());
         let cells = self.degrees.indexed_iter();
-        let complex =
-            cells.filter(|((m, i), d)| d.is_finite() && !is_real([*m, *i], length, sites));
-        let mut all: Vec<f64> = complex.map(|(_, d)| *d).collect();
-        all.sort_by(f64::total_cmp);
-        let last = all.len().checked_sub(1)?;
-        Some([all[0], all[last / 2], all[last]])
+        let complex = cells.filter(|((m, i), _)| !is_real([*m, *i], length, sites));
+        least_median_most(complex.map(|(_, d)| *d))
     }
 
     /// Row and column of the largest density where an interval may be.
@@ -221,24 +217,13 @@ const PARSEVAL: f64 = 1e-10;
 
 impl SpaceTimeRequest {
     fn plan(&self, grid: &Grid) -> Result<Realisations> {
-        if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            let (expected, found) = ("a probability between 0 and 1", self.alpha.to_string());
-            return Err(Error::request("significance", expected, found));
-        }
+        check_significance(self.alpha)?;
         refuse_left_out(self.gaps, "a space-time spectrum")?;
         if grid.sites < 4 {
             let expected = "at least 4 sites for spectra along both axes";
-            return Err(Error::request("along", expected, grid.sites.to_string()));
+            return Err(Error::request("along", expected, grid.sites));
         }
-        let mut averaging = self.averaging.clone();
-        if self.is_whole {
-            (averaging.segment, averaging.overlap) = (Some(grid.times), None);
-        }
-        Realisations::new(&averaging, grid.times)
-    }
-
-    fn about_mean(&self) -> bool {
-        self.averaging.detrend != Detrend::None
+        self.averaging.planned(self.is_whole, grid.times)
     }
 
     /// Pairs of tapers that have sums of their own: all where weights are adaptive, else one.
@@ -303,7 +288,7 @@ impl SpaceTimeRequest {
             (true, _) => (2.0 * records as f64, false),
             (false, _) => (2.0 * independence.effective, self.pairs() > 1),
         };
-        let mean_is_removed = self.about_mean();
+        let mean_is_removed = time.about_mean();
         let wavenumber = wavenumbers_signed(sites, grid.space.step);
         let degrees = Array2::from_shape_fn(spectrum.dim(), |(m, i)| {
             if spectrum[[m, i]] <= 0.0 || (m == 0 && mean_is_removed) {
@@ -317,21 +302,18 @@ impl SpaceTimeRequest {
             }
         });
         let least = 0.5 * most / self.pairs() as f64;
-        let table = || FactorTable::new([least, most], self.alpha);
-        let table = most.is_finite().then(table);
-        let mut low = degrees.clone();
-        let mut high = spectrum.clone();
-        for (low, high) in low.iter_mut().zip(&mut high) {
-            let factors = table.as_ref().map_or([f64::NAN; 2], |table| table.at(*low));
-            *low = *high * factors[0];
-            *high *= factors[1];
-        }
-        let half = |tapers: &Tapers, over: f64| match tapers {
-            Tapers::Slepian { nw, .. } => Some(nw / over),
-            Tapers::Window(_) => None,
+
+        let [low, high] = match most.is_finite() {
+            true => FactorTable::new([least, most], self.alpha).ends(&spectrum, &degrees),
+            false => [(); 2].map(|()| Array2::from_elem(spectrum.dim(), f64::NAN)),
         };
-        let along_time = half(&self.averaging.tapers, duration);
-        let half_bandwidth = [along_time, half(&self.space, extent / TAU)];
+        let half_bandwidth = [
+            self.averaging
+                .tapers
+                .half_bandwidth()
+                .map(|nw| nw / duration),
+            self.space.half_bandwidth().map(|nw| nw / (extent / TAU)),
+        ];
         Ok(SpaceTimeEstimate {
             frequency: frequencies(length, grid.time.step),
             wavenumber,

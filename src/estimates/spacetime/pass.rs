@@ -6,13 +6,14 @@ use rayon::prelude::*;
 
 use super::SpaceTimeRequest;
 use super::totals::Totals;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::estimates::realisations::{
     Averaging, Grid, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape,
     TOGETHER,
 };
 use crate::numeric::lanes::WIDTH;
 use crate::prepare::Detrend;
+use crate::system::check_memory;
 use crate::transform::{ComplexScratch, ComplexTransform};
 
 /// Rows of the result that are summed together: those that pass through a transform at once.
@@ -22,7 +23,6 @@ pub(super) const ROWS: usize = ComplexTransform::<f64>::TOGETHER;
 pub(super) const OF_SITES: usize = 2;
 
 pub(super) struct Pass<'a> {
-    request: &'a SpaceTimeRequest,
     pub realisations: &'a Realisations,
     /// Along space, all sites as one segment.
     pub space: Realisations,
@@ -72,7 +72,6 @@ impl<'a> Pass<'a> {
             transforms: space.taper_samples().iter().map(plan).collect(),
             squares: [mean_squares(realisations), mean_squares(&space)],
             pairs: request.pairs(),
-            request,
             realisations,
             space,
             grid,
@@ -83,15 +82,15 @@ impl<'a> Pass<'a> {
     pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<(f64, Totals)> {
         let time = self.realisations;
         let bins = time.bins();
-        let band = self.rows_at_once(shots.memory())?;
-        let portions: Vec<Portion> = (0..records).map(|r| time.whole(r)).collect();
+        let band = self.rows_at_once(shots.memory)?;
+        let portions = time.whole_records(records);
         // Where the field is larger than memory, pages are released behind the reader.
         let bytes = 8 * (time.segments.record * self.grid.sites) as u64;
-        let block = (bytes > shots.memory() / 4).then_some(TOGETHER);
+        let block = (bytes > shots.memory / 4).then_some(TOGETHER);
         let mut sums = Vec::new();
         let (plain, pieces) = (OF_SITES, time.pieces());
         let of_sites = Sums::zeros(SumsShape { plain, pieces });
-        let mut sites = vec![of_sites; self.grid.sites.div_ceil(TOGETHER)];
+        let mut sites = vec![of_sites; self.grid.tiles()];
         let mut unit = 1.0;
         for first in (0..bins).step_by(band) {
             let rows = first..bins.min(first + band);
@@ -127,7 +126,7 @@ impl<'a> Pass<'a> {
                     shot.observer.advance(1);
                 }
                 for sums in &mut sites {
-                    sums.close(time.reached(), self.request.about_mean());
+                    sums.close(time.reached(), time.about_mean());
                 }
                 Ok(())
             })?;
@@ -147,7 +146,7 @@ impl<'a> Pass<'a> {
         let row = sites * (16 + 8 * pairs);
         let scratch = ComplexTransform::<f64>::working_bytes(self.grid.sites, self.grid.sites)
             + 16 * ROWS as u64 * sites
-            + crate::transform::RecordTransform::<f64>::working_bytes(length, length, TOGETHER)
+            + time.working_bytes()
             + 24 * (TOGETHER * length) as u64;
         let pieces = 8 * (OF_SITES + 2 + 3 * time.pieces()) as u64;
         let fixed = 8 * length as u64 * sites
@@ -155,13 +154,11 @@ impl<'a> Pass<'a> {
             + sites * pieces
             + threads * scratch;
         let needed = fixed + ROWS as u64 * row;
-        if needed > memory {
-            return Err(Error::Memory {
-                what: "the space-time spectrum of this field",
-                needed,
-                allowed: memory,
-            });
-        }
+        check_memory(
+            "the space-time spectrum of this field",
+            needed,
+            Some(memory),
+        )?;
         let rows = ((memory - fixed) / row) as usize / ROWS * ROWS;
         Ok(rows.clamp(ROWS, bins.next_multiple_of(ROWS)))
     }
@@ -271,7 +268,6 @@ impl<'a> Pass<'a> {
 fn mean_squares(realisations: &Realisations) -> Vec<f64> {
     let tapers = realisations.taper_samples();
     let square = |n: usize| tapers.iter().map(|taper| taper[n] * taper[n]).sum::<f64>();
-    (0..realisations.segments.length)
-        .map(|n| square(n) / tapers.len() as f64)
-        .collect()
+    let samples = 0..realisations.segments.length;
+    samples.map(|n| square(n) / tapers.len() as f64).collect()
 }

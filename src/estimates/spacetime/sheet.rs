@@ -3,12 +3,13 @@
 use serde_json::json;
 
 use super::SpaceTimeEstimate;
-use crate::estimates::realisations::{TRANSIENT, degrees_as_numbers, interval_in_words};
-use crate::estimates::spectrum::{shown, without_mean};
+use crate::estimates::realisations::{
+    TRANSIENT, degrees_as_numbers, interval_in_words, spectrum_chart, without_mean,
+};
 use crate::measure::cycles_per;
 use crate::sheet::{
-    BLUE, Chart, Describe, HeatChart, PlotRow, Role, Series, Sheet, Units, confidence,
-    edges_from_zero, number, percent, range, six_digits,
+    Chart, Describe, HeatChart, PlotRow, Role, Sheet, Units, confidence, edges_from_zero, number,
+    percent, range, six_digits,
 };
 use crate::unit::{compose, label};
 
@@ -45,10 +46,7 @@ impl Describe for SpaceTimeEstimate {
         let degrees = self.degrees_range();
         let interval = interval_in_words(degrees, self.alpha);
         let mut sheet = Sheet {
-            name: "spacetime",
             needs_sites_in_step: true,
-            version: 1,
-            title: "Space-time spectrum with intervals".into(),
             about: format!(
                 "power spectral density over wavenumber and frequency, times in {time_unit}, positions in {space_unit}"
             ),
@@ -60,8 +58,11 @@ impl Describe for SpaceTimeEstimate {
                     self.independence.why_none()
                 ),
             },
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of(
+                "spacetime",
+                "Space-time spectrum with intervals",
+                &DEFINITIONS,
+            )
         };
         let [plus, minus, neither] = self.directions();
         sheet.fact("interval", interval);
@@ -160,13 +161,11 @@ impl SpaceTimeEstimate {
         let steadiness = number(independence.steadiness);
         if independence.is_transient() {
             let (message, advice) = match self.has_interval() {
-                false if independence.steadiness.is_nan() => (
-                    format!(
-                        "{} at sites that hold most of the energy: no interval is stated",
-                        independence.why()
-                    ),
-                    "use records without missing samples",
-                ),
+                false if independence.steadiness.is_nan() => {
+                    let (why, at) = (independence.why(), "at sites that hold most of the energy");
+                    let message = format!("{why} {at}: no interval is stated");
+                    (message, "use records without missing samples")
+                }
                 false => (
                     format!(
                         "most of the energy is at sites with a transient (steadiness {steadiness}): the field is one \
@@ -184,15 +183,13 @@ impl SpaceTimeEstimate {
             };
             sheet.warn(message, advice);
         } else if self.tapers[1] > 1 && self.evenness < 1.0 / 3.0 {
-            sheet.warn(
-                format!(
-                    "the energy is at a few of the sites (evenness {}): the {} tapers along space count as one \
-                     realisation",
-                    number(self.evenness),
-                    self.tapers[1]
-                ),
-                "name the sites that move with `--select`",
+            let message = format!(
+                "the energy is at a few of the sites (evenness {}): the {} tapers along space count as one \
+                 realisation",
+                number(self.evenness),
+                self.tapers[1]
             );
+            sheet.warn(message, "name the sites that move with `--select`");
         }
     }
 
@@ -235,26 +232,15 @@ impl SpaceTimeEstimate {
     fn cut(
         &self,
         title: String,
-        (x_label, x): (String, &[f64]),
+        x: (String, &[f64]),
         cell: impl Fn(usize) -> (usize, usize),
     ) -> Chart {
         let along = |array: &ndarray::Array2<f64>| -> Vec<f64> {
-            (0..x.len()).map(|i| array[cell(i)]).collect()
+            (0..x.1.len()).map(|i| array[cell(i)]).collect()
         };
         let [spectrum, low, high] = [&self.spectrum, &self.low, &self.high].map(along);
-        let line = Series::of("", BLUE, x, &spectrum);
-        let line = match low.iter().any(|v| v.is_finite()) {
-            true => {
-                let ends = low.iter().copied().zip(high.iter().copied());
-                let label = format!("{} interval", confidence(self.alpha));
-                line.with_band(label, ends.collect())
-            }
-            false => line,
-        };
-        Chart {
-            y: shown([&spectrum, &low, &high]),
-            log_y: true,
-            ..Chart::of(title, x_label, self.density_label(), vec![line])
-        }
+        let values = [&spectrum[..], &low, &high];
+        let interval = format!("{} interval", confidence(self.alpha));
+        spectrum_chart(title, x, self.density_label(), values, interval)
     }
 }

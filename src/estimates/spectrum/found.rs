@@ -3,14 +3,14 @@
 use ndarray::Array2;
 
 use super::lines::{Line, OFFSETS, line_and_rest};
-use super::noise::{LeadIn, Spectra, no_noise};
+use super::noise::LeadIn;
 use super::pass::{Pass, TileSums};
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
 use crate::error::Result;
 use crate::estimates::realisations::{FactorTable, Independence, TOGETHER, check_squares};
 use crate::numeric::lanes::LaneBlock;
-use crate::numeric::{fisher_level, fisher_tail, student_two_sided};
-use crate::prepare::Detrend;
+use crate::numeric::{fisher_level, fisher_tail, median, student_two_sided};
+
 use crate::transform::{fold, frequencies};
 
 /// Power over that which filled samples leave, up to which no interval is stated.
@@ -26,29 +26,24 @@ impl Pass<'_> {
         (unit, has_noise): (f64, bool),
     ) -> Result<SpectrumEstimate> {
         let (alpha, length) = (self.request.alpha, self.realisations.segments.length);
-        let grid = &self.grid;
+        let grid = self.grid;
         let shape = (self.realisations.bins(), grid.sites);
         // Blocks of all tiles are taken out once they are needed, so that their memory is free for the arrays.
         let mut taken = |blocks: fn(&mut TileSums) -> &mut Vec<LaneBlock>| -> Vec<Vec<LaneBlock>> {
-            tiles
-                .iter_mut()
-                .map(|tile| std::mem::take(blocks(tile)))
-                .collect()
+            let tiles = tiles.iter_mut();
+            tiles.map(|tile| std::mem::take(blocks(tile))).collect()
         };
         let value = |tiles: &[Vec<LaneBlock>], m: usize, j: usize| {
             let block = tiles[j / TOGETHER].get(m);
             block.map_or(f64::NAN, |block| block.0[j % TOGETHER])
         };
-        let [powers, shapes] = [
-            taken(|tile| &mut tile.spectrum),
-            taken(|tile| &mut tile.shape),
-        ];
-        let jackknifed = [
-            taken(|tile| &mut tile.deviations),
-            taken(|tile| &mut tile.squares),
-        ];
+        let powers = taken(|tile| &mut tile.spectrum);
+        let shapes = taken(|tile| &mut tile.shape);
+        let deviations = taken(|tile| &mut tile.deviations);
+        let squares = taken(|tile| &mut tile.squares);
         let tiles = &tiles[..];
         let steadiness: Vec<f64> = (0..shape.1).map(|j| self.steadiness(tiles, j)).collect();
+        let median = median(steadiness.iter().copied()).unwrap_or(f64::NAN);
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
         check_squares(unit)?;
         let density = grid.time.step * unit * unit;
@@ -56,7 +51,7 @@ impl Pass<'_> {
             Some(left) => left.records == 0,
             None => false,
         };
-        let mut spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
             if has_none(j) {
                 return f64::NAN;
             }
@@ -82,7 +77,7 @@ impl Pass<'_> {
         };
         let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
         let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
-        let has_mean = self.request.averaging.detrend == Detrend::None;
+
         let detrended = self.realisations.lost();
         // The one-sided density that filled samples leave.
         let floors = (0..shape.1).map(|j| FILLING * self.filled(tiles, j) * density * 2.0);
@@ -121,89 +116,39 @@ impl Pass<'_> {
             None => vec![left_out_of(0); shape.1],
             Some(_) => (0..shape.1).map(left_out_of).collect(),
         };
-        let mut jackknife = Array2::from_shape_fn(shape, |(m, j)| {
+        let jackknife = Array2::from_shape_fn(shape, |(m, j)| {
             // Realisations of a transient are not independent, its records are.
             let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
             let [all, effective, quantile] = of_sites[j];
             if degrees[[m, j]].is_nan() || quantile.is_nan() || !is_known {
                 return f64::NAN;
             }
-            let sum = value(&jackknifed[0], m, j);
-            let squares = value(&jackknifed[1], m, j);
+            let (sum, squares) = (value(&deviations, m, j), value(&squares, m, j));
             let variance = (squares - sum * sum / all).max(0.0) * (all - 1.0) / all;
             quantile * (variance * all / effective).sqrt()
         });
 
-        drop(jackknifed);
-        let mut low = degrees.clone();
-        let mut high = spectrum.clone();
-        for (low, high) in low.iter_mut().zip(&mut high) {
-            let factors = table.at(*low);
-            *low = *high * factors[0];
-            *high *= factors[1];
-        }
-
-        let mut sorted = steadiness.clone();
-        sorted.sort_by(f64::total_cmp);
+        drop((deviations, squares));
+        let [low, high] = table.ends(&spectrum, &degrees);
         let frequency = frequencies(length, grid.time.step);
-        let has_noise = has_noise && self.request.along == SpectrumAxis::Time;
-        let noise = has_noise.then(|| {
-            let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
-            let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
-            let spectra = Spectra {
-                spectrum: &spectrum,
-                degrees: &degrees,
-                frequency: &frequency,
-                length,
-                shared_bins: self.realisations.shared_bins(),
-                alpha,
-                density: 2.0 * density,
-                records: self.records,
-            };
-            let noise = spectra.noise(&lead_ins);
-            if !self.request.subtract_noise {
-                return noise;
-            }
-            // Logarithms of differences have another spread.
-            jackknife.fill(f64::NAN);
-            let from = usize::from(!has_mean);
-            noise.subtract(
-                [&mut spectrum, &mut low, &mut high],
-                (length, from),
-                frequency[1],
-            )
-        });
-        if let Some(noise) = &noise
-            && self.request.subtract_noise
-            && noise.known() == 0
-        {
-            return Err(no_noise());
-        }
+        let has_interval = |j: usize| match of_site(j).0 {
+            0 => false,
+            records => !sites[j].is_transient() || records > 1,
+        };
+        let known = self.realisations;
+        let half_bandwidth = self.request.averaging.tapers.half_bandwidth();
         let test = || self.line_test(tiles, &sites, &frequency, unit);
         let line_test = self.tests_lines().then(test);
-        Ok(SpectrumEstimate {
-            noise,
+        let mut found = SpectrumEstimate {
+            noise: None,
             along: SpectrumAxis::Time,
             mean: None,
-            mean_is_removed: !has_mean,
+            mean_is_removed: self.realisations.about_mean(),
             detrended,
             segment: [length, length - self.realisations.segments.hop],
-            half_bandwidth: self.half_bandwidth(),
-            independence: match &left {
-                None => self.independence(sorted[sorted.len() / 2]),
-                Some(left) => {
-                    let records = self.records;
-                    let effective = left.median_effective() / records as f64;
-                    let segments = left.least_and_median()[1] / records;
-                    self.independence_of(segments, effective, sorted[sorted.len() / 2])
-                }
-            },
-            has_interval: (0..shape.1)
-                .map(|j| match of_site(j).0 {
-                    0 => false,
-                    records => !sites[j].is_transient() || records > 1,
-                })
-                .collect(),
+            half_bandwidth: half_bandwidth.map(|nw| nw / (length as f64 * grid.time.step)),
+            independence: known.independence(self.records, left.as_ref(), median),
+            has_interval: (0..shape.1).map(has_interval).collect(),
             segments_left: left,
             has_jackknife: self.request.has_jackknife,
             time: grid.time.clone(),
@@ -220,17 +165,16 @@ impl Pass<'_> {
             jackknife,
             left_out,
             line_test,
-        })
-    }
-
-    fn half_bandwidth(&self) -> Option<f64> {
-        match self.request.averaging.tapers {
-            crate::estimates::Tapers::Slepian { nw, .. } => {
-                let duration = self.realisations.segments.length as f64 * self.grid.time.step;
-                Some(nw / duration)
+        };
+        if has_noise && self.request.along == SpectrumAxis::Time {
+            let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);
+            let lead_ins: Vec<LeadIn> = lead_ins.take(shape.1).collect();
+            found.find_noise(&lead_ins, 2.0 * density, self.realisations.shared_bins());
+            if self.request.subtract_noise {
+                found.subtract_noise()?;
             }
-            crate::estimates::Tapers::Window(_) => None,
         }
+        Ok(found)
     }
 
     fn line_test(
@@ -244,31 +188,31 @@ impl Pass<'_> {
         let shape = (self.realisations.bins(), self.grid.sites);
         let inside = 1..length.div_ceil(2);
         let more = (self.weights.tapers() - 1) as f64;
-        let effective = self.realisations.effective_beside_lines();
+        let shared = self.realisations.shared_beside_lines();
+        let effective = self.realisations.effective_beside_lines(None, &shared);
         let degrees = effective.map(|one| 2.0 * (one * self.records as f64));
         let sums = |m: usize, j: usize, offset: usize| {
             let lines = tiles[j / TOGETHER].lines.as_chunks().0;
             line_and_rest(&lines[m], offset, j % TOGETHER)
         };
-        let f_at = |m: usize, j: usize, offset: usize| match inside.contains(&m) {
-            true => {
-                let (line, rest) = sums(m, j, offset);
+        let f_at = |m: usize, j: usize, offset: usize| {
+            let (line, rest) = sums(m, j, offset);
+            if inside.contains(&m) {
                 more * line / rest
+            } else {
+                f64::NAN
             }
-            false => f64::NAN,
         };
         let statistic = Array2::from_shape_fn(shape, |(m, j)| f_at(m, j, 0));
         let tested = sites.iter().filter(|site| !site.is_transient()).count();
         let cells = (inside.len() * tested * OFFSETS.len()).max(1) as f64;
         let level_of_all = fisher_level(alpha / cells, degrees);
         // Of a site from which segments are left out: its own degrees of freedom and level of all cells.
-        let shared = self.realisations.shared_beside_lines();
         let of_site = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
             None => (degrees, level_of_all),
             Some(left) if left.records == 0 => (degrees, f64::INFINITY),
-            Some(left) => {
-                let pairs = left.by_distance();
-                let effective = self.realisations.effective_beside_lines_of(pairs, &shared);
+            left => {
+                let effective = self.realisations.effective_beside_lines(left, &shared);
                 let own = effective.map(|one| 2.0 * one);
                 (own, fisher_level(alpha / cells, own))
             }
@@ -287,7 +231,8 @@ impl Pass<'_> {
                 probability: fisher_tail(f, degrees),
             }
         };
-        let reach = self.half_bandwidth_bins();
+        let reach = self.request.averaging.tapers.half_bandwidth();
+        let reach = reach.map_or(1, |nw| nw.ceil() as usize);
         let mut lines = Vec::new();
         for j in (0..shape.1).filter(|j| !sites[*j].is_transient()) {
             // The offset with the largest F of each bin; F is NaN at the ends and of still sites.
@@ -312,13 +257,6 @@ impl Pass<'_> {
             level: fisher_level(alpha, degrees),
             level_of_all,
             lines,
-        }
-    }
-
-    fn half_bandwidth_bins(&self) -> usize {
-        match self.request.averaging.tapers {
-            crate::estimates::Tapers::Slepian { nw, .. } => nw.ceil() as usize,
-            crate::estimates::Tapers::Window(_) => 1,
         }
     }
 }

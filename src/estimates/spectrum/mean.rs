@@ -3,13 +3,11 @@
 use std::f64::consts::TAU;
 
 use super::{SpectrumAxis, SpectrumEstimate, found::DETRENDED};
-use crate::estimates::realisations::steadiness;
+use crate::estimates::realisations::{LEAST_STEADINESS, steadiness};
 use crate::numeric::student_two_sided;
 
 /// Parts of the record whose means are compared.
 const PARTS: usize = 16;
-/// Below it, as for single records, the energy of the snapshots is that of a transient.
-const LEAST_STEADINESS: f64 = 1.0 / 3.0;
 
 /// The mean of the spectra of all times, one value a wavenumber.
 ///

@@ -3,7 +3,7 @@
 mod found;
 mod lines;
 mod mean;
-mod memory;
+
 mod noise;
 mod pass;
 mod peaks;
@@ -14,7 +14,6 @@ pub use mean::MeanSpectrum;
 pub(crate) use noise::no_noise;
 pub use noise::{NoiseFloor, NoiseSource, SiteNoise, SubtractedNoise};
 pub use peaks::Peak;
-pub(crate) use sheet::{shown, without_mean};
 
 use ndarray::Array2;
 
@@ -22,12 +21,12 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Portion, Realisations, SegmentsLeft, Shots, Sums, SumsShape,
-    first_of,
+    Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_significance, first_of,
+    least_median_most,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
-use crate::prepare::{Detrend, Gaps};
+use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
 use pass::Pass;
 
@@ -40,6 +39,16 @@ pub enum SpectrumAxis {
     Time,
     /// Snapshots: `S(k)` at each time, one-sided, per rad; and their mean over time.
     Space,
+}
+
+impl SpectrumAxis {
+    /// The first of two along time, the second along space.
+    fn of<T>(self, [time, space]: [T; 2]) -> T {
+        match self {
+            SpectrumAxis::Time => time,
+            SpectrumAxis::Space => space,
+        }
+    }
 }
 
 /// All choices of [`spectrum`].
@@ -173,26 +182,20 @@ pub struct SpectrumEstimate {
 impl SpectrumEstimate {
     /// Positions of the sites, or the times.
     pub fn coordinates(&self) -> Vec<f64> {
-        (0..self.spectrum.ncols())
-            .map(|j| self.coordinate(j))
-            .collect()
+        let columns = 0..self.spectrum.ncols();
+        columns.map(|j| self.coordinate(j)).collect()
     }
 
     /// Position of a site, or a time.
     pub fn coordinate(&self, column: usize) -> f64 {
-        match self.along {
-            SpectrumAxis::Time => self.space.at(column),
-            SpectrumAxis::Space => self.time.at(column),
-        }
+        self.along.of([&self.space, &self.time]).at(column)
     }
 
     /// Unit of the bins: of frequency, or of wavenumber.
     pub fn bin_unit(&self) -> String {
         let (time_unit, space_unit) = self.units();
-        match self.along {
-            SpectrumAxis::Time => crate::measure::cycles_per(&time_unit),
-            SpectrumAxis::Space => format!("rad/{space_unit}"),
-        }
+        let cycles = crate::measure::cycles_per(&time_unit);
+        self.along.of([cycles, format!("rad/{space_unit}")])
     }
 
     /// Words for the units of time and of length.
@@ -213,11 +216,7 @@ impl SpectrumEstimate {
     /// frequency; `None` where there are none.
     pub fn degrees_range(&self) -> Option<[f64; 3]> {
         let inside = ndarray::s![1..self.segment[0].div_ceil(2), ..];
-        let cells = self.degrees.slice(inside);
-        let mut all: Vec<f64> = cells.iter().copied().filter(|d| d.is_finite()).collect();
-        all.sort_by(f64::total_cmp);
-        let last = all.len().checked_sub(1)?;
-        Some([all[0], all[last / 2], all[last]])
+        least_median_most(self.degrees.slice(inside).iter().copied())
     }
 
     /// Sites without intervals.
@@ -287,7 +286,8 @@ pub fn spectrum(
     in_pool(request.threads, || {
         let (gaps, memory) = (request.gaps, request.memory);
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
-        let found = Pass::new(request, &realisations, Grid::of(first), fields.len()).run(&shots)?;
+        let grid = Grid::of(first);
+        let found = Pass::new(request, &realisations, &grid, fields.len()).run(&shots)?;
         Ok(match request.along {
             SpectrumAxis::Time => found,
             SpectrumAxis::Space => found.along_space(),
@@ -298,90 +298,40 @@ pub fn spectrum(
 impl SpectrumRequest {
     /// # Errors
     /// [`Error::Request`].
-    pub(super) fn realisations(&self, times: usize) -> Result<Realisations> {
-        if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            return Err(Error::Request {
-                option: "significance",
-                expected: "a probability between 0 and 1".into(),
-                found: self.alpha.to_string(),
-            });
-        }
-        let mut averaging = self.averaging.clone();
-        if self.is_whole {
-            (averaging.segment, averaging.overlap) = (Some(times), None);
-        }
-        Realisations::new(&averaging, times)
-    }
-}
-
-impl Divided for SpectrumRequest {
-    type Found = SpectrumEstimate;
-
-    fn gaps_and_memory(&self) -> (Gaps, Option<u64>) {
-        (self.gaps, self.memory)
+    fn realisations(&self, times: usize) -> Result<Realisations> {
+        check_significance(self.alpha)?;
+        self.averaging.planned(self.is_whole, times)
     }
 
-    fn threads(&self) -> Option<usize> {
-        self.threads
-    }
-
-    fn plan(&self, grid: &Grid) -> Result<Realisations> {
-        let refuse = |option, expected: &str, found: &str| {
-            Err(Error::Request {
-                option,
-                expected: expected.into(),
-                found: found.into(),
-            })
-        };
-        if self.along == SpectrumAxis::Space {
-            let expected = "spectra along time, in parts";
-            return refuse(
+    /// The same in parts.
+    pub(in crate::estimates) fn plan_in_parts(&self, grid: &Grid) -> Result<Realisations> {
+        let (option, expected, found) = match self {
+            _ if self.along == SpectrumAxis::Space => (
                 "along",
-                expected,
+                "spectra along time, in parts",
                 "snapshots, each with a result of its own",
-            );
-        }
-        if self.has_jackknife {
-            let expected =
-                "parts without a jackknife, which compares the mean of all realisations with each";
-            return refuse("part", expected, "a jackknife");
-        }
-        if self.subtract_noise {
-            let expected =
-                "parts without noise subtracted, which is read off the beginning of each record";
-            return refuse("subtract-noise", expected, "it with parts");
-        }
-        self.realisations(grid.times)
+            ),
+            _ if self.has_jackknife => (
+                "part",
+                "parts without a jackknife, which compares the mean of all realisations with each",
+                "a jackknife",
+            ),
+            _ if self.subtract_noise => (
+                "subtract-noise",
+                "parts without noise subtracted, which is read off the beginning of each record",
+                "it with parts",
+            ),
+            _ => return self.realisations(grid.times),
+        };
+        Err(Error::request(option, expected, found))
     }
 
-    fn shape(&self, realisations: &Realisations) -> SumsShape {
-        memory::shape(realisations)
-    }
-
-    fn result_bytes(&self, (grid, realisations): (&Grid, &Realisations)) -> u64 {
-        memory::result_bytes(grid, realisations, &self.averaging.tapers)
-    }
-
-    fn about_mean(&self) -> bool {
-        self.averaging.detrend != Detrend::None
-    }
-
-    fn sums(
-        &self,
-        shots: &Shots<'_>,
-        (grid, realisations): (&Grid, &Realisations),
-        portions: &[Portion],
-    ) -> Result<(f64, Vec<Sums>)> {
-        Pass::new(self, realisations, grid.clone(), shots.count()).sums(shots, portions)
-    }
-
-    fn combine(
-        &self,
-        (grid, realisations): (&Grid, &Realisations),
+    pub(in crate::estimates) fn pass<'a>(
+        &'a self,
+        realisations: &'a Realisations,
+        grid: &'a Grid,
         records: usize,
-        sums: Vec<Sums>,
-        unit: f64,
-    ) -> Result<SpectrumEstimate> {
-        Pass::new(self, realisations, grid.clone(), records).combine(sums, unit)
+    ) -> impl Divided + 'a {
+        Pass::new(self, realisations, grid, records)
     }
 }

@@ -1,10 +1,11 @@
 //! The noise of each site: a white floor, found where nothing else moves.
 
-use ndarray::Array2;
+use std::ops::Range;
 
-use crate::error::Error;
+use super::SpectrumEstimate;
+use crate::error::{Error, Result};
 use crate::estimates::realisations::{SIGNIFICANCE, interval_factors};
-use crate::numeric::{LineFit, chi_square_level, student_two_sided, sum_of_squares};
+use crate::numeric::{LineFit, chi_square_level, median, student_two_sided, sum_of_squares};
 use crate::transform::fold;
 
 /// Where the noise of a site was found.
@@ -60,47 +61,6 @@ impl NoiseFloor {
         self.sites.iter().flatten().count()
     }
 
-    /// Subtracts it from spectra of segments of `length` samples, whose bins are `df` apart, from the bin `first` on.
-    /// The intervals of both are independent, and are added as the roots of their squares.
-    pub(super) fn subtract(
-        mut self,
-        [spectrum, low, high]: [&mut Array2<f64>; 3],
-        (length, first): (usize, usize),
-        df: f64,
-    ) -> NoiseFloor {
-        let mut left = SubtractedNoise::default();
-        for (j, noise) in self.sites.iter().enumerate() {
-            let (mut bins, mut power) = (0, 0.0);
-            if let Some(noise) = noise {
-                for m in first..spectrum.nrows() {
-                    let part = fold(m, length) / 2.0;
-                    let cell = [m, j];
-                    let ends = [
-                        (spectrum[cell] - low[cell]).hypot(part * (noise.high - noise.density)),
-                        (high[cell] - spectrum[cell]).hypot(part * (noise.density - noise.low)),
-                    ];
-                    let rest = spectrum[cell] - part * noise.density;
-                    if rest < 0.0 {
-                        bins += 1;
-                        power -= rest * df;
-                    }
-                    spectrum[cell] = rest.max(0.0);
-                    // `max` would make a number of what is unknown.
-                    let at_least_0 = |value: f64| if value < 0.0 { 0.0 } else { value };
-                    low[cell] = at_least_0(rest - ends[0]);
-                    high[cell] = at_least_0(rest + ends[1]);
-                }
-            }
-            left.clipped_bins.push(bins);
-            left.clipped_power.push(power);
-            let nyquist = 0.5 * length as f64 * df;
-            let half = noise.map_or(0.0, |noise| 0.5 * (noise.high - noise.low));
-            left.uncertain_power.push(half * nyquist);
-        }
-        self.subtracted = Some(left);
-        self
-    }
-
     /// The median density of the sites of which it was found.
     pub fn median(&self) -> Option<SiteNoise> {
         let mut known: Vec<SiteNoise> = self.sites.iter().flatten().copied().collect();
@@ -109,15 +69,25 @@ impl NoiseFloor {
     }
 }
 
+impl SiteNoise {
+    fn new(density: f64, degrees: f64, alpha: f64, source: NoiseSource) -> SiteNoise {
+        let [low, high] = interval_factors(degrees, alpha);
+        SiteNoise {
+            density,
+            low: low * density,
+            high: high * density,
+            degrees,
+            source,
+        }
+    }
+}
+
 /// Where noise is to be subtracted and none is known.
 pub(crate) fn no_noise() -> Error {
-    Error::Request {
-        option: "subtract-noise",
-        expected: "a site that is quiet before the motion arrives, or whose spectrum is flat below the Nyquist \
-                   frequency"
-            .into(),
-        found: "neither, so that the noise is not known".into(),
-    }
+    let expected = "a site that is quiet before the motion arrives, or whose spectrum is flat below the Nyquist \
+                    frequency";
+    let found = "neither, so that the noise is not known";
+    Error::request("subtract-noise", expected, found)
 }
 
 /// Samples before the motion arrives.
@@ -158,17 +128,9 @@ impl LeadIn {
     /// The noise, if each of `records` has a lead-in; `density` makes a variance a density of one side.
     fn noise(&self, records: usize, alpha: f64, density: f64) -> Option<SiteNoise> {
         (self.records == records && records > 0).then(|| {
-            let value = density * self.squares / self.degrees;
-            let [low, high] = interval_factors(self.degrees, alpha);
-            SiteNoise {
-                density: value,
-                low: low * value,
-                high: high * value,
-                degrees: self.degrees,
-                source: NoiseSource::LeadIn {
-                    samples: self.samples,
-                },
-            }
+            let (samples, degrees) = (self.samples, self.degrees);
+            let value = density * self.squares / degrees;
+            SiteNoise::new(value, degrees, alpha, NoiseSource::LeadIn { samples })
         })
     }
 }
@@ -177,10 +139,8 @@ impl LeadIn {
 fn lead_in(record: &[f64]) -> Option<&[f64]> {
     let length = (record.len() / PARTS).max(LEAST_PART);
     let power = |part: &[f64]| sum_of_squares(part) / part.len() as f64;
-    let mean = {
-        let first = record.get(..LEAST_PARTS * length)?;
-        crate::numeric::sum(first) / first.len() as f64
-    };
+    let first = record.get(..LEAST_PARTS * length)?;
+    let mean = crate::numeric::sum(first) / first.len() as f64;
     let centred: Vec<f64> = record.iter().map(|v| v - mean).collect();
     let parts: Vec<f64> = centred.chunks_exact(length).map(power).collect();
     let most = parts.iter().fold(0.0, |m: f64, p| m.max(*p));
@@ -225,23 +185,6 @@ fn is_white(samples: &[f64]) -> bool {
     (products / squares).abs() < BY_CHANCE / n.sqrt() && ratio.abs() < BY_CHANCE * (8.0 / n).sqrt()
 }
 
-/// What is known of the spectra in which a floor is looked for.
-pub(super) struct Spectra<'a> {
-    /// `(frequency, site)`.
-    pub spectrum: &'a Array2<f64>,
-    /// NaN where there is no interval.
-    pub degrees: &'a Array2<f64>,
-    pub frequency: &'a [f64],
-    /// Samples of a segment.
-    pub length: usize,
-    /// Bins that an average shares.
-    pub shared_bins: f64,
-    pub alpha: f64,
-    /// Makes a variance a density of one side.
-    pub density: f64,
-    pub records: usize,
-}
-
 /// Where the floor may begin, over the Nyquist frequency.
 const FROM: [f64; 2] = [0.5, 0.625];
 /// Bands of the part that may be flat.
@@ -256,37 +199,86 @@ const LINES: f64 = 1e-3;
 /// Bins that a line takes; a tenth of all may be lines.
 const LINE_BINS: usize = 4;
 
-impl Spectra<'_> {
-    /// The noise of all sites.
-    pub fn noise(&self, lead_ins: &[LeadIn]) -> NoiseFloor {
-        let sites = lead_ins.iter();
-        let mut sites: Vec<Option<SiteNoise>> = sites
-            .map(|lead_in| lead_in.noise(self.records, self.alpha, self.density))
-            .collect();
+impl SpectrumEstimate {
+    /// Finds the noise of all sites, along time. `density` makes a variance a density of one side; an average shares so many bins.
+    pub(super) fn find_noise(&mut self, lead_ins: &[LeadIn], density: f64, shared_bins: f64) {
+        let records = self.independence.records;
+        let of_site = |lead_in: &LeadIn| lead_in.noise(records, self.alpha, density);
+        let mut sites: Vec<Option<SiteNoise>> = lead_ins.iter().map(of_site).collect();
         // A lead-in decides where there is one.
         let steady: Vec<usize> = (0..sites.len()).filter(|j| sites[*j].is_none()).collect();
-        if let Some(found) = FROM.iter().find_map(|from| self.floor(*from, &steady)) {
+        let mut floors = FROM.iter();
+        if let Some(found) = floors.find_map(|from| self.floor(*from, &steady, shared_bins)) {
             for (j, noise) in steady.into_iter().zip(found) {
                 sites[j] = noise;
             }
         }
-        NoiseFloor {
+        self.noise = Some(NoiseFloor {
             sites,
             subtracted: None,
+        });
+    }
+
+    /// Subtracts the noise that was found. The intervals of both are independent, and are added as the roots of their squares.
+    ///
+    /// # Errors
+    /// [`Error::Request`] where none is known.
+    pub(super) fn subtract_noise(&mut self) -> Result<()> {
+        let noise = self.noise.as_mut().filter(|noise| noise.known() > 0);
+        let noise = noise.ok_or_else(no_noise)?;
+        // Logarithms of differences have another spread.
+        self.jackknife.fill(f64::NAN);
+        let [spectrum, low, high] = [&mut self.spectrum, &mut self.low, &mut self.high];
+        let (length, df, mut left) = (self.segment[0], self.bins[1], SubtractedNoise::default());
+        for (j, noise) in noise.sites.iter().enumerate() {
+            let (mut bins, mut power) = (0, 0.0);
+            if let Some(noise) = noise {
+                for m in usize::from(self.mean_is_removed)..spectrum.nrows() {
+                    let part = fold(m, length) / 2.0;
+                    let cell = [m, j];
+                    let ends = [
+                        (spectrum[cell] - low[cell]).hypot(part * (noise.high - noise.density)),
+                        (high[cell] - spectrum[cell]).hypot(part * (noise.density - noise.low)),
+                    ];
+                    let rest = spectrum[cell] - part * noise.density;
+                    if rest < 0.0 {
+                        bins += 1;
+                        power -= rest * df;
+                    }
+                    spectrum[cell] = rest.max(0.0);
+                    // `max` would make a number of what is unknown.
+                    let at_least_0 = |value: f64| if value < 0.0 { 0.0 } else { value };
+                    low[cell] = at_least_0(rest - ends[0]);
+                    high[cell] = at_least_0(rest + ends[1]);
+                }
+            }
+            left.clipped_bins.push(bins);
+            left.clipped_power.push(power);
+            let nyquist = 0.5 * length as f64 * df;
+            let half = noise.map_or(0.0, |noise| 0.5 * (noise.high - noise.low));
+            left.uncertain_power.push(half * nyquist);
         }
+        noise.subtracted = Some(left);
+        Ok(())
     }
 
     /// The floors of sites from a part of the axis on; `None` where the part is not flat.
-    fn floor(&self, from: f64, sites: &[usize]) -> Option<Vec<Option<SiteNoise>>> {
-        let end = self.length.div_ceil(2);
-        let first = (from * self.length as f64 / 2.0).ceil() as usize;
+    fn floor(
+        &self,
+        from: f64,
+        sites: &[usize],
+        shared_bins: f64,
+    ) -> Option<Vec<Option<SiteNoise>>> {
+        let end = self.segment[0].div_ceil(2);
+        let first = (from * self.segment[0] as f64 / 2.0).ceil() as usize;
         let width = end.saturating_sub(first) / BANDS;
         if width == 0 {
             return None;
         }
         // Whole bands up to the Nyquist frequency, which is none of them.
         let first = end - BANDS * width;
-        let parts: Vec<Option<Part>> = sites.iter().map(|j| self.part(*j, first..end)).collect();
+        let part = |j: &usize| self.part(*j, first..end, shared_bins);
+        let parts: Vec<Option<Part>> = sites.iter().map(part).collect();
         let known: Vec<&Part> = parts.iter().flatten().collect();
         // Where most sites have something else at the top, so may the others.
         if 2 * known.len() <= sites.len() {
@@ -299,7 +291,7 @@ impl Spectra<'_> {
         }
         let degrees: f64 = known.iter().map(|part| part.degrees).sum();
         let is_flat = |bands: &[f64; BANDS], degrees: f64| {
-            let change = self.change(bands, (first, width))?;
+            let change = Change::of(bands, (first, width))?;
             let by_chance = (2.0 * BANDS as f64 / degrees).sqrt();
             let is_even = change.scatter < (MOST_SCATTER * by_chance).max(NO_SCATTER);
             Some((change, is_even))
@@ -312,42 +304,36 @@ impl Spectra<'_> {
         let floor = |part: &Part| {
             let (change, is_even) = is_flat(&part.bands, part.degrees)?;
             let is_steep = change.value.abs() - change.half > MOST_CHANGE;
-            let [low, high] = interval_factors(part.degrees, self.alpha);
-            (is_even && !is_steep).then_some(SiteNoise {
-                density: part.mean,
-                low: low * part.mean,
-                high: high * part.mean,
-                degrees: part.degrees,
-                source: NoiseSource::Top {
-                    from: self.frequency[first],
-                },
-            })
+            let from = self.bins[first];
+            let top = || NoiseSource::Top { from };
+            let noise = || SiteNoise::new(part.mean, part.degrees, self.alpha, top());
+            (is_even && !is_steep).then(noise)
         };
         let floors = parts.iter().map(|part| part.as_ref().and_then(floor));
         Some(floors.collect())
     }
 
     /// The bands of a site, without lines; `None` where its degrees of freedom are not known.
-    fn part(&self, j: usize, bins: std::ops::Range<usize>) -> Option<Part> {
+    fn part(&self, j: usize, bins: Range<usize>, shared_bins: f64) -> Option<Part> {
         let degrees = self.degrees[[bins.start, j]];
         let values: Vec<f64> = bins.clone().map(|m| self.spectrum[[m, j]]).collect();
-        let all = bins.clone().map(|m| self.degrees[[m, j]]);
-        let total: f64 = all.sum();
+        let total: f64 = bins.map(|m| self.degrees[[m, j]]).sum();
         let largest = self.spectrum.column(j).fold(0.0, |m: f64, v| m.max(*v));
         let is_above = |v: &f64| *v > ROUNDING.powi(2) * largest;
         if !(total > 0.0 && values.iter().all(is_above)) {
             return None;
         }
         // The median of the spectrum is that of noise up to its skewness, less than a half.
-        let mut sorted = values.clone();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted[sorted.len() / 2];
+        let median = median(values.iter().copied())?;
         let middle = degrees * (1.0 - 2.0 / (9.0 * degrees)).powi(3);
         let usual = median * degrees / middle;
         let highest = usual * chi_square_level(LINES / values.len() as f64, degrees) / degrees;
         let is_line = |v: &f64| *v > highest;
         let width = values.len() / BANDS;
-        let rest: Vec<f64> = values.iter().copied().filter(|v| !is_line(v)).collect();
+        let rest_of = |values: &[f64]| -> Vec<f64> {
+            values.iter().copied().filter(|v| !is_line(v)).collect()
+        };
+        let rest = rest_of(&values);
         // More are no lines: the spectrum rises there.
         let lines = values.len() - rest.len();
         if lines > LINE_BINS.max(values.len() / 10) {
@@ -356,7 +342,7 @@ impl Spectra<'_> {
         let mean = crate::numeric::sum(&rest) / rest.len() as f64;
         let mut bands = [mean; BANDS];
         for (band, values) in bands.iter_mut().zip(values.chunks_exact(width)) {
-            let rest: Vec<f64> = values.iter().copied().filter(|v| !is_line(v)).collect();
+            let rest = rest_of(values);
             if rest.is_empty() {
                 return None;
             }
@@ -366,23 +352,7 @@ impl Spectra<'_> {
         Some(Part {
             mean,
             bands,
-            degrees: (total * share / self.shared_bins).max(1.0),
-        })
-    }
-
-    /// How `ln S` changes from the first band to the Nyquist frequency, by a power law.
-    fn change(&self, bands: &[f64; BANDS], (first, width): (usize, usize)) -> Option<Change> {
-        let point = |(i, band): (usize, &f64)| {
-            let middle = first as f64 + (i as f64 + 0.5) * width as f64;
-            (middle.ln(), band.ln())
-        };
-        let points: Vec<(f64, f64)> = bands.iter().enumerate().map(point).collect();
-        let line = LineFit::through(&points)?;
-        let span = ((first + BANDS * width) as f64 / first as f64).ln();
-        Some(Change {
-            value: line.slope * span,
-            half: span * line.slope_error * student_two_sided(SIGNIFICANCE, (BANDS - 2) as f64),
-            scatter: (line.squares / (BANDS - 2) as f64).sqrt(),
+            degrees: (total * share / shared_bins).max(1.0),
         })
     }
 }
@@ -399,4 +369,22 @@ struct Change {
     /// Half of the interval at 95 %.
     half: f64,
     scatter: f64,
+}
+
+impl Change {
+    /// How `ln S` changes from the first band to the Nyquist frequency, by a power law.
+    fn of(bands: &[f64; BANDS], (first, width): (usize, usize)) -> Option<Change> {
+        let point = |(i, band): (usize, &f64)| {
+            let middle = first as f64 + (i as f64 + 0.5) * width as f64;
+            (middle.ln(), band.ln())
+        };
+        let points: Vec<(f64, f64)> = bands.iter().enumerate().map(point).collect();
+        let line = LineFit::through(&points)?;
+        let span = ((first + BANDS * width) as f64 / first as f64).ln();
+        Some(Change {
+            value: line.slope * span,
+            half: span * line.slope_error * student_two_sided(SIGNIFICANCE, (BANDS - 2) as f64),
+            scatter: (line.squares / (BANDS - 2) as f64).sqrt(),
+        })
+    }
 }

@@ -5,19 +5,21 @@ use std::ops::Range;
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use super::lines::{OFFSETS, TaperSums};
-use super::memory::{shape, tests_lines};
+use super::lines::{LINE_BLOCKS, Line, OFFSETS, TaperSums};
 use super::noise::LeadIn;
 use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
+use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Average, Grid, Independence, KeptSegments, LeftOut, Portion, Realisations, Records,
-    SegmentPairs, SegmentScratch, Shot, Shots, Sums, TOGETHER, Weights, WithoutOne,
+    Average, Grid, Independence, LeftOut, Portion, Realisations, Records, SegmentPairs,
+    SegmentScratch, Shot, Shots, Sums, SumsShape, TOGETHER, Weights, WithoutOne,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
-use crate::prepare::{Detrend, Gaps};
-use crate::transform::{RecordTransform, Segments, fold};
+use crate::transform::fold;
 
+/// Bytes of a site, and of a bin, beside the spectra.
+const OF_SITE: u64 = 256;
+const OF_BIN: u64 = 64;
 /// Numbers of a cell of a site: spectrum, degrees, both ends of the interval, jackknife, for which the sums give way; and both
 /// ends of its interval, which are written.
 const NUMBERS: u64 = 7;
@@ -27,7 +29,7 @@ const OF_LINES: u64 = 7;
 pub(super) struct Pass<'a> {
     pub request: &'a SpectrumRequest,
     pub realisations: &'a Realisations,
-    pub grid: Grid,
+    pub grid: &'a Grid,
     /// Records of a site.
     pub records: usize,
     pub weights: Weights,
@@ -61,61 +63,8 @@ pub(super) struct TileSums {
     pub squares: Vec<LaneBlock>,
 }
 
-/// A few sites of one shot.
-struct SiteShot {
-    width: usize,
-    scale: f64,
-    /// Where segments with missing samples are left out: those of each site, and the times of the samples.
-    kept: Vec<KeptSegments>,
-    missing: Vec<Vec<usize>>,
-    /// Where segments are left out, by the samples that are there.
-    steadiness: Option<[f64; TOGETHER]>,
-    mark: [f64; TOGETHER],
-    filled: [f64; TOGETHER],
-}
-
-impl SiteShot {
-    fn new(
-        shot: &Shot<'_>,
-        (sites, records): (Range<usize>, Records<'_>),
-        (segments, about_mean): (Segments, bool),
-    ) -> SiteShot {
-        let kept = sites.clone().map_while(|site| shot.kept(site, segments));
-        let kept: Vec<KeptSegments> = kept.collect();
-        let steadiness = || shot.steadiness(sites.clone(), records, about_mean);
-        SiteShot {
-            width: sites.len(),
-            scale: shot.scale,
-            steadiness: (!kept.is_empty()).then(steadiness),
-            kept,
-            missing: sites.clone().map(|site| shot.missing(site)).collect(),
-            mark: shot.mark(sites.clone()),
-            filled: std::array::from_fn(|lane| match sites.clone().nth(lane) {
-                Some(site) if shot.has_filled(site) => {
-                    shot.left_by_filling(site, &records.record(lane)) * shot.scale.powi(2)
-                }
-                _ => 0.0,
-            }),
-        }
-    }
-
-    /// What squares of transforms of a segment are multiplied by: 0 where it is left out.
-    fn squared(&self, segment: usize) -> [f64; TOGETHER] {
-        let squared = self.scale * self.scale;
-        std::array::from_fn(|lane| match self.kept.get(lane) {
-            Some(kept) if !kept.has(segment) => 0.0,
-            _ => squared,
-        })
-    }
-
-    /// Segments of each site.
-    fn segments(&self, all: usize) -> [f64; TOGETHER] {
-        std::array::from_fn(|lane| match self.kept.get(lane) {
-            Some(kept) => kept.count() as f64,
-            None => all as f64,
-        })
-    }
-}
+/// The records of a few sites.
+type Sites<'r> = (&'r Range<usize>, Records<'r>);
 
 #[derive(Default)]
 struct Scratch {
@@ -130,7 +79,7 @@ impl<'a> Pass<'a> {
     pub fn new(
         request: &'a SpectrumRequest,
         realisations: &'a Realisations,
-        grid: Grid,
+        grid: &'a Grid,
         records: usize,
     ) -> Self {
         let taper_transforms = realisations.taper_transforms(&OFFSETS);
@@ -148,115 +97,48 @@ impl<'a> Pass<'a> {
     }
 
     pub fn run(&self, shots: &Shots<'_>) -> Result<SpectrumEstimate> {
-        let held = self.held(shots.longest(), false);
+        let held = self.held(shots.longest, false);
         let block = shots.block("the spectra of this field", held)?;
-        let whole: Vec<Portion> = (0..self.records)
-            .map(|record| self.realisations.whole(record))
-            .collect();
-        let mut tiles = Vec::new();
-        tiles.resize_with(shots.tiles(), TileSums::default);
+        let whole = self.realisations.whole_records(self.records);
         let mut left_out = LeftOutEach::Realisation;
-        let unit = if self.records == 1 {
-            shots.each_portion(block, &whole, |shot, portion| {
-                let visit = |scratch: &mut Scratch,
-                             sites: Range<usize>,
-                             records: Records<'_>,
-                             tile: &mut TileSums| {
-                    let of = self.site_shot(shot, (sites, records));
-                    self.add(scratch, &of, (portion, records), tile);
-                    self.average(tile);
-                    self.leave_out(scratch, &of, records, left_out, tile);
-                    tile.energies = Vec::new();
-                };
-                shot.each_tile("spectra", &mut tiles, visit)
-            })?
-        } else {
-            let unit = self.sum(shots, block, &whole, &mut tiles)?;
+        let (unit, mut tiles) = self.sum(shots, block, &whole, self.records == 1)?;
+        if self.records > 1 {
             tiles.par_iter_mut().for_each(|tile| self.average(tile));
             left_out = self.what_is_left_out(&tiles);
             if self.request.has_jackknife {
                 shots.each(block, |shot| {
-                    let visit = |scratch: &mut Scratch,
-                                 sites: Range<usize>,
-                                 records: Records<'_>,
-                                 tile: &mut TileSums| {
-                        let of = self.site_shot(shot, (sites, records));
-                        self.leave_out(scratch, &of, records, left_out, tile);
-                    };
-                    shot.each_tile("jackknife", &mut tiles, visit)
+                    shot.each_tile("jackknife", &mut tiles, |scratch, sites, records, tile| {
+                        self.leave_out(scratch, shot, (&sites, records), left_out, tile);
+                    })
                 })?;
             }
-            unit
-        };
+        }
         self.finish(tiles, left_out, (unit, true))
     }
 
-    /// The sums of every tile over these portions, and the unit of the samples.
-    pub fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
-        let held = self.held(shots.longest(), true);
-        let block = shots.block("the spectra of this part", held)?;
-        let mut tiles = Vec::new();
-        tiles.resize_with(shots.tiles(), TileSums::default);
-        let unit = self.sum(shots, block, portions, &mut tiles)?;
-        let sums = tiles.into_iter().filter_map(|tile| tile.sums);
-        Ok((unit, sums.collect()))
-    }
-
-    /// The spectra of the sums of all parts.
-    pub fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<SpectrumEstimate> {
-        let of_sums = |sums| {
-            let mut tile = TileSums {
-                sums: Some(sums),
-                ..TileSums::default()
-            };
-            self.average(&mut tile);
-            tile.energies = Vec::new();
-            tile
-        };
-        let tiles: Vec<TileSums> = sums.into_par_iter().map(of_sums).collect();
-        let left_out = match self.records {
-            1 => LeftOutEach::Realisation,
-            _ => self.what_is_left_out(&tiles),
-        };
-        self.finish(tiles, left_out, (unit, false))
-    }
-
-    /// Bytes that are needed beside the samples, of of which so many of a record are read; of a part, or of all.
+    /// Bytes that are needed beside the samples, of which so many of a record are read; of a part, or of all.
     fn held(&self, samples: usize, is_part: bool) -> u64 {
         let (samples, bins) = (samples as u64, self.realisations.bins() as u64);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
-        let length = self.realisations.segments.length;
-        // Those that have a tile.
-        let tiles = self.grid.sites.div_ceil(TOGETHER);
-        let threads = tiles.min(rayon::current_num_threads()) as u64;
-        let together = TOGETHER as u64;
-        let transform = RecordTransform::<f64>::working_bytes(length, length, TOGETHER);
+        let (threads, together) = (self.grid.threads(), TOGETHER as u64);
+        let transform = self.realisations.working_bytes();
         let energies = 8 * bins * self.weights.tapers() as u64;
         // Of a site.
-        let sums = shape(self.realisations).bytes() / together;
+        let sums = self.shape().bytes() / together;
         let scratch = together * (16 * samples + 2 * energies + 48 * bins + sums);
+        // In the sums and in the results.
+        let cells = 8 * bins * (NUMBERS + if self.tests_lines() { OF_LINES } else { 0 });
         let kept = match (is_part, self.records) {
-            (false, 1) => bins * self.bytes_of_cell(),
-            (false, _) => bins * self.bytes_of_cell() + sums,
+            (false, 1) => cells,
+            (false, _) => cells + sums,
             (true, _) => 2 * sums,
         };
         sites * kept + threads * (scratch + transform)
     }
 
-    /// Bytes of a cell of a site in the sums and in the results.
-    fn bytes_of_cell(&self) -> u64 {
-        let lines = if self.tests_lines() { OF_LINES } else { 0 };
-        8 * (NUMBERS + lines)
-    }
-
-    /// Whether an offset is not what moves.
-    pub fn about_mean(&self) -> bool {
-        self.request.averaging.detrend != Detrend::None
-    }
-
     /// Whether there is a test for lines.
     pub fn tests_lines(&self) -> bool {
-        tests_lines(self.realisations)
+        self.weights.tapers() > 1
     }
 
     /// Realisations of each taper, at sites without missing samples.
@@ -272,104 +154,79 @@ impl<'a> Pass<'a> {
         })
     }
 
+    /// The sums of every tile over these portions, or the averages of one record, which is read once; and the unit of the samples.
     fn sum(
         &self,
         shots: &Shots<'_>,
         block: Option<usize>,
         portions: &[Portion],
-        tiles: &mut [TileSums],
-    ) -> Result<f64> {
-        shots.each_portion(block, portions, |shot, portion| {
-            let visit = |scratch: &mut Scratch,
-                         sites: Range<usize>,
-                         records: Records<'_>,
-                         tile: &mut TileSums| {
-                let of = self.site_shot(shot, (sites, records));
-                self.add(scratch, &of, (portion, records), tile);
-            };
-            shot.each_tile("spectra", tiles, visit)
-        })
-    }
-
-    fn site_shot(&self, shot: &Shot<'_>, sites: (Range<usize>, Records<'_>)) -> SiteShot {
-        SiteShot::new(shot, sites, (self.realisations.segments, self.about_mean()))
+        is_one: bool,
+    ) -> Result<(f64, Vec<TileSums>)> {
+        let mut tiles = Vec::new();
+        tiles.resize_with(shots.tiles(), TileSums::default);
+        let unit = shots.each_portion(block, portions, |shot, portion| {
+            shot.each_tile("spectra", &mut tiles, |scratch, sites, records, tile| {
+                self.add(scratch, (shot, portion), (&sites, records), tile);
+                if is_one {
+                    self.average(tile);
+                    let left_out = LeftOutEach::Realisation;
+                    self.leave_out(scratch, shot, (&sites, records), left_out, tile);
+                    tile.energies = Vec::new();
+                }
+            })
+        })?;
+        Ok((unit, tiles))
     }
 
     /// Adds the realisations of a portion of a shot.
     fn add(
         &self,
         scratch: &mut Scratch,
-        of: &SiteShot,
-        (portion, records): (&Portion, Records<'_>),
+        (shot, portion): (&Shot<'_>, &Portion),
+        (sites, records): Sites<'_>,
         tile: &mut TileSums,
     ) {
-        let width = of.width;
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let leaves_out = self.request.gaps == Gaps::LeaveOut;
-        let filled = tile.filled.iter_mut().zip(of.filled);
-        filled.for_each(|(sum, one)| *sum += one);
-        if leaves_out {
-            tile.left.resize_with(width, SegmentPairs::default);
-            let distances = self.realisations.distances();
-            let sites = tile.left.iter_mut().zip(&of.kept);
-            sites.for_each(|(left, kept)| left.add(kept, distances));
-        }
-        if portion.is_whole && self.request.along == SpectrumAxis::Time {
-            for (lane, lead_in) in tile.lead_ins.iter_mut().enumerate().take(width) {
-                if of.missing.get(lane).is_none_or(Vec::is_empty) {
-                    records.copy(lane, 0..records.length(), &mut scratch.record);
-                    lead_in.add(&scratch.record, of.scale * of.scale);
-                }
+        let squared = shot.scale * shot.scale;
+        let kept = shot.kept(sites.clone(), self.realisations.segments);
+        kept.add_to(&mut tile.left, self.realisations.distances());
+        let may_lead_in = portion.is_whole && self.request.along == SpectrumAxis::Time;
+        for (lane, site) in sites.clone().enumerate() {
+            tile.filled[lane] += squared * shot.left_by_filling(site, || records.record(lane));
+            if may_lead_in && shot.missing(site).is_empty() {
+                records.copy(lane, 0..records.length(), &mut scratch.record);
+                tile.lead_ins[lane].add(&scratch.record, squared);
             }
         }
         let lines = if self.tests_lines() { bins } else { 0 };
         scratch.tapers.clear();
         scratch.tapers.resize(lines, TaperSums::default());
-        let Scratch {
-            segments,
-            deviations,
-            tapers: within,
-            ..
-        } = scratch;
-        let sums = tile
-            .sums
-            .get_or_insert_with(|| Sums::zeros(shape(self.realisations)));
-        if let Some(steadiness) = of.steadiness {
-            sums.add_record(steadiness);
-        }
+        let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
+        let (of, of_sites) = ((shot, portion), (sites.clone(), records));
+        let room = &mut scratch.deviations;
+        self.realisations.add_steadiness(of, of_sites, room, sums);
         let visit = |r: usize, spectra: &[Complex<f64>]| {
-            let (segment, taper) = (r / tapers, r % tapers);
-            let squared = of.squared(segment);
-            if taper == 0 && !leaves_out {
-                let pieces = (portion, segment, records, of.scale);
-                self.realisations
-                    .add_pieces(pieces, of.mark, deviations, sums);
-            }
+            let (taper, squared) = (r % tapers, kept.has(r / tapers).map(|has| has * squared));
             let (energies, lines) = sums.plain_mut().split_at_mut(bins * tapers);
-            let rows = spectra.chunks_exact(width);
-            for (row, sums) in rows.clone().zip(energies.chunks_exact_mut(tapers)) {
-                let sums = sums[taper].0.iter_mut().zip(&squared);
-                for (x, (sum, squared)) in row.iter().zip(sums) {
-                    *sum += squared * x.norm_sqr();
-                }
-            }
-            for (row, sums) in rows.zip(within.iter_mut()) {
+            add_powers((spectra, sites.len()), &squared, energies, (taper, tapers));
+            let rows = spectra.chunks_exact(sites.len());
+            for (row, sums) in rows.zip(&mut scratch.tapers) {
                 sums.add(&self.taper_transforms[taper], row);
             }
             if taper + 1 == tapers {
-                for (within, sums) in within.iter_mut().zip(lines.as_chunks_mut().0) {
+                for (within, sums) in scratch.tapers.iter_mut().zip(lines.as_chunks_mut().0) {
                     within.take_into(sums, &self.gains, &squared);
                 }
             }
         };
+        let segments = &mut scratch.segments;
         self.realisations.each_of(portion, records, segments, visit);
-        sums.close(self.realisations.reached(), self.about_mean());
     }
 
     /// The average of all realisations.
     fn average(&self, tile: &mut TileSums) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let zeros = || Sums::zeros(shape(self.realisations));
+        let zeros = || Sums::zeros(self.shape());
         let total = tile.sums.take().unwrap_or_else(zeros);
         tile.steadiness = total.steadiness();
         tile.energies = total.into_plain();
@@ -415,69 +272,56 @@ impl<'a> Pass<'a> {
     fn leave_out(
         &self,
         scratch: &mut Scratch,
-        of: &SiteShot,
-        records: Records<'_>,
+        shot: &Shot<'_>,
+        (sites, records): Sites<'_>,
         left_out: LeftOutEach,
         tile: &mut TileSums,
     ) {
         if !self.request.has_jackknife || self.count() * self.weights.tapers() as f64 <= 1.0 {
             return;
         }
-        let (width, count) = (of.width, self.counts(tile));
+        let (width, count) = (sites.len(), self.counts(tile));
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
+        let squared = shot.scale * shot.scale;
+        let kept = shot.kept(sites.clone(), self.realisations.segments);
         if tile.deviations.is_empty() {
             tile.deviations = vec![LaneBlock::default(); bins];
             tile.squares = vec![LaneBlock::default(); bins];
         }
-        let Scratch { segments, left, .. } = scratch;
-        let (energies, spectrum, variance) = (&tile.energies, &tile.spectrum, tile.variance);
-        let (deviations, squares) = (&mut tile.deviations, &mut tile.squares);
         let mut without = |left_out: LeftOut<'_>| {
             widest(WithoutOne {
                 average: &self.weights,
-                energies,
+                energies: &tile.energies,
                 count,
-                variance,
-                spectrum,
+                variance: tile.variance,
+                spectrum: &tile.spectrum,
                 left_out,
-                sum: deviations,
-                squares,
+                sum: &mut tile.deviations,
+                squares: &mut tile.squares,
             });
         };
+        let Scratch { segments, left, .. } = scratch;
+        let is_record = left_out == LeftOutEach::Record;
+        let blocks = if is_record { bins * tapers } else { bins };
         left.clear();
-        match left_out {
-            LeftOutEach::Realisation => {
-                left.resize(bins, LaneBlock::default());
-                self.realisations.each(records, segments, |r, spectra| {
-                    let squared = of.squared(r / tapers);
-                    if squared[..width].iter().all(|squared| *squared == 0.0) {
-                        return;
-                    }
-                    for (row, left) in spectra.chunks_exact(width).zip(left.iter_mut()) {
-                        let left = left.0.iter_mut().zip(&squared);
-                        for (x, (left, squared)) in row.iter().zip(left) {
-                            *left = squared * x.norm_sqr();
-                        }
-                    }
-                    let has = squared.map(|squared| f64::from(squared > 0.0));
-                    without(LeftOut::Realisation(r % tapers, has, left));
-                });
+        left.resize(blocks, LaneBlock::default());
+        self.realisations.each(records, segments, |r, spectra| {
+            let (taper, squared) = (r % tapers, kept.has(r / tapers).map(|has| has * squared));
+            if is_record {
+                add_powers((spectra, width), &squared, left, (taper, tapers));
+                return;
             }
-            LeftOutEach::Record => {
-                left.resize(bins * tapers, LaneBlock::default());
-                self.realisations.each(records, segments, |r, spectra| {
-                    let squared = of.squared(r / tapers);
-                    let rows = spectra.chunks_exact(width);
-                    for (row, left) in rows.zip(left.chunks_exact_mut(tapers)) {
-                        let left = left[r % tapers].0.iter_mut().zip(&squared);
-                        for (x, (left, squared)) in row.iter().zip(left) {
-                            *left += squared * x.norm_sqr();
-                        }
-                    }
-                });
-                let all = self.realisations.segments.count();
-                without(LeftOut::Record(of.segments(all), left));
+            if squared[..width].iter().all(|squared| *squared == 0.0) {
+                return;
             }
+            left.fill(LaneBlock::default());
+            add_powers((spectra, width), &squared, left, (0, 1));
+            let has = squared.map(|squared| f64::from(squared > 0.0));
+            without(LeftOut::Realisation(taper, has, left));
+        });
+        if is_record {
+            let all = self.realisations.segments.count();
+            without(LeftOut::Record(kept.counts(all), left));
         }
     }
 
@@ -492,22 +336,8 @@ impl<'a> Pass<'a> {
     }
 
     pub fn independence(&self, steadiness: f64) -> Independence {
-        self.independence_of(
-            self.realisations.segments.count(),
-            self.realisations.effective(),
-            steadiness,
-        )
-    }
-
-    pub fn independence_of(
-        &self,
-        segments: usize,
-        effective: f64,
-        steadiness: f64,
-    ) -> Independence {
-        let counts = [self.records, segments, self.weights.tapers()];
-        Independence::new(counts, effective, steadiness)
-            .of_samples(self.realisations.segments.record)
+        self.realisations
+            .independence(self.records, None, steadiness)
     }
 
     fn what_is_left_out(&self, tiles: &[TileSums]) -> LeftOutEach {
@@ -517,5 +347,76 @@ impl<'a> Pass<'a> {
             true => LeftOutEach::Record,
             false => LeftOutEach::Realisation,
         }
+    }
+}
+
+/// Adds the powers of so many sites, times what squares of each are multiplied by, to the sums of one of the tapers.
+fn add_powers(
+    (spectra, width): (&[Complex<f64>], usize),
+    squared: &[f64; TOGETHER],
+    sums: &mut [LaneBlock],
+    (taper, tapers): (usize, usize),
+) {
+    let rows = spectra.chunks_exact(width);
+    for (row, sums) in rows.zip(sums.chunks_exact_mut(tapers)) {
+        let sums = sums[taper].0.iter_mut().zip(squared);
+        for (x, (sum, squared)) in row.iter().zip(sums) {
+            *sum += squared * x.norm_sqr();
+        }
+    }
+}
+
+impl Divided for Pass<'_> {
+    /// Blocks of each taper, and of lines.
+    fn shape(&self) -> SumsShape {
+        let of_lines = if self.tests_lines() { LINE_BLOCKS } else { 0 };
+        SumsShape {
+            plain: self.realisations.bins() * (self.weights.tapers() + of_lines),
+            pieces: self.realisations.pieces(),
+        }
+    }
+
+    fn result_bytes(&self) -> u64 {
+        let bins = self.realisations.bins() as u64;
+        let sites = (self.grid.sites as u64).saturating_add(TOGETHER as u64 - 1);
+        // Spectrum, shape, lines; spectrum, degrees, ends of two intervals, statistic.
+        let (blocks, arrays) = match self.tests_lines() {
+            true => (2 + LINE_BLOCKS as u64, 6),
+            false => (2, 5),
+        };
+        // If there is a line in every band of the tapers: a list that grows to twice of what it holds, and what it was before.
+        let of_lines = match self.request.averaging.tapers.half_bandwidth() {
+            Some(nw) => 3 * size_of::<Line>() as u64 / (nw.ceil() as u64 + 1),
+            None => 0,
+        };
+        let of_site = bins * (8 * (arrays + blocks) + of_lines) + OF_SITE;
+        of_site.saturating_mul(sites).saturating_add(OF_BIN * bins)
+    }
+
+    fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
+        let held = self.held(shots.longest, true);
+        let block = shots.block("the spectra of this part", held)?;
+        let (unit, tiles) = self.sum(shots, block, portions, false)?;
+        let sums = tiles.into_iter().filter_map(|tile| tile.sums);
+        Ok((unit, sums.collect()))
+    }
+
+    fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined> {
+        let of_sums = |sums| {
+            let mut tile = TileSums {
+                sums: Some(sums),
+                ..TileSums::default()
+            };
+            self.average(&mut tile);
+            tile.energies = Vec::new();
+            tile
+        };
+        let tiles: Vec<TileSums> = sums.into_par_iter().map(of_sums).collect();
+        let left_out = match self.records {
+            1 => LeftOutEach::Realisation,
+            _ => self.what_is_left_out(&tiles),
+        };
+        let found = self.finish(tiles, left_out, (unit, false))?;
+        Ok(Combined::Spectrum(Box::new(found)))
     }
 }

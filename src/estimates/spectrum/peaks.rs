@@ -1,7 +1,7 @@
 //! Peaks: frequencies at which the power is above that of their neighbours.
 
 use super::SpectrumEstimate;
-use crate::numeric::{chi_square_level, chi_square_quantile};
+use crate::numeric::{chi_square_level, chi_square_quantile, median};
 
 /// A frequency, or wavenumber, at which power stands above that on either side.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -37,9 +37,8 @@ impl SpectrumEstimate {
     /// A slope of the spectrum is none, as one side is above it; the first and last bins have none. Two are one, unless
     /// the median between them is as far below both.
     pub fn peaks(&self) -> Option<Vec<Peak>> {
-        let columns: Vec<usize> = (0..self.has_interval.len())
-            .filter(|j| self.has_interval[*j])
-            .collect();
+        let columns = (0..self.has_interval.len()).filter(|j| self.has_interval[*j]);
+        let columns: Vec<usize> = columns.collect();
         if columns.is_empty() {
             return None;
         }
@@ -47,9 +46,8 @@ impl SpectrumEstimate {
         let cells = (columns.len() * inside.len()).max(1) as f64;
         let reach = (inside.len() / 16).max(8);
         let median = |side: &[f64]| {
-            let mut known: Vec<f64> = side.iter().copied().filter(|s| s.is_finite()).collect();
-            known.sort_by(f64::total_cmp);
-            (known.len() >= LEAST).then(|| known[known.len() / 2])
+            let known = side.iter().copied().filter(|s| s.is_finite());
+            median(known.clone()).filter(|_| known.count() >= LEAST)
         };
         // Degrees of freedom, and the ratio to a median that chance exceeds.
         let mut last = (f64::NAN, f64::NAN);

@@ -7,10 +7,12 @@ use super::{
     LeftOutEach, Line, LineTest, NoiseFloor, NoiseSource, SiteNoise, SpectrumAxis,
     SpectrumEstimate, found::DETRENDED,
 };
-use crate::estimates::realisations::{TRANSIENT, degrees_as_numbers, interval_in_words};
+use crate::estimates::realisations::{
+    TRANSIENT, degrees_as_numbers, interval_in_words, spectrum_chart, without_mean,
+};
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
-    Sheet, Table, Units, confidence, edges_from_zero, listed, number, percent, range, six_digits,
+    BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series, Sheet,
+    Table, Units, confidence, edges_from_zero, listed, number, percent, range, six_digits,
     with_range,
 };
 use crate::unit::label;
@@ -43,10 +45,10 @@ const DEFINITIONS: [[&str; 2]; 5] = [
 const NAMED: usize = 3;
 /// Bins from which on the width of a peak is more than that of a line under a window.
 const RESOLVED: f64 = 5.0;
+/// What to do about missing samples.
+const LEAVE_OUT: &str = "leave out the segments that miss samples: `--gaps leave-out`";
 /// Lines that a table lists.
 const LISTED: usize = 20;
-/// Decades that a chart of a spectrum shows at most.
-const DECADES: f64 = 10.0;
 
 impl Describe for SpectrumEstimate {
     /// Variables: `frequency` (nf), `position`, `steadiness` (n); `detrended` (nf); `spectrum`, `degrees_of_freedom`, `low`, `high`,
@@ -57,9 +59,6 @@ impl Describe for SpectrumEstimate {
     fn describe(&self) -> Sheet<'_> {
         let (time_unit, space_unit) = self.units();
         let mut sheet = Sheet {
-            name: "spectrum",
-            version: 1,
-            title: "Spectra with intervals".into(),
             about: format!(
                 "power spectral density at {} {}, times in {time_unit}, positions in {space_unit}",
                 self.spectrum.ncols(),
@@ -67,8 +66,7 @@ impl Describe for SpectrumEstimate {
             ),
             answer: self.answer(),
             note: self.note(),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("spectrum", "Spectra with intervals", &DEFINITIONS)
         };
         sheet.numbers(json!({
             "along": self.along,
@@ -86,20 +84,15 @@ impl Describe for SpectrumEstimate {
             self.line_facts(test, &mut sheet);
         }
         if degrees.is_some() && self.has_jackknife && self.left_out == LeftOutEach::Record {
-            sheet.detail(
-                "jackknife",
-                "over records, whose segments are not independent",
-            );
+            let text = "over records, whose segments are not independent";
+            sheet.detail("jackknife", text);
         }
         let inside = 1..self.segment[0].div_ceil(2);
         if let Some(last) = inside.rev().find(|m| self.detrended[*m] > DETRENDED) {
             let most = self.detrended[1..].iter().copied().fold(0.0, f64::max);
-            let at = number(self.bins[last]);
-            let text = format!(
-                "takes up to {} of the power up to {at} {}: no interval there",
-                percent(most),
-                self.bin_unit()
-            );
+            let (most, at, unit) = (percent(most), number(self.bins[last]), self.bin_unit());
+            let text =
+                format!("takes up to {most} of the power up to {at} {unit}: no interval there");
             sheet.detail("detrending", text);
         }
         let rows = [("without interval", self.without_interval().to_string())];
@@ -130,10 +123,8 @@ impl Describe for SpectrumEstimate {
         let mut rows = vec![PlotRow::of([self.map()]).high(1.1)];
         rows.extend(self.mean_chart().map(|chart| PlotRow::of([chart])));
         rows.push(PlotRow::of([self.loudest_chart()]).high(1.1));
-        rows.extend(
-            self.line_chart()
-                .map(|chart| PlotRow::of([chart]).high(0.8)),
-        );
+        let lines = self.line_chart();
+        rows.extend(lines.map(|chart| PlotRow::of([chart]).high(0.8)));
         rows
     }
 }
@@ -151,10 +142,7 @@ impl NoiseFloor {
 
 impl SpectrumEstimate {
     fn columns_word(&self) -> &'static str {
-        match self.along {
-            SpectrumAxis::Time => "sites",
-            SpectrumAxis::Space => "times",
-        }
+        self.along.of(["sites", "times"])
     }
 
     /// The test for lines, where anything is significant.
@@ -165,10 +153,7 @@ impl SpectrumEstimate {
 
     /// Which lines or peaks there are, in words.
     fn answer(&self) -> String {
-        let column = match self.along {
-            SpectrumAxis::Time => "site",
-            SpectrumAxis::Space => "time",
-        };
+        let column = self.along.of(["site", "time"]);
         if let Some(test) = self.test_of_lines() {
             let Some(first) = test.lines.first() else {
                 return format!("no line stands above chance at any {column}");
@@ -180,35 +165,28 @@ impl SpectrumEstimate {
                 self.amplitude(first)
             );
         }
-        match self.peaks() {
-            None => format!(
-                "no peak can be told from chance: {}",
-                self.independence.why_none()
-            ),
-            Some(peaks) => match peaks.first() {
-                None => {
-                    format!("no peak stands above the power on either side of it at any {column}")
-                }
-                Some(first) => format!(
-                    "peaks at {}; the highest {} times the power beside it{}",
-                    self.named(peaks.iter().map(|peak| (peak.at, peak.column)), column),
-                    number(first.ratio),
-                    match first.width > RESOLVED * self.bins[1] {
-                        true => format!(", {} {} wide", number(first.width), self.bin_unit()),
-                        false => String::new(),
-                    }
-                ),
-            },
-        }
+        let Some(peaks) = self.peaks() else {
+            let why = self.independence.why_none();
+            return format!("no peak can be told from chance: {why}");
+        };
+        let Some(first) = peaks.first() else {
+            return format!("no peak stands above the power on either side of it at any {column}");
+        };
+        let width = match first.width > RESOLVED * self.bins[1] {
+            true => format!(", {} {} wide", number(first.width), self.bin_unit()),
+            false => String::new(),
+        };
+        format!(
+            "peaks at {}; the highest {} times the power beside it{width}",
+            self.named(peaks.iter().map(|peak| (peak.at, peak.column)), column),
+            number(first.ratio),
+        )
     }
 
     fn amplitude(&self, line: &Line) -> String {
         let unit = self.unit.as_deref().unwrap_or_default();
-        let text = format!(
-            "{} ± {} {unit}",
-            number(line.amplitude),
-            number(line.amplitude_error)
-        );
+        let [amplitude, error] = [line.amplitude, line.amplitude_error].map(number);
+        let text = format!("{amplitude} ± {error} {unit}");
         text.trim_end().to_owned()
     }
 
@@ -217,10 +195,8 @@ impl SpectrumEstimate {
         let near = 2.0 * (self.bins[1] - self.bins[0]);
         let mut places: Vec<(f64, Vec<usize>)> = Vec::new();
         for (at, column) in found {
-            match places
-                .iter_mut()
-                .find(|(other, _)| (at - *other).abs() <= near)
-            {
+            let is_near = |place: &&mut (f64, Vec<usize>)| (at - place.0).abs() <= near;
+            match places.iter_mut().find(is_near) {
                 Some((_, columns)) if columns.contains(&column) => {}
                 Some((_, columns)) => columns.push(column),
                 None => places.push((at, vec![column])),
@@ -246,25 +222,21 @@ impl SpectrumEstimate {
             LeftOutEach::Record => "The jackknife leaves out one record at a time.",
         };
         match self.degrees_range() {
-            Some([least, median, most]) => format!(
-                "{} intervals by {} degrees of freedom. {jackknife}",
-                confidence(self.alpha),
-                with_range(least, median, most)
-            ),
-            None => format!(
-                "No interval can be stated: {}.",
-                self.independence.why_none()
-            ),
+            Some([least, median, most]) => {
+                let (share, degrees) = (confidence(self.alpha), with_range(least, median, most));
+                format!("{share} intervals by {degrees} degrees of freedom. {jackknife}")
+            }
+            None => {
+                let why = self.independence.why_none();
+                format!("No interval can be stated: {why}.")
+            }
         }
     }
 
     /// A line with its place and size.
     fn place_of(&self, line: &Line) -> String {
         let (time_unit, space_unit) = self.units();
-        let unit = match self.along {
-            SpectrumAxis::Time => space_unit,
-            SpectrumAxis::Space => time_unit,
-        };
+        let unit = self.along.of([space_unit, time_unit]);
         let at = number(self.coordinate(line.column));
         format!("{} {} at {at} {unit}", number(line.at), self.bin_unit())
     }
@@ -273,14 +245,11 @@ impl SpectrumEstimate {
         let Some(first) = test.lines.first() else {
             return;
         };
+        let (count, at, columns) = (test.lines.len(), test.columns(), self.columns_word());
+        let (level, amplitude) = (number(test.level_of_all), self.amplitude(first));
+        let place = self.place_of(first);
         let text = format!(
-            "{} at {} {}, F above {}; the surest: amplitude {}, {}",
-            test.lines.len(),
-            test.columns(),
-            self.columns_word(),
-            number(test.level_of_all),
-            self.amplitude(first),
-            self.place_of(first),
+            "{count} at {at} {columns}, F above {level}; the surest: amplitude {amplitude}, {place}"
         );
         sheet.fact("lines", text);
         let row = |line: &Line| vec![self.place_of(line), self.amplitude(line), number(line.f)];
@@ -304,33 +273,27 @@ impl SpectrumEstimate {
         let source = match median.source {
             NoiseSource::LeadIn { .. } => "before the motion arrives".to_owned(),
             NoiseSource::Top { from } => {
-                format!(
-                    "where the spectrum is flat, from {} {bin_unit}",
-                    number(from)
-                )
+                let from = number(from);
+                format!("where the spectrum is flat, from {from} {bin_unit}")
             }
         };
         let unit = match &self.unit {
             Some(unit) => format!(" ({unit})²/{bin_unit}"),
             None => String::new(),
         };
-        let text = format!(
-            "at {} of {} sites, {source}: median {} ({} to {}){unit}",
-            noise.known(),
-            noise.sites.len(),
-            number(median.density),
-            number(median.low),
-            number(median.high),
-        );
+        let (known, all) = (noise.known(), noise.sites.len());
+        let [median, low, high] = [median.density, median.low, median.high].map(number);
+        let text =
+            format!("at {known} of {all} sites, {source}: median {median} ({low} to {high}){unit}");
         sheet.fact("noise", text);
         if let Some(left) = &noise.subtracted {
             let clipped: usize = left.clipped_bins.iter().sum();
             let bins = noise.known() * self.bins.len();
             let added: f64 = left.clipped_power.iter().sum();
+            let added = number(added / noise.known() as f64);
             let text = format!(
-                "{clipped} of {bins} bins were below the noise and are 0, which adds {} to the mean square of a site \
-                 on average",
-                number(added / noise.known() as f64),
+                "{clipped} of {bins} bins were below the noise and are 0, which adds {added} to the mean square of a \
+                 site on average"
             );
             sheet.fact("subtracted", text);
         }
@@ -340,50 +303,43 @@ impl SpectrumEstimate {
         let columns = self.columns_word();
         let noise = self.noise.as_ref();
         if let Some(noise) = noise.filter(|noise| noise.subtracted.is_some()) {
-            let unknown = noise.sites.len() - noise.known();
+            let all = noise.sites.len();
+            let unknown = all - noise.known();
             if unknown > 0 {
-                sheet.warn(
-                    format!(
-                        "nothing is subtracted at {unknown} of {} sites, whose noise is not known",
-                        noise.sites.len()
-                    ),
-                    "record from before the motion arrives, or sample fast enough that noise alone is left at the top",
+                let message = format!(
+                    "nothing is subtracted at {unknown} of {all} sites, whose noise is not known"
                 );
+                let advice = "record from before the motion arrives, or sample fast enough that noise alone is left at the top";
+                sheet.warn(message, advice);
             }
         }
         // Those of which nothing is left are named already.
-        let empty = self
-            .segments_left
-            .as_ref()
-            .map_or(0, |left| left.empty().len());
+        let left = self.segments_left.as_ref();
+        let empty = left.map_or(0, |left| left.empty().len());
         let filled = self.steadiness.iter().filter(|s| s.is_nan()).count();
         let without = (self.without_interval() - empty).saturating_sub(filled);
         let all = self.has_interval.len();
         if filled > 0 {
-            sheet.warn(
-                format!(
-                    "of {filled} of {all} {columns} more than a twentieth of the samples were filled: no interval is stated"
-                ),
-                "leave out the segments that miss samples: `--gaps leave-out`",
+            let message = format!(
+                "of {filled} of {all} {columns} more than a twentieth of the samples were filled: no interval is stated"
             );
+            sheet.warn(message, LEAVE_OUT);
         }
         let inside = ndarray::s![1..self.segment[0].div_ceil(2), ..];
         let cells = self.degrees.slice(inside);
-        let cells: Vec<bool> = cells
-            .indexed_iter()
-            .filter(|((m, j), _)| self.has_interval[*j] && self.spectrum[[m + 1, *j]] > 0.0)
-            .filter(|((m, _), _)| self.detrended[m + 1] <= DETRENDED)
-            .map(|(_, degrees)| degrees.is_nan())
-            .collect();
+        let has_power = |m: usize, j: usize| {
+            let is_own = self.detrended[m + 1] <= DETRENDED;
+            is_own && self.has_interval[j] && self.spectrum[[m + 1, j]] > 0.0
+        };
+        let cells = cells.indexed_iter().filter(|((m, j), _)| has_power(*m, *j));
+        let cells: Vec<bool> = cells.map(|(_, degrees)| degrees.is_nan()).collect();
         let below = cells.iter().filter(|is_below| **is_below).count();
         if below > 0 {
             let share = percent(below as f64 / cells.len() as f64);
-            sheet.warn(
-                format!(
-                    "{share} of the powers are below ten times what filled samples leave: no interval is stated there"
-                ),
-                "leave out the segments that miss samples: `--gaps leave-out`",
+            let message = format!(
+                "{share} of the powers are below ten times what filled samples leave: no interval is stated there"
             );
+            sheet.warn(message, LEAVE_OUT);
         }
         match self.along {
             _ if without == 0 => {}
@@ -407,42 +363,37 @@ impl SpectrumEstimate {
         if let Some(mean) = &self.mean
             && mean.low.iter().all(|v| v.is_nan())
         {
-            sheet.warn(
-                format!(
-                    "the mean over the times has no interval: energy changes (steadiness {}), or times are few",
-                    number(mean.steadiness)
-                ),
-                "analyze a part of the record in which it is steady",
+            let steadiness = number(mean.steadiness);
+            let message = format!(
+                "the mean over the times has no interval: energy changes (steadiness {steadiness}), or times are few"
             );
+            let advice = "analyze a part of the record in which it is steady";
+            sheet.warn(message, advice);
         }
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
         let units = Units::of(&self.time, &self.space, self.unit.as_deref());
-        let [(bins, bin_unit), (columns, column_unit)] = match self.along {
-            SpectrumAxis::Time => [("frequency", &units.frequency), ("position", &units.space)],
-            SpectrumAxis::Space => [("wavenumber", &units.wavenumber), ("time", &units.time)],
-        };
+        let [(bins, bin_unit), (columns, column_unit)] = self.along.of([
+            [("frequency", &units.frequency), ("position", &units.space)],
+            [("wavenumber", &units.wavenumber), ("time", &units.time)],
+        ]);
         let density = units.density(bin_unit, "");
         sheet.line(bins, bins, bin_unit, &self.bins);
         sheet.line("detrended", bins, "", &self.detrended);
         sheet.line(columns, columns, column_unit, self.coordinates());
         sheet.line("steadiness", columns, "", &self.steadiness);
         if let Some(left) = &self.segments_left {
-            let segments: Vec<f64> = left.left.iter().map(|left| *left as f64).collect();
-            sheet.line("segments", columns, "", segments);
-            sheet.line("effective_realisations", columns, "", &left.effective);
+            left.variables(sheet, columns);
         }
         if let Some(noise) = &self.noise {
-            let parts: [Column<SiteNoise>; 3] = [
-                ("noise", &density, |noise| noise.density),
-                ("noise_low", &density, |noise| noise.low),
-                ("noise_high", &density, |noise| noise.high),
-            ];
-            for (name, unit, part) in parts {
-                let sites = noise.sites.iter();
-                let values = sites.map(|site| site.as_ref().map_or(f64::NAN, part));
-                sheet.line(name, columns, unit, values.collect::<Vec<f64>>());
+            let known = |site: &Option<SiteNoise>| match site {
+                Some(noise) => [noise.density, noise.low, noise.high],
+                None => [f64::NAN; 3],
+            };
+            for (i, name) in ["noise", "noise_low", "noise_high"].into_iter().enumerate() {
+                let values = noise.sites.iter().map(|site| known(site)[i]);
+                sheet.line(name, columns, &density, values.collect::<Vec<f64>>());
             }
         }
         let axes = [bins, columns];
@@ -452,10 +403,9 @@ impl SpectrumEstimate {
         sheet.plane("high", axes, &density, &self.high);
         let (rows, across) = self.spectrum.dim();
         for (name, sign) in [("jackknife_low", -1.0), ("jackknife_high", 1.0)] {
-            let cells = self.spectrum.iter().zip(&self.jackknife);
-            let values = cells.map(|(s, half)| s * (sign * half).exp());
+            let values = end_of(&self.spectrum, &self.jackknife, sign);
             let axes = [(bins, rows), (columns, across)];
-            sheet.variable(name, &axes, &density, values.collect::<Vec<f64>>());
+            sheet.variable(name, &axes, &density, values);
         }
         if let Some(test) = &self.line_test {
             sheet.plane("f_statistic", axes, "", &test.statistic);
@@ -469,52 +419,44 @@ impl SpectrumEstimate {
     }
 
     fn density_label(&self) -> String {
-        let unit = match (&self.unit, self.along) {
-            (Some(unit), SpectrumAxis::Time) => format!("({unit})²/{}", self.bin_unit()),
-            (Some(unit), SpectrumAxis::Space) => format!("({unit})²/({})", self.bin_unit()),
-            (None, _) => format!("per {}", self.bin_unit()),
+        let bins = self.bin_unit();
+        let unit = match &self.unit {
+            Some(unit) => {
+                let bins = self.along.of([bins.clone(), format!("({bins})")]);
+                format!("({unit})²/{bins}")
+            }
+            None => format!("per {bins}"),
         };
         label("power spectral density", &unit)
     }
 
     fn bin_label(&self) -> String {
-        let name = match self.along {
-            SpectrumAxis::Time => "frequency f",
-            SpectrumAxis::Space => "wavenumber k",
-        };
+        let name = self.along.of(["frequency f", "wavenumber k"]);
         label(name, &self.bin_unit())
     }
 
     /// Of all sites, or at all times.
     fn map(&self) -> HeatChart {
         let (time_unit, space_unit) = self.units();
-        let (title, x_label, roles) = match self.along {
-            SpectrumAxis::Time => (
-                "spectra S(f, x)",
-                label("position x", &space_unit),
-                [Role::Position, Role::Frequency],
-            ),
-            SpectrumAxis::Space => (
-                "spectra S(k, t)",
-                label("time t", &time_unit),
-                [Role::Time, Role::Wavenumber],
-            ),
-        };
         let coordinates = self.coordinates();
+        let title = self.along.of(["spectra S(f, x)", "spectra S(k, t)"]);
+        let x_labels = [("position x", space_unit), ("time t", time_unit)];
+        let (name, unit) = self.along.of(x_labels);
+        let roles = [
+            [Role::Position, Role::Frequency],
+            [Role::Time, Role::Wavenumber],
+        ];
         HeatChart {
             title: title.into(),
             caption: format!("The power at all {}.", self.columns_word()),
-            x_label,
+            x_label: label(name, &unit),
             y_label: self.bin_label(),
             label: self.density_label(),
             x: range(&coordinates),
             y: edges_from_zero(&self.bins),
             values: without_mean(&self.spectrum, self.mean_is_removed),
-            marks: vec![Mark {
-                at: coordinates[self.loudest()],
-                label: "below".into(),
-            }],
-            roles: Some(roles),
+            marks: vec![Mark::new(coordinates[self.loudest()], "below")],
+            roles: Some(self.along.of(roles)),
             ..HeatChart::default()
         }
     }
@@ -527,6 +469,13 @@ impl SpectrumEstimate {
         values
     }
 
+    /// A spectrum, with its interval if it has one.
+    fn chart(&self, title: String, values: [&[f64]; 3], interval: &str) -> Chart {
+        let x = (self.bin_label(), &self.bins[..]);
+        let interval = format!("{} {interval}", confidence(self.alpha));
+        spectrum_chart(title, x, self.density_label(), values, interval)
+    }
+
     /// The spectrum of the site with the most energy.
     fn loudest_chart(&self) -> Chart {
         let (time_unit, space_unit) = self.units();
@@ -534,13 +483,16 @@ impl SpectrumEstimate {
         let at = six_digits(self.coordinate(site));
         let column = |array: &Array2<f64>| self.of_bins(array.column(site).to_vec());
         let [spectrum, low, high] = [&self.spectrum, &self.low, &self.high].map(column);
-        let mut series = vec![self.with_interval(&spectrum, [&low, &high], "interval")];
+        let title = self.along.of([
+            format!("spectrum of site {site} at {at} {space_unit}"),
+            format!("spectrum at the time {at} {time_unit}"),
+        ]);
+        let mut chart = self.chart(title, [&spectrum, &low, &high], "interval");
         let half = column(&self.jackknife);
         if half.iter().any(|h| h.is_finite()) {
             for (sign, label) in [(-1.0, "by the jackknife"), (1.0, "")] {
-                let cells = spectrum.iter().zip(&half);
-                let end: Vec<f64> = cells.map(|(s, h)| s * (sign * h).exp()).collect();
-                series.push(Series {
+                let end = end_of(&spectrum, &half, sign);
+                chart.series.push(Series {
                     width: 1.4,
                     ..Series::of(label, BLACK, &self.bins, &end).with(Look::Dashed)
                 });
@@ -549,91 +501,41 @@ impl SpectrumEstimate {
         let noise = self.noise.as_ref();
         let noise = noise.filter(|noise| noise.subtracted.is_none());
         let noise = noise.and_then(|noise| noise.sites[site]);
-        let noise = noise.map(|noise| Level {
-            at: noise.density,
-            label: "noise".into(),
-        });
-        Chart {
-            y: shown([&spectrum, &low, &high]),
-            log_y: true,
-            levels: noise.into_iter().collect(),
-            ..Chart::of(
-                match self.along {
-                    SpectrumAxis::Time => format!("spectrum of site {site} at {at} {space_unit}"),
-                    SpectrumAxis::Space => format!("spectrum at the time {at} {time_unit}"),
-                },
-                self.bin_label(),
-                self.density_label(),
-                series,
-            )
-        }
-    }
-
-    /// A spectrum, with its interval if it has one.
-    fn with_interval(&self, spectrum: &[f64], [low, high]: [&[f64]; 2], name: &str) -> Series {
-        let line = Series::of("", BLUE, &self.bins, spectrum);
-        match low.iter().any(|v| v.is_finite()) {
-            true => {
-                let ends = low.iter().copied().zip(high.iter().copied());
-                line.with_band(format!("{} {name}", confidence(self.alpha)), ends.collect())
-            }
-            false => line,
-        }
+        let level = noise.map(|noise| Level::new(noise.density, "noise"));
+        chart.levels.extend(level);
+        chart
     }
 
     /// Along space, the mean over the times.
     fn mean_chart(&self) -> Option<Chart> {
         let mean = self.mean.as_ref()?;
         let spectrum = self.of_bins(mean.spectrum.clone());
-        let ends = [&mean.low[..], &mean.high];
-        let line = self.with_interval(&spectrum, ends, "interval, by parts of the record");
-        Some(Chart {
-            y: shown([&spectrum, &mean.low, &mean.high]),
-            log_y: true,
-            ..Chart::of(
-                "mean over all times",
-                self.bin_label(),
-                self.density_label(),
-                vec![line],
-            )
-        })
+        let values = [&spectrum[..], &mean.low, &mean.high];
+        let interval = "interval, by parts of the record";
+        Some(self.chart("mean over all times".into(), values, interval))
     }
 
     /// The test for lines of that site.
     fn line_chart(&self) -> Option<Chart> {
         let test = self.line_test.as_ref()?;
         let statistic = test.statistic.column(self.loudest()).to_vec();
-        let known = statistic
-            .iter()
-            .copied()
-            .filter(|f| f.is_finite() && *f > 0.0);
+        let known = statistic.iter().copied();
+        let known = known.filter(|f| f.is_finite() && *f > 0.0);
         let largest = known.fold(test.level_of_all, f64::max);
-        let levels = [("one cell", test.level), ("all cells", test.level_of_all)];
-        let levels = levels
-            .into_iter()
-            .filter(|_| self.degrees_range().is_some());
-        let level = |(of, at): (&str, f64)| Level {
-            at,
-            label: format!("level of {of}, {at:.3}"),
-        };
-        let of_site = test
-            .lines
-            .iter()
-            .filter(|line| line.column == self.loudest());
-        let marks = of_site.take(5).map(|line| Mark {
-            at: line.at,
-            label: "line".into(),
-        });
+        let levels = [("one cell", test.level), ("all cells", test.level_of_all)].into_iter();
+        let levels = levels.filter(|_| self.degrees_range().is_some());
+        let level = |(of, at)| Level::new(at, format!("level of {of}, {at:.3}"));
+        let lines = test.lines.iter();
+        let of_site = lines.filter(|line| line.column == self.loudest());
+        let marks = of_site.take(5).map(|line| Mark::new(line.at, "line"));
+        let chance = percent(self.alpha);
         Some(Chart {
             marks: marks.collect(),
             y: 0.1..2.0 * largest,
             log_y: true,
             levels: levels.map(level).collect(),
             ..Chart::of(
-                format!(
-                    "test for lines: F, exceeded by chance with probability {}",
-                    percent(self.alpha)
-                ),
+                format!("test for lines: F, exceeded by chance with probability {chance}"),
                 self.bin_label(),
                 "statistic F",
                 vec![Series::of("", BLUE, &self.bins, &statistic)],
@@ -642,23 +544,12 @@ impl SpectrumEstimate {
     }
 }
 
-/// The values of a map without those at 0, if nothing is estimated there.
-pub(crate) fn without_mean(values: &Array2<f64>, is_removed: bool) -> Array2<f64> {
-    let mut values = values.clone();
-    if is_removed {
-        values.row_mut(0).fill(f64::NAN);
-    }
-    values
-}
-
-/// The range of a logarithmic axis that shows these values, up to the largest of them.
-pub(crate) fn shown<const N: usize>(values: [&[f64]; N]) -> std::ops::Range<f64> {
-    let positive = |v: &f64| v.is_finite() && *v > 0.0;
-    let all = || values.into_iter().flatten().copied().filter(positive);
-    let largest = all().fold(0.0, f64::max);
-    let least = all().fold(f64::INFINITY, f64::min);
-    match largest > 0.0 {
-        true => 0.7 * least.max(largest * 10.0_f64.powf(-DECADES))..1.4 * largest,
-        false => 0.1..1.0,
-    }
+/// The lower or the upper end of the intervals that these halves of `ln S` are of.
+fn end_of<'v>(
+    spectrum: impl IntoIterator<Item = &'v f64>,
+    half: impl IntoIterator<Item = &'v f64>,
+    sign: f64,
+) -> Vec<f64> {
+    let cells = spectrum.into_iter().zip(half);
+    cells.map(|(s, half)| s * (sign * half).exp()).collect()
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::scan::{ChannelScan, fill};
@@ -86,9 +86,7 @@ impl<'a> Look<'a> {
         observer.stage("channels", sites.len() as u64);
         field.release_pages();
         let of_tile = |first: usize| -> Result<Vec<Record>> {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            observer.go_on()?;
             let own = first..sites.end.min(first + TILE);
             // The first of the next tile, too.
             let with_next = first..sites.end.min(own.end + 1);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::Field;
 use crate::observer::Observer;
 
@@ -15,7 +15,7 @@ const SITES: usize = 1 << 10;
 /// Hands all samples over in blocks of `times` and `sites`, time-major.
 ///
 /// # Errors
-/// Those of `put`; [`Error::Cancelled`].
+/// Those of `put`; [`crate::Error::Cancelled`].
 pub(super) fn each_block(
     field: &Field,
     observer: &dyn Observer,
@@ -59,9 +59,7 @@ fn blocks(
     let mut block = vec![0.0; times * sites];
     for site in (0..n_sites).step_by(sites) {
         for time in (0..n_times).step_by(times) {
-            if observer.cancelled() {
-                return Err(Error::Cancelled);
-            }
+            observer.go_on()?;
             let times = time..n_times.min(time + times);
             let sites = site..n_sites.min(site + sites);
             let block = &mut block[..times.len() * sites.len()];

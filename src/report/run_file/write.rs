@@ -127,9 +127,7 @@ fn each_array(setup: &Setup, run: &Run, observer: &dyn Observer, add: Add) -> Re
         ),
     ] {
         observer.advance(1);
-        if observer.cancelled() {
-            return Err(Error::Cancelled);
-        }
+        observer.go_on()?;
         let Some(array) = array.filter(|array| array.ncols() > 0) else {
             continue;
         };
