@@ -132,11 +132,11 @@ impl<'a, T: Real> AlongTime<'a, T> {
             let ahead = prepared.read_ahead(from..from + width, &mut room);
             let kept = between.as_deref_mut();
             let seen = self.stripes((from, ahead), spectra.view_mut(), kept)?;
-            for (row, energy, subtracted, passed) in seen {
-                done.rows.push(row);
-                done.energies.push(energy);
-                done.passed.extend(passed);
-                done.subtracted.extend(subtracted);
+            for site in seen {
+                done.rows.push(site.row);
+                done.energies.push(site.energy);
+                done.passed.extend(site.passed);
+                done.subtracted.extend(site.subtracted);
             }
             if wanted {
                 if stored != 1.0 {
@@ -180,7 +180,12 @@ struct SiteScratch<T> {
 }
 
 /// Findings at one site: measures of its spectrum, its energy, the noise that was in it, and the passage of the front.
-type SiteFindings = (SpectrumMoments, f64, Option<Subtracted>, Option<Passed>);
+struct SiteFindings {
+    row: SpectrumMoments,
+    energy: f64,
+    subtracted: Option<Subtracted>,
+    passed: Option<Passed>,
+}
 
 impl<T: Real> AlongTime<'_, T> {
     /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept` with a block of sites, shared out in stripes
@@ -260,8 +265,12 @@ impl<T: Real> AlongTime<'_, T> {
         }
         let rows = interleaved_moments(&worker.power, &self.bins, self.edge);
         let rows = rows.into_iter().zip(&worker.energies).enumerate();
-        let seen = rows
-            .map(|(lane, (row, &energy))| (row, energy, subtracted.map(|lanes| lanes[lane]), None));
+        let seen = rows.map(|(lane, (row, &energy))| SiteFindings {
+            row,
+            energy,
+            subtracted: subtracted.map(|lanes| lanes[lane]),
+            passed: None,
+        });
         let mut seen: Vec<SiteFindings> = seen.collect();
         if let Some(passage) = &self.passage {
             if passage.is_long(plan) {
@@ -273,7 +282,7 @@ impl<T: Real> AlongTime<'_, T> {
                 false => passage.of_columns(samples, width, front),
             };
             for (seen, passed) in seen.iter_mut().zip(passed) {
-                seen.3 = Some(passed);
+                seen.passed = Some(passed);
             }
             if passage.is_long(plan) {
                 *front = WindowScratch::default();

@@ -21,7 +21,11 @@ pub struct LatticeImpact {
 
 impl LatticeImpact {
     pub fn field(&self) -> Field {
-        let orders = |n: usize| bessel_j(2.0 * n as f64 * self.dt, 2 * self.n_sites);
+        // The even ones.
+        let orders = |n: usize| -> Vec<f64> {
+            let all = bessel_j(2.0 * n as f64 * self.dt, 2 * self.n_sites);
+            all.into_iter().step_by(2).collect()
+        };
         let orders: Vec<Vec<f64>> = (0..self.n_times).map(orders).collect();
         let grid = Grid {
             n_times: self.n_times,
@@ -29,7 +33,7 @@ impl LatticeImpact {
             dt: self.dt,
             dx: 1.0,
         };
-        let mut field = grid.sample("lattice-impact", |n, j| orders[n][2 * j]);
+        let mut field = grid.sample("lattice-impact", |n, j| orders[n][j]);
         field.time.unit = Some("sqrt(m/c)".into());
         field.space.unit = Some("a".into());
         field.unit = Some("v0".into());

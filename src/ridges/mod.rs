@@ -286,7 +286,11 @@ pub fn ridges(
         if let Some(map) = &mut analysis.spacetime_map {
             let mut builder = MapBuilder::largest(power.dim(), MAP_LIMIT);
             builder.add(0, 0, power.view());
-            let [y, x] = [&map.y, &map.x].map(|axis| (&axis.label[..], axis.low, axis.high));
+            let axes = &analysis.axes;
+            let step = |bins: &[f64]| bins.get(1).copied().unwrap_or(1.0);
+            let lowest = axes.wavenumber_signed.first().copied().unwrap_or(0.0);
+            let y = (&map.y.label[..], 0.0, step(&axes.frequency));
+            let x = (&map.x.label[..], lowest, step(&axes.wavenumber));
             *map = builder.finish(map.label.clone(), y, x);
         }
         analysis.direction_by_frequency = None;
@@ -328,7 +332,7 @@ fn search(
         None => vec![RidgeCut::Frequency, RidgeCut::Wavenumber],
     };
     let level_of = |places: usize| peaks::level(power.len(), places, request.alpha, realisations);
-    let [of_wavenumbers, of_frequencies] = [nk, nf].map(level_of);
+    let level_at = |cut: &RidgeCut| level_of(cut.sorted([nk, nf])[0]);
     let (mut found, mut lone) = (Vec::new(), Vec::new());
     for cut in &tried {
         let [power, _] = cut.sorted([power.view(), power.t()]);
@@ -341,7 +345,7 @@ fn search(
             along,
             across,
             realisations,
-            level: cut.sorted([of_wavenumbers, of_frequencies])[0],
+            level: level_at(cut),
             least: 10f64.powf(-0.1 * request.range),
             around: [around_along, around_across],
             cuts,
@@ -394,7 +398,7 @@ fn search(
         realisations,
         independence,
         alpha: request.alpha,
-        level: of_wavenumbers.max(of_frequencies),
+        level: tried.iter().map(level_at).fold(f64::INFINITY, f64::min),
         bins: [df, dk],
         resolution: [along_f.width * df, along_k.width * dk],
         ridges,

@@ -114,16 +114,11 @@ impl Cuts<'_> {
             };
             let medians: Vec<f64> = (0..n).into_par_iter().map(of_place).collect();
             let smooth = |i: usize| {
-                // Mirrored at the ends.
+                // Mirrored at both ends.
                 let before = (i..=i + reach).map(|j| j.abs_diff(reach));
-                let about = before.chain(i + 1..=i + reach);
-                let about = about.map(|j| {
-                    medians[if j < n {
-                        j
-                    } else {
-                        (2 * (n - 1)).saturating_sub(j)
-                    }]
-                });
+                let after = i + 1..=i + reach;
+                let mirrored = |j: usize| j.min((2 * (n - 1)).saturating_sub(j));
+                let about = before.chain(after).map(|j| medians[mirrored(j)]);
                 median(about).unwrap_or(0.0).max(f64::MIN_POSITIVE)
             };
             found = (0..n).map(smooth).collect();

@@ -8,6 +8,9 @@ use wavecascade::Field;
 use wavecascade::analyze::{Request, Results, Warning, analyze, channel_findings};
 use wavecascade::field::OpenOptions;
 use wavecascade::observer::Silent;
+use wavecascade::prepare::Examined;
+use wavecascade::ridges::{RidgesRequest, ridges};
+use wavecascade::sheet::Describe;
 
 const TIMES: usize = 1500;
 
@@ -81,7 +84,14 @@ fn val_construction_sites_out_of_step_are_named() {
             true => change(n, j),
             false => values[[n, j]],
         });
-        let found = channel_findings(&field(changed), &Silent).unwrap();
+        let field = field(changed);
+        let found = channel_findings(&field, &Silent).unwrap();
+        let waves = Examined {
+            found: ridges(&[&field], &RidgesRequest::default(), &Silent).unwrap(),
+            channels: found.clone(),
+        };
+        let are_told = !waves.describe().answer.contains("out of step");
+        assert_eq!(are_told, code == "gain-steps");
         let named_sites = match code {
             "gain-steps" => vec![sites.start],
             _ => sites.clone().collect(),

@@ -278,12 +278,12 @@ fn val_construction_shots_are_whole() {
         let (mut held, mut known) = (0, 0);
         for seed in 0..100 {
             let mut random = Noise(41 + 907 * seed);
-            let late = 120.0 + 180.0 * random.uniform();
+            let late = 210.0 + 90.0 * random.uniform();
             let mut shot = || {
-                let start = 300.0 + 20.0 * random.gaussian();
+                let start = 300.0 + 10.0 * random.gaussian();
                 let values = Array2::from_shape_fn((1024, 2), |(n, j)| {
                     let t = (n as f64 - start - late * j as f64) / 8.0;
-                    t * (-0.5 * t * t).exp() + 0.05 * random.gaussian()
+                    t * (-0.5 * t * t).exp() + 0.03 * random.gaussian()
                 });
                 field(values, 1.0)
             };

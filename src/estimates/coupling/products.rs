@@ -204,6 +204,7 @@ pub(super) fn sum_products(
         };
         sum_tree(range.clone(), kinds, true, &add, scratch);
     };
+    // In one piece where other threads are at work already.
     let least = if is_parallel { 1 } else { groups.len().max(1) };
     let groups = groups.into_par_iter().with_min_len(least);
     groups.for_each_init(Vec::new, sum);

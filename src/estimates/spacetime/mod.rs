@@ -281,7 +281,8 @@ impl SpaceTimeRequest {
         };
         let counts = [records, time.segments.count(), tapers[0] * tapers[1]];
         let effective = time.effective() * of_space;
-        let independence = Independence::new(counts, effective, totals.steadiness(records));
+        let independence = Independence::new(counts, effective, totals.steadiness(records))
+            .of_samples(time.segments.record);
         // Realisations that count, if they have the same weight; by the shares of the weights otherwise.
         let (most, is_by_weights) = match (independence.is_transient(), records) {
             (true, 0..2) => (f64::NAN, false),

@@ -20,9 +20,8 @@ use crate::transform::fold;
 /// Bytes of a site, and of a bin, beside the spectra.
 const OF_SITE: u64 = 256;
 const OF_BIN: u64 = 64;
-/// Numbers of a cell of a site: spectrum, degrees, both ends of the interval, jackknife, for which the sums give way; and both
-/// ends of its interval, which are written.
-const NUMBERS: u64 = 7;
+/// Numbers of a cell of a site: spectrum, degrees, both ends of the interval, jackknife, for which the sums give way.
+const NUMBERS: u64 = 5;
 /// Those of lines with their lists.
 const OF_LINES: u64 = 7;
 
