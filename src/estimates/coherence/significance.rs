@@ -4,9 +4,6 @@ use ndarray::ArrayView1;
 
 use crate::numeric::chi_square_level;
 
-/// Rate of false frequencies among those that are chosen, over the probability of errors: false ones at high frequencies weigh most in
-/// delays. Where it leaves fewer than two, the probability itself.
-const OF_FALSE: f64 = 0.2;
 /// Share of the largest power of a record below which its bins hold what leaks from others.
 const FLOOR: f64 = 1e-6;
 /// The same of the largest power among so many bins on either side: the sidelobes of a Hann window are below it.
@@ -80,10 +77,7 @@ impl Significance {
             }
         };
         let is_coherent = is_below(self.each).is_some() || self.sorted.iter().sum::<f64>() > least;
-        let rates = [OF_FALSE * self.alpha, self.alpha];
-        let chosen = rates
-            .into_iter()
-            .find_map(|rate| is_below(rate).filter(|n| *n > 0));
+        let chosen = is_below(self.alpha).filter(|n| *n > 0);
         self.sum = Some((bins, least));
         is_coherent.then(|| match chosen {
             Some(last) => self.sorted[last],
