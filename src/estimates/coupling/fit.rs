@@ -124,7 +124,7 @@ impl Fit<'_> {
     /// All outputs, in parallel; each by one thread.
     ///
     /// # Errors
-    /// [`Error::Cancelled`].
+    /// [`crate::Error::Cancelled`].
     pub fn all(&self, observer: &dyn Observer) -> Result<Vec<OutputFit>> {
         let outputs = (1..self.last + 1).into_par_iter();
         let fits = outputs.map(|bin| {

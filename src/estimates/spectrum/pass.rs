@@ -45,7 +45,7 @@ pub(super) struct TileSums {
     sums: Option<Sums>,
     /// Over segments and records, `[bin * tapers + taper]`; dropped once the average is known.
     energies: Vec<LaneBlock>,
-    /// Of each bin, see [`LINE_BLOCKS`](super::lines::LINE_BLOCKS).
+    /// Of each bin, see [`LINE_BLOCKS`].
     pub lines: Vec<LaneBlock>,
     /// Of all records.
     steadiness: [f64; TOGETHER],

@@ -51,7 +51,7 @@ const LEAVE_OUT: &str = "leave out the segments that miss samples: `--gaps leave
 const LISTED: usize = 20;
 
 impl Describe for SpectrumEstimate {
-    /// Variables: `frequency` (nf), `position`, `steadiness` (n); `detrended` (nf); `spectrum`, `degrees_of_freedom`, `low`, `high`,
+    /// Variables: `frequency` (nf), `position`, `steadiness` (n); `spectrum`, `degrees_of_freedom`, `low`, `high`,
     /// `jackknife_low`, `jackknife_high` (nf, n), NaN where there is no interval; along time `noise`, `noise_low`,
     /// `noise_high` (n), densities; where segments are left out `segments`, `effective_realisations` (n); of several
     /// tapers `f_statistic` (nf, n). Along space, `wavenumber` and `time` take the place of `frequency` and `position`,
@@ -380,7 +380,6 @@ impl SpectrumEstimate {
         ]);
         let density = units.density(bin_unit, "");
         sheet.line(bins, bins, bin_unit, &self.bins);
-        sheet.line("detrended", bins, "", &self.detrended);
         sheet.line(columns, columns, column_unit, self.coordinates());
         sheet.line("steadiness", columns, "", &self.steadiness);
         if let Some(left) = &self.segments_left {

@@ -62,7 +62,7 @@ impl<D: Describe> Describe for Examined<D> {
 /// many sites, fewer. None of a simulated run.
 ///
 /// # Errors
-/// [`Error::Cancelled`].
+/// [`crate::Error::Cancelled`].
 pub fn channel_findings(field: &Field, observer: &dyn Observer) -> Result<Vec<Warning>> {
     let all = (0..field.n_times(), 0..field.n_sites());
     Ok(channels(field, all, (&[], None), observer)?.warnings)
