@@ -79,6 +79,7 @@ impl Pass<'_> {
         let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
 
         let detrended = self.realisations.lost();
+        let is_detrended = |m: usize| detrended[m] > DETRENDED;
         // The one-sided density that filled samples leave.
         let floors = (0..shape.1).map(|j| FILLING * self.filled(tiles, j) * density * 2.0);
         let floors: Vec<f64> = floors.collect();
@@ -86,7 +87,7 @@ impl Pass<'_> {
             // Transforms at 0 and at the Nyquist frequency are real.
             let one = fold(m, length);
             let is_known = spectrum[[m, j]] > floors[j];
-            if detrended[m] > DETRENDED || !is_known {
+            if (m == 0 && is_detrended(m)) || !is_known {
                 return f64::NAN;
             }
             let (records, _, segments) = of_site(j);
@@ -120,6 +121,7 @@ impl Pass<'_> {
             // Realisations of a transient are not independent, its records are.
             let is_known = !sites[j].is_transient() || left_out == LeftOutEach::Record;
             let [all, effective, quantile] = of_sites[j];
+            let is_known = is_known && !is_detrended(m);
             if degrees[[m, j]].is_nan() || quantile.is_nan() || !is_known {
                 return f64::NAN;
             }
@@ -129,7 +131,11 @@ impl Pass<'_> {
         });
 
         drop((deviations, squares));
-        let [low, high] = table.ends(&spectrum, &degrees);
+        let [mut low, mut high] = table.ends(&spectrum, &degrees);
+        for m in (0..shape.0).filter(|m| is_detrended(*m)) {
+            low.row_mut(m).fill(f64::NAN);
+            high.row_mut(m).fill(f64::NAN);
+        }
         let frequency = frequencies(length, grid.time.step);
         let has_interval = |j: usize| match of_site(j).0 {
             0 => false,
