@@ -212,7 +212,8 @@ pub fn coherence(
     in_pool(request.threads, || {
         let found = run(&realisations)?;
         let whole = request.averaging.of_whole_shots(grid.times);
-        match whole.filter(|_| fields.len() > 1 && found.independence.is_transient()) {
+        let is_cut = fields.len() > 1 && realisations.segments.count() > 1;
+        match whole.filter(|_| is_cut && found.independence.is_transient()) {
             Some(whole) => run(&Realisations::new(&whole, grid.times)?),
             None => Ok(found),
         }
