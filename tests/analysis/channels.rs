@@ -124,7 +124,13 @@ fn val_what_is_quiet_by_physics_is_no_fault() {
             x.sin() * (0.2 * n as f64).cos() + 0.3 * (2.0 * x).sin() * (0.37 * n as f64).cos()
         });
         let inside = standing.slice(s![.., 1..16]).to_owned();
-        none("standing wave", &field(inside));
+        none("standing wave", &field(inside.clone()));
+        // Nothing at all moves at a node, or at a fixed end.
+        let mut still = standing;
+        for site in [0, 8, 16] {
+            still.column_mut(site).fill(0.0);
+        }
+        none("nodes", &field(still));
     }
     // One standing wave of many frequencies: both sides of its nodes have opposite signs.
     let smooth = wave(1);

@@ -39,10 +39,17 @@ impl Look<'_> {
         ];
         let is_ahead = |j: usize| head.is_some_and(|head| j < head) || tail.is_some_and(|t| j > t);
         let moves = |j: usize| self.records.get(j).is_some_and(|row| row.level > 0.0);
-        let is_between = |j: usize| j > 0 && moves(j - 1) && moves(j + 1);
+        let is_node = |j: usize| match j {
+            _ if j > 0 && moves(j - 1) && moves(j + 1) => self.is_node(j - 1, j + 1),
+            0 if moves(1) && moves(2) => self.falls_to_rest(1, 2),
+            _ if j >= 2 && j + 1 == n && moves(j - 1) && moves(j - 2) => {
+                self.falls_to_rest(j - 1, j - 2)
+            }
+            _ => false,
+        };
         let is_dead = |j: &usize| {
             let is_constant = self.records[*j].scan.constant && !self.is_left_out(*j);
-            is_constant && !is_ahead(*j) && !(is_between(*j) && self.is_node(*j - 1, *j + 1))
+            is_constant && !is_ahead(*j) && !is_node(*j)
         };
         (0..n).filter(is_dead).collect()
     }
@@ -79,8 +86,14 @@ impl Look<'_> {
     /// Whether the records beside a site, or two, are opposite: motion is least between them.
     fn is_node(&self, before: usize, after: usize) -> bool {
         let [a, b] = [before, after].map(|row| self.read(row));
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         dot(&a, &b) < -SAME * (dot(&a, &a) * dot(&b, &b)).sqrt()
+    }
+
+    /// Whether the line through two records leads to rest at the site before them, as at a fixed end.
+    fn falls_to_rest(&self, near: usize, far: usize) -> bool {
+        let [a, b] = [near, far].map(|row| self.read(row));
+        let expected: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 2.0 * a - b).collect();
+        dot(&expected, &expected) < SAME * SAME * dot(&a, &a)
     }
 
     /// Sites with far more energy in the top tenth of the frequency axis than those beside them, while these are
@@ -118,6 +131,10 @@ impl Look<'_> {
             .reduce(f64::max)?;
         Some((found.into_iter().map(|i| live[i]).collect(), ratio))
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Whether all sites beside a run, up to two on each side, are as wanted.
