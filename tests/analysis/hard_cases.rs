@@ -57,7 +57,7 @@ fn every_length_on_either_axis_keeps_its_energy() {
                     "{nt} x {nx} {window:?}: {residual:e}"
                 );
             }
-            let temporal = spectra.temporal.expect("asked for");
+            let temporal = spectra.temporal.expect("requested");
             assert_eq!(temporal.dim(), (nt / 2 + 1, nx));
             assert!(temporal.iter().all(|p| p.is_finite()));
         }
@@ -96,8 +96,8 @@ fn amplitudes_at_the_ends_of_the_number_range_scale_exactly() {
         let unit = analysis.accuracy.amplitude_unit;
         let subnormal = exponent < -1022;
         let tolerance = if subnormal { 1e-9 } else { 1e-15 };
-        let ours = spectra.spacetime.expect("asked for");
-        let theirs = plain.1.spacetime.as_ref().expect("asked for");
+        let ours = spectra.spacetime.expect("requested");
+        let theirs = plain.1.spacetime.as_ref().expect("requested");
         let peak = theirs.iter().fold(0.0, |m: f64, v| m.max(*v));
         for (a, b) in ours.iter().zip(theirs) {
             // In units of the square of the stated unit, `a` is b (2^exponent / unit)^2.
@@ -108,7 +108,7 @@ fn amplitudes_at_the_ends_of_the_number_range_scale_exactly() {
                 "2^{exponent}: {a:e} {expected:e}"
             );
         }
-        let centroid = |a: &Analysis| a.along_space.as_ref().expect("asked for").centroid[3];
+        let centroid = |a: &Analysis| a.along_space.as_ref().expect("requested").centroid[3];
         let moved = centroid(&analysis) / centroid(&plain.0) - 1.0;
         assert!(moved.abs() < tolerance, "2^{exponent}: {moved:e}");
         assert!(residuals(&analysis).all(|r| r.abs() < 1e-14));
@@ -127,8 +127,8 @@ fn an_offset_a_billion_times_the_signal_is_removed_or_kept_without_loss() {
         let (_, a) = analyzed(&offset, &request);
         let (_, b) = analyzed(&clean, &request);
         let (a, b) = (
-            a.temporal.expect("asked for"),
-            b.temporal.expect("asked for"),
+            a.temporal.expect("requested"),
+            b.temporal.expect("requested"),
         );
         let peak = b.iter().skip(40).fold(0.0, |m: f64, v| m.max(*v));
         for (a, b) in a.iter().zip(&b).skip(40) {
@@ -147,7 +147,7 @@ fn zero_channels_have_no_centroid_and_constant_ones_that_of_zero() {
         _ => sample(n, j),
     });
     let (analysis, _) = analyzed(&Field::from_array(values), &Request::default());
-    let along = analysis.along_space.expect("asked for");
+    let along = analysis.along_space.expect("requested");
     assert!(along.centroid[0].is_nan() && along.entropy[0].is_nan());
     // Bin 0 stands for half a bin: nine tenths of 1/64.
     assert!(along.centroid[1] == 0.0 && along.quantile_90[1] == 0.9 / 64.0);
@@ -174,12 +174,12 @@ fn nothing_but_zeros_or_gaps_is_undefined_and_never_zero() {
         let field = Field::from_array(Array2::from_elem((20, 6), value));
         let (analysis, spectra) = analyzed(&field, &request);
         assert_eq!(residuals(&analysis).count(), 0);
-        let d = analysis.direction.expect("asked for");
+        let d = analysis.direction.expect("requested");
         assert!(d.toward_plus_x.is_nan() && d.undirected.is_nan());
         assert!(analysis.warnings.iter().any(|w| w.code == "no-energy"));
         let of_gaps = |w: &Warning| w.code == "gaps" && w.numbers["samples"] == 120;
         assert_eq!(analysis.warnings.iter().any(of_gaps), value.is_nan());
-        let spacetime = spectra.spacetime.expect("asked for");
+        let spacetime = spectra.spacetime.expect("requested");
         assert!(spacetime.iter().all(|&p| p == 0.0));
     }
 }
@@ -239,7 +239,7 @@ fn a_masked_gap_stays_out_of_trends() {
             ..Request::default()
         };
         let (_, spectra) = analyzed(&Field::from_array(values.clone()), &request);
-        let left = spectra.temporal.expect("asked for").sum();
+        let left = spectra.temporal.expect("requested").sum();
         assert!(left < 1e-18, "{welch:?}: {left:e}");
     }
 }
@@ -264,8 +264,8 @@ fn short_time_spectra_are_spectra_of_their_samples() {
         ..Request::default()
     };
     let (analysis, spectra) = analyzed(&field, &short(96, 1, Window::Hann));
-    let along_t = analysis.short_time.expect("asked for");
-    let temporal = spectra.temporal.expect("asked for");
+    let along_t = analysis.short_time.expect("requested");
+    let temporal = spectra.temporal.expect("requested");
     assert_eq!(along_t.spectra.len(), 2);
     for one in &along_t.spectra {
         assert_eq!(one.values.column(0), temporal.column(one.index));
@@ -273,7 +273,7 @@ fn short_time_spectra_are_spectra_of_their_samples() {
     assert_eq!(along_t.frames, [47.5]);
 
     let (analysis, _) = analyzed(&field, &short(32, 16, Window::None));
-    let frames = analysis.short_time.expect("asked for");
+    let frames = analysis.short_time.expect("requested");
     assert_eq!(frames.frames, [15.5, 31.5, 47.5, 63.5, 79.5]);
     for (s, start) in [0, 16, 32, 48, 64].into_iter().enumerate() {
         let part = Request {
@@ -285,13 +285,13 @@ fn short_time_spectra_are_spectra_of_their_samples() {
             ..Request::default()
         };
         let (_, spectra) = analyzed(&field, &part);
-        let temporal = spectra.temporal.expect("asked for");
+        let temporal = spectra.temporal.expect("requested");
         assert_eq!(frames.spectra[1].values.column(s), temporal.column(11));
     }
-    let along_x = analysis.short_space.expect("asked for");
+    let along_x = analysis.short_space.expect("requested");
     let untapered = asking(|it| it.scaling = Scaling::Density);
     let (_, spectra) = analyzed(&field, &untapered);
-    let spatial = spectra.spatial.expect("asked for");
+    let spatial = spectra.spatial.expect("requested");
     assert_eq!(along_x.spectra[0].values.column(0), spatial.row(30));
 }
 
@@ -361,7 +361,7 @@ fn shares_change_with_the_band_edge_without_steps() {
     let request = |edge| asking(|it| it.band_edge_frequency = Some(edge));
     let low = |edge: f64| {
         let (analysis, _) = analyzed(&field, &request(edge));
-        analysis.along_space.expect("asked for").low_share[0]
+        analysis.along_space.expect("requested").low_share[0]
     };
     // 250 is bin 11 of 44 samples at 1 ms, but the bin as computed lies one rounding above it.
     let around = [
@@ -412,7 +412,7 @@ fn a_tone_between_bins_is_recovered_to_the_bound_of_each_window() {
             };
             let asked = |scaling| asking(|it| (it.window_time, it.scaling) = (window, scaling));
             let (_, spectra) = analyzed(&tone.field(), &asked(Scaling::Spectrum));
-            let spectrum = spectra.temporal.expect("asked for");
+            let spectrum = spectra.temporal.expect("requested");
             let (bin, peak) =
                 spectrum
                     .column(0)
@@ -442,7 +442,7 @@ fn a_tone_between_bins_is_recovered_to_the_bound_of_each_window() {
             );
 
             let (analysis, spectra) = analyzed(&tone.field(), &asked(Scaling::Density));
-            let density = spectra.temporal.expect("asked for");
+            let density = spectra.temporal.expect("requested");
             let power = density.sum() * analysis.axes.frequency[1];
             // Far from the ends of the axis the window weighs the tone's square evenly.
             assert!((power / 4.5 - 1.0).abs() < 2e-3, "{window:?}: {power}");
@@ -477,11 +477,11 @@ fn integrals_of_spectra_are_what_their_scaling_says() {
                 Scaling::Density => (1.0 / 60.0, 1.0 / 21.0),
                 _ => (0.01, 0.25),
             };
-            let temporal = spectra.temporal.expect("asked for").column(4).sum() * df;
+            let temporal = spectra.temporal.expect("requested").column(4).sum() * df;
             assert!((temporal / (squares.column(4).sum() * dt) - 1.0).abs() < 1e-14);
-            let spatial = spectra.spatial.expect("asked for").row(9).sum() * dk;
+            let spatial = spectra.spatial.expect("requested").row(9).sum() * dk;
             assert!((spatial / (squares.row(9).sum() * dx) - 1.0).abs() < 1e-14);
-            let both = spectra.spacetime.expect("asked for").sum() * df * dk;
+            let both = spectra.spacetime.expect("requested").sum() * df * dk;
             assert!((both / (squares.sum() * dt * dx) - 1.0).abs() < 1e-14);
         }
     }

@@ -9,6 +9,7 @@ use wavecascade::estimates::{
 };
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Window};
+use wavecascade::sheet::Describe;
 use wavecascade::{Error, Field};
 
 const DT: f64 = 0.25;
@@ -276,8 +277,11 @@ fn val_theory_a_hump_is_one_peak() {
             last = [*v, last[0]];
         }
     }
-    let peaks = found(&field(values), &welch(1024, 512)).peaks().unwrap();
+    let found = found(&field(values), &welch(1024, 512));
+    let peaks = found.peaks().unwrap();
     assert_eq!(peaks.len(), 4);
+    let answer = found.describe().answer;
+    assert!(answer.contains(" (4 sites)"), "{answer}");
     for peak in peaks {
         assert!(
             (peak.at - f / DT).abs() < 0.02 && peak.ratio > 8.0,

@@ -158,7 +158,7 @@ impl SpectrumEstimate {
             let Some(first) = test.lines.first() else {
                 return format!("no line stands above chance at any {column}");
             };
-            let lines = test.lines.iter().map(|line| (line.at, line.column));
+            let lines = test.lines.iter().map(|line| (line.at, line.column, 0.0));
             return format!(
                 "lines at {}; the surest of amplitude {}",
                 self.named(lines, column),
@@ -178,7 +178,10 @@ impl SpectrumEstimate {
         };
         format!(
             "peaks at {}; the highest {} times the power beside it{width}",
-            self.named(peaks.iter().map(|peak| (peak.at, peak.column)), column),
+            self.named(
+                peaks.iter().map(|peak| (peak.at, peak.column, peak.width)),
+                column
+            ),
             number(first.ratio),
         )
     }
@@ -190,11 +193,13 @@ impl SpectrumEstimate {
         text.trim_end().to_owned()
     }
 
-    /// Frequencies and how many sites have them, `50.00 and 100.0 Hz (64 and 3 sites)`; those within two bins are one.
-    fn named(&self, found: impl Iterator<Item = (f64, usize)>, column: &str) -> String {
+    /// Frequencies and how many sites have them, `50.00 and 100.0 Hz (64 and 3 sites)`; those within two bins, or the width of one of
+    /// them, are one.
+    fn named(&self, found: impl Iterator<Item = (f64, usize, f64)>, column: &str) -> String {
         let near = 2.0 * (self.bins[1] - self.bins[0]);
         let mut places: Vec<(f64, Vec<usize>)> = Vec::new();
-        for (at, column) in found {
+        for (at, column, width) in found {
+            let near = near.max(width);
             let is_near = |place: &&mut (f64, Vec<usize>)| (at - place.0).abs() <= near;
             match places.iter_mut().find(is_near) {
                 Some((_, columns)) if columns.contains(&column) => {}

@@ -82,15 +82,15 @@ impl Look<'_> {
             return None;
         }
         let usual: Vec<Complex<f64>> = before.iter().zip(&after).map(|(a, b)| a + b).collect();
-        let turned = own.iter().zip(&usual);
-        let turned =
-            turned.map(|(z, usual)| z * usual.conj() / usual.norm().max(f64::MIN_POSITIVE));
-        let turned: Vec<Complex<f64>> = turned.collect();
-        let all = size(&turned);
+        let rotated = own.iter().zip(&usual);
+        let rotated =
+            rotated.map(|(z, usual)| z * usual.conj() / usual.norm().max(f64::MIN_POSITIVE));
+        let rotated: Vec<Complex<f64>> = rotated.collect();
+        let all = size(&rotated);
         // The cross-correlation at a delay, of what is left of the phase.
         let at = |delay: isize| {
             let angle = std::f64::consts::TAU * delay as f64 / self.length as f64;
-            let terms = turned.iter().enumerate();
+            let terms = rotated.iter().enumerate();
             let terms = terms.map(|(m, z)| (z * Complex::cis(angle * m as f64)).re);
             terms.sum::<f64>() / all
         };
