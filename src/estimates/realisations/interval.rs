@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::SIGNIFICANCE;
-use super::averaging::effective_segments;
+use super::effective::effective_segments;
 use super::ensemble::{Independence, steadiness};
 use crate::numeric::{chi_square_quantile, student_two_sided, sum_of_squares};
 use crate::prepare::{Detrend, Trend};

@@ -3,6 +3,7 @@
 
 mod adaptive;
 mod averaging;
+mod effective;
 mod ensemble;
 mod grid;
 mod interval;
