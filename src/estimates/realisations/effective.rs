@@ -50,7 +50,7 @@ impl Realisations {
     /// What is left of each site of so many records; `None` where no segments are left out.
     ///
     /// # Errors
-    /// [`Error::Request`] where no site has any.
+    /// [`crate::Error::Request`] where no site has any.
     pub fn segments_left<'p>(
         &self,
         records: usize,
