@@ -6,14 +6,10 @@ use std::sync::Arc;
 use super::lattice::refuse;
 use super::spline::Spline;
 use crate::Result;
-use crate::numeric::{split_mix, unit_interval};
+use crate::numeric::{fresnel_auxiliary, split_mix, unit_interval};
 
 /// Sines of which noise is the sum.
 const NOISE_LINES: usize = 128;
-
-/// Points a cycle from which a chirp is integrated, and at most in all.
-const POINTS_A_CYCLE: f64 = 128.0;
-const MOST_POINTS: f64 = 4e6;
 
 /// What the push of a body is once its drive is over.
 const REST: Waveform = Waveform::Sine {
@@ -52,13 +48,44 @@ enum Form {
         offset: f64,
         sines: Vec<[f64; 3]>,
     },
-    /// `amplitude * sin(2 pi (from + rate t / 2) t)`.
-    Chirp {
-        amplitude: f64,
-        from: f64,
-        rate: f64,
-    },
+    Chirp(Chirp),
+    /// The integral of a chirp from 0 on.
+    IntegralOfChirp(Chirp),
     Spline(Spline),
+}
+
+/// `amplitude * sin(2 pi (from + rate t / 2) t)`, of a rate other than 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Chirp {
+    amplitude: f64,
+    from: f64,
+    rate: f64,
+}
+
+impl Chirp {
+    /// The derivative of this order at time t; of order -1 the integral from 0 on.
+    fn derivative(&self, order: i32, t: f64) -> f64 {
+        let turns = 2.0 * PI;
+        let frequency = self.from + self.rate * t;
+        let (sin, cos) = (turns * (self.from + 0.5 * self.rate * t) * t).sin_cos();
+        self.amplitude
+            * match order {
+                -1 => self.swept(0.0, [0.0, 1.0]) - self.swept(t, [sin, cos]),
+                0 => sin,
+                1 => turns * frequency * cos,
+                _ => turns * self.rate * cos - (turns * frequency).powi(2) * sin,
+            }
+    }
+
+    /// (f(z) cos φ + g(z) sin φ) / √(2 |rate|) at z = frequency √(2 / |rate|), sine and cosine of the phase φ at hand: the
+    /// integral of sin φ but for its sign and a constant, without the cancellation of Fresnel's S and C at many cycles.
+    fn swept(&self, t: f64, [sin, cos]: [f64; 2]) -> f64 {
+        let size = (2.0 * self.rate.abs()).sqrt();
+        // Rounding may put the last frequency of a chirp to 0 below it.
+        let z = (2.0 * (self.from + self.rate * t) / size).max(0.0);
+        let [f, g] = fresnel_auxiliary(z);
+        (f * cos + self.rate.signum() * g * sin) / size
+    }
 }
 
 impl Form {
@@ -77,21 +104,8 @@ impl Form {
                 });
                 offset + each.sum::<f64>()
             }
-            Form::Chirp {
-                amplitude,
-                from,
-                rate,
-            } => {
-                let turns = 2.0 * PI;
-                let (sin, cos) = (turns * (from + 0.5 * rate * t) * t).sin_cos();
-                let speed = turns * (from + rate * t);
-                amplitude
-                    * match order {
-                        0 => sin,
-                        1 => speed * cos,
-                        _ => turns * rate * cos - speed * speed * sin,
-                    }
-            }
+            Form::Chirp(chirp) => chirp.derivative(order as i32, t),
+            Form::IntegralOfChirp(chirp) => chirp.derivative(order as i32 - 1, t),
             Form::Spline(spline) => spline.derivative(order, t),
         }
     }
@@ -125,17 +139,17 @@ impl Waveform {
     /// `amplitude sin(2 pi (f0 t + (f1 - f0) t^2 / (2 duration)))` up to `duration`, 0 after: the
     /// frequency goes evenly from f0 to f1.
     pub fn chirp(amplitude: f64, [from, to]: [f64; 2], duration: f64) -> Waveform {
-        Waveform::Curve(Curve {
-            form: Arc::new(Form::Chirp {
-                amplitude,
-                from,
-                rate: (to - from) / duration,
-            }),
-            span: [f64::NEG_INFINITY, duration],
-            outside: [0.0; 2],
-            size: amplitude.abs(),
-            fastest: 2.0 * PI * from.max(to),
-        })
+        let [size, fastest] = [amplitude.abs(), 2.0 * PI * from.max(to)];
+        if from == to {
+            return sum_of_sines(vec![[amplitude, fastest, 0.0]], duration, [size, fastest]);
+        }
+        let rate = (to - from) / duration;
+        let chirp = Chirp {
+            amplitude,
+            from,
+            rate,
+        };
+        ended(Form::Chirp(chirp), duration, [size, fastest])
     }
 
     /// Noise of this root mean square in a band of frequencies, up to `duration`, 0 after: the sum of 128 sines
@@ -177,7 +191,7 @@ impl Waveform {
     /// velocity.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a chirp of too many cycles to be integrated.
+    /// [`crate::Error::Request`] for the integral of a chirp.
     pub fn integral(&self) -> Result<Waveform> {
         let one = |amplitude: f64, w: f64, end: f64| {
             sum_of_sines(vec![[amplitude, w, 0.0]], end, [amplitude.abs(), w]).integral()
@@ -192,6 +206,9 @@ impl Waveform {
             } => return one(*amplitude, self.angular_frequency(), *duration),
             Waveform::Curve(curve) => curve,
         };
+        let [_, end] = curve.span;
+        let size = [curve.size / curve.fastest, curve.fastest];
+        let integrated = |form| ended(form, end, size).held();
         match &*curve.form {
             Form::Sines { sines, .. } => {
                 let sines: Vec<[f64; 3]> = sines
@@ -200,29 +217,12 @@ impl Waveform {
                     .map(|[a, w, phase]| [a / w, *w, phase - 0.5 * PI])
                     .collect();
                 let offset: f64 = sines.iter().map(|[a, _, phase]| -a * phase.sin()).sum();
-                let form = Form::Sines { offset, sines };
-                Ok(Waveform::Curve(Curve {
-                    form: Arc::new(form),
-                    span: curve.span,
-                    outside: [0.0; 2],
-                    size: curve.size / curve.fastest,
-                    fastest: curve.fastest,
-                })
-                .held())
+                Ok(integrated(Form::Sines { offset, sines }))
             }
-            Form::Chirp { .. } => {
-                let [_, end] = curve.span;
-                let points = (end * curve.fastest / (2.0 * PI) * POINTS_A_CYCLE).ceil();
-                if points > MOST_POINTS {
-                    let expected = "a chirp of at most 30000 cycles for the velocity of a wall";
-                    let found = format!("{:.0}", points / POINTS_A_CYCLE);
-                    return Err(refuse("drive_duration", expected, found));
-                }
-                let points = points.max(16.0) as usize;
-                let times = (0..=points).map(|i| end * (i as f64 / points as f64));
-                let times: Vec<f64> = times.collect();
-                let values: Vec<f64> = times.iter().map(|t| curve.form.derivative(0, *t)).collect();
-                Waveform::through(&times, &values)?.integral()
+            Form::Chirp(chirp) => Ok(integrated(Form::IntegralOfChirp(*chirp))),
+            Form::IntegralOfChirp(_) => {
+                let expected = "a waveform that is no integral of a chirp already";
+                Err(refuse("drive", expected, "one"))
             }
             Form::Spline(spline) => Ok(of_spline(spline.integral(), 0.0).held()),
         }
@@ -355,9 +355,14 @@ impl Waveform {
     }
 }
 
-fn sum_of_sines(sines: Vec<[f64; 3]>, end: f64, [size, fastest]: [f64; 2]) -> Waveform {
+fn sum_of_sines(sines: Vec<[f64; 3]>, end: f64, size: [f64; 2]) -> Waveform {
+    ended(Form::Sines { offset: 0.0, sines }, end, size)
+}
+
+/// From time 0 to its end, of this largest magnitude and fastest angular frequency.
+fn ended(form: Form, end: f64, [size, fastest]: [f64; 2]) -> Waveform {
     Waveform::Curve(Curve {
-        form: Arc::new(Form::Sines { offset: 0.0, sines }),
+        form: Arc::new(form),
         span: [f64::NEG_INFINITY, end],
         outside: [0.0; 2],
         size,
@@ -384,18 +389,13 @@ fn of_spline(spline: Spline, first: f64) -> Waveform {
 }
 
 fn constant(value: f64) -> Waveform {
+    let form = Form::Sines {
+        offset: value,
+        sines: Vec::new(),
+    };
     match value == 0.0 {
         true => REST,
-        false => Waveform::Curve(Curve {
-            form: Arc::new(Form::Sines {
-                offset: value,
-                sines: Vec::new(),
-            }),
-            span: [f64::NEG_INFINITY, f64::INFINITY],
-            outside: [0.0; 2],
-            size: value.abs(),
-            fastest: 0.0,
-        }),
+        false => ended(form, f64::INFINITY, [value.abs(), 0.0]),
     }
 }
 

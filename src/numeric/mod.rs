@@ -1,10 +1,11 @@
 //! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots, medians,
-//! quantiles, lines through points, complex least squares, eigenvalues of Hermitian matrices.
+//! quantiles, Fresnel integrals, lines through points, complex least squares, eigenvalues of Hermitian matrices.
 
 use std::ops::Range;
 
 mod angle;
 mod bins;
+mod fresnel;
 mod golden;
 pub(crate) mod gram;
 pub(crate) mod hermitian;
@@ -19,6 +20,7 @@ mod sums;
 
 pub(crate) use angle::*;
 pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
+pub(crate) use fresnel::fresnel_auxiliary;
 pub(crate) use golden::GoldenSection;
 pub use least_squares::LineFit;
 pub(crate) use logarithm::ln_normal;
