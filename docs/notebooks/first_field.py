@@ -16,7 +16,7 @@ print(field.dims, field.shape, field.attrs["quantity"])
 # %% [markdown]
 # `wc.open` reads whatever `cascade analyze` reads, with what stands beside the file: steps, units, and
 # here the dispersion relation of the chain. Arrays of NumPy do as well:
-# `wc.analyze(array, dt="0.25 s", dx="1 m")`.
+# `wc.analyze(array, dt=0.125, dx=1.0)`.
 
 # %%
 spectra = wc.analyze("examples/data/lattice_impact.npy")

@@ -443,11 +443,16 @@ impl Chain {
             let expected = "a static force of 0 or more";
             return Err(refuse("precompression", expected, self.precompression));
         }
-        for contact in self.contacts().chain(self.left_contact()) {
-            if contact.static_overlap.is_nan() {
-                let expected = format!("a static force that `{}` can carry", contact.law.text());
-                return Err(refuse("precompression", &expected, self.precompression));
-            }
+        let contacts = self.contacts().chain(self.left_contact()).enumerate();
+        for (j, contact) in contacts.filter(|(_, contact)| contact.static_overlap.is_nan()) {
+            let option = match self.on_site.gravity > 0.0 {
+                true => "gravity",
+                false => "precompression",
+            };
+            let law = contact.law.text();
+            let expected = format!("static forces that the law `{law}` can carry");
+            let force = self.static_force(j.min(self.n_contacts() - 1));
+            return Err(refuse(option, &expected, format!("{force} in contact {j}")));
         }
         let Losses {
             dashpot,

@@ -43,5 +43,7 @@ fn direction(scene: &SceneSource, key: &FreeKey) -> Result<Direction> {
         let set = settings(std::slice::from_ref(key), std::iter::once(value));
         Ok::<_, Error>(scene.with(set).setup()?.simulation)
     };
-    Direction::between(&at(key.start - step)?, &at(key.start + step)?, 2.0 * step)
+    let ends = [key.start - step, key.start + step];
+    let [low, high] = ends.map(|value| value.clamp(key.bounds[0], key.bounds[1]));
+    Direction::between(&at(low)?, &at(high)?, high - low)
 }

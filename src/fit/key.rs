@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use crate::chain::scene::{Kind, SceneSource, Setting, properties};
+use crate::chain::scene::{Kind, Property, SceneSource, Setting, properties};
 use crate::error::nearest_key;
 use crate::measure::{self, Dimension};
 use crate::sweep::quantity;
@@ -10,6 +10,9 @@ use crate::{Error, Result};
 
 const FORM: &str =
     "KEY or KEY=LOW..HIGH, such as young=50GPa..90GPa, mass_cell[1] or defect[0].factor";
+
+/// Groups of keys that change how a run is made and not what runs.
+const NO_PROPERTIES: [&str; 2] = ["Stepping", "What is kept"];
 
 /// Share of the value, in both directions, over which starts without bounds are spread.
 const SPREAD: f64 = 0.1;
@@ -33,9 +36,9 @@ pub struct FreeKey {
     /// The unit that the scene, or else a bound, states; empty for none.
     pub unit: String,
     pub start: f64,
-    /// In the same unit; infinite where none are stated.
+    /// In the same unit; those of the scene where none are stated, which may be infinite.
     pub bounds: [f64; 2],
-    /// Whether it is searched in its logarithm, as positive keys are.
+    /// Whether it is searched in its logarithm, as keys that are above 0 are.
     pub is_log: bool,
     place: Place,
     list: Option<Value>,
@@ -70,8 +73,8 @@ impl Place {
         })
     }
 
-    /// Whether numbers can be searched continuously.
-    fn check(&self) -> Result<()> {
+    /// The property of the chain that it is, whose numbers can be searched continuously.
+    fn property(&self) -> Result<&'static Property> {
         let Some(property) = properties().iter().find(|p| p.name == self.key) else {
             let near = nearest_key(&self.key, properties().iter().map(|p| &*p.name));
             let expected = match near {
@@ -83,7 +86,12 @@ impl Place {
         let expected = match (&property.kind, self.index, &self.member) {
             (Kind::Number | Kind::Measure { .. }, None, _)
             | (Kind::Numbers, Some(_), None)
-            | (Kind::Tables, _, Some(_)) => return Ok(()),
+            | (Kind::Tables, _, Some(_)) => {
+                if !NO_PROPERTIES.contains(&property.group.as_str()) {
+                    return Ok(property);
+                }
+                "a key of the chain or of what moves it, not of how a run is made".into()
+            }
             (Kind::Numbers, ..) => format!("one number of the list, such as {}[0]", self.key),
             (Kind::Tables, ..) => format!("a number of a table, such as {}[0].factor", self.key),
             (Kind::Whole, ..) => {
@@ -141,10 +149,12 @@ impl FreeKey {
         }
     }
 
-    /// Reads a free key, and its starting value from the scene; without one there, the middle of its bounds.
+    /// Reads a free key, and its starting value from the scene; without one there, the middle of its bounds. Bounds are no wider
+    /// than the scene's own, such as 1 for a ratio.
     ///
     /// # Errors
-    /// [`Error::Request`] for what cannot be read, an unknown key, one that holds no number, bounds in the wrong
+    /// [`Error::Request`] for what cannot be read, an unknown key, one that holds no number or is no
+    /// property of the chain, bounds in the wrong
     /// order, a start outside of them, and a key without a start.
     pub fn of(text: &str, scene: &SceneSource) -> Result<FreeKey> {
         let (path, bounds) = match text.split_once('=') {
@@ -153,7 +163,7 @@ impl FreeKey {
         };
         let typed = Place::parse(path).zip(bounds);
         let (place, ends) = typed.ok_or_else(|| refuse(FORM, text))?;
-        place.check()?;
+        let property = place.property()?;
         let whole = scene.typed_value(&place.key)?;
         let stated = place.value(whole.as_ref())?.and_then(number_of);
         let units = ends.iter().flatten().map(|(_, unit)| unit);
@@ -173,7 +183,8 @@ impl FreeKey {
                 return Err(refuse(&expected, "neither"));
             }
         };
-        let bounds = bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let [low, high] = bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let bounds = [low.max(property.least), high];
         if !(bounds[0]..=bounds[1]).contains(&start) {
             let value = format!("{start} {unit}");
             let expected = format!("bounds that hold the scene's {name} = {}", value.trim_end());
@@ -188,7 +199,7 @@ impl FreeKey {
             name: name.clone(),
             unit,
             start,
-            is_log: start > 0.0 && (bounds[0] > 0.0 || is_open),
+            is_log: start > 0.0 && (bounds[0] > 0.0 || (property.is_above && is_open)),
             bounds,
             list: whole.filter(|_| place.index.is_some()),
             place,
@@ -196,7 +207,7 @@ impl FreeKey {
     }
 
     /// What a unit of its coordinate is, for keys that are not searched in their logarithm.
-    fn scale(&self) -> f64 {
+    pub(super) fn scale(&self) -> f64 {
         match (self.bounds[1] - self.bounds[0]).is_finite() {
             true => self.bounds[1] - self.bounds[0],
             false => self.start.abs(),
@@ -379,6 +390,7 @@ mod tests {
             ("young=80GPa..90GPa", "hold the scene's young"),
             ("yuong", "`young`?"),
             ("sites", "sweep"),
+            ("end_time=5..10", "a key of the chain"),
             ("ends", "is a number"),
             ("mass_cell", "mass_cell[0]"),
             ("mass_cell[7]", "an entry"),

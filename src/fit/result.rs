@@ -280,8 +280,9 @@ impl Unknown<'_> {
     pub fn linear(&self) -> Option<f64> {
         match self {
             Unknown::Key(key) if key.is_log => None,
+            Unknown::Key(key) => Some(key.scale()),
             Unknown::Gain(_) => None,
-            _ => Some(self.value_at(1.0) - self.value_at(0.0)),
+            Unknown::Shift(step, _) => Some(*step),
         }
     }
 

@@ -7,7 +7,7 @@ use super::result::{Fitted, FittedValue};
 use super::shown::{places, some_places, spectral_units, warn_of_horizon};
 use crate::sheet::{
     Describe, Fact, PlotRow, Sheet, Table, error_size, listed, number, percent, with_half,
-    with_unit,
+    with_range, with_unit,
 };
 
 /// Values that a sentence names, at most.
@@ -334,10 +334,15 @@ impl Cause {
 }
 
 impl FittedValue {
-    /// With half of its interval and its unit.
+    /// With half of its interval and its unit; with both ends of an interval that a bound cuts.
     pub fn shown(&self) -> String {
-        match self.low.is_finite() {
-            true => with_half(self.value, 0.5 * (self.high - self.low), &self.unit),
+        let [below, above] = [self.value - self.low, self.high - self.value];
+        match below.min(above) > 0.5 * below.max(above) {
+            true => with_half(self.value, 0.5 * (below + above), &self.unit),
+            false if self.low.is_finite() => {
+                let of = with_range(self.low, self.value, self.high);
+                format!("{of} {}", self.unit).trim_end().to_owned()
+            }
             false => with_unit(self.value, &self.unit),
         }
     }

@@ -66,6 +66,25 @@ fn val_scipy_splines() {
     }
 }
 
+/// Frequencies that rise, fall to 0, begin at 0 and hardly change; truth by mpmath, quadrature with 30 digits.
+#[test]
+fn val_mpmath_integrals_of_chirps() {
+    for (band, duration, t, known) in [
+        ([0.05, 0.25], 20.0, 7.3, 3.38131794533266624),
+        ([0.05, 0.25], 20.0, 20.0, 1.80256700093327568),
+        ([40.0, 0.0], 10.0, 3.7, 0.0085784507429485388),
+        ([40.0, 0.0], 10.0, 10.0, -0.172797823609067373),
+        ([2.0, 2.001], 30.0, 29.5, 0.000369155614121474681),
+        ([0.0, 3.0], 5.0, 4.1, 0.393860006913487818),
+    ] {
+        let integral = Waveform::chirp(1.0, band, duration).integral().unwrap();
+        let off = integral.at(t) - known;
+        assert!(off.abs() < 2e-15, "{band:?} at {t}: off by {off:e}");
+        assert_eq!(integral.at(0.0), 0.0);
+        assert_eq!(integral.at(duration + 1.0), integral.at(duration));
+    }
+}
+
 /// Schemes of fixed steps push bodies, too, at their orders.
 #[test]
 fn val_convergence_of_fixed_steps_with_a_pushed_body() {
@@ -268,6 +287,11 @@ fn val_definition_faults_of_drives() {
             "0 1 2\n",
             file,
             "/scene.toml:4: drive_file: expected two columns, times and values, found 3 columns in /t.csv",
+        ),
+        (
+            "",
+            "drive_file = \"none.csv\"",
+            "/scene.toml:4: drive_file: expected a file that is there; a relative path starts at the scene's folder, found nothing in /none.csv",
         ),
         (
             "",

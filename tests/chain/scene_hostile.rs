@@ -79,6 +79,23 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "`stiffness_ratio`?",
     ),
     (GOOD, "nonsense = 2.0", 3, "nonsense", "a key of scenes"),
+    (GOOD, "friction = 0.1", 3, "friction", "not modelled"),
+    (GOOD, "thermostat = 0.1", 3, "thermostat", "`mode_energy`"),
+    (
+        GOOD,
+        "law = 'tanh(d)'\ngravity = 0.2",
+        4,
+        "gravity",
+        "contact 4",
+    ),
+    (GOOD, "ground_cell = [0, 0]", 3, "ground_cell", "above 0"),
+    (
+        GOOD,
+        "ends = 'periodic'\nmass_cell = [1, 2, 3]",
+        4,
+        "mass_cell",
+        "the 8 sites",
+    ),
     (GOOD, "ends = 'wal'", 3, "ends", "`periodic`"),
     (GOOD, "scheme = 'euler'", 3, "scheme", "`nystrom`"),
     (

@@ -97,8 +97,24 @@ mod unix {
     /// The handlers that they had.
     static HANDLERS: [AtomicUsize; 2] = [const { AtomicUsize::new(0) }; 2];
 
-    /// Has the handlers that are set for a termination and a hangup be preceded by a note of the signal.
-    pub fn remember_stop() {
+    /// Has the handlers that `set` sets for a termination and a hangup be preceded by a note of the signal. One that comes
+    /// meanwhile waits.
+    pub fn remember_stop(set: impl FnOnce()) {
+        // SAFETY: zeros are a valid set; the pointers are those of live locals.
+        let before = unsafe {
+            let (mut stops, mut before): (libc::sigset_t, libc::sigset_t) = std::mem::zeroed();
+            libc::sigemptyset(&mut stops);
+            STOPS.map(|signal| libc::sigaddset(&mut stops, signal));
+            libc::pthread_sigmask(libc::SIG_BLOCK, &stops, &mut before);
+            before
+        };
+        set();
+        note_stops();
+        // SAFETY: the pointer is that of a live local.
+        unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &before, std::ptr::null_mut()) };
+    }
+
+    fn note_stops() {
         for (signal, former) in STOPS.into_iter().zip(&HANDLERS) {
             // SAFETY: zeros are a valid `sigaction`; the pointers are those of live locals.
             unsafe {
@@ -224,7 +240,9 @@ mod other {
     pub fn prepare(_text: &'static str) {}
 
     /// Likewise.
-    pub fn remember_stop() {}
+    pub fn remember_stop(set: impl FnOnce()) {
+        set();
+    }
 
     /// None here.
     pub fn stopped_by() -> Option<i32> {

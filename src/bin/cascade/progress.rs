@@ -113,9 +113,10 @@ impl Progress {
         });
         *lock(&WATCHED) = Some(Arc::clone(&shared));
         let heard = Arc::clone(&shared);
-        // Without a handler an interrupt still ends the program, only less tidily.
-        let _ = ctrlc::set_handler(move || heard.interrupt());
-        signals::remember_stop();
+        signals::remember_stop(|| {
+            // Without a handler an interrupt still ends the program, only less tidily.
+            let _ = ctrlc::set_handler(move || heard.interrupt());
+        });
         Progress {
             shown,
             part: Mutex::default(),

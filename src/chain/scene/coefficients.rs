@@ -130,7 +130,8 @@ fn stiffness_ratio(check: Check) -> Result<Option<f64>> {
         Some(ratio) if !(ratio >= 1.0 && ratio.is_finite()) => {
             Err(check.fault("stiffness_ratio", "a finite ratio of 1 or more", ratio))
         }
-        ratio => Ok(ratio),
+        Some(ratio) => check_cell(check, "stiffness_ratio", &[1.0, ratio]).map(|()| Some(ratio)),
+        None => Ok(None),
     }
 }
 

@@ -100,6 +100,10 @@ pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
             places,
             is_si,
         };
+        if !file.path.exists() {
+            let expected = "a file that is there; a relative path starts at the scene's folder";
+            return Err(file.fault(expected, "nothing"));
+        }
         if let Some(other) = own.iter().find(|key| table.contains_key(**key)) {
             let found = format!("it beside {}", places.mention(other));
             let expected = format!("one key that decides {what}");

@@ -33,7 +33,10 @@ pub(super) fn masses(check: Check, bodies: Option<&Bodies>, n: usize) -> Result<
                 None => 1.0,
             };
             match scene.mass_ratio {
-                Some(ratio) => vec![one, one * check.positive("mass_ratio", ratio)?],
+                Some(ratio) => {
+                    check_cell(check, "mass_ratio", &[1.0, ratio])?;
+                    vec![one, one * check.positive("mass_ratio", ratio)?]
+                }
                 None => vec![one],
             }
         }

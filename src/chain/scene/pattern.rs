@@ -1,13 +1,20 @@
 //! Values along the chain: a cell, its taper, its randomness.
 
+use super::EndsTyped;
 use super::check::Check;
 use crate::chain::Pattern;
 use crate::error::Result;
 
-/// That there is something to repeat.
-pub(super) fn check_cell(check: Check, key: &str, cell: &[f64]) -> Result<()> {
+/// That there is something to repeat, and in a ring that it repeats as a whole.
+pub(super) fn check_cell<T>(check: Check, key: &str, cell: &[T]) -> Result<()> {
     if cell.is_empty() {
         return Err(check.fault(key, "at least one value", "an empty list"));
+    }
+    let sites = check.scene.sites.unwrap_or(0);
+    let is_ring = matches!(check.scene.ends, Some(EndsTyped::Periodic));
+    if is_ring && sites % cell.len() != 0 {
+        let expected = format!("a cell that fits into the {sites} sites of the ring");
+        return Err(check.fault(key, expected, format!("{} values", cell.len())));
     }
     Ok(())
 }

@@ -18,6 +18,9 @@ pub struct Property {
     /// What holds where nothing is typed, in JSON.
     pub default: Option<Value>,
     pub example: Option<Value>,
+    /// The least number, of a list each; it is left out itself where `is_above`.
+    pub least: f64,
+    pub is_above: bool,
 }
 
 /// What can be typed into a field.
@@ -70,7 +73,12 @@ pub fn properties() -> &'static [Property] {
                 if let Some(opened) = field["x-group"].as_str() {
                     group = opened.to_owned();
                 }
+                let least = |key: &str| field[key].as_f64();
+                let above = least("exclusiveMinimum");
+                let least = above.or(least("minimum"));
                 Property {
+                    least: least.unwrap_or(f64::NEG_INFINITY),
+                    is_above: above.is_some(),
                     name: name.clone(),
                     group: group.clone(),
                     description: description(field),

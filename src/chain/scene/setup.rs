@@ -173,6 +173,9 @@ fn ground(check: Check, n: usize) -> Result<Option<Ground>> {
         check.not_negative(&format!("ground_cell[{i}]"), *coefficient)?;
     }
     check_cell(check, "ground_cell", cell)?;
+    if cell.iter().all(|coefficient| *coefficient == 0.0) {
+        return Err(check.fault("ground_cell", "a coefficient above 0", "none"));
+    }
     let text = scene.ground_law.as_deref().unwrap_or("spring");
     let law = laws::parsed(check, "ground_law", text)?;
     Ok(Some(Ground {

@@ -38,6 +38,15 @@ impl Setting {
     }
 }
 
+/// What scenes leave out, and what serves instead.
+const NOT_MODELLED: [(&str, &str); 2] = [
+    ("friction", "`drag`, `dashpot` or `tangent` for losses"),
+    (
+        "thermostat",
+        "`velocities`, or `modes` with `mode_energy`, for a chain of this energy",
+    ),
+];
+
 /// The text of a scene and the settings over it.
 ///
 /// # Examples
@@ -199,9 +208,11 @@ impl SceneSource {
 
     fn typed(table: Table, places: &Places) -> Result<Scene> {
         if let Some(key) = table.keys().find(|key| !is_known(key)) {
-            let expected = match similar(key) {
-                Some(name) => format!("a key of scenes (`{name}`?)"),
-                None => "a key of scenes".into(),
+            let left_out = NOT_MODELLED.iter().find(|(name, _)| name == key);
+            let expected = match (left_out, similar(key)) {
+                (Some((_, instead)), _) => format!("{instead}; {key} is not modelled"),
+                (None, Some(name)) => format!("a key of scenes (`{name}`?)"),
+                (None, None) => "a key of scenes".into(),
             };
             let fault = SceneFault::new(places.of(key), key, expected, format!("`{key}`"));
             return Err(Error::scene(fault));

@@ -1,7 +1,8 @@
 //! What the user types: every field optional, nothing checked beyond its type.
 //!
 //! The doc comments here are all there is: they become the schema's descriptions, the comments of
-//! the template and the help of the options. `x-group` opens a group of fields.
+//! the template and the help of the options. `x-group` opens a group of fields; `minimum` and `exclusiveMinimum` are the
+//! least values that a search tries.
 
 use schemars::JsonSchema;
 use serde::de::value::SeqAccessDeserializer;
@@ -47,7 +48,7 @@ pub struct Scene {
     #[schemars(extend("examples" = [["d - 0.2*d^3", "d + 0.2*d^3"]]))]
     pub laws: Option<Vec<String>>,
     /// Exponent p, 1 or more, of the law `power`.
-    #[schemars(extend("examples" = [1.5]))]
+    #[schemars(extend("examples" = [1.5]), extend("minimum" = 1.0))]
     pub exponent: Option<f64>,
     /// Quadratic term of the law `spring`. Formulas may use it, as `exponent`, `beta` and `steepness`, by name.
     #[schemars(extend("default" = 0.0))]
@@ -56,17 +57,17 @@ pub struct Scene {
     #[schemars(extend("default" = 0.0))]
     pub beta: Option<f64>,
     /// b of the laws `toda` and `morse`, over the unit of length.
-    #[schemars(extend("examples" = [1.0]))]
+    #[schemars(extend("examples" = [1.0]), extend("exclusiveMinimum" = 0.0))]
     pub steepness: Option<f64>,
     /// Static force in every contact, in N in an SI scene; at free ends a constant force holds it.
-    #[schemars(extend("default" = 0.0))]
+    #[schemars(extend("default" = 0.0), extend("minimum" = 0.0))]
     pub precompression: Option<Measure<Force>>,
     /// Acceleration towards the last site, in m/s^2 in an SI scene: the weight of the bodies presses the contacts, and a wall after
     /// the last site carries it.
-    #[schemars(extend("default" = 0.0))]
+    #[schemars(extend("default" = 0.0), extend("minimum" = 0.0))]
     pub gravity: Option<f64>,
     /// Springs between the sites and the ground: their coefficients, repeated along the chain; 0 is none.
-    #[schemars(extend("examples" = [[0.2]]))]
+    #[schemars(extend("examples" = [[0.2]]), extend("minimum" = 0.0))]
     pub ground_cell: Option<Vec<f64>>,
     /// Force of these springs against the displacement, as the text of `law` [default: spring].
     #[schemars(extend("examples" = ["d + 0.2*d^3"]))]
@@ -74,79 +75,79 @@ pub struct Scene {
     /// Resonators on the bodies (mass in mass): the mass tied to each body alone by a linear spring, in kg in an SI scene; a number,
     /// or values repeated along the chain, of which 0 is none.
     #[serde(deserialize_with = "one_or_more")]
-    #[schemars(extend("examples" = [[0.3]]))]
+    #[schemars(extend("examples" = [[0.3]]), extend("minimum" = 0.0))]
     pub resonator_mass: Option<Vec<f64>>,
     /// Frequency of each resonator while its body is held, `sqrt(stiffness / mass) / (2 pi)`, in cycles per unit of time (Hz in an SI
     /// scene), repeated likewise.
     #[serde(deserialize_with = "one_or_more")]
-    #[schemars(extend("examples" = [[0.1]]))]
+    #[schemars(extend("examples" = [[0.1]]), extend("minimum" = 0.0))]
     pub resonator_frequency: Option<Vec<f64>>,
     /// Stiffness of the spring of each resonator, in place of its frequency (N/m in an SI scene), repeated likewise.
     #[serde(deserialize_with = "one_or_more")]
-    #[schemars(extend("examples" = [[0.1]]))]
+    #[schemars(extend("examples" = [[0.1]]), extend("minimum" = 0.0))]
     pub resonator_stiffness: Option<Vec<f64>>,
     /// Dashpot beside the spring of each resonator, force over relative speed (N s/m in an SI scene), repeated likewise
     /// [default: none].
     #[serde(deserialize_with = "one_or_more")]
-    #[schemars(extend("examples" = [[0.01]]))]
+    #[schemars(extend("examples" = [[0.01]]), extend("minimum" = 0.0))]
     pub resonator_damping: Option<Vec<f64>>,
 
     /// Coefficients alternate between 1 and this, which is 1 or more. With a material, between that
     /// of cylinders crossed at 90 degrees and this times as much.
     #[schemars(extend("x-group" = "Contact coefficients (N/m^1.5 in an SI scene with Hertz's law)"),
-               extend("examples" = [4.9272]))]
+               extend("examples" = [4.9272]), extend("minimum" = 1.0))]
     pub stiffness_ratio: Option<f64>,
     /// Which contact of the dimer the striker touches.
     #[schemars(extend("default" = "soft"))]
     pub first_contact: Option<FirstContact>,
     /// Coefficients repeated along the chain from contact 0 on: one is uniform, two a dimer, three
     /// a trimer.
-    #[schemars(extend("examples" = [[1.0, 4.9272]]))]
+    #[schemars(extend("examples" = [[1.0, 4.9272]]), extend("exclusiveMinimum" = 0.0))]
     pub coefficient_cell: Option<Vec<f64>>,
     /// The coefficient of every contact, the wall's included.
-    #[schemars(extend("examples" = [[1.0, 2.0, 4.0]]))]
+    #[schemars(extend("examples" = [[1.0, 2.0, 4.0]]), extend("exclusiveMinimum" = 0.0))]
     pub coefficients: Option<Vec<f64>>,
     /// By what coefficients grow geometrically from the first contact to the last.
-    #[schemars(extend("default" = 1.0))]
+    #[schemars(extend("default" = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub coefficient_taper: Option<f64>,
     /// Each coefficient is multiplied by a random number in 1 -+ this, below 1.
-    #[schemars(extend("default" = 0.0))]
+    #[schemars(extend("default" = 0.0), extend("minimum" = 0.0))]
     pub coefficient_spread: Option<f64>,
     /// Coefficient of the striker's contact, contact 0 [default: that of the pattern].
-    #[schemars(extend("examples" = [1.0]))]
+    #[schemars(extend("examples" = [1.0]), extend("exclusiveMinimum" = 0.0))]
     pub striker_coefficient: Option<f64>,
     /// Coefficient of the last contact where it is a wall's [default: that of the pattern].
-    #[schemars(extend("examples" = [1.0]))]
+    #[schemars(extend("examples" = [1.0]), extend("exclusiveMinimum" = 0.0))]
     pub wall_coefficient: Option<f64>,
     /// Coefficient of the contact with the wall before site 0, with fixed ends [default: the last
     /// one of the cell, as if the pattern went on].
-    #[schemars(extend("examples" = [1.0]))]
+    #[schemars(extend("examples" = [1.0]), extend("exclusiveMinimum" = 0.0))]
     pub left_wall_coefficient: Option<f64>,
 
     /// Masses alternate between 1 and this, the striker's first.
-    #[schemars(extend("x-group" = "Masses (kg in an SI scene)"), extend("examples" = [2.0]))]
+    #[schemars(extend("x-group" = "Masses (kg in an SI scene)"), extend("examples" = [2.0]), extend("exclusiveMinimum" = 0.0))]
     pub mass_ratio: Option<f64>,
     /// Masses repeated along the chain from the striker on [default: 1, or those of the bodies].
-    #[schemars(extend("examples" = [[1.0, 2.0]]))]
+    #[schemars(extend("examples" = [[1.0, 2.0]]), extend("exclusiveMinimum" = 0.0))]
     pub mass_cell: Option<Vec<f64>>,
     /// The mass of every site.
-    #[schemars(extend("examples" = [[1.0, 1.0, 2.0]]))]
+    #[schemars(extend("examples" = [[1.0, 1.0, 2.0]]), extend("exclusiveMinimum" = 0.0))]
     pub masses: Option<Vec<f64>>,
     /// By what masses grow geometrically from the first site to the last.
-    #[schemars(extend("default" = 1.0))]
+    #[schemars(extend("default" = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub mass_taper: Option<f64>,
     /// Each mass is multiplied by a random number in 1 -+ this, below 1.
-    #[schemars(extend("default" = 0.0))]
+    #[schemars(extend("default" = 0.0), extend("minimum" = 0.0))]
     pub mass_spread: Option<f64>,
     /// Mass of the striker [default: that of the pattern, or of its sphere].
-    #[schemars(extend("examples" = [1.0]))]
+    #[schemars(extend("examples" = [1.0]), extend("exclusiveMinimum" = 0.0))]
     pub striker_mass: Option<Measure<Mass>>,
     /// Seed of all that is random.
     #[schemars(extend("default" = 0))]
     pub seed: Option<u64>,
     /// Single sites or contacts that differ, after all patterns, as tables `[[defect]]` of `site` or
     /// `contact` and either `factor` or `value`.
-    #[schemars(extend("examples" = [[{"site": 20, "factor": 2.0}]]))]
+    #[schemars(extend("examples" = [[{"site": 20, "factor": 2.0}]]), extend("exclusiveMinimum" = 0.0))]
     pub defect: Option<Vec<Defect>>,
 
     /// Units of the scene [default: si with a material, else none]. In SI without a material, masses
@@ -157,44 +158,44 @@ pub struct Scene {
     #[schemars(extend("examples" = ["quartz"]))]
     pub material: Option<String>,
     /// Young's modulus, in Pa [default: the material's].
-    #[schemars(extend("examples" = ["72 GPa"]))]
+    #[schemars(extend("examples" = ["72 GPa"]), extend("exclusiveMinimum" = 0.0))]
     pub young: Option<Measure<Pressure>>,
     /// Poisson's ratio [default: the material's].
     #[schemars(extend("examples" = [0.17]))]
     pub poisson: Option<f64>,
     /// Density, in kg/m^3 [default: the material's].
-    #[schemars(extend("examples" = [2200.0]))]
+    #[schemars(extend("examples" = [2200.0]), extend("exclusiveMinimum" = 0.0))]
     pub density: Option<Measure<Density>>,
     /// Shape of the bodies.
     #[schemars(extend("default" = "cylinder"))]
     pub shape: Option<Shape>,
     /// Radius of the bodies, in m.
-    #[schemars(extend("examples" = ["9 mm"]))]
+    #[schemars(extend("examples" = ["9 mm"]), extend("exclusiveMinimum" = 0.0))]
     pub radius: Option<Measure<Length>>,
     /// Length of the cylinders, in m; it decides their mass.
-    #[schemars(extend("examples" = ["18 mm"]))]
+    #[schemars(extend("examples" = ["18 mm"]), extend("exclusiveMinimum" = 0.0))]
     pub length: Option<Measure<Length>>,
     /// Angle between the axes of neighbouring cylinders, in degrees.
-    #[schemars(extend("examples" = [8.0]))]
+    #[schemars(extend("examples" = [8.0]), extend("exclusiveMinimum" = 0.0))]
     pub angle: Option<Measure<Angle>>,
     /// Angle at every second contact, from contact 1 on, in degrees [default: the same].
-    #[schemars(extend("examples" = [90.0]))]
+    #[schemars(extend("examples" = [90.0]), extend("exclusiveMinimum" = 0.0))]
     pub second_angle: Option<Measure<Angle>>,
     /// Angles repeated along the chain from contact 0 on, in degrees.
-    #[schemars(extend("examples" = [[8.0, 90.0, 90.0]]))]
+    #[schemars(extend("examples" = [[8.0, 90.0, 90.0]]), extend("exclusiveMinimum" = 0.0))]
     pub angle_cell: Option<Vec<f64>>,
     /// How the ellipse of a contact is found.
     #[schemars(extend("default" = "approximate"))]
     pub ellipse: Option<Ellipse>,
     /// The striker is a sphere of this radius, in m [default: it is like the other bodies].
-    #[schemars(extend("examples" = ["9 mm"]))]
+    #[schemars(extend("examples" = ["9 mm"]), extend("exclusiveMinimum" = 0.0))]
     pub striker_radius: Option<Measure<Length>>,
     /// Material of the spherical striker [default: that of the bodies].
     #[schemars(extend("examples" = ["steel"]))]
     pub striker_material: Option<String>,
     /// Radius of the sphere by which the wall touches the last body, in m [default: flat where
     /// there is a `wall_material`; else see there].
-    #[schemars(extend("examples" = ["9 mm"]))]
+    #[schemars(extend("examples" = ["9 mm"]), extend("exclusiveMinimum" = 0.0))]
     pub wall_radius: Option<Measure<Length>>,
     /// Material of the wall [default: that of the bodies beside `wall_radius`; without either key the wall's
     /// contact is like those between bodies, as if one more body were held].
@@ -206,7 +207,7 @@ pub struct Scene {
     #[schemars(extend("x-group" = "How it starts"), extend("examples" = [1.0]))]
     pub striker_velocity: Option<Measure<Speed>>,
     /// The striker's velocity is multiplied by a random number in 1 -+ this, below 1.
-    #[schemars(extend("default" = 0.0))]
+    #[schemars(extend("default" = 0.0), extend("minimum" = 0.0))]
     pub striker_velocity_spread: Option<f64>,
     /// The initial velocity of every site.
     #[schemars(extend("examples" = [[1.0, 0.0, 0.0]]))]
@@ -235,7 +236,7 @@ pub struct Scene {
     #[schemars(extend("examples" = [[1, 8]]))]
     pub modes: Option<Vec<usize>>,
     /// Energy of each mode, in J in an SI scene.
-    #[schemars(extend("examples" = [0.1]))]
+    #[schemars(extend("examples" = [0.1]), extend("minimum" = 0.0))]
     pub mode_energy: Option<f64>,
     /// Amplitude of the sine or cosine that the mode samples, in m in an SI scene.
     #[schemars(extend("examples" = [1.0]))]
@@ -255,22 +256,22 @@ pub struct Scene {
     pub drive_amplitude: Option<f64>,
     /// Frequency of a sine or a tone burst, and the first one of a chirp, in cycles per unit of time (Hz in an SI
     /// scene).
-    #[schemars(extend("examples" = [0.05]))]
+    #[schemars(extend("examples" = [0.05]), extend("exclusiveMinimum" = 0.0))]
     pub drive_frequency: Option<Measure<Frequency>>,
     /// Last frequency of a chirp.
-    #[schemars(extend("examples" = [0.5]))]
+    #[schemars(extend("examples" = [0.5]), extend("exclusiveMinimum" = 0.0))]
     pub drive_end_frequency: Option<Measure<Frequency>>,
     /// Cycles of a tone burst.
-    #[schemars(extend("examples" = [5.0]))]
+    #[schemars(extend("examples" = [5.0]), extend("exclusiveMinimum" = 0.0))]
     pub drive_cycles: Option<f64>,
     /// Lowest and highest frequency of noise, in cycles per unit of time (Hz in an SI scene).
-    #[schemars(extend("examples" = [[0.05, 0.2]]))]
+    #[schemars(extend("examples" = [[0.05, 0.2]]), extend("exclusiveMinimum" = 0.0))]
     pub drive_band: Option<Vec<f64>>,
     /// Seed of noise [default: `seed`].
     #[schemars(extend("examples" = [1]))]
     pub drive_seed: Option<u64>,
     /// Duration of a half-sine, a chirp or noise, in s in an SI scene [default for noise: no end].
-    #[schemars(extend("examples" = [10.0]))]
+    #[schemars(extend("examples" = [10.0]), extend("exclusiveMinimum" = 0.0))]
     pub drive_duration: Option<Measure<Time>>,
     /// Table of the drive, beside the scene's file: a column of times and one of values, separated by commas,
     /// semicolons, tabs or blanks, with units where the header has them (`time [ms], force [kN]`). A run file
@@ -286,14 +287,14 @@ pub struct Scene {
     pub drive_values: Option<Vec<f64>>,
 
     /// Dashpot in every closed contact, force over closing speed (N s/m in an SI scene).
-    #[schemars(extend("x-group" = "Losses"), extend("default" = 0.0))]
+    #[schemars(extend("x-group" = "Losses"), extend("default" = 0.0), extend("minimum" = 0.0))]
     pub dashpot: Option<f64>,
     /// Hertz-compatible damping: the damping force is this times the tangent stiffness times the
     /// closing speed (s in an SI scene).
-    #[schemars(extend("default" = 0.0))]
+    #[schemars(extend("default" = 0.0), extend("minimum" = 0.0))]
     pub tangent: Option<Measure<Time>>,
     /// Viscous drag on every site, force over velocity (N s/m in an SI scene).
-    #[schemars(extend("default" = 0.0))]
+    #[schemars(extend("default" = 0.0), extend("minimum" = 0.0))]
     pub drag: Option<f64>,
 
     /// Largest error of any site's velocity at any sample, relative to the impact velocity.
