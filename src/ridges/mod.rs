@@ -297,7 +297,8 @@ pub fn ridges(
     }
     let number = [fields.len(), segments.count(), 1];
     in_pool(request.threads, || {
-        let independence = Independence::new(number, effective, steadiness(fields));
+        let steadiness = steadiness(fields);
+        let independence = Independence::new(number, effective, steadiness, segments.record);
         search(request, analysis, &power, independence)
     })
 }

@@ -39,8 +39,8 @@ impl SpectrumInterval {
             return None;
         }
         let effective = effective_segments(window, segments);
-        let independence =
-            Independence::new([1, segments.count(), 1], effective, steadiness(&moving));
+        let (counts, samples) = ([1, segments.count(), 1], segments.record);
+        let independence = Independence::new(counts, effective, steadiness(&moving), samples);
         let degrees = (!independence.is_transient()).then_some(2.0 * effective);
         Some(SpectrumInterval {
             steadiness: independence.steadiness,

@@ -305,25 +305,21 @@ impl SpectrumRequest {
 
     /// The same in parts.
     pub(in crate::estimates) fn plan_in_parts(&self, grid: &Grid) -> Result<Realisations> {
-        let (option, expected, found) = match self {
-            _ if self.along == SpectrumAxis::Space => (
-                "along",
-                "spectra along time, in parts",
-                "snapshots, each with a result of its own",
-            ),
-            _ if self.has_jackknife => (
-                "part",
-                "parts without a jackknife, which compares the mean of all realisations with each",
-                "a jackknife",
-            ),
-            _ if self.subtract_noise => (
-                "subtract-noise",
-                "parts without noise subtracted, which is read off the beginning of each record",
-                "it with parts",
-            ),
-            _ => return self.realisations(grid.times),
-        };
-        Err(Error::request(option, expected, found))
+        let expected = "spectra along time, in parts";
+        let found = "snapshots, each with a result of its own";
+        Error::require(self.along == SpectrumAxis::Time, "along", expected, found)?;
+        let expected =
+            "parts without a jackknife, which compares the mean of all realisations with each";
+        Error::require(!self.has_jackknife, "part", expected, "a jackknife")?;
+        let expected =
+            "parts without noise subtracted, which is read off the beginning of each record";
+        Error::require(
+            !self.subtract_noise,
+            "subtract-noise",
+            expected,
+            "it with parts",
+        )?;
+        self.realisations(grid.times)
     }
 
     pub(in crate::estimates) fn pass<'a>(
