@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::realisations::{
     Grid, Part, Portion, Realisations, Shots, Sums, SumsShape, first_of, refuse_left_out,
 };
-use super::{Coherence, CoherenceRequest, SpectrumEstimate, SpectrumRequest};
+use super::{Coherence, CoherenceRequest, SpectrumEstimate, SpectrumRequest, spectrum};
 use crate::error::Result;
 use crate::field::Field;
 use crate::observer::Observer;
@@ -85,7 +85,9 @@ impl DividedRequest {
         records: usize,
     ) -> Box<dyn Divided + 'a> {
         match self {
-            DividedRequest::Spectrum(it) => Box::new(it.pass(realisations, grid, records)),
+            DividedRequest::Spectrum(it) => {
+                Box::new(spectrum::Pass::new(it, realisations, grid, records))
+            }
             DividedRequest::Coherence(it) => Box::new(it.pass(realisations, grid, records)),
         }
     }

@@ -49,7 +49,7 @@ impl BicoherenceAlong {
 pub(super) struct TileSums {
     steadiness: Option<Sums>,
     /// Of each chosen site.
-    products: Vec<Sums>,
+    products: Vec<TripleSums>,
     /// Of each chosen site, once all its records are summed.
     found: Vec<Vec<Found>>,
 }
@@ -168,8 +168,7 @@ impl Pass<'_> {
 }
 
 /// The largest and the sum at each output frequency.
-fn gathered(triples: &Triples, sums: &Sums) -> Vec<Found> {
-    let sums = TripleSums::of(triples, sums);
+fn gathered(triples: &Triples, sums: &TripleSums) -> Vec<Found> {
     let mut all = vec![Found::default(); triples.last + 1];
     let least = sums.least();
     for (cell, bins) in triples.bins().enumerate() {

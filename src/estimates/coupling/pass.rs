@@ -95,7 +95,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Adds a shot to the map.
-    fn add_map(&self, shot: &Shot<'_>, steadiness: &mut Sums, map: &mut Sums) {
+    fn add_map(&self, shot: &Shot<'_>, steadiness: &mut Sums, map: &mut TripleSums) {
         let mut sites = vec![self.request.site, self.request.output()];
         sites.dedup();
         let (mut rows, mut scratch) = (Vec::new(), SegmentScratch::default());
@@ -128,20 +128,17 @@ impl<'a> Pass<'a> {
         Independence::new(counts, effective, steadiness, realisations.segments.record)
     }
 
-    fn finish(&self, steadiness: &Sums, map: &Sums, tiles: Vec<TileSums>) -> Bicoherence {
-        let products = TripleSums::of(&self.triples, map);
-        let least = products.least();
+    fn finish(&self, steadiness: &Sums, map: &TripleSums, tiles: Vec<TileSums>) -> Bicoherence {
+        let least = map.least();
         let segments = self.realisations.segments;
         let mut bins = Vec::with_capacity(self.triples.cells());
         bins.extend(self.triples.bins());
         let cells = bins.iter().enumerate();
         let (bicoherence, biphase) = cells
-            .map(
-                |(cell, bins)| match products.bicoherence(cell, *bins, least) {
-                    none if none.is_nan() => (none, none),
-                    found => (found, products.biphase(cell)),
-                },
-            )
+            .map(|(cell, bins)| match map.bicoherence(cell, *bins, least) {
+                none if none.is_nan() => (none, none),
+                found => (found, map.biphase(cell)),
+            })
             .unzip();
         Bicoherence {
             frequency: frequencies(segments.length, self.grid.time.step),

@@ -6,23 +6,18 @@ use rayon::prelude::*;
 
 use super::spectra::{Spectra, Spectrum};
 use super::triples::{TripleRow, Triples};
-use crate::estimates::realisations::{Sums, SumsShape};
-use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 
-/// Sums over realisations, a cell a triple.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct TripleSums<'s> {
-    /// Of `X1 X2 X3*`.
-    pub re: &'s [f64],
-    pub im: &'s [f64],
-    /// Of `|X1 X2|^2`.
-    pub pairs: &'s [f64],
+/// Sums over realisations.
+#[derive(Debug, Clone)]
+pub(super) struct TripleSums {
+    /// Of real and imaginary part of `X1 X2 X3*`, and of `|X1 X2|^2`, a cell a triple.
+    products: [Vec<f64>; 3],
     /// Of `|X1|^2` and of `|X3|^2`, a bin each.
-    pub first: &'s [f64],
-    pub third: &'s [f64],
+    powers: [Vec<f64>; 2],
 }
 
-/// Sums of products, `[re, im, pairs]`.
+/// Sums of products of some triples.
 type Kinds<'a> = [&'a mut [f64]; 3];
 
 /// The first cells of all kinds, which keep the others.
@@ -33,70 +28,50 @@ fn split_off<'a>(kinds: &mut Kinds<'a>, cells: usize) -> Kinds<'a> {
         .map(|kind| kind.split_off_mut(..cells).unwrap_or_default())
 }
 
-/// Blocks of a kind with a number a triple, and with a number a bin.
-fn blocks(triples: &Triples) -> [usize; 2] {
-    [triples.cells(), triples.last + 1].map(|numbers| numbers.div_ceil(WIDTH))
-}
-
-/// Blocks of all sums.
-fn plain(triples: &Triples) -> usize {
-    let [cells, bins] = blocks(triples);
-    3 * cells + 2 * bins
-}
-
-impl<'s> TripleSums<'s> {
-    pub fn zeros(triples: &Triples) -> Sums {
-        let plain = plain(triples);
-        Sums::zeros(SumsShape { plain, pieces: 0 })
-    }
-
-    pub fn bytes(triples: &Triples) -> u64 {
-        (size_of::<LaneBlock>() * plain(triples)) as u64
-    }
-
-    pub fn of(triples: &Triples, sums: &'s Sums) -> TripleSums<'s> {
-        let [cells, bins] = blocks(triples).map(|blocks| WIDTH * blocks);
-        let numbers: &[f64] = bytemuck::cast_slice(&sums.plain);
-        let of_cells = |kind: usize| &numbers[kind * cells..][..triples.cells()];
-        let of_bins = |kind: usize| &numbers[3 * cells + kind * bins..][..=triples.last];
-        TripleSums {
-            re: of_cells(0),
-            im: of_cells(1),
-            pairs: of_cells(2),
-            first: of_bins(0),
-            third: of_bins(1),
-        }
-    }
-}
-
 /// Power of a bin over that of the strongest, below which it holds only rounding.
 pub(super) const LEAST_POWER: f64 = 1e-24;
 
-impl TripleSums<'_> {
+impl TripleSums {
+    pub fn zeros(triples: &Triples) -> TripleSums {
+        TripleSums {
+            products: [(); 3].map(|()| vec![0.0; triples.cells()]),
+            powers: [(); 2].map(|()| vec![0.0; triples.last + 1]),
+        }
+    }
+
+    pub fn bytes(triples: &Triples) -> u64 {
+        8 * (3 * triples.cells() + 2 * (triples.last + 1)) as u64
+    }
+
     /// The least power of a bin that is known, of the first and of the third kind.
     pub fn least(&self) -> [f64; 2] {
         // Bin 0 has no power left once its mean is removed, and is in no triple.
         let largest = |powers: &[f64]| powers[1..].iter().fold(0.0, |m: f64, p| m.max(*p));
-        [self.first, self.third].map(|powers| LEAST_POWER * largest(powers))
+        self.powers
+            .each_ref()
+            .map(|powers| LEAST_POWER * largest(powers))
     }
 
     /// Bicoherence of a cell, NaN where a bin has no power.
     pub fn bicoherence(&self, cell: usize, bins: [isize; 3], least: [f64; 2]) -> f64 {
         let [first, second, third] = bins.map(isize::unsigned_abs);
-        let lower = self.first[first].min(self.first[second]);
-        if !(lower > least[0] && self.third[third] > least[1]) {
+        let [inputs, outputs] = &self.powers;
+        let lower = inputs[first].min(inputs[second]);
+        if !(lower > least[0] && outputs[third] > least[1]) {
             return f64::NAN;
         }
         // In an order in which no product leaves the range of numbers.
-        let size = self.re[cell].hypot(self.im[cell]);
-        let found = (size / self.pairs[cell]) * (size / self.third[third]);
+        let [re, im, pairs] = self.products.each_ref().map(|sums| sums[cell]);
+        let size = re.hypot(im);
+        let found = (size / pairs) * (size / outputs[third]);
         // `min` would make 1 of what is no number.
         if found > 1.0 { 1.0 } else { found }
     }
 
     /// Phase of the sum of a cell.
     pub fn biphase(&self, cell: usize) -> f64 {
-        self.im[cell].atan2(self.re[cell])
+        let [re, im, _] = &self.products;
+        im[cell].atan2(re[cell])
     }
 }
 
@@ -111,15 +86,13 @@ const AT_ONCE: usize = 4;
 pub(super) fn add_products(
     triples: &Triples,
     [x, z]: [&Spectra; 2],
-    sums: &mut Sums,
+    sums: &mut TripleSums,
     is_parallel: bool,
 ) {
-    let [cells, bins] = blocks(triples).map(|blocks| WIDTH * blocks);
-    let mut numbers: &mut [f64] = bytemuck::cast_slice_mut(&mut sums.plain);
-    let mut next = |count: usize| numbers.split_off_mut(..count).unwrap_or_default();
-    let mut all: Kinds<'_> = [next(cells), next(cells), next(cells)];
-    x.add_power(next(bins));
-    z.add_power(next(bins));
+    for (spectra, powers) in [x, z].into_iter().zip(&mut sums.powers) {
+        spectra.add_power(powers);
+    }
+    let mut all: Kinds<'_> = sums.products.each_mut().map(|sums| &mut sums[..]);
     let mut groups = Vec::with_capacity(triples.rows.len().div_ceil(ROWS));
     for rows in triples.rows.chunks(ROWS) {
         let cells = rows.iter().map(|row| row.first.len()).sum();

@@ -78,9 +78,8 @@ impl Spectra {
         self.bins
     }
 
-    /// Sums of the power of each bin over all realisations, added to those of the first `sums`.
+    /// Sums of the power of each bin over all realisations, added to `sums`.
     pub fn add_power(&self, sums: &mut [f64]) {
-        let sums = &mut sums[..self.bins];
         for power in self.power.chunks_exact(self.stride) {
             for (sum, power) in sums.iter_mut().zip(power) {
                 *sum += power;

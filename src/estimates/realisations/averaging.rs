@@ -105,18 +105,6 @@ impl Realisations {
         })
     }
 
-    /// Of every record the kept segments alone, which then count as if they followed one another.
-    ///
-    /// # Errors
-    /// [`Error::Request`] where none is kept.
-    pub fn keeping(mut self, kept: KeptSegments) -> Result<Self> {
-        if kept.count() == 0 {
-            return Err(no_segment_left(self.segments.length));
-        }
-        self.kept = kept;
-        Ok(self)
-    }
-
     /// Segments of a record that are visited.
     pub fn segment_count(&self) -> usize {
         self.kept.count()

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::averaging::Realisations;
+use super::averaging::{Realisations, no_segment_left};
 use super::ensemble::steadiness_without;
 use super::kept::{KeptOfSites, KeptSegments};
 use super::part::Portion;
@@ -245,21 +245,23 @@ impl<'a> Shots<'a> {
     ///
     /// # Errors
     /// [`Error::Request`] where none is left; [`Error::Cancelled`]; [`Error::Memory`].
-    pub fn keeping(&self, all: Realisations, sites: &[(usize, usize)]) -> Result<Realisations> {
+    pub fn keeping(&self, mut all: Realisations, sites: &[(usize, usize)]) -> Result<Realisations> {
+        let segments = all.segments;
         if self.gaps != Gaps::LeaveOut {
             return Ok(all);
         }
-        let segments = all.segments;
-        let mut kept = KeptSegments::without(segments, []);
         for record in 0..self.count() {
             let prepared = self.prepared(record, self.held.clone(), None)?;
             for (site, lag) in sites {
                 let missing = prepared.masked(*site).iter();
                 let missing = missing.filter_map(|gap| gap.time.checked_sub(*lag));
-                kept = kept.and(&KeptSegments::without(segments, missing));
+                all.kept = all.kept.and(&KeptSegments::without(segments, missing));
             }
         }
-        all.keeping(kept)
+        match all.kept.count() {
+            0 => Err(no_segment_left(segments.length)),
+            _ => Ok(all),
+        }
     }
 
     /// These samples of a record, which are `times` behind its beginning.

@@ -19,7 +19,6 @@ use ndarray::Array2;
 
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
-use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_significance, first_of,
     least_median_most,
@@ -28,7 +27,7 @@ use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
-use pass::Pass;
+pub(super) use pass::Pass;
 
 /// Along which axis spectra are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -320,14 +319,5 @@ impl SpectrumRequest {
             "it with parts",
         )?;
         self.realisations(grid.times)
-    }
-
-    pub(in crate::estimates) fn pass<'a>(
-        &'a self,
-        realisations: &'a Realisations,
-        grid: &'a Grid,
-        records: usize,
-    ) -> impl Divided + 'a {
-        Pass::new(self, realisations, grid, records)
     }
 }

@@ -25,7 +25,7 @@ const NUMBERS: u64 = 5;
 /// Those of lines with their lists.
 const OF_LINES: u64 = 7;
 
-pub(super) struct Pass<'a> {
+pub(in crate::estimates) struct Pass<'a> {
     pub request: &'a SpectrumRequest,
     pub realisations: &'a Realisations,
     pub grid: &'a Grid,
@@ -41,11 +41,11 @@ pub(super) struct Pass<'a> {
 
 /// Sums of a few sites; a block a bin, and a site a lane.
 #[derive(Default)]
-pub(super) struct TileSums {
+pub(in crate::estimates) struct TileSums {
     /// Energies over segments and records, `[bin * tapers + taper]`, which are dropped once the average is known; then of
     /// each bin, see [`LINE_BLOCKS`].
     pub sums: Sums,
-    pub lead_ins: [LeadIn; TOGETHER],
+    pub(super) lead_ins: [LeadIn; TOGETHER],
     /// White power that filled samples leave, of all records.
     filled: [f64; TOGETHER],
     variance: [f64; TOGETHER],
