@@ -367,10 +367,7 @@ impl Pass<'_> {
         let spectra = ((allowed - held) / 2).max(of_a_bin);
         let bins = (spectra / of_a_bin).min(bins);
         let block = self.shots.block(WHAT, held + bins * of_a_bin)?;
-        Ok((
-            bins as usize,
-            block.filter(|sites| (*sites as u64) < n_sites),
-        ))
+        Ok((bins as usize, block))
     }
 
     /// The spectra of all realisations at the bins `from .. to`, in `cells`, which are 0, and the unit of the

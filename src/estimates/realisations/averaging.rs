@@ -264,17 +264,6 @@ pub(super) fn no_segment_left(length: usize) -> Error {
 }
 
 impl Averaging {
-    /// The segments of a record of `n_times` samples, and how many independent realisations of white noise
-    /// their average has the variance of: those of Welch (1967), eq. 12.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for segments or tapers that do not fit.
-    pub(crate) fn independent(&self, n_times: usize) -> Result<(Segments, f64)> {
-        let realisations = Realisations::new(self, n_times)?;
-        let effective = realisations.effective();
-        Ok((realisations.segments, effective))
-    }
-
     /// The same with segments of so many samples, where none are stated.
     pub(crate) fn with_segment(&self, length: usize) -> Averaging {
         Averaging {
