@@ -288,6 +288,19 @@ impl Error {
         }
     }
 
+    /// [`Error::Request`] of an option that is not as expected.
+    pub(crate) fn require(
+        is_so: bool,
+        option: &'static str,
+        expected: impl Into<String>,
+        found: impl ToString,
+    ) -> Result<()> {
+        match is_so {
+            true => Ok(()),
+            false => Err(Error::request(option, expected, found)),
+        }
+    }
+
     /// [`Error::Memory`] where more than what is allowed is needed.
     pub(crate) fn beyond_memory(what: &'static str, needed: u64, allowed: u64) -> Result<()> {
         match needed <= allowed {

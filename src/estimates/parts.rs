@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::realisations::{
     Grid, Part, Portion, Realisations, Shots, Sums, SumsShape, first_of, refuse_left_out,
 };
-use super::{Coherence, CoherenceRequest, SpectrumEstimate, SpectrumRequest};
+use super::{Coherence, CoherenceRequest, SpectrumEstimate, SpectrumRequest, spectrum};
 use crate::error::Result;
 use crate::field::Field;
 use crate::observer::Observer;
@@ -85,7 +85,9 @@ impl DividedRequest {
         records: usize,
     ) -> Box<dyn Divided + 'a> {
         match self {
-            DividedRequest::Spectrum(it) => Box::new(it.pass(realisations, grid, records)),
+            DividedRequest::Spectrum(it) => {
+                Box::new(spectrum::Pass::new(it, realisations, grid, records))
+            }
             DividedRequest::Coherence(it) => Box::new(it.pass(realisations, grid, records)),
         }
     }
@@ -179,16 +181,9 @@ pub fn partial(
     let grid = Grid::of(first_of(fields)?);
     let realisations = request.plan(&grid)?;
     let range = part.range(fields.len() * realisations.segments.count())?;
-    let portions = realisations.portions(range.clone());
-    let known = (&grid, &realisations);
-    partial_of(
-        fields,
-        request,
-        known,
-        (Some(part), range, 0),
-        &portions,
-        observer,
-    )
+    let portions = realisations.portions(range);
+    let about = (Some(part), 0, &portions[..]);
+    partial_of(fields, request, (grid, &realisations), about, observer)
 }
 
 /// The place of a block of samples in its record.
@@ -221,38 +216,42 @@ pub fn partial_of_block(
     };
     let realisations = request.plan(&grid)?;
     let samples = place.first..place.first.saturating_add(field.n_times());
-    let portion = realisations.portion_of_block(samples)?;
-    let (known, of) = (
-        (&grid, &realisations),
-        (None, portion.segments.clone(), place.first),
-    );
-    partial_of(&[field], request, known, of, &[portion], observer)
+    let portions = [realisations.portion_of_block(samples)?];
+    let about = (None, place.first, &portions[..]);
+    partial_of(&[field], request, (grid, &realisations), about, observer)
 }
 
-/// Of a part, if it is one of a certain number, the segments of this range; fields begin with this sample of their records.
+/// Of a part, if it is one of a certain number, these portions; fields begin with this sample of their records.
 fn partial_of(
     fields: &[&Field],
     request: &DividedRequest,
-    (grid, realisations): (&Grid, &Realisations),
-    (part, range, first): (Option<Part>, Range<usize>, usize),
-    portions: &[Portion],
+    (grid, realisations): (Grid, &Realisations),
+    (part, first, portions): (Option<Part>, usize, &[Portion]),
     observer: &dyn Observer,
 ) -> Result<Partial> {
     let (gaps, memory, threads) = request.choices();
+    let segments = realisations.segments.count();
+    let of_records = portions.iter().flat_map(|portion| {
+        let Range { start, end } = portion.segments;
+        [start, end].map(|segment| portion.record * segments + segment)
+    });
+    let range = of_records.fold([usize::MAX, 0], |[from, end], at| {
+        [from.min(at), end.max(at)]
+    });
     refuse_left_out(gaps, "a part of the segments")?;
     let (unit, tiles) = in_pool(threads, || {
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;
         let shots = shots.in_portions(portions, first, grid.times);
-        let pass = request.pass(realisations, grid, fields.len());
+        let pass = request.pass(realisations, &grid, fields.len());
         pass.sums(&shots, portions)
     })?;
     let about = PartialAbout {
         request: request.clone(),
-        grid: grid.clone(),
         fields: fields.iter().map(|field| field.name.clone()).collect(),
+        grid,
         part,
-        range: [range.start, range.end],
+        range,
         unit,
     };
-    Ok(Partial::new(about, tiles, realisations.segments.count()))
+    Ok(Partial::new(about, tiles, segments))
 }

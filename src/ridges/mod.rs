@@ -23,6 +23,7 @@ use crate::analyze::{self, Analysis, DispersionCurve, Request, Results, Scaling,
 use crate::arrays::{Collect, LargeArray};
 use crate::diagnostics::{MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
+use crate::estimates::realisations::Realisations;
 use crate::estimates::{Averaging, Independence, Tapers, check_significance, first_of};
 use crate::field::Field;
 use crate::observer::Observer;
@@ -233,7 +234,8 @@ pub fn ridges(
         tapers: Tapers::Window(request.window_time),
         detrend: request.detrend,
     };
-    let (segments, effective) = averaging.independent(first.n_times())?;
+    let realisations = Realisations::new(&averaging, first.n_times())?;
+    let (segments, effective) = (realisations.segments, realisations.effective());
     let cells = (segments.length / 2 + 1) as u64 * first.n_sites() as u64;
     let allowed = request.memory.unwrap_or_else(half_of_free_memory);
     // The spectrum, its transpose, and that of another field.
@@ -297,7 +299,8 @@ pub fn ridges(
     }
     let number = [fields.len(), segments.count(), 1];
     in_pool(request.threads, || {
-        let independence = Independence::new(number, effective, steadiness(fields));
+        let steadiness = steadiness(fields);
+        let independence = Independence::new(number, effective, steadiness, segments.record);
         search(request, analysis, &power, independence)
     })
 }

@@ -11,18 +11,17 @@ use super::{Coherence, CoherenceRequest};
 use crate::error::{Error, Result};
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Grid, KeptOfSites, Portion, Realisations, Records, SegmentPairs, SegmentScratch, SegmentsLeft,
-    Shot, Shots, Sums, SumsShape, TOGETHER, check_count, check_significance, check_squares,
+    Grid, KeptOfSites, Portion, Realisations, Records, SegmentScratch, SegmentsLeft, Shot, Shots,
+    Sums, SumsShape, TOGETHER, a_site, check_count, check_significance, check_squares,
 };
+use crate::numeric::lanes::widest;
 use crate::prepare::Gaps;
 use crate::transform::{fold, frequencies};
 
 impl CoherenceRequest {
     pub(in crate::estimates) fn plan(&self, grid: &Grid) -> Result<Realisations> {
-        if self.reference >= grid.sites {
-            let expected = format!("a site from 0 to {}", grid.sites.saturating_sub(1));
-            return Err(Error::request("reference", expected, self.reference));
-        }
+        let (site, expected) = (self.reference, a_site(grid.sites));
+        Error::require(site < grid.sites, "reference", expected, site)?;
         check_significance(self.alpha)?;
         Realisations::new(&self.averaging, grid.times)
     }
@@ -50,20 +49,6 @@ pub(in crate::estimates) struct Pass<'a> {
     records: usize,
 }
 
-#[derive(Default)]
-struct Scratch {
-    segments: SegmentScratch,
-    deviations: Vec<f64>,
-}
-
-/// Sums of a few sites.
-#[derive(Default)]
-struct TileSums {
-    sums: Option<Sums>,
-    /// Where segments with missing samples are left out: what is left of each site.
-    left: Vec<SegmentPairs>,
-}
-
 /// Blocks of a bin: power of the site, real and imaginary part of the product with the reference; and power of the
 /// reference in the segments of the site, where segments are left out.
 const BLOCKS: usize = 3;
@@ -83,20 +68,8 @@ struct Reference {
 
 impl Pass<'_> {
     pub fn run(&self, shots: &Shots<'_>) -> Result<Coherence> {
-        let (unit, tiles) = self.sum(shots, &self.realisations.whole_records(self.records))?;
+        let (unit, tiles) = self.sums(shots, &self.realisations.whole_records(self.records))?;
         self.finish(tiles, unit)
-    }
-
-    /// The sums of every tile over these portions, and the unit of the samples.
-    fn sum(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<TileSums>)> {
-        let held = self.held(shots.longest, portions);
-        let block = shots.block("the cross-spectra of this field", held)?;
-        let mut tiles = Vec::new();
-        tiles.resize_with(shots.tiles(), TileSums::default);
-        let unit = shots.each_portion(block, portions, |shot, portion| {
-            self.add(shot, portion, &mut tiles)
-        })?;
-        Ok((unit, tiles))
     }
 
     fn leaves_out(&self) -> bool {
@@ -115,87 +88,63 @@ impl Pass<'_> {
         let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
         let pass = 16 * bins * realisations as u64
             + self.grid.threads() * (8 * TOGETHER as u64 * samples + scratch);
-        // Delays are searched once the sums are gone.
-        let [result, search] = self.of_results();
-        result + (sites * sums + pass).max(search) + self.realisations.bytes()
-    }
-
-    /// Bytes of the arrays, and of the search of delays.
-    fn of_results(&self) -> [u64; 2] {
-        let (bins, sites) = (self.realisations.bins() as u64, self.grid.sites as u64);
-        let length = self.realisations.segments.length;
-        let of_sites = (4 * 8 * bins + OF_SITE).saturating_mul(sites);
-        let result = of_sites.saturating_add(OF_BIN * bins);
-        let search = DelaySearch::working_bytes(length, self.grid.threads());
-        [result, search]
+        self.result_bytes() + sites * sums + pass + self.realisations.bytes()
     }
 
     /// The transforms of the reference.
-    fn reference(&self, shot: &Shot<'_>, portion: &Portion) -> Reference {
+    fn reference(&self, shot: &Shot<'_>) -> Reference {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
         let (site, squared) = (self.request.reference, shot.scale * shot.scale);
-        let mut spectra = Vec::with_capacity(portion.segments.len() * tapers * bins);
-        let mut scratch = SegmentScratch::default();
+        let segments = &shot.portion.segments;
+        let mut spectra = Vec::with_capacity(segments.len() * tapers * bins);
         let conjugate = |_: usize, found: &[Complex<f64>]| {
             spectra.extend(found.iter().map(|x| x.conj() * squared));
         };
         let record = shot.record(site);
-        let record = Records::interleaved(&record, 1);
+        let (record, mut scratch) = (Records::interleaved(&record, 1), SegmentScratch::default());
         self.realisations
-            .each_of(portion, record, &mut scratch, conjugate);
+            .each_of(&shot.portion, record, &mut scratch, conjugate);
         Reference {
             spectra,
-            first: portion.segments.start * tapers,
+            first: segments.start * tapers,
             squared,
             kept: shot.kept(site..site + 1, self.realisations.segments),
         }
     }
 
-    /// Adds the realisations of a portion of one shot.
-    fn add(&self, shot: &Shot<'_>, portion: &Portion, tiles: &mut [TileSums]) -> Result<()> {
-        let reference = self.reference(shot, portion);
-        shot.each_tile("cross-spectra", tiles, |scratch, sites, records, tile| {
-            self.add_tile(scratch, (shot, portion), (sites, records), &reference, tile);
-        })
-    }
-
     /// Adds the segments of a tile to its sums.
-    fn add_tile(
+    fn add(
         &self,
-        scratch: &mut Scratch,
-        (shot, portion): (&Shot<'_>, &Portion),
+        scratch: &mut SegmentScratch,
+        (shot, reference): (&Shot<'_>, &Reference),
         (sites, records): (Range<usize>, Records<'_>),
-        reference: &Reference,
-        tile: &mut TileSums,
+        sums: &mut Sums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.realisations.tapers());
         // The segments that each site keeps with the reference.
         let kept = shot.kept(sites.clone(), self.realisations.segments);
         let kept = kept.with(&reference.kept);
-        kept.add_to(&mut tile.left, self.realisations.distances());
-        let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
+        kept.add_to(&mut sums.left, self.realisations.distances());
         // How steady the reference is, and which sites are marked.
         let mut marks = shot.mark(sites.clone()).into_iter();
         if sites.contains(&self.request.reference) || marks.any(f64::is_nan) {
-            let (of, of_sites) = ((shot, portion), (sites, records));
-            let room = &mut scratch.deviations;
-            self.realisations.add_steadiness(of, of_sites, room, sums);
+            self.realisations
+                .add_steadiness(shot, (sites, records), scratch, sums);
         }
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let other = &reference.spectra[(r - reference.first) * bins..][..bins];
             let has = kept.has(r / tapers);
-            let (own, cross) = sums.plain_mut().split_at_mut(bins);
+            let (own, cross) = sums.plain.split_at_mut(bins);
             let (re, cross) = cross.split_at_mut(bins);
             let (im, beside) = cross.split_at_mut(bins);
-            Products {
+            widest(Products {
                 spectra,
                 width: records.width(),
                 reference: other,
                 squared: reference.squared,
                 has: &has,
                 sums: [own, re, im],
-            }
-            .add();
+            });
             for (y, beside) in other.iter().zip(beside) {
                 // The transform of the reference has the square already.
                 let power = y.norm_sqr() / reference.squared;
@@ -203,17 +152,14 @@ impl Pass<'_> {
                 sums.for_each(|(sum, has)| *sum += has * power);
             }
         };
-        let segments = &mut scratch.segments;
-        self.realisations.each_of(portion, records, segments, visit);
+        self.realisations
+            .each_of(&shot.portion, records, scratch, visit);
     }
 
-    fn finish(&self, tiles: Vec<TileSums>, unit: f64) -> Result<Coherence> {
+    fn finish(&self, tiles: Vec<Sums>, unit: f64) -> Result<Coherence> {
         check_squares(unit)?;
         let left = tiles.iter().flat_map(|tile| &tile.left);
         let left = self.realisations.segments_left(self.records, left)?;
-        let zeros = || Sums::zeros(self.shape());
-        let tiles = tiles.into_iter();
-        let tiles: Vec<Sums> = tiles.map(|tile| tile.sums.unwrap_or_else(zeros)).collect();
         let mut found = self.estimate(&tiles, left, unit);
         drop(tiles);
         found.judge(self.realisations);
@@ -240,7 +186,7 @@ impl Pass<'_> {
         let shape = (bins, grid.sites);
         // Power, product and, where segments are left out, power of the reference in those that are not.
         let of_tile = |what: usize, m: usize, j: usize| {
-            tiles[j / TOGETHER].plain()[what * bins + m].0[j % TOGETHER]
+            tiles[j / TOGETHER].plain[what * bins + m].0[j % TOGETHER]
         };
         let cross = |m, j| Complex::new(of_tile(1, m, j), of_tile(2, m, j));
         let coherence = Array2::from_shape_fn(shape, |(m, j)| {
@@ -292,23 +238,35 @@ impl Divided for Pass<'_> {
     }
 
     fn result_bytes(&self) -> u64 {
-        let [result, search] = self.of_results();
-        result.saturating_add(search)
+        let (bins, sites) = (self.realisations.bins() as u64, self.grid.sites as u64);
+        let of_sites = (4 * 8 * bins + OF_SITE).saturating_mul(sites);
+        let length = self.realisations.segments.length;
+        // Delays are searched in the arrays.
+        let search = DelaySearch::working_bytes(length, self.grid.threads());
+        of_sites.saturating_add(OF_BIN * bins + search)
     }
 
     fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
-        let (unit, tiles) = self.sum(shots, portions)?;
-        let sums = tiles.into_iter().filter_map(|tile| tile.sums);
-        Ok((unit, sums.collect()))
+        let held = self.held(shots.longest, portions);
+        let block = shots.block("the cross-spectra of this field", held)?;
+        let mut tiles = vec![None; shots.tiles()];
+        let unit = shots.each_portion(block, portions, |shot| {
+            let reference = self.reference(shot);
+            shot.each_tile(
+                "cross-spectra",
+                &mut tiles,
+                |scratch, sites, records, tile| {
+                    let sums = tile.get_or_insert_with(|| Sums::zeros(self.shape()));
+                    self.add(scratch, (shot, &reference), (sites, records), sums);
+                },
+            )
+        })?;
+        Ok((unit, tiles.into_iter().flatten().collect()))
     }
 
     fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined> {
         check_count(self.records * self.realisations.count())?;
-        let tile = |sums| TileSums {
-            sums: Some(sums),
-            left: Vec::new(),
-        };
-        let found = self.finish(sums.into_iter().map(tile).collect(), unit)?;
+        let found = self.finish(sums, unit)?;
         Ok(Combined::Coherence(Box::new(found)))
     }
 }

@@ -3,7 +3,7 @@
 use num_complex::Complex;
 
 use crate::estimates::realisations::TOGETHER;
-use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, widest};
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel};
 
 /// What one realisation of a tile adds to its sums.
 pub(super) struct Products<'a> {
@@ -20,46 +20,24 @@ pub(super) struct Products<'a> {
     pub sums: [&'a mut [LaneBlock]; 3],
 }
 
-impl Products<'_> {
-    /// Adds them.
-    pub fn add(self) {
-        if self.width == TOGETHER {
-            return widest(OfEight(self));
-        }
-        let [own, re, im] = self.sums;
-        let rows = self.spectra.chunks_exact(self.width).zip(self.reference);
-        for (((row, y), own), (re, im)) in rows.zip(own).zip(re.iter_mut().zip(im)) {
-            let cells = own.0.iter_mut().zip(re.0.iter_mut().zip(&mut im.0));
-            for ((x, has), (own, (re, im))) in row.iter().zip(self.has).zip(cells) {
-                let product = y * x;
-                *own += has * (x.norm_sqr() * self.squared);
-                *re += has * product.re;
-                *im += has * product.im;
-            }
-        }
-    }
-}
-
-/// The same of eight sites, with the same bits.
-struct OfEight<'a>(Products<'a>);
-
-impl SimdKernel for OfEight<'_> {
+impl SimdKernel for Products<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Products {
-            spectra,
-            reference,
-            squared,
-            has,
-            sums: [own, re, im],
-            ..
-        } = self.0;
-        let (rows, _) = spectra.as_chunks::<TOGETHER>();
-        let (squared, has) = (L::splat(squared), L::read(has));
-        let rows = rows.iter().zip(reference);
+        let [own, re, im] = self.sums;
+        let (squared, has) = (L::splat(self.squared), L::read(self.has));
+        // Of less than eight sites.
+        let mut room = [Complex::default(); TOGETHER];
+        let rows = self.spectra.chunks_exact(self.width).zip(self.reference);
         for (((row, y), own), (re, im)) in rows.zip(own).zip(re.iter_mut().zip(im)) {
+            let row = match row.try_into() {
+                Ok(row) => row,
+                Err(_) => {
+                    room[..self.width].copy_from_slice(row);
+                    &room
+                }
+            };
             let [x_re, x_im] = L::parts(row);
             let (y_re, y_im) = (L::splat(y.re), L::splat(y.im));
             let add = |sum: &mut LaneBlock, value: L| (L::load(sum) + value).store(sum);

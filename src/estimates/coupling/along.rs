@@ -5,11 +5,11 @@ use std::ops::Range;
 use ndarray::Array2;
 
 use super::bicoherence::sidak;
-use super::pass::{Pass, Scratch};
-use super::products::TripleSums;
+use super::pass::Pass;
+use super::products::{TripleSums, add_products};
 use super::spectra::Spectra;
 use super::triples::Triples;
-use crate::estimates::realisations::{Independence, Portion, Records, Shot, Sums, TOGETHER};
+use crate::estimates::realisations::{Independence, Records, SegmentScratch, Shot, Sums, TOGETHER};
 use crate::numeric::chi_square_level;
 
 /// Own bicoherence of sites, gathered at `f3 = f1 + f2`. Arrays are `(frequency f3, site)`, NaN where there is
@@ -47,9 +47,9 @@ impl BicoherenceAlong {
 /// Sums of the chosen sites of a tile.
 #[derive(Default)]
 pub(super) struct TileSums {
-    pub steadiness: Option<Sums>,
+    steadiness: Option<Sums>,
     /// Of each chosen site.
-    pub products: Vec<Option<Sums>>,
+    products: Vec<TripleSums>,
     /// Of each chosen site, once all its records are summed.
     found: Vec<Vec<Found>>,
 }
@@ -66,14 +66,10 @@ pub(super) struct Found {
 }
 
 impl TileSums {
-    /// What is found at each chosen site, in place of its sums, which are returned.
-    pub fn gather(&mut self, pass: &Pass<'_>) -> Vec<Sums> {
-        let mut free = Vec::new();
-        for total in self.products.drain(..).flatten() {
-            self.found.push(gathered(&pass.own, &total));
-            free.push(total);
-        }
-        free
+    /// What is found at each chosen site, in place of its sums.
+    pub fn gather(&mut self, pass: &Pass<'_>) {
+        let products = self.products.drain(..);
+        self.found = products.map(|sums| gathered(&pass.own, &sums)).collect();
     }
 }
 
@@ -85,11 +81,11 @@ impl Pass<'_> {
         &along[before(sites.start)..before(sites.end)]
     }
 
-    /// Adds a portion of a shot to the sums of a tile.
+    /// Adds a shot to the sums of a tile.
     pub fn add_tile(
         &self,
-        scratch: &mut Scratch,
-        (shot, portion): (&Shot<'_>, &Portion),
+        scratch: &mut SegmentScratch,
+        shot: &Shot<'_>,
         (sites, records): (Range<usize>, Records<'_>),
         tile: &mut TileSums,
     ) {
@@ -101,21 +97,26 @@ impl Pass<'_> {
         let records = match chosen.len() == sites.len() {
             true => records,
             false => {
-                let chosen = chosen.iter().map(|site| records.record(site - sites.start));
-                some = chosen.collect::<Vec<_>>().concat();
-                Records::one_after_another(&some, records.length())
+                let rows = records.rows(0..records.length());
+                let rows = rows.chunks_exact(sites.len());
+                let of = |site: &usize| site - sites.start;
+                some = rows
+                    .flat_map(|row| chosen.iter().map(move |site| row[of(site)]))
+                    .collect();
+                Records::interleaved(&some, chosen.len())
             }
         };
-        let of = (shot, portion);
-        self.add_steadiness(scratch, of, (chosen, records), &mut tile.steadiness);
-        let segments = &mut scratch.segments;
-        let spectra = Spectra::of(self.realisations, records, shot.scale, segments);
-        tile.products.resize_with(chosen.len(), || None);
-        for (total, spectra) in tile.products.iter_mut().zip(&spectra) {
-            let into = (total, &mut scratch.free);
-            // Tiles are in parallel where there are several.
-            let is_parallel = self.chosen_by_tile().nth(1).is_none();
-            self.add_products(&self.own, [spectra, spectra], into, is_parallel);
+        let steadiness = tile.steadiness.get_or_insert_with(|| self.steadiness());
+        let of_sites = (chosen.iter().copied(), records);
+        self.realisations
+            .add_steadiness(shot, of_sites, scratch, steadiness);
+        let spectra = Spectra::of(self.realisations, records, shot.scale, scratch);
+        let zeros = || TripleSums::zeros(&self.own);
+        tile.products.resize_with(chosen.len(), zeros);
+        // Tiles are in parallel where there are several.
+        let is_parallel = self.chosen_by_tile().nth(1).is_none();
+        for (sums, spectra) in tile.products.iter_mut().zip(&spectra) {
+            add_products(&self.own, [spectra, spectra], sums, is_parallel);
         }
     }
 
@@ -167,12 +168,11 @@ impl Pass<'_> {
 }
 
 /// The largest and the sum at each output frequency.
-fn gathered(triples: &Triples, sums: &Sums) -> Vec<Found> {
-    let sums = TripleSums::of(triples, sums);
+fn gathered(triples: &Triples, sums: &TripleSums) -> Vec<Found> {
     let mut all = vec![Found::default(); triples.last + 1];
-    let scale = sums.scale();
+    let least = sums.least();
     for (cell, bins) in triples.bins().enumerate() {
-        let b = sums.bicoherence(cell, bins, &scale);
+        let b = sums.bicoherence(cell, bins, least);
         let found = &mut all[bins[2] as usize];
         if b.is_nan() {
             continue;

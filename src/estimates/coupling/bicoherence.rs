@@ -6,8 +6,8 @@ use super::spectra::last_bin;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Realisations, Shots, Tapers, check_significance, first_of,
-    phase_spread,
+    Averaging, Grid, Independence, Realisations, Shots, Tapers, a_site, check_count,
+    check_significance, first_of, phase_spread,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
@@ -239,15 +239,6 @@ pub fn bicoherence(
 /// Part of the record at or below which a segment is by default.
 const PART: usize = 32;
 
-/// That there are two realisations at least.
-fn check_count(realisations: usize) -> Result<()> {
-    if realisations >= 2 {
-        return Ok(());
-    }
-    let expected = "at least two realisations: shorter segments, or several fields";
-    refuse("segment", expected, "one segment of one field")
-}
-
 impl BicoherenceRequest {
     /// Index of the site of the third frequency.
     pub fn output(&self) -> usize {
@@ -263,24 +254,20 @@ impl BicoherenceRequest {
         });
         let all = Realisations::new(&averaging, grid.times)?;
         let length = all.segments.length;
-        if last_bin(length) < 2 * all.least_distance() {
-            let expected = "more samples, for one triple of frequencies";
-            return refuse("segment", expected, length);
-        }
+        let is_enough = last_bin(length) >= 2 * all.least_distance();
+        let expected = "more samples, for one triple of frequencies";
+        Error::require(is_enough, "segment", expected, length)?;
         Ok(all)
     }
 
     fn check(&self, n_sites: usize) -> Result<()> {
-        let a_site = format!("a site from 0 to {}", n_sites.saturating_sub(1));
         let two = [("site", self.site), ("output", self.output())];
         let along = self.along.iter().map(|site| ("along", *site));
-        let mut all = two.into_iter().chain(along);
-        if let Some((option, site)) = all.find(|(_, site)| *site >= n_sites) {
-            return refuse(option, a_site, site);
+        for (option, site) in two.into_iter().chain(along) {
+            Error::require(site < n_sites, option, a_site(n_sites), site)?;
         }
-        if self.along.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return refuse("along", "sites in ascending order", "others");
-        }
+        let ascend = self.along.is_sorted_by(|a, b| a < b);
+        Error::require(ascend, "along", "sites in ascending order", "others")?;
         check_significance(self.alpha)?;
         only_one_window(&self.averaging)
     }
@@ -297,12 +284,7 @@ pub(super) fn refuse<T>(
 /// # Errors
 /// [`Error::Request`] for several tapers.
 pub(super) fn only_one_window(averaging: &Averaging) -> Result<()> {
-    match averaging.tapers {
-        Tapers::Window(_) => Ok(()),
-        Tapers::Slepian { .. } => refuse(
-            "multitaper",
-            "one window: products of three transforms vanish under tapers of odd order",
-            "several tapers",
-        ),
-    }
+    let is_one = matches!(averaging.tapers, Tapers::Window(_));
+    let expected = "one window: products of three transforms vanish under tapers of odd order";
+    Error::require(is_one, "multitaper", expected, "several tapers")
 }

@@ -74,9 +74,12 @@ impl Spectra {
         24 * (stride(last_bin(length) + 1) * count) as u64
     }
 
+    pub fn bins(&self) -> usize {
+        self.bins
+    }
+
     /// Sums of the power of each bin over all realisations, added to `sums`.
-    pub fn add_power(&self, sums: &mut Vec<f64>) {
-        sums.resize(self.bins, 0.0);
+    pub fn add_power(&self, sums: &mut [f64]) {
         for power in self.power.chunks_exact(self.stride) {
             for (sum, power) in sums.iter_mut().zip(power) {
                 *sum += power;

@@ -340,7 +340,7 @@ impl Pass<'_> {
 
 /// Sets inputs that are rounding to 0, so that no term is made of them.
 fn clear_rounding(records: &mut [[Spectra; 2]]) {
-    let mut powers = Vec::new();
+    let mut powers = vec![0.0; records[0][0].bins()];
     for [input, _] in records.iter() {
         input.add_power(&mut powers);
     }

@@ -159,13 +159,11 @@ impl Along<'_> {
             let sixth = all(ORDERS);
             sixth.is_finite() && (sixth > 0.0 || all(1) == 0.0)
         };
-        if (0..count).all(is_number) {
-            return Ok(found);
-        }
         let expected =
             "increments from 1e-50 to 1e50, whose sixth powers are numbers: another unit";
-        let found = format!("larger or smaller ones in {}", field.name);
-        Err(Error::request("field", expected, found))
+        let others = format!("larger or smaller ones in {}", field.name);
+        Error::require((0..count).all(is_number), "field", expected, others)?;
+        Ok(found)
     }
 
     /// Histograms of the increments of a field over `scales[step]`.

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Independence, Realisations, Shots, TOGETHER, check_count, check_significance,
-    check_squares, first_of, interval_factors, steadiness, steadiness_of_sites,
+    Averaging, Independence, Realisations, Shots, Sums, SumsShape, TOGETHER, check_count,
+    check_significance, check_squares, first_of, interval_factors, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::lanes::WIDTH;
@@ -226,30 +226,24 @@ struct Pass<'a> {
 struct TileSpectra<'s> {
     /// `[bin * realisations + realisation]`, of the bins of a block.
     cells: &'s mut [Cell],
-    /// Energies of the parts of each record.
-    parts: [[f64; TOGETHER]; PARTS],
+    /// Squares of the samples.
+    sums: Sums,
 }
-
-/// Parts of a record whose energies are compared.
-const PARTS: usize = 16;
 
 impl Pass<'_> {
     /// The bins of the chosen frequencies.
     fn chosen(&self) -> Result<Vec<usize>> {
         let (request, length) = (self.request, self.realisations.segments.length);
         check_count(self.count())?;
-        if request.modes == 0 {
-            return Err(Error::request("modes", "at least one mode", 0));
-        }
+        Error::require(request.modes > 0, "modes", "at least one mode", 0)?;
         check_significance(request.alpha)?;
         let largest = frequencies(length, self.first.time.step)[length / 2];
         let bin = |frequency: &f64| {
             let bin = (frequency * length as f64 * self.first.time.step).round();
-            let expected = || format!("frequencies from 0 to {largest}");
-            match *frequency >= 0.0 && bin <= (length / 2) as f64 {
-                true => Ok(bin as usize),
-                false => Err(Error::request("frequencies", expected(), frequency)),
-            }
+            let expected = format!("frequencies from 0 to {largest}");
+            let is_one = *frequency >= 0.0 && bin <= (length / 2) as f64;
+            Error::require(is_one, "frequencies", expected, frequency)?;
+            Ok(bin as usize)
         };
         let mut chosen: Vec<usize> = request.frequencies.iter().map(bin).collect::<Result<_>>()?;
         chosen.sort_unstable();
@@ -269,7 +263,9 @@ impl Pass<'_> {
             n_sites,
             unit: self.first.unit.clone(),
             segment: [segments.length, segments.length - segments.hop],
-            independence: self.independence(&[]),
+            independence: self
+                .realisations
+                .independence(self.shots.count(), None, 1.0),
             first: self.realisations.least_distance(),
             alpha: self.request.alpha,
             eigenvalues: values.clone(),
@@ -334,15 +330,14 @@ impl Pass<'_> {
     }
 
     fn independence(&self, tiles: &[TileSpectra<'_>]) -> Independence {
-        let of_site = |site: usize| {
-            let parts = &tiles[site / TOGETHER].parts;
-            let energies = parts.map(|part| part[site % TOGETHER]);
-            let evenness = steadiness(&energies.map(f64::sqrt));
-            (evenness, energies.iter().sum())
-        };
-        let sites = 0..self.first.n_sites().min(tiles.len() * TOGETHER);
-        let steadiness = steadiness_of_sites(sites.map(of_site).collect());
         let shots = self.shots.count();
+        let of_site = |site: usize| {
+            let (sums, lane) = (&tiles[site / TOGETHER].sums, site % TOGETHER);
+            let steadiness = sums.steadiness()[lane] / shots as f64;
+            (steadiness, sums.plain[0].0[lane])
+        };
+        let sites = 0..self.first.n_sites();
+        let steadiness = steadiness_of_sites(sites.map(of_site).collect());
         self.realisations.independence(shots, None, steadiness)
     }
 
@@ -372,10 +367,7 @@ impl Pass<'_> {
         let spectra = ((allowed - held) / 2).max(of_a_bin);
         let bins = (spectra / of_a_bin).min(bins);
         let block = self.shots.block(WHAT, held + bins * of_a_bin)?;
-        Ok((
-            bins as usize,
-            block.filter(|sites| (*sites as u64) < n_sites),
-        ))
+        Ok((bins as usize, block))
     }
 
     /// The spectra of all realisations at the bins `from .. to`, in `cells`, which are 0, and the unit of the
@@ -388,22 +380,26 @@ impl Pass<'_> {
         cells: &'c mut [Cell],
     ) -> Result<(Vec<TileSpectra<'c>>, f64)> {
         let (all, count) = (self.count(), self.realisations.count());
-        let parts = [[0.0; TOGETHER]; PARTS];
-        let tile = |cells| TileSpectra { cells, parts };
+        let pieces = self.realisations.pieces();
+        let tile = |cells| TileSpectra {
+            cells,
+            sums: Sums::zeros(SumsShape { plain: 1, pieces }),
+        };
         let tiles = cells.chunks_exact_mut((to - from) * all);
         let mut tiles: Vec<TileSpectra<'c>> = tiles.map(tile).collect();
         let mut first = 0;
-        let unit = self.shots.each(block, |shot| {
+        let portions = self.realisations.whole_records(self.shots.count());
+        let unit = self.shots.each_portion(block, &portions, |shot| {
             shot.each_tile("spectra", &mut tiles, |scratch, sites, records, out| {
-                let (width, mark, mut room) = (sites.len(), shot.mark(sites), Vec::new());
-                let part = (records.length() / PARTS).max(1);
-                let parts = out.parts.iter_mut().enumerate();
-                for (p, sums) in parts.take(records.length() / part) {
-                    let squares = records.squares(p * part..(p + 1) * part, &mut room);
-                    let squares = squares[..width].iter().zip(&mark);
-                    for (sum, (square, mark)) in sums.iter_mut().zip(squares) {
-                        *sum += square + mark;
-                    }
+                let width = sites.len();
+                if from == 0 {
+                    let [_, squares] =
+                        records.mean_and_squares(0..records.length(), &mut Vec::new());
+                    let energies = out.sums.plain[0].0.iter_mut().zip(squares);
+                    energies.for_each(|(sum, square)| *sum += square * shot.scale * shot.scale);
+                    let sums = &mut out.sums;
+                    self.realisations
+                        .add_steadiness(shot, (sites, records), scratch, sums);
                 }
                 self.realisations.each(records, scratch, |r, spectra| {
                     let rows = spectra[from * width..to * width].chunks_exact(width);

@@ -48,11 +48,12 @@ pub(super) struct Eigenvalues {
 impl Snapshots<'_> {
     /// Those at up to eight bins.
     pub fn eigenvalues(&self, bins: Range<usize>) -> Vec<Eigenvalues> {
-        let grams: Vec<_> = bins.clone().map(|bin| self.gram(bin, None)).collect();
+        let grams = bins.clone().map(|bin| self.rows(bin, None).gram());
+        let grams: Vec<_> = grams.collect();
         let equal = |(bin, gram): (usize, &Array2<Complex<f64>>)| {
             let levels = self.levels(bin);
             match self.is_wide() {
-                true => self.gram(bin, Some(&levels)),
+                true => self.rows(bin, Some(&levels)).gram(),
                 // A row a site.
                 false => Array2::from_shape_fn(gram.dim(), |(i, j)| {
                     gram[[i, j]] * (levels[i] * levels[j])
@@ -126,10 +127,6 @@ impl Snapshots<'_> {
             false => 0.0,
         };
         powers.into_iter().map(level).collect()
-    }
-
-    fn gram(&self, bin: usize, levels: Option<&[f64]>) -> Array2<Complex<f64>> {
-        self.rows(bin, levels).gram()
     }
 
     /// A row a realisation, or a site where there are fewer, with sites multiplied by their levels.

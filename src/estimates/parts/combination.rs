@@ -2,13 +2,12 @@
 
 use std::borrow::Borrow;
 use std::collections::BTreeSet;
-use std::fmt;
 
 use serde_json::Value;
 
 use super::{Combined, DividedRequest, Partial, PartialAbout, begun};
 use crate::error::{Error, Result};
-use crate::estimates::realisations::{Grid, Realisations, Sums, SumsShape};
+use crate::estimates::realisations::{Grid, Part, Realisations, Sums, SumsShape};
 use crate::field::Field;
 use crate::system::check_memory;
 use crate::system::memory::half_of_free_memory;
@@ -62,9 +61,8 @@ fn merged<P: Borrow<Partial>>(
 }
 
 /// Parts that are combined one after the other, so that one at a time is in memory.
+#[derive(Debug)]
 pub struct Combination {
-    /// Of the part that begins with each segment.
-    names: Vec<(usize, String)>,
     about: PartialAbout,
     realisations: Realisations,
     shape: SumsShape,
@@ -77,17 +75,8 @@ pub struct Combination {
     next: usize,
 }
 
-impl fmt::Debug for Combination {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Combination")
-            .field("about", &self.about)
-            .field("next", &self.next)
-            .finish_non_exhaustive()
-    }
-}
-
-fn refuse<T>(expected: impl Into<String>, found: impl ToString) -> Result<T> {
-    Err(Error::request("merge", expected, found))
+fn require(is_so: bool, expected: impl Into<String>, found: impl ToString) -> Result<()> {
+    Error::require(is_so, "merge", expected, found)
 }
 
 impl Combination {
@@ -113,14 +102,12 @@ impl Combination {
     ) -> Result<(Combination, Vec<usize>)> {
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by_key(|&at| parts[at].1.range);
-        let Some(&first) = order.first() else {
-            return refuse("at least one part", "none");
-        };
-        let about = parts[first].1.clone();
+        require(!parts.is_empty(), "at least one part", "none")?;
+        let (first, about) = parts[order[0]].clone();
         for (name, other) in &parts {
             if let Some(difference) = difference(&about, other) {
-                let expected = format!("parts of one result, as {}", parts[first].0);
-                return refuse(expected, format!("{difference} in {name}"));
+                let expected = format!("parts of one result, as {first}");
+                require(false, expected, format!("{difference} in {name}"))?;
             }
         }
         let realisations = about.request.plan(&about.grid)?;
@@ -133,30 +120,25 @@ impl Combination {
         let mut next = start;
         let mut before = "";
         for &at in &order {
-            let (name, [from, end]) = (&parts[at].0, parts[at].1.range);
-            let unit = parts[at].1.unit;
-            if from >= end || end > all || !(unit > 0.0 && unit.is_finite()) {
-                let expected =
-                    format!("segments among the {all} of all records, and a unit above 0");
-                return refuse(expected, format!("{from} to {end}, and {unit}, in {name}"));
-            }
-            if from < next {
-                let last = next.min(end) - 1;
-                let found = format!("segments {from} to {last} in {before} and {name}");
-                return refuse("each part once", found);
-            }
-            if from > next {
-                return missing(&parts, [next, from], all);
-            }
+            let (name, PartialAbout { range, unit, .. }) = &parts[at];
+            let [from, end] = *range;
+            let is_one = from < end && end <= all && *unit > 0.0 && unit.is_finite();
+            let expected = format!("segments among the {all} of all records, and a unit above 0");
+            require(
+                is_one,
+                expected,
+                format!("{from} to {end}, and {unit}, in {name}"),
+            )?;
+            let last = next.min(end).saturating_sub(1);
+            let found = format!("segments {from} to {last} in {before} and {name}");
+            require(from >= next, "each part once", found)?;
+            none_missing(&parts, [next, from], all)?;
             (next, before) = (end, name);
         }
-        if is_all && next < all {
-            return missing(&parts, [next, all], all);
-        }
+        let end = if is_all { all } else { next };
+        none_missing(&parts, [next, end], all)?;
         let state = shape.bytes().saturating_mul(about.grid.tiles() as u64);
-        if state == 0 {
-            return refuse("a field with sites", "none");
-        }
+        require(state > 0, "a field with sites", "none")?;
         let result = match is_all {
             true => pass.result_bytes(),
             // The part that is made of the sums.
@@ -170,10 +152,7 @@ impl Combination {
         let allowed = memory.unwrap_or_else(|| half_of_free_memory().saturating_add(held));
         check_memory("the result of these parts", needed, Some(allowed))?;
         drop(pass);
-        let names = parts.into_iter();
-        let names = names.map(|(name, about)| (about.range[0], name)).collect();
         let combination = Combination {
-            names,
             realisations,
             shape,
             sums: vec![Sums::zeros(shape); about.grid.tiles()],
@@ -193,27 +172,22 @@ impl Combination {
         let [from, end] = partial.about.range;
         let begun = begun(&(from..end), self.realisations.segments.count());
         let width = self.shape.numbers(begun.len());
-        if from != self.next || partial.sums.len() != width * self.sums.len() {
-            let (count, next) = (width * self.sums.len(), self.next);
-            let expected = format!("{count} sums from segment {next} on");
-            let name = self.names.iter().find(|(first, _)| *first == from);
-            let name = name.map_or("a part", |(_, name)| name);
-            let found = format!("{} from {from} on in {name}", partial.sums.len());
-            return refuse(expected, found);
-        }
+        let (count, next, name) = (width * self.sums.len(), self.next, partial.about.name());
+        let is_next = from == next && partial.sums.len() == count;
+        let expected = format!("{count} sums from segment {next} on");
+        let found = format!("{} from {from} on in {name}", partial.sums.len());
+        require(is_next, expected, found)?;
         let read = |numbers| Sums::read(self.shape, &begun, numbers);
         let mut tiles: Vec<Sums> = partial.sums.chunks_exact(width).map(read).collect();
         // Sums are in the largest of all units, so that nothing leaves the range of numbers but what is too small to
         // count; the unit of silence says nothing.
         if !tiles.iter().all(Sums::is_silent) {
             let unit = partial.about.unit;
-            let largest = self.unit.map_or(unit, |before| before.max(unit));
-            let before = self.unit.unwrap_or(largest);
-            for (tiles, unit) in [(&mut self.sums, before), (&mut tiles, unit)] {
-                tiles
-                    .iter_mut()
-                    .for_each(|tile| tile.rescale(unit / largest));
-            }
+            let before = self.unit.unwrap_or(unit);
+            let largest = unit.max(before);
+            let scale = |tile: &mut Sums, unit: f64| tile.rescale(unit / largest);
+            self.sums.iter_mut().for_each(|tile| scale(tile, before));
+            tiles.iter_mut().for_each(|tile| scale(tile, unit));
             self.unit = Some(largest);
         }
         let (samples, about_mean) = (self.realisations.reached(), self.realisations.about_mean());
@@ -231,10 +205,8 @@ impl Combination {
     pub fn finish(self) -> Result<Combined> {
         let records = self.about.fields.len();
         let all = records * self.realisations.segments.count();
-        if self.next != all {
-            let found = format!("those of {} of {all} segments", self.next);
-            return refuse("all parts", found);
-        }
+        let found = format!("those of {} of {all} segments", self.next);
+        require(self.next == all, "all parts", found)?;
         let (request, grid) = (&self.about.request, &self.about.grid);
         let pass = request.pass(&self.realisations, grid, records);
         pass.combine(self.sums, self.unit.unwrap_or(1.0))
@@ -274,14 +246,19 @@ pub fn outline(field: &Field, times: usize, request: &DividedRequest) -> Result<
     })
 }
 
-/// The parts without which a range of segments is unknown.
-fn missing<T>(parts: &[(String, PartialAbout)], [from, end]: [usize; 2], all: usize) -> Result<T> {
-    let numbered = parts.iter().map(|(_, about)| about.part);
+/// That a range of segments is empty, else the parts without which it is unknown.
+fn none_missing(
+    parts: &[(String, PartialAbout)],
+    [from, end]: [usize; 2],
+    all: usize,
+) -> Result<()> {
+    if from == end {
+        return Ok(());
+    }
     let of = parts[0].1.part.map_or(0, |part| part.of);
-    let numbers: Option<BTreeSet<usize>> = numbered
-        .map(|part| part.filter(|part| part.of == of && of <= all))
-        .map(|part| part.map(|part| part.number))
-        .collect();
+    let number = |part: Part| (part.of == of && of <= all).then_some(part.number);
+    let numbers = parts.iter().map(|(_, about)| about.part.and_then(number));
+    let numbers: Option<BTreeSet<usize>> = numbers.collect();
     let found = match numbers {
         Some(numbers) => {
             let lacking = (1..=of).filter(|number| !numbers.contains(number)).take(8);
@@ -290,7 +267,7 @@ fn missing<T>(parts: &[(String, PartialAbout)], [from, end]: [usize; 2], all: us
         }
         None => format!("no segments {from} to {}", end - 1),
     };
-    refuse("all parts of one result", found)
+    require(false, "all parts of one result", found)
 }
 
 /// What differs between the results that two parts belong to.
@@ -321,12 +298,10 @@ fn differing(key: &str, a: &Value, b: &Value) -> Option<String> {
     if a == b {
         return None;
     }
-    if let (Value::Object(a), Value::Object(b)) = (a, b) {
-        let of = |map: &serde_json::Map<String, Value>, key: &str| {
-            map.get(key).cloned().unwrap_or(Value::Null)
-        };
-        let mut keys = a.keys().chain(b.keys());
-        return keys.find_map(|key| differing(key, &of(a, key), &of(b, key)));
+    if let (Value::Object(of_a), Value::Object(of_b)) = (a, b) {
+        // `null` of a key that is not there.
+        let mut keys = of_a.keys().chain(of_b.keys());
+        return keys.find_map(|key| differing(key, &a[key.as_str()], &b[key.as_str()]));
     }
     Some(format!("{key} {b} in place of {a}"))
 }

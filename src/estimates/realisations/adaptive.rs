@@ -38,6 +38,21 @@ impl Weights {
         self.concentrations.len()
     }
 
+    /// Energy of each lane under tapers that are weighted by the squares of their concentrations, over cells with weights and
+    /// the sums of each taper: that of the samples.
+    pub fn energy<'e>(&self, cells: impl Iterator<Item = (f64, &'e [LaneBlock])>) -> [f64; WIDTH] {
+        let squares = self.concentrations.iter().map(|l| l * l);
+        let mut sums = [0.0; WIDTH];
+        for (weight, energies) in cells {
+            for (energy, square) in energies.iter().zip(squares.clone()) {
+                let added = sums.iter_mut().zip(energy.0);
+                added.for_each(|(sum, energy)| *sum += weight * square * energy);
+            }
+        }
+        let all: f64 = squares.sum();
+        sums.map(|sum| sum / all)
+    }
+
     #[inline(always)]
     fn weight<L: Lanes>(&self, k: usize, relative: L) -> L {
         if !self.is_adaptive {
@@ -134,18 +149,11 @@ pub(crate) struct WithoutOne<'a> {
     pub count: [f64; WIDTH],
     pub variance: [f64; WIDTH],
     pub spectrum: &'a [LaneBlock],
-    pub left_out: LeftOut<'a>,
+    /// Realisations of each taper that are left out, and their energies, `[cell * tapers + taper]`.
+    pub left_out: (&'a [LaneBlock], &'a [LaneBlock]),
     /// Sums of `ln(without) - ln(with)`, and of their squares.
     pub sum: &'a mut [LaneBlock],
     pub squares: &'a mut [LaneBlock],
-}
-
-/// What is left out.
-pub(crate) enum LeftOut<'a> {
-    /// One realisation of a taper, a block a bin; 0 in place of 1 at sites that do not have it.
-    Realisation(usize, [f64; WIDTH], &'a [LaneBlock]),
-    /// This many realisations of every taper, `[bin * tapers + taper]`.
-    Record([f64; WIDTH], &'a [LaneBlock]),
 }
 
 impl SimdKernel for WithoutOne<'_> {
@@ -158,28 +166,16 @@ impl SimdKernel for WithoutOne<'_> {
         let inverse = L::splat(1.0) / variance;
         let zero = L::splat(0.0);
         let all = L::read(&self.count);
-        let rest = match &self.left_out {
-            LeftOut::Realisation(_, has, _) => all - L::read(has),
-            LeftOut::Record(count, _) => all - L::read(count),
-        };
+        let (left_counts, left_energies) = self.left_out;
         let sums = self.sum.iter_mut().zip(self.squares);
         let bins = self.energies.chunks_exact(tapers).zip(self.spectrum);
-        for (m, ((energies, spectrum), (sum, squares))) in bins.zip(sums).enumerate() {
+        let bins = bins.zip(left_energies.chunks_exact(tapers));
+        for (((energies, spectrum), left), (sum, squares)) in bins.zip(sums) {
             let start = L::load(spectrum) * inverse;
-            let energy = |k: usize| {
-                let all = L::load(&energies[k]);
-                let rest = match &self.left_out {
-                    LeftOut::Realisation(taper, ..) if *taper != k => all,
-                    LeftOut::Realisation(_, _, left) => all - L::load(&left[m]),
-                    LeftOut::Record(_, left) => all - L::load(&left[m * tapers + k]),
-                };
-                // Of one realisation alone, rounding is left.
-                rest.positive() * inverse
-            };
-            let count = |k: usize| match &self.left_out {
-                LeftOut::Realisation(taper, ..) if *taper != k => all,
-                _ => rest,
-            };
+            // Of one realisation alone, rounding is left.
+            let energy =
+                |k: usize| (L::load(&energies[k]) - L::load(&left[k])).positive() * inverse;
+            let count = |k: usize| all - L::load(&left_counts[k]);
             let without = self.average.average(energy, count, start);
             let ratio = (without / start).map3(zero, zero, |x, _, _| ln_normal(x));
             (L::load(sum) + ratio).store(sum);

@@ -65,26 +65,26 @@ impl Default for Averaging {
 }
 
 /// The realisations of a record of a certain length, planned.
+#[derive(Debug)]
 pub(crate) struct Realisations {
     pub segments: Segments,
     /// Each with `sum w^2 = 1`.
-    pub(super) tapers: Vec<Vec<f64>>,
+    pub tapers: Vec<Vec<f64>>,
     /// Share of each taper's energy inside its band; 1 of a window.
     pub concentrations: Vec<f64>,
     transforms: Vec<RecordTransform<f64>>,
     detrend: Detrend,
-    /// The segments that are visited, of every record; `None`: all.
-    pub(super) kept: Option<KeptSegments>,
+    /// The segments that are visited, of every record.
+    pub(super) kept: KeptSegments,
 }
 
 /// Working space of one thread.
 #[derive(Default)]
 pub(crate) struct SegmentScratch {
     transform: RecordScratch<f64>,
-    /// Of a segment, and without trends.
+    /// Of a segment without its trends.
     rows: Vec<f64>,
-    segments: Vec<f64>,
-    trend: Vec<f64>,
+    pub(super) numbers: Vec<f64>,
 }
 
 impl Realisations {
@@ -101,28 +101,13 @@ impl Realisations {
             concentrations,
             transforms,
             detrend: averaging.detrend,
-            kept: None,
+            kept: KeptSegments::without(segments, []),
         })
-    }
-
-    /// Of every record the kept segments alone, which then count as if they followed one another.
-    ///
-    /// # Errors
-    /// [`Error::Request`] where none is kept.
-    pub fn keeping(mut self, kept: KeptSegments) -> Result<Self> {
-        if kept.count() == 0 {
-            return Err(no_segment_left(self.segments.length));
-        }
-        self.kept = Some(kept);
-        Ok(self)
     }
 
     /// Segments of a record that are visited.
     pub fn segment_count(&self) -> usize {
-        match &self.kept {
-            Some(kept) => kept.count(),
-            None => self.segments.count(),
-        }
+        self.kept.count()
     }
 
     /// Realisations of a record.
@@ -141,11 +126,6 @@ impl Realisations {
 
     pub fn bins(&self) -> usize {
         self.segments.length / 2 + 1
-    }
-
-    /// `sum_n w_k(n)` of each taper, the transform at the frequency of a line; 0 of odd ones.
-    pub fn taper_sums(&self) -> Vec<f64> {
-        self.tapers.iter().map(|w| crate::numeric::sum(w)).collect()
     }
 
     /// Bytes of the tapers and of the plans of their transforms, at most: a sample has a weight, a copy of it in the plan, half
@@ -186,52 +166,46 @@ impl Realisations {
         scratch: &mut SegmentScratch,
         mut visit: impl FnMut(usize, &[Complex<f64>]),
     ) {
-        let is_kept = |s: &usize| self.kept.as_ref().is_none_or(|kept| kept.has(*s));
-        let kept = portion.segments.clone().filter(is_kept);
+        let kept = portion.segments.clone();
+        let kept = kept.filter(|segment| self.kept.has(*segment));
+        let width = records.width();
         for (s, segment) in (portion.segments.start..).zip(kept) {
             let start = segment * self.segments.hop - portion.samples.start;
-            self.of_segment((s, start), records, scratch, &mut visit);
+            let rows = records.rows(start..start + self.segments.length);
+            let SegmentScratch {
+                rows: room,
+                numbers,
+                ..
+            } = scratch;
+            let rows = self.without_trends(rows, width, (room, numbers));
+            for (k, taper) in self.transforms.iter().enumerate() {
+                let spectra = taper.spectra_of_rows(rows, width, &mut scratch.transform);
+                visit(s * self.tapers.len() + k, spectra);
+            }
         }
     }
 
-    /// Visits a segment from the start on.
-    fn of_segment(
+    /// Interleaved segments without their trends.
+    pub fn without_trends<'r>(
         &self,
-        (s, start): (usize, usize),
-        records: Records<'_>,
-        scratch: &mut SegmentScratch,
-        visit: &mut impl FnMut(usize, &[Complex<f64>]),
-    ) {
-        let (width, segments) = (records.width(), &mut scratch.segments);
-        let rows = records.rows(start..start + self.segments.length, &mut scratch.rows);
-        let rows = match self.detrend {
+        rows: &'r [f64],
+        width: usize,
+        (room, numbers): (&'r mut Vec<f64>, &mut Vec<f64>),
+    ) -> &'r [f64] {
+        match self.detrend {
             Detrend::None => rows,
-            kind => Trend::removed_across((rows, width), kind, segments, &mut scratch.trend),
-        };
-        for (k, taper) in self.transforms.iter().enumerate() {
-            let spectra = taper.spectra_of_rows(rows, width, &mut scratch.transform);
-            visit(s * self.tapers.len() + k, spectra);
+            kind => Trend::removed_across((rows, width), kind, room, numbers),
         }
     }
 
-    /// Removes the trends of segments that follow one another.
-    pub fn remove_trends(&self, segments: &mut [f64], scratch: &mut SegmentScratch) {
-        for segment in segments.chunks_exact_mut(self.segments.length) {
-            Trend::remove_from(segment, self.detrend, |_| true, &mut scratch.trend);
-        }
-    }
-
-    /// The spectra under one taper of segments that follow one another, without their trends: `[bin * width +
-    /// segment]`.
+    /// The spectra under one taper of interleaved segments without trends: `[bin * width + segment]`.
     pub fn under_taper<'s>(
         &self,
         taper: usize,
-        segments: &[f64],
+        (rows, width): (&[f64], usize),
         scratch: &'s mut SegmentScratch,
     ) -> &'s [Complex<f64>] {
-        let segments = segments.chunks_exact(self.segments.length);
-        let taper = &self.transforms[taper];
-        taper.transform(segments, &mut scratch.transform).0
+        self.transforms[taper].spectra_of_rows(rows, width, &mut scratch.transform)
     }
 
     /// Share of the power of white noise that detrending takes of each bin: of each polynomial that is removed, with a sum of
@@ -258,11 +232,6 @@ impl Realisations {
         lost
     }
 
-    /// The tapers, each with `sum w^2 = 1`.
-    pub fn taper_samples(&self) -> &[Vec<f64>] {
-        &self.tapers
-    }
-
     /// `sum_n w_k(n) exp(2 pi i d n / N)` of each taper, what a line that is `d` bins above a bin has there.
     pub fn taper_transforms<const D: usize>(&self, offsets: &[f64; D]) -> Vec<[Complex<f64>; D]> {
         let length = self.segments.length as f64;
@@ -281,12 +250,9 @@ impl Realisations {
 /// # Errors
 /// [`Error::Request`].
 pub(crate) fn check_count(realisations: usize) -> Result<()> {
-    if realisations >= 2 {
-        return Ok(());
-    }
-    let expected = "at least two realisations: shorter segments, several tapers, or several fields";
-    let found = "one segment of one field under one taper";
-    Err(Error::request("segment", expected, found))
+    let expected = "at least two realisations: shorter segments, or several fields";
+    let found = "one segment of one field";
+    Error::require(realisations >= 2, "segment", expected, found)
 }
 
 /// Where no segment of a site, or of sites that are needed together, is without missing samples.
@@ -298,17 +264,6 @@ pub(super) fn no_segment_left(length: usize) -> Error {
 }
 
 impl Averaging {
-    /// The segments of a record of `n_times` samples, and how many independent realisations of white noise
-    /// their average has the variance of: those of Welch (1967), eq. 12.
-    ///
-    /// # Errors
-    /// [`Error::Request`] for segments or tapers that do not fit.
-    pub(crate) fn independent(&self, n_times: usize) -> Result<(Segments, f64)> {
-        let realisations = Realisations::new(self, n_times)?;
-        let effective = realisations.effective();
-        Ok((realisations.segments, effective))
-    }
-
     /// The same with segments of so many samples, where none are stated.
     pub(crate) fn with_segment(&self, length: usize) -> Averaging {
         Averaging {
@@ -353,19 +308,14 @@ impl Averaging {
                 part => 1 << part.ilog2(),
             },
         };
-        if record < 4 {
-            let expected = "a record of at least 4 samples, for one segment";
-            return Err(Error::request("segment", expected, record));
-        }
-        if length < 4 || length > record {
-            let expected = format!("4 samples to the {record} of the record");
-            return Err(Error::request("segment", expected, length));
-        }
+        let expected = "a record of at least 4 samples, for one segment";
+        Error::require(record >= 4, "segment", expected, record)?;
+        let expected = format!("4 samples to the {record} of the record");
+        let fits = (4..=record).contains(&length);
+        Error::require(fits, "segment", expected, length)?;
         let overlap = self.overlap.unwrap_or(length / 2);
-        if overlap >= length {
-            let expected = format!("an overlap of 0 to {} samples", length - 1);
-            return Err(Error::request("overlap", expected, overlap));
-        }
+        let expected = format!("an overlap of 0 to {} samples", length - 1);
+        Error::require(overlap < length, "overlap", expected, overlap)?;
         Ok(Segments {
             record,
             length,
@@ -386,15 +336,12 @@ impl Averaging {
             }
             Tapers::Slepian { nw, count } => {
                 let half = length as f64 / 2.0;
-                if !(nw >= 1.0 && nw < half) {
-                    let expected = format!("a time-bandwidth product of 1 to below {half}");
-                    return Err(Error::request("multitaper", expected, nw));
-                }
+                let expected = format!("a time-bandwidth product of 1 to below {half}");
+                Error::require(nw >= 1.0 && nw < half, "multitaper", expected, nw)?;
                 let most = (2.0 * nw - 1.0).floor() as usize;
-                if count == 0 || count > most {
-                    let expected = format!("1 to {most} tapers, 2 NW - 1");
-                    return Err(Error::request("multitaper", expected, count));
-                }
+                let expected = format!("1 to {most} tapers, 2 NW - 1");
+                let are_some = (1..=most).contains(&count);
+                Error::require(are_some, "multitaper", expected, count)?;
                 let found = slepian::sequences(length, nw, count).into_iter();
                 let pairs = found.map(|one| (one.samples, one.concentration));
                 Ok(pairs.unzip())

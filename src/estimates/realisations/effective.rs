@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use ndarray::{Array2, ArrayView1};
+use ndarray::{Array1, Array2};
 use num_complex::Complex;
 
 use super::averaging::{Realisations, no_segment_left};
 use super::ensemble::Independence;
-use super::kept::{SegmentPairs, SegmentsLeft};
+use super::kept::{KeptSegments, SegmentPairs, SegmentsLeft};
 use crate::error::Result;
 use crate::transform::Segments;
 
@@ -33,12 +33,7 @@ impl Realisations {
 
     /// Pairs of visited segments that overlap, by their distance.
     fn pairs(&self) -> Vec<f64> {
-        let distances = self.distances();
-        let count = self.segments.count();
-        match &self.kept {
-            Some(kept) => kept.pairs(distances),
-            None => (0..distances).map(|j| (count - j) as f64).collect(),
-        }
+        self.kept.pairs(self.distances())
     }
 
     /// Distances, in segments, at which segments overlap, 0 among them.
@@ -65,7 +60,7 @@ impl Realisations {
         }
         let shared = shared_products(&self.tapers, self.segments, 2);
         let effective = |pairs: &SegmentPairs| match pairs.segments() > 0.0 {
-            true => effective_number(self.tapers.len(), pairs.by_distance(), &shared),
+            true => effective_number(self.tapers.len(), &pairs.pairs, &shared),
             false => 0.0,
         };
         Ok(Some(SegmentsLeft {
@@ -89,8 +84,8 @@ impl Realisations {
                 (left.least_and_median()[1] / records, effective)
             }
         };
-        Independence::new([records, segments, self.tapers()], effective, steadiness)
-            .of_samples(self.segments.record)
+        let counts = [records, segments, self.tapers()];
+        Independence::new(counts, effective, steadiness, self.segments.record)
     }
 
     /// The same as [`Self::effective`] of the parts of the transforms along a line and beside it: along `u_k`, the direction of the
@@ -108,7 +103,7 @@ impl Realisations {
         pairs: Option<&SegmentPairs>,
         shared: &[[f64; 2]],
     ) -> [f64; 2] {
-        let pairs = pairs.map_or_else(|| self.pairs(), |pairs| pairs.by_distance().to_vec());
+        let pairs = pairs.map_or_else(|| self.pairs(), |pairs| pairs.pairs.clone());
         let (count, tapers) = (pairs[0], self.tapers.len());
         let mut all = [count, count * (tapers - 1) as f64];
         let wanted = all.map(|all| all * all);
@@ -121,9 +116,10 @@ impl Realisations {
 
     /// What pairs of segments of a distance have in common along a line, and beside it.
     pub fn shared_beside_lines(&self) -> Vec<[f64; 2]> {
-        let sums = self.taper_sums();
+        // `sum_n w_k(n)`, the transform at the frequency of a line; 0 of odd ones.
+        let sums: Vec<f64> = self.tapers.iter().map(|w| crate::numeric::sum(w)).collect();
         let norm = sums.iter().map(|u| u * u).sum::<f64>().sqrt();
-        let direction: Vec<f64> = sums.iter().map(|u| u / norm).collect();
+        let direction: Array1<f64> = sums.iter().map(|u| u / norm).collect();
         let hop = self.segments.hop;
         let of = |j: usize| {
             let shared = |(k, i): (usize, usize)| -> f64 {
@@ -131,12 +127,8 @@ impl Realisations {
                 overlapping.map(|(v, w)| v * w).sum()
             };
             let matrix = Array2::from_shape_fn((sums.len(), sums.len()), shared);
-            let dot = |values: ArrayView1<'_, f64>| -> f64 {
-                values.iter().zip(&direction).map(|(v, u)| v * u).sum()
-            };
-            let right: Vec<f64> = matrix.rows().into_iter().map(dot).collect();
-            let left: Vec<f64> = matrix.columns().into_iter().map(dot).collect();
-            let along = dot(ArrayView1::from(&right));
+            let (right, left) = (matrix.dot(&direction), direction.dot(&matrix));
+            let along = direction.dot(&right);
             let beside = |((k, i), g): ((usize, usize), &f64)| {
                 let (u, v) = (direction[k], direction[i]);
                 (g - right[k] * v - u * left[i] + along * u * v).powi(2)
@@ -224,8 +216,7 @@ fn effective_number(tapers: usize, pairs: &[f64], shared: &[f64]) -> f64 {
 pub(crate) fn effective_segments(window: &[f64], segments: Segments) -> f64 {
     let power = crate::numeric::sum_of_squares(window);
     let scaled = window.iter().map(|w| w / power.sqrt()).collect();
-    let count = segments.count();
     let shared = shared_products(&[scaled], segments, 2);
-    let pairs: Vec<f64> = (0..shared.len()).map(|j| (count - j) as f64).collect();
+    let pairs = KeptSegments::without(segments, []).pairs(shared.len());
     effective_number(1, &pairs, &shared)
 }

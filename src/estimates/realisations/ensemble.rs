@@ -31,13 +31,16 @@ pub(super) const SHORT: usize = 2 * PARTS;
 pub(crate) const LEAST_STEADINESS: f64 = 1.0 / 3.0;
 
 impl Independence {
+    /// Of records of so many samples.
     pub(crate) fn new(
         [records, segments, tapers]: [usize; 3],
         effective_of_one: f64,
         steadiness: f64,
+        samples: usize,
     ) -> Self {
         let effective = records as f64 * effective_of_one;
-        let independent = match steadiness >= LEAST_STEADINESS {
+        let is_short = samples < SHORT;
+        let independent = match steadiness >= LEAST_STEADINESS && !is_short {
             true => effective,
             false => records as f64,
         };
@@ -48,18 +51,7 @@ impl Independence {
             effective,
             steadiness,
             independent: (independent >= 2.0).then_some(independent),
-            is_short: false,
-        }
-    }
-
-    /// The same of records of so many samples.
-    pub(crate) fn of_samples(self, samples: usize) -> Self {
-        let is_short = samples < SHORT;
-        let records = (self.records >= 2).then_some(self.records as f64);
-        Independence {
-            independent: if is_short { records } else { self.independent },
             is_short,
-            ..self
         }
     }
 
@@ -111,10 +103,7 @@ pub(crate) fn steadiness_without(record: &[f64], missing: &[usize], about_mean: 
 
 /// See [`Independence::steadiness`]; 1 for a record of zeros.
 pub(crate) fn steadiness(record: &[f64]) -> f64 {
-    let length = (record.len() / PARTS).max(1);
-    let parts = record.chunks_exact(length);
-    let energies: Vec<f64> = parts.map(crate::numeric::sum_of_squares).collect();
-    evenness(&energies)
+    steadiness_without(record, &[], false)
 }
 
 /// Of sites with their steadiness and energy, that of the one at which half of the energy lies at sites that are

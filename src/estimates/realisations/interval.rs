@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::SIGNIFICANCE;
 use super::effective::effective_segments;
-use super::ensemble::{Independence, steadiness};
+use super::ensemble::{LEAST_STEADINESS, steadiness};
 use crate::numeric::{chi_square_quantile, student_two_sided, sum_of_squares};
 use crate::prepare::{Detrend, Trend};
 use crate::transform::Segments;
@@ -12,7 +12,7 @@ use crate::transform::Segments;
 /// How well the spectra of records like one of them are known.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct SpectrumInterval {
-    /// How evenly the energy of the record is spread over it, see [`Independence::steadiness`].
+    /// How evenly the energy of the record is spread over it, see [`Independence::steadiness`](super::Independence::steadiness).
     pub steadiness: f64,
     /// Independent segments that a stationary record would have.
     pub effective_segments: f64,
@@ -39,11 +39,10 @@ impl SpectrumInterval {
             return None;
         }
         let effective = effective_segments(window, segments);
-        let independence =
-            Independence::new([1, segments.count(), 1], effective, steadiness(&moving));
-        let degrees = (!independence.is_transient()).then_some(2.0 * effective);
+        let steadiness = steadiness(&moving);
+        let degrees = (steadiness >= LEAST_STEADINESS).then_some(2.0 * effective);
         Some(SpectrumInterval {
-            steadiness: independence.steadiness,
+            steadiness,
             effective_segments: effective,
             alpha: SIGNIFICANCE,
             degrees_of_freedom: degrees,

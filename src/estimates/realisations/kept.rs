@@ -69,12 +69,6 @@ impl KeptOfSites {
         })
     }
 
-    /// How many of `all` segments each site has.
-    pub fn counts(&self, all: usize) -> [f64; TOGETHER] {
-        let count = |lane| self.0.get(lane).map_or(all, KeptSegments::count);
-        std::array::from_fn(|lane| count(lane) as f64)
-    }
-
     /// Adds their pairs to those of the sites.
     pub fn add_to(&self, sites: &mut Vec<SegmentPairs>, distances: usize) {
         sites.resize_with(self.0.len(), SegmentPairs::default);
@@ -84,9 +78,10 @@ impl KeptOfSites {
 }
 
 /// Pairs of kept segments of several records.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct SegmentPairs {
-    pairs: Vec<f64>,
+    /// How many of them are each distance apart, from 0.
+    pub pairs: Vec<f64>,
     /// Records of which a segment is kept.
     pub records: usize,
 }
@@ -102,10 +97,6 @@ impl SegmentPairs {
     /// Kept segments of all records.
     pub fn segments(&self) -> f64 {
         self.pairs.first().copied().unwrap_or_default()
-    }
-
-    pub fn by_distance(&self) -> &[f64] {
-        &self.pairs
     }
 }
 

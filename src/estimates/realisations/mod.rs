@@ -18,7 +18,7 @@ mod sums;
 /// stated.
 pub const SIGNIFICANCE: f64 = 0.05;
 
-pub(crate) use adaptive::{Average, LeftOut, Weights, WithoutOne};
+pub(crate) use adaptive::{Average, Weights, WithoutOne};
 pub use averaging::{Averaging, Tapers};
 pub(crate) use averaging::{Realisations, SegmentScratch, check_count};
 pub use ensemble::Independence;
@@ -26,16 +26,17 @@ pub(crate) use ensemble::{LEAST_STEADINESS, steadiness, steadiness_of_sites, ste
 pub use grid::Grid;
 pub(crate) use interval::{FactorTable, phase_spread};
 pub use interval::{SpectrumInterval, interval_factors};
+pub(crate) use kept::KeptOfSites;
 pub use kept::SegmentsLeft;
-pub(crate) use kept::{KeptOfSites, SegmentPairs};
 pub use part::Part;
 pub(crate) use part::Portion;
-pub(crate) use records::Records;
+pub(crate) use records::{Records, interleave};
 pub(crate) use sheet::{
     REALISATIONS, TRANSIENT, degrees_as_numbers, interval_in_words, least_median_most,
     spectrum_chart, without_mean,
 };
 pub(crate) use shots::{
-    FILLED, Shot, Shots, TOGETHER, check_significance, check_squares, first_of, refuse_left_out,
+    FILLED, Shot, Shots, TOGETHER, a_site, check_significance, check_squares, first_of,
+    refuse_left_out,
 };
 pub(crate) use sums::{Sums, SumsShape};

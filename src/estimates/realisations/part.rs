@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use super::averaging::Realisations;
+use super::averaging::{Realisations, SegmentScratch};
 use super::ensemble::PARTS;
 use super::records::Records;
 use super::shots::{Shot, TOGETHER};
@@ -29,13 +29,9 @@ impl Part {
     /// # Errors
     /// [`Error::Request`] unless `1 <= number <= of`.
     pub fn new(number: usize, of: usize) -> Result<Part> {
-        match (1..=of).contains(&number) {
-            true => Ok(Part { number, of }),
-            false => {
-                let expected = "a part and their number, as 3/64: from 1/64 to 64/64";
-                Err(Error::request("part", expected, format!("{number}/{of}")))
-            }
-        }
+        let (part, is_one) = (Part { number, of }, (1..=of).contains(&number));
+        let expected = "a part and their number, as 3/64: from 1/64 to 64/64";
+        Error::require(is_one, "part", expected, part).map(|()| part)
     }
 
     /// Its share of `realisations`, all parts alike but for one.
@@ -43,11 +39,8 @@ impl Part {
     /// # Errors
     /// [`Error::Request`] for more parts than realisations.
     pub(crate) fn range(self, realisations: usize) -> Result<Range<usize>> {
-        if self.of > realisations {
-            let expected =
-                format!("at most as many parts as segments of all records, {realisations}");
-            return Err(Error::request("part", expected, self));
-        }
+        let expected = format!("at most as many parts as segments of all records, {realisations}");
+        Error::require(self.of <= realisations, "part", expected, self)?;
         let end = |part: usize| (part as u128 * realisations as u128 / self.of as u128) as usize;
         Ok(end(self.number - 1)..end(self.number))
     }
@@ -69,23 +62,22 @@ impl Realisations {
     /// # Errors
     /// [`Error::Request`] for a block that is not in the record, or holds no segment.
     pub fn portion_of_block(&self, samples: Range<usize>) -> Result<Portion> {
-        let (record, Segments { length, hop, .. }) = (self.segments.record, self.segments);
-        let refuse = |expected: String| {
-            let last = samples.end.max(1) - 1;
-            let found = format!("samples {} to {last}", samples.start);
-            Err(Error::request("first", expected, found))
-        };
-        if samples.end > record {
-            return refuse(format!("a block of the {record} samples of a record"));
-        }
+        let Segments {
+            record,
+            length,
+            hop,
+        } = self.segments;
         let from = samples.start.div_ceil(hop);
-        let is_long = samples.len() >= length;
-        let end = is_long.then(|| ((samples.end - length) / hop + 1).min(self.segments.count()));
-        let end = end.unwrap_or(0);
-        if end <= from {
-            let holds = format!("{length} samples from a multiple of {hop} on");
-            return refuse(format!("a block that holds a segment: {holds}"));
-        }
+        let end = (samples.end + hop).saturating_sub(length) / hop;
+        let end = end.min(self.segments.count());
+        let expected = format!(
+            "a block of the {record} samples of a record that holds a segment: {length} samples from a multiple of {hop} \
+             on"
+        );
+        let last = samples.end.max(1) - 1;
+        let found = format!("samples {} to {last}", samples.start);
+        let is_one = samples.end <= record && from < end;
+        Error::require(is_one, "first", expected, found)?;
         Ok(self.portion(0, from..end, samples.end))
     }
 
@@ -136,55 +128,57 @@ impl Realisations {
         (self.reached() / PARTS).max(1)
     }
 
-    /// Adds how steady the records of a portion of a shot are, of up to eight sites: where segments are left out, by the samples that
+    /// Adds how steady the records of a shot's portion are, of up to eight sites: where segments are left out, by the samples that
     /// are there.
     pub fn add_steadiness(
         &self,
-        (shot, portion): (&Shot<'_>, &Portion),
+        shot: &Shot<'_>,
         (sites, records): (impl Iterator<Item = usize> + Clone, Records<'_>),
-        scratch: &mut Vec<f64>,
+        scratch: &mut SegmentScratch,
         sums: &mut Sums,
     ) {
-        if shot.leaves_out {
+        if shot.leaves_out() {
             sums.add_record(shot.steadiness(sites, records, self.about_mean()));
             return;
         }
-        let mark = shot.mark(sites);
+        let (portion, mark) = (&shot.portion, shot.mark(sites));
         for segment in portion.segments.clone() {
-            let of = (portion, segment, records, shot.scale);
-            self.add_pieces(of, mark, scratch, sums);
+            let start = segment * self.segments.hop - portion.samples.start;
+            self.add_pieces(shot, (segment, start), records, (mark, scratch), sums);
         }
         sums.close(self.reached(), self.about_mean());
     }
 
-    /// Adds the samples of up to eight `records`, those of a portion, times `scale`, from the start of a segment
-    /// to that of the next. A `mark` of NaN makes their steadiness NaN.
+    /// Adds the samples of up to eight `records` from the start of a segment, in row `start`, to that of the next. A `mark`
+    /// of NaN makes their steadiness NaN.
     pub fn add_pieces(
         &self,
-        (portion, segment, records, scale): (&Portion, usize, Records<'_>, f64),
-        mark: [f64; TOGETHER],
-        scratch: &mut Vec<f64>,
+        shot: &Shot<'_>,
+        (segment, start): (usize, usize),
+        records: Records<'_>,
+        (mark, scratch): ([f64; TOGETHER], &mut SegmentScratch),
         sums: &mut Sums,
     ) {
         let (length, last) = (self.piece_length(), self.pieces() - 1);
-        let mut from = segment * self.segments.hop;
+        let first = segment * self.segments.hop;
         let end = match segment + 1 == self.segments.count() {
             true => self.reached(),
-            false => from + self.segments.hop,
+            false => first + self.segments.hop,
         };
-        while from < end {
-            let piece = (from / length).min(last);
+        let piece_of = |sample: usize| (sample / length).min(last);
+        for piece in piece_of(first)..=piece_of(end - 1) {
+            let from = first.max(piece * length);
             let to = match piece == last {
                 true => end,
                 false => end.min((piece + 1) * length),
             };
-            let samples = from - portion.samples.start..to - portion.samples.start;
-            let count = samples.len() as f64;
-            let [means, squares] = records.mean_and_squares(samples, scratch);
-            let means = means.map(|mean| mean * scale);
-            let squares = std::array::from_fn(|lane| squares[lane] * (scale * scale) + mark[lane]);
-            sums.add_piece((portion.record, piece), count, means, squares);
-            from = to;
+            let rows = start + from - first..start + to - first;
+            let count = rows.len() as f64;
+            let [means, squares] = records.mean_and_squares(rows, &mut scratch.numbers);
+            let squared = shot.scale * shot.scale;
+            let means = means.map(|mean| mean * shot.scale);
+            let squares = std::array::from_fn(|lane| squares[lane] * squared + mark[lane]);
+            sums.add_piece((shot.portion.record, piece), count, means, squares);
         }
     }
 }

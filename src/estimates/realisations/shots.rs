@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::averaging::Realisations;
+use super::averaging::{Realisations, no_segment_left};
 use super::ensemble::steadiness_without;
 use super::kept::{KeptOfSites, KeptSegments};
 use super::part::Portion;
-use super::records::Records;
+use super::records::{Records, interleave};
 use crate::arrays::Precision;
 use crate::error::{Error, Result};
 use crate::field::Field;
@@ -52,25 +52,19 @@ const AMPLITUDES: std::ops::Range<f64> = 1e-150..1e150;
 /// # Errors
 /// [`Error::Request`] for amplitudes whose squares leave the range of numbers: densities are stated in the field's own unit.
 pub(crate) fn check_squares(amplitude: f64) -> Result<()> {
-    match AMPLITUDES.contains(&amplitude) {
-        true => Ok(()),
-        false => {
-            let expected =
-                "amplitudes from 1e-150 to 1e150, whose squares are numbers: another unit";
-            let found = format!("amplitudes near {amplitude:.0e}");
-            Err(Error::request("field", expected, found))
-        }
-    }
+    let expected = "amplitudes from 1e-150 to 1e150, whose squares are numbers: another unit";
+    let found = format!("amplitudes near {amplitude:.0e}");
+    Error::require(AMPLITUDES.contains(&amplitude), "field", expected, found)
 }
 
 /// One of the [`Shots`], open for reading.
 pub(crate) struct Shot<'s> {
+    /// What is read of it.
+    pub portion: Portion,
     prepared: Prepared<'s>,
     block: Option<usize>,
+    gaps: Gaps,
     pub observer: &'s dyn Observer,
-    /// Whether segments with missing samples are left out, or samples interpolated.
-    pub leaves_out: bool,
-    fills: bool,
     /// What samples as they are read are multiplied by to be in the unit of the first shot.
     pub scale: f64,
 }
@@ -149,7 +143,7 @@ impl<'a> Shots<'a> {
     pub fn each(
         &self,
         block: Option<usize>,
-        mut visit: impl FnMut(&Shot<'_>) -> Result<()>,
+        visit: impl FnMut(&Shot<'_>) -> Result<()>,
     ) -> Result<f64> {
         let whole = |record| Portion {
             record,
@@ -158,7 +152,7 @@ impl<'a> Shots<'a> {
             is_whole: true,
         };
         let whole: Vec<Portion> = (0..self.count()).map(whole).collect();
-        self.each_portion(block, &whole, |shot, _| visit(shot))
+        self.each_portion(block, &whole, visit)
     }
 
     /// Visits portions of the shots in their order, whose samples alone are read.
@@ -169,24 +163,21 @@ impl<'a> Shots<'a> {
         &self,
         block: Option<usize>,
         portions: &[Portion],
-        mut visit: impl FnMut(&Shot<'_>, &Portion) -> Result<()>,
+        mut visit: impl FnMut(&Shot<'_>) -> Result<()>,
     ) -> Result<f64> {
-        let known = portions.iter();
-        let known = known.filter_map(|one| Some((*self.fields.get(one.record)?, one)));
-        let records: Vec<(&Field, &Portion)> = known.collect();
         let mut unit = None;
-        for (field, portion) in &records {
-            let prepared = self.prepared(field, portion.samples.clone(), block)?;
+        for portion in portions {
+            let prepared = self.prepared(portion.record, portion.samples.clone(), block)?;
             let shot = Shot {
-                scale: self.scale(&prepared, &records, &mut unit)?,
-                leaves_out: self.gaps == Gaps::LeaveOut,
-                fills: self.gaps == Gaps::Interpolate,
+                scale: self.scale(&prepared, portions, &mut unit)?,
+                portion: portion.clone(),
                 prepared,
                 block,
+                gaps: self.gaps,
                 observer: self.observer,
             };
-            self.check_cuts(field, portion, &shot)?;
-            visit(&shot, portion)?;
+            self.check_cuts(&shot)?;
+            visit(&shot)?;
         }
         Ok(unit.unwrap_or(1.0))
     }
@@ -199,23 +190,23 @@ impl<'a> Shots<'a> {
     fn scale(
         &self,
         prepared: &Prepared<'_>,
-        records: &[(&Field, &Portion)],
+        portions: &[Portion],
         unit: &mut Option<f64>,
     ) -> Result<f64> {
-        let is_known = records.len() == 1 || (prepared.unit() >= 1.0 && !prepared.is_silent());
+        let is_known = portions.len() == 1 || (prepared.unit() >= 1.0 && !prepared.is_silent());
         let common = match *unit {
             Some(unit) => unit,
             // Of amplitudes that are neither tiny nor 0 there is no other unit but of larger ones.
             None if is_known => prepared.unit(),
             None => {
-                let mut largest = None::<f64>;
-                for (field, portion) in records {
-                    let other = self.prepared(field, portion.samples.clone(), None)?;
+                let mut largest = 0.0;
+                for portion in portions {
+                    let other = self.prepared(portion.record, portion.samples.clone(), None)?;
                     if !other.is_silent() {
-                        largest = Some(largest.map_or(other.unit(), |unit| unit.max(other.unit())));
+                        largest = other.unit().max(largest);
                     }
                 }
-                largest.unwrap_or(1.0)
+                if largest > 0.0 { largest } else { 1.0 }
             }
         };
         *unit = Some(common);
@@ -223,34 +214,30 @@ impl<'a> Shots<'a> {
             return Ok(1.0);
         }
         let scale = prepared.unit() / common;
-        if scale > MOST_SCALE {
-            let expected =
-                "records whose amplitudes differ by less than 2^230, or the largest first";
-            let found = format!("amplitudes near {:.1e} and {common:.1e}", prepared.unit());
-            return Err(Error::request("field", expected, found));
-        }
+        let expected = "records whose amplitudes differ by less than 2^230, or the largest first";
+        let found = format!("amplitudes near {:.1e} and {common:.1e}", prepared.unit());
+        Error::require(scale <= MOST_SCALE, "field", expected, found)?;
         Ok(scale)
     }
 
     /// That no gap at the ends of a portion was filled from one side alone.
-    fn check_cuts(&self, field: &Field, portion: &Portion, shot: &Shot<'_>) -> Result<()> {
-        if self.gaps != Gaps::Interpolate {
-            return Ok(());
-        }
-        let Range { start, end } = portion.samples;
-        let (first, last) = (
+    fn check_cuts(&self, shot: &Shot<'_>) -> Result<()> {
+        let Range { start, end } = shot.portion.samples;
+        let ends = [
             (start > 0).then_some(start),
             (end < self.record).then(|| end - 1),
-        );
-        for time in first.into_iter().chain(last) {
-            if let Some(site) = shot.prepared.gap_at(time - start) {
+        ];
+        let gap = |time: usize| Some((time, shot.prepared.gap_at(time - start)?));
+        match ends.into_iter().flatten().find_map(gap) {
+            Some((time, site)) if self.gaps == Gaps::Interpolate => {
                 let expected = "finite samples where this part ends, since it reads no others: other parts, or \
                                 gaps that are masked";
-                let found = format!("none at time row {time}, site {site} of {}", field.name);
-                return Err(Error::request("gaps", expected, found));
+                let name = &self.fields[shot.portion.record].name;
+                let found = format!("none at time row {time}, site {site} of {name}");
+                Err(Error::request("gaps", expected, found))
             }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// Of all segments those in which no sample of the sites is missing in any shot, `lag` samples later at each of them;
@@ -258,30 +245,33 @@ impl<'a> Shots<'a> {
     ///
     /// # Errors
     /// [`Error::Request`] where none is left; [`Error::Cancelled`]; [`Error::Memory`].
-    pub fn keeping(&self, all: Realisations, sites: &[(usize, usize)]) -> Result<Realisations> {
+    pub fn keeping(&self, mut all: Realisations, sites: &[(usize, usize)]) -> Result<Realisations> {
+        let segments = all.segments;
         if self.gaps != Gaps::LeaveOut {
             return Ok(all);
         }
-        let segments = all.segments;
-        let mut kept = KeptSegments::without(segments, []);
-        for field in self.fields {
-            let prepared = self.prepared(field, self.held.clone(), None)?;
+        for record in 0..self.count() {
+            let prepared = self.prepared(record, self.held.clone(), None)?;
             for (site, lag) in sites {
                 let missing = prepared.masked(*site).iter();
                 let missing = missing.filter_map(|gap| gap.time.checked_sub(*lag));
-                kept = kept.and(&KeptSegments::without(segments, missing));
+                all.kept = all.kept.and(&KeptSegments::without(segments, missing));
             }
         }
-        all.keeping(kept)
+        match all.kept.count() {
+            0 => Err(no_segment_left(segments.length)),
+            _ => Ok(all),
+        }
     }
 
     /// These samples of a record, which are `times` behind its beginning.
-    fn prepared<'f>(
+    fn prepared(
         &self,
-        field: &'f Field,
+        record: usize,
         times: Range<usize>,
         block: Option<usize>,
-    ) -> Result<Prepared<'f>> {
+    ) -> Result<Prepared<'a>> {
+        let field: &'a Field = self.fields[record];
         let preparation = Preparation {
             gaps: self.gaps,
             masks_by_mean: true,
@@ -309,10 +299,15 @@ impl<'a> Shots<'a> {
 }
 
 impl Shot<'_> {
+    /// Whether segments with missing samples are left out.
+    pub fn leaves_out(&self) -> bool {
+        self.gaps == Gaps::LeaveOut
+    }
+
     /// Times of a site's missing samples, where segments that hold them are left out.
     pub fn missing(&self, site: usize) -> Vec<usize> {
         let missing = self.prepared.masked(site).iter();
-        let missing = missing.filter(|_| self.leaves_out);
+        let missing = missing.filter(|_| self.leaves_out());
         missing.map(|gap| gap.time).collect()
     }
 
@@ -338,7 +333,7 @@ impl Shot<'_> {
         let mut marks = [0.0; TOGETHER];
         let most = (FILLED * self.prepared.n_times() as f64) as usize;
         for (mark, site) in marks.iter_mut().zip(sites) {
-            if !self.leaves_out && self.prepared.gaps_of(site).len() > most {
+            if !self.leaves_out() && self.prepared.gaps_of(site).len() > most {
                 *mark = f64::NAN;
             }
         }
@@ -350,20 +345,20 @@ impl Shot<'_> {
     /// of interpolated ones, gaps of their mean length are made at all others.
     pub fn left_by_filling(&self, site: usize, record: impl FnOnce() -> Vec<f64>) -> f64 {
         let gaps = self.prepared.gaps_of(site);
-        if self.leaves_out || gaps.is_empty() {
+        if self.leaves_out() || gaps.is_empty() {
             return 0.0;
         }
         let record = record();
         let runs = gaps.chunk_by(|a, b| a.time + 1 == b.time).count();
         let reach = (gaps.len() / runs).div_ceil(2).max(1);
         let mean = record.iter().sum::<f64>() / record.len() as f64;
-        let squares: f64 = match self.fills {
-            false => record.iter().map(|v| (v - mean).powi(2)).sum(),
-            true => {
+        let squares: f64 = match self.gaps {
+            Gaps::Interpolate => {
                 let around = record.windows(2 * reach + 1);
                 let apart = around.map(|v| v[reach] - 0.5 * (v[0] + v[2 * reach]));
                 apart.map(|e| e * e).sum()
             }
+            _ => record.iter().map(|v| (v - mean).powi(2)).sum(),
         };
         let share = gaps.len() as f64 / record.len() as f64;
         share * squares / record.len() as f64
@@ -371,7 +366,7 @@ impl Shot<'_> {
 
     /// The segments of the records of a few sites without missing samples.
     pub fn kept(&self, sites: Range<usize>, segments: Segments) -> KeptOfSites {
-        let sites = sites.filter(|_| self.leaves_out);
+        let sites = sites.filter(|_| self.leaves_out());
         let kept = sites.map(|site| KeptSegments::without(segments, self.missing(site)));
         KeptOfSites(kept.collect())
     }
@@ -383,9 +378,16 @@ impl Shot<'_> {
         record
     }
 
-    /// Part of the records of a few sites, one after another.
-    pub fn piece(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
-        self.prepared.piece(times, sites, out);
+    /// Part of the records of neighbouring sites, interleaved.
+    pub fn piece(
+        &self,
+        times: Range<usize>,
+        sites: Range<usize>,
+        (room, rows): (&mut Vec<f64>, &mut Vec<f64>),
+    ) {
+        room.resize(times.len() * sites.len(), 0.0);
+        self.prepared.piece(times.clone(), sites, room);
+        interleave(room, times.len(), rows);
     }
 
     /// Samples at these times are not read again soon.
@@ -435,27 +437,20 @@ impl Shot<'_> {
 /// # Errors
 /// [`Error::Request`] where segments with missing samples would be left out, of an estimate `what` that cannot.
 pub(crate) fn refuse_left_out(gaps: Gaps, what: &str) -> Result<()> {
-    match gaps {
-        Gaps::LeaveOut => {
-            let expected =
-                format!("refuse, interpolate or mask: {what} needs samples without gaps");
-            Err(Error::request("gaps", expected, "leave-out"))
-        }
-        _ => Ok(()),
-    }
+    let expected = format!("refuse, interpolate or mask: {what} needs samples without gaps");
+    Error::require(gaps != Gaps::LeaveOut, "gaps", expected, "leave-out")
 }
 
 /// # Errors
 /// [`Error::Request`] for a significance that is no probability.
 pub(crate) fn check_significance(alpha: f64) -> Result<()> {
-    match alpha > 0.0 && alpha < 1.0 {
-        true => Ok(()),
-        false => Err(Error::request(
-            "significance",
-            "a probability between 0 and 1",
-            alpha,
-        )),
-    }
+    let expected = "a probability between 0 and 1";
+    Error::require(alpha > 0.0 && alpha < 1.0, "significance", expected, alpha)
+}
+
+/// What is expected of the index of a site.
+pub(crate) fn a_site(n_sites: usize) -> String {
+    format!("a site from 0 to {}", n_sites.saturating_sub(1))
 }
 
 /// The first of the fields, whose axes all have.

@@ -1,6 +1,7 @@
 //! Sums over realisations, added in the order of their index: the same bits for any threads and any blocks of sites.
 
-use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
+use super::kept::SegmentPairs;
+use crate::numeric::lanes::{LaneBlock, WIDTH};
 
 /// Samples, mean, and sum of the squares of the deviations of a piece of eight records.
 type Piece = [LaneBlock; 3];
@@ -25,9 +26,11 @@ impl SumsShape {
 }
 
 /// Sums of a tile of sites, and how the energy of its sites is spread over their records.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Sums {
-    plain: Vec<LaneBlock>,
+    pub plain: Vec<LaneBlock>,
+    /// Of each site, where segments with missing samples are left out; else empty. Parts have all segments.
+    pub left: Vec<SegmentPairs>,
     /// Sums over whole records: of the steadiness of each lane, and of the least steady lane, in the first.
     steadiness: [LaneBlock; 2],
     /// Pieces of the records that are not whole, by their number.
@@ -40,6 +43,7 @@ impl Sums {
     pub fn zeros(shape: SumsShape) -> Sums {
         Sums {
             plain: vec![LaneBlock::default(); shape.plain],
+            left: Vec::new(),
             steadiness: Default::default(),
             begun: Vec::new(),
             pieces: shape.pieces,
@@ -52,18 +56,6 @@ impl Sums {
             steadiness: [LaneBlock([1.0; WIDTH]); 2],
             ..Sums::zeros(shape)
         }
-    }
-
-    pub fn plain(&self) -> &[LaneBlock] {
-        &self.plain
-    }
-
-    pub fn plain_mut(&mut self) -> &mut [LaneBlock] {
-        &mut self.plain
-    }
-
-    pub fn into_plain(self) -> Vec<LaneBlock> {
-        self.plain
     }
 
     /// Sums of the steadiness of whole records, of each lane; 1 for records of zeros.
@@ -123,16 +115,13 @@ impl Sums {
         least_of.0[0] += of_lanes.iter().fold(1.0, least);
     }
 
-    /// Adds sums over whole records.
-    pub fn add(&mut self, later: &Sums) {
-        let add = |sums: &mut [LaneBlock], values: &[LaneBlock]| widest(AddBlocks { sums, values });
-        add(&mut self.plain, &later.plain);
-        add(&mut self.steadiness, &later.steadiness);
-    }
-
     /// Adds the sums over realisations that follow, of records of so many samples.
     pub fn merge(&mut self, later: Sums, samples: usize, about_mean: bool) {
-        self.add(&later);
+        let sums = self.plain.iter_mut().chain(&mut self.steadiness);
+        let added = later.plain.iter().chain(&later.steadiness);
+        let lanes = sums.flat_map(|sum| &mut sum.0);
+        let added = added.flat_map(|value| &value.0);
+        lanes.zip(added).for_each(|(sum, value)| *sum += value);
         for (record, pieces) in later.begun {
             let own = self.pieces_of(record);
             own.iter_mut().zip(&pieces).for_each(|(a, b)| join(a, b));
@@ -187,30 +176,10 @@ impl Sums {
     }
 }
 
-/// Adds numbers to others.
-struct AddBlocks<'a> {
-    sums: &'a mut [LaneBlock],
-    values: &'a [LaneBlock],
-}
-
-impl SimdKernel for AddBlocks<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for (sum, value) in self.sums.iter_mut().zip(self.values) {
-            (L::load(sum) + L::load(value)).store(sum);
-        }
-    }
-}
-
 /// Mean and squares of joined pieces, by the parallel-axis theorem.
 fn join(piece: &mut Piece, later: &Piece) {
     let (here, there) = (piece[0].0[0], later[0].0[0]);
-    if here == 0.0 || there == 0.0 {
-        if here == 0.0 {
-            *piece = *later;
-        }
+    if there == 0.0 {
         return;
     }
     let all = here + there;
@@ -235,52 +204,4 @@ fn steadiness(pieces: &[Piece], lane: usize, about_mean: bool) -> f64 {
     let equal = &pieces[..pieces.len().saturating_sub(1)];
     let energy = |piece| of(piece, 2) + of(piece, 0) * (of(piece, 1) - mean).powi(2);
     super::ensemble::evenness(&equal.iter().map(energy).collect::<Vec<f64>>())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SHAPE: SumsShape = SumsShape {
-        plain: 2,
-        pieces: 3,
-    };
-
-    fn leaf(record: usize, piece: usize) -> Sums {
-        let mut sums = Sums::zeros(SHAPE);
-        let value = 0.1 + ((10 * record + piece) as f64 * 0.7).sin();
-        sums.plain_mut()[0] = LaneBlock([value; WIDTH]);
-        sums.add_piece((record, piece), 3.0, [value; WIDTH], [value * value; WIDTH]);
-        sums
-    }
-
-    /// Two records of three pieces, cut anywhere, through numbers and back.
-    #[test]
-    fn regress_cuts_move_only_the_last_digits() {
-        let leaves: Vec<Sums> = (0..6).map(|i| leaf(i / 3, i % 3)).collect();
-        let merged = |leaves: &[Sums]| {
-            let mut all = Sums::zeros(SHAPE);
-            leaves
-                .iter()
-                .for_each(|one| all.merge(one.clone(), 9, true));
-            all
-        };
-        let whole = merged(&leaves);
-        assert!(whole.begun.is_empty() && whole.steadiness()[0] > 0.5);
-        for cut in 1..6 {
-            let mut joined = Sums::zeros(SHAPE);
-            for part in [&leaves[..cut], &leaves[cut..]] {
-                let mut part = merged(part);
-                let begun: Vec<usize> = part.begun.iter().map(|(record, _)| *record).collect();
-                let mut numbers = Vec::new();
-                part.write(&begun, &mut numbers);
-                assert_eq!(numbers.len(), SHAPE.numbers(begun.len()));
-                joined.merge(Sums::read(SHAPE, &begun, &numbers), 9, true);
-            }
-            assert!(joined.begun.is_empty());
-            let apart = |a: f64, b: f64| (a / b - 1.0).abs();
-            assert!(apart(joined.plain()[0].0[3], whole.plain()[0].0[3]) < 1e-15);
-            assert!(apart(joined.steadiness()[3], whole.steadiness()[3]) < 1e-14);
-        }
-    }
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Work, add_powers, mean_spectrum};
 use crate::error::Result;
-use crate::estimates::realisations::{Records, SegmentScratch};
+use crate::estimates::realisations::{Records, SegmentScratch, interleave};
 use crate::field::Field;
 use crate::numeric::least_squares::LineFit;
 use crate::system::check_memory;
@@ -88,7 +88,8 @@ impl Work<'_> {
                     let steps = row.windows(2).map(|pair| (pair[1] - pair[0]).abs());
                     inverse += step / steps.fold(0.0, f64::max);
                 }
-                let whole = Records::one_after_another(&whole, n_sites);
+                interleave(&whole, n_sites, rows);
+                let whole = Records::interleaved(rows, width);
                 self.realisations.each(whole, segments, |_, spectra| {
                     add_powers(&mut spectrum, spectra, width);
                 });

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, FactorTable, Grid, Independence, LEAST_STEADINESS, Realisations, Shots, Tapers,
-    check_significance, check_squares, first_of, least_median_most, refuse_left_out, steadiness,
+    check_significance, check_squares, first_of, least_median_most, refuse_left_out,
 };
 use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
@@ -219,10 +219,8 @@ impl SpaceTimeRequest {
     fn plan(&self, grid: &Grid) -> Result<Realisations> {
         check_significance(self.alpha)?;
         refuse_left_out(self.gaps, "a space-time spectrum")?;
-        if grid.sites < 4 {
-            let expected = "at least 4 sites for spectra along both axes";
-            return Err(Error::request("along", expected, grid.sites));
-        }
+        let expected = "at least 4 sites for spectra along both axes";
+        Error::require(grid.sites >= 4, "along", expected, grid.sites)?;
         self.averaging.planned(self.is_whole, grid.times)
     }
 
@@ -274,15 +272,15 @@ impl SpaceTimeRequest {
                 bound: PARSEVAL,
             });
         }
-        let evenness = steadiness(&totals.site_amplitudes());
+        let evenness = crate::estimates::realisations::steadiness(&totals.site_amplitudes());
         let of_space = match evenness >= LEAST_STEADINESS {
             true => pass.space.effective(),
             false => 1.0,
         };
         let counts = [records, time.segments.count(), tapers[0] * tapers[1]];
         let effective = time.effective() * of_space;
-        let independence = Independence::new(counts, effective, totals.steadiness(records))
-            .of_samples(time.segments.record);
+        let (steadiness, samples) = (totals.steadiness(records), time.segments.record);
+        let independence = Independence::new(counts, effective, steadiness, samples);
         // Realisations that count, if they have the same weight; by the shares of the weights otherwise.
         let (most, is_by_weights) = match (independence.is_transient(), records) {
             (true, 0..2) => (f64::NAN, false),

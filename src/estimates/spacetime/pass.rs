@@ -8,10 +8,10 @@ use super::SpaceTimeRequest;
 use super::totals::Totals;
 use crate::error::Result;
 use crate::estimates::realisations::{
-    Averaging, Grid, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape,
-    TOGETHER,
+    Averaging, Grid, Realisations, Records, SegmentScratch, Shot, Shots, Sums, SumsShape, TOGETHER,
 };
-use crate::numeric::lanes::WIDTH;
+use crate::numeric::lanes::{LaneBlock, WIDTH};
+use crate::numeric::{interleaved_sums_of_squares, pieces};
 use crate::prepare::Detrend;
 use crate::system::check_memory;
 use crate::transform::{ComplexScratch, ComplexTransform};
@@ -34,10 +34,10 @@ pub(super) struct Pass<'a> {
     pub squares: [Vec<f64>; 2],
 }
 
-/// A tile of sites in a segment: its samples less their trend, and their transforms under one taper.
+/// A tile of sites in a segment: its interleaved samples less their trend, and their transforms under one taper.
 #[derive(Default)]
 struct Tile {
-    samples: Vec<f64>,
+    rows: Vec<f64>,
     spectra: Vec<Complex<f64>>,
 }
 
@@ -47,6 +47,8 @@ struct Scratch {
     space: ComplexScratch<f64>,
     profiles: Vec<Complex<f64>>,
     segments: SegmentScratch,
+    samples: Vec<f64>,
+    rows: Vec<f64>,
     numbers: Vec<f64>,
 }
 
@@ -69,7 +71,7 @@ impl<'a> Pass<'a> {
         })?;
         let plan = |taper: &Vec<f64>| ComplexTransform::new(taper, grid.sites);
         Ok(Pass {
-            transforms: space.taper_samples().iter().map(plan).collect(),
+            transforms: space.tapers.iter().map(plan).collect(),
             squares: [mean_squares(realisations), mean_squares(&space)],
             pairs: request.pairs(),
             realisations,
@@ -79,130 +81,96 @@ impl<'a> Pass<'a> {
     }
 
     /// The sums over so many records, and the unit of the samples.
+    ///
+    /// # Errors
+    /// [`crate::Error::Memory`]; those of [`Shots::each_portion`].
     pub fn sum(&self, shots: &Shots<'_>, records: usize) -> Result<(f64, Totals)> {
-        let time = self.realisations;
-        let bins = time.bins();
-        let band = self.rows_at_once(shots.memory)?;
-        let portions = time.whole_records(records);
+        let (time, blocks) = (self.realisations, self.grid.sites.div_ceil(WIDTH));
+        let what = "the space-time spectrum of this field";
+        check_memory(what, self.needed(), Some(shots.memory))?;
         // Where the field is larger than memory, pages are released behind the reader.
         let bytes = 8 * (time.segments.record * self.grid.sites) as u64;
         let block = (bytes > shots.memory / 4).then_some(TOGETHER);
-        let mut sums = Vec::new();
-        let (plain, pieces) = (OF_SITES, time.pieces());
-        let of_sites = Sums::zeros(SumsShape { plain, pieces });
-        let mut sites = vec![of_sites; self.grid.tiles()];
-        let mut unit = 1.0;
-        for first in (0..bins).step_by(band) {
-            let rows = first..bins.min(first + band);
-            let zeros = |row: usize| {
-                let rows = rows.end.min(row + ROWS) - row;
-                let plain = rows * self.grid.sites.div_ceil(WIDTH) * self.pairs;
-                Sums::zeros(SumsShape { plain, pieces: 0 })
-            };
-            let mut groups: Vec<Sums> = rows.clone().step_by(ROWS).map(zeros).collect();
-            let mut tiles = Vec::new();
-            tiles.resize_with(sites.len(), Tile::default);
-            unit = shots.each_portion(block, &portions, |shot, portion| {
-                let work = portion.segments.len() as u64;
-                shot.observer.stage("segments of all sites", work);
-                for segment in portion.segments.clone() {
-                    shot.observer.go_on()?;
-                    let start = segment * time.segments.hop;
-                    let one = Portion {
-                        record: portion.record,
-                        segments: segment..segment + 1,
-                        samples: start..start + time.segments.length,
-                        is_whole: false,
-                    };
-                    let known = (first == 0).then_some(&mut sites[..]);
-                    self.read(shot, portion, &one, &mut tiles, known);
-                    for taper in 0..time.tapers() {
-                        self.along_time(taper, &mut tiles);
-                        let add = (shot.scale * shot.scale, taper);
-                        self.along_space(add, &rows, &tiles, &mut groups);
-                    }
-                    let done = start - portion.samples.start;
-                    shot.release(done..done + time.segments.hop);
-                    shot.observer.advance(1);
+        let rows = pieces(time.bins(), ROWS).map(|rows| rows.len());
+        let zeros = |rows| vec![LaneBlock::default(); rows * blocks * self.pairs];
+        let mut groups: Vec<Vec<LaneBlock>> = rows.map(zeros).collect();
+        let of_sites = SumsShape {
+            plain: OF_SITES,
+            pieces: time.pieces(),
+        };
+        let mut sites = vec![Sums::zeros(of_sites); self.grid.tiles()];
+        let mut tiles = Vec::new();
+        tiles.resize_with(sites.len(), Tile::default);
+        let unit = shots.each_portion(block, &time.whole_records(records), |shot| {
+            let segments = 0..time.segments.count();
+            let stage = "segments of all sites";
+            shot.observer.stage(stage, segments.len() as u64);
+            for segment in segments {
+                shot.observer.go_on()?;
+                self.read(shot, segment, &mut tiles, &mut sites);
+                for taper in 0..time.tapers() {
+                    self.along_time(taper, &mut tiles);
+                    let squared = shot.scale * shot.scale;
+                    self.along_space(squared, taper, &tiles, &mut groups);
                 }
-                for sums in &mut sites {
-                    sums.close(time.reached(), time.about_mean());
-                }
-                Ok(())
-            })?;
-            sums.extend(groups);
-        }
-        Ok((unit, self.totals(records, sums, sites)))
+                let done = segment * time.segments.hop;
+                shot.release(done..done + time.segments.hop);
+                shot.observer.advance(1);
+            }
+            for sums in &mut sites {
+                sums.close(time.reached(), time.about_mean());
+            }
+            Ok(())
+        })?;
+        Ok((unit, self.totals(records, groups, sites)))
     }
 
-    /// Rows of the result that are summed in one pass over the samples.
-    fn rows_at_once(&self, memory: u64) -> Result<usize> {
+    /// Bytes of a segment of all sites, of the sums and what is made of them, and of the scratch of all threads.
+    fn needed(&self) -> u64 {
         let time = self.realisations;
-        let (bins, length) = (time.bins(), time.segments.length);
+        let (bins, length) = (time.bins() as u64, time.segments.length as u64);
         let sites = self.grid.sites.next_multiple_of(TOGETHER) as u64;
-        let threads = rayon::current_num_threads() as u64;
-        // A complex row and its sums; then what does not depend on the rows.
-        let pairs = self.pairs as u64;
-        let row = sites * (16 + 8 * pairs);
         let scratch = ComplexTransform::<f64>::working_bytes(self.grid.sites, self.grid.sites)
             + 16 * ROWS as u64 * sites
             + time.working_bytes()
-            + 24 * (TOGETHER * length) as u64;
+            + 24 * TOGETHER as u64 * length;
+        let of_cell = 8 * self.pairs as u64 + 6 * 8;
         let pieces = 8 * (OF_SITES + 2 + 3 * time.pieces()) as u64;
-        let fixed = 8 * length as u64 * sites
-            + (8 * pairs + 6 * 8) * sites * bins as u64
-            + sites * pieces
-            + threads * scratch;
-        let needed = fixed + ROWS as u64 * row;
-        check_memory(
-            "the space-time spectrum of this field",
-            needed,
-            Some(memory),
-        )?;
-        let rows = ((memory - fixed) / row) as usize / ROWS * ROWS;
-        Ok(rows.clamp(ROWS, bins.next_multiple_of(ROWS)))
+        sites * (8 * length + of_cell * bins + pieces)
+            + rayon::current_num_threads() as u64 * scratch
     }
 
-    /// Reads a segment of all sites, removes its trends, and adds its energies to `sites`, if there are any.
-    fn read(
-        &self,
-        shot: &Shot<'_>,
-        portion: &Portion,
-        one: &Portion,
-        tiles: &mut [Tile],
-        sites: Option<&mut [Sums]>,
-    ) {
-        let (time, start, segment) = (self.realisations, portion.samples.start, one.segments.start);
-        let times = one.samples.start - start..one.samples.end - start;
-        let read =
-            |scratch: &mut Scratch,
-             (i, (tile, mut sums)): (usize, (&mut Tile, Option<&mut Sums>))| {
-                let from = i * TOGETHER;
-                let columns = from..self.grid.sites.min(from + TOGETHER);
-                tile.samples.resize(columns.len() * times.len(), 0.0);
-                let mark = shot.mark(columns.clone());
-                shot.piece(times.clone(), columns, &mut tile.samples);
-                if let Some(sums) = &mut sums {
-                    let records = Records::one_after_another(&tile.samples, times.len());
-                    let pieces = (one, segment, records, shot.scale);
-                    time.add_pieces(pieces, mark, &mut scratch.numbers, sums);
-                }
-                time.remove_trends(&mut tile.samples, &mut scratch.segments);
-                let Some([tapered, all]) = sums.map(Sums::plain_mut) else {
-                    return;
-                };
-                let squared = shot.scale * shot.scale;
-                for (lane, record) in tile.samples.chunks_exact(times.len()).enumerate() {
-                    let weighted = record.iter().zip(&self.squares[0]).map(|(v, w)| v * v * w);
-                    scratch.numbers.clear();
-                    scratch.numbers.extend(weighted);
-                    tapered.0[lane] += squared * crate::numeric::sum(&scratch.numbers);
-                    all.0[lane] += squared * crate::numeric::sum_of_squares(record);
-                }
-            };
-        let sites: Vec<Option<&mut Sums>> = match sites {
-            Some(sites) => sites.iter_mut().map(Some).collect(),
-            None => tiles.iter().map(|_| None).collect(),
+    /// Reads a segment of all sites, removes its trends, and adds its energies to `sites`.
+    fn read(&self, shot: &Shot<'_>, segment: usize, tiles: &mut [Tile], sites: &mut [Sums]) {
+        let (time, start) = (self.realisations, segment * self.realisations.segments.hop);
+        let times = start..start + time.segments.length;
+        let squared = shot.scale * shot.scale;
+        let read = |scratch: &mut Scratch, (i, (tile, sums)): (usize, (&mut Tile, &mut Sums))| {
+            let from = i * TOGETHER;
+            let columns = from..self.grid.sites.min(from + TOGETHER);
+            let (width, mark) = (columns.len(), shot.mark(columns.clone()));
+            let Scratch {
+                segments,
+                samples,
+                rows,
+                numbers,
+                ..
+            } = scratch;
+            shot.piece(times.clone(), columns, (samples, rows));
+            let records = Records::interleaved(rows, width);
+            time.add_pieces(shot, (segment, 0), records, (mark, segments), sums);
+            let moving = time.without_trends(rows, width, (samples, numbers));
+            tile.rows.clear();
+            tile.rows.extend_from_slice(moving);
+            numbers.clear();
+            let weighted = moving.chunks_exact(width).zip(&self.squares[0]);
+            numbers.extend(weighted.flat_map(|(row, w)| row.iter().map(|v| v * w.sqrt())));
+            let mut energies = Vec::with_capacity(width);
+            for (sums, rows) in sums.plain.iter_mut().zip([&numbers[..], moving]) {
+                interleaved_sums_of_squares(rows, width, &mut energies);
+                let sums = sums.0.iter_mut().zip(&energies);
+                sums.for_each(|(sum, energy)| *sum += squared * energy);
+            }
         };
         let tiles = tiles.par_iter_mut().zip(sites).enumerate();
         tiles.for_each_init(Scratch::default, read);
@@ -210,8 +178,10 @@ impl<'a> Pass<'a> {
 
     /// Transforms all sites under a taper along time.
     fn along_time(&self, taper: usize, tiles: &mut [Tile]) {
+        let length = self.realisations.segments.length;
         let transform = |scratch: &mut SegmentScratch, tile: &mut Tile| {
-            let found = self.realisations.under_taper(taper, &tile.samples, scratch);
+            let rows = (&tile.rows[..], tile.rows.len() / length);
+            let found = self.realisations.under_taper(taper, rows, scratch);
             tile.spectra.clear();
             tile.spectra.extend_from_slice(found);
         };
@@ -219,19 +189,19 @@ impl<'a> Pass<'a> {
         tiles.for_each_init(SegmentScratch::default, transform);
     }
 
-    /// Transforms these rows under all tapers along space, and adds their powers.
+    /// Transforms all rows under all tapers along space, and adds their powers, times `squared`.
     fn along_space(
         &self,
-        (squared, taper): (f64, usize),
-        rows: &std::ops::Range<usize>,
+        squared: f64,
+        taper: usize,
         tiles: &[Tile],
-        groups: &mut [Sums],
+        groups: &mut [Vec<LaneBlock>],
     ) {
         let sites = self.grid.sites;
         let blocks = sites.div_ceil(WIDTH);
-        let add = |scratch: &mut Scratch, (group, sums): (usize, &mut Sums)| {
-            let first = rows.start + group * ROWS;
-            let rows = first..rows.end.min(first + ROWS);
+        let add = |scratch: &mut Scratch, (group, sums): (usize, &mut Vec<LaneBlock>)| {
+            let first = group * ROWS;
+            let rows = first..self.realisations.bins().min(first + ROWS);
             scratch.profiles.clear();
             for row in rows.clone() {
                 for (i, tile) in tiles.iter().enumerate() {
@@ -246,7 +216,7 @@ impl<'a> Pass<'a> {
             };
             for (i, transform) in self.transforms.iter().enumerate() {
                 let powers = transform.powers(profiles, &mut scratch.space);
-                let sums = sums.plain_mut().chunks_exact_mut(blocks * self.pairs);
+                let sums = sums.chunks_exact_mut(blocks * self.pairs);
                 // Where the sums of this pair begin, if each has its own.
                 let pair = (taper * self.transforms.len() + i) % self.pairs;
                 for (powers, sums) in powers.chunks_exact(sites).zip(sums) {
@@ -266,7 +236,7 @@ impl<'a> Pass<'a> {
 
 /// The mean over the tapers of their squares.
 fn mean_squares(realisations: &Realisations) -> Vec<f64> {
-    let tapers = realisations.taper_samples();
+    let tapers = &realisations.tapers;
     let square = |n: usize| tapers.iter().map(|taper| taper[n] * taper[n]).sum::<f64>();
     let samples = 0..realisations.segments.length;
     samples.map(|n| square(n) / tapers.len() as f64).collect()

@@ -9,8 +9,7 @@ use crate::transform::fold;
 
 impl Pass<'_> {
     /// What the sums over all `records` are, of groups of rows and of tiles of sites.
-    pub fn totals(&self, records: usize, groups: Vec<Sums>, tiles: Vec<Sums>) -> Totals {
-        let groups: Vec<Vec<LaneBlock>> = groups.into_iter().map(Sums::into_plain).collect();
+    pub fn totals(&self, records: usize, groups: Vec<Vec<LaneBlock>>, tiles: Vec<Sums>) -> Totals {
         let pairs = self.realisations.tapers() * self.space.tapers();
         let count = (records * self.realisations.segments.count()) as f64;
         let weighted = (self.pairs > 1).then(|| self.weighted(&groups, count));
@@ -34,8 +33,20 @@ impl Pass<'_> {
         ];
         let products = time.iter().flat_map(|a| space.iter().map(move |b| a * b));
         let concentrations: Vec<f64> = products.map(|l| l.min(1.0 - f64::EPSILON)).collect();
-        let variance = self.variance(groups, &concentrations, count);
         let weights = Weights::new(&concentrations, true);
+        let (length, sites) = (self.realisations.segments.length, self.grid.sites);
+        let of_row = sites.div_ceil(WIDTH) * self.pairs;
+        let rows = groups.iter().flat_map(|group| group.chunks_exact(of_row));
+        let cells = rows.enumerate().flat_map(|(m, row)| {
+            let cells = row.chunks_exact(self.pairs);
+            cells.map(move |cell| (fold(m, length), cell))
+        });
+        // Mean square of the samples; 1 of still fields.
+        let energy: f64 = weights.energy(cells).iter().sum();
+        let variance = match energy > 0.0 {
+            true => energy / ((length * sites) as f64 * count),
+            false => 1.0,
+        };
         let of_group = |energies: &Vec<LaneBlock>| {
             let cells = energies.len() / self.pairs;
             let mut spectrum = vec![LaneBlock::default(); cells];
@@ -51,28 +62,6 @@ impl Pass<'_> {
             [spectrum, shape]
         };
         groups.par_iter().map(of_group).collect()
-    }
-
-    /// Mean square of the tapered samples, pairs of tapers weighted by the squares of their concentrations; 1
-    /// of still fields.
-    fn variance(&self, groups: &[Vec<LaneBlock>], concentrations: &[f64], count: f64) -> f64 {
-        let length = self.realisations.segments.length;
-        let of_row = self.grid.sites.div_ceil(WIDTH) * self.pairs;
-        let rows = groups.iter().flat_map(|group| group.chunks_exact(of_row));
-        let mut sum = 0.0;
-        for (m, row) in rows.enumerate() {
-            for cell in row.chunks_exact(self.pairs) {
-                for (energy, concentration) in cell.iter().zip(concentrations) {
-                    let weight = fold(m, length) * concentration * concentration;
-                    sum += weight * energy.0.iter().sum::<f64>();
-                }
-            }
-        }
-        let weights: f64 = concentrations.iter().map(|l| l * l).sum();
-        match sum > 0.0 {
-            true => sum / (weights * (length * self.grid.sites) as f64 * count),
-            false => 1.0,
-        }
     }
 }
 
@@ -123,7 +112,7 @@ impl Totals {
     }
 
     fn of_site(&self, what: usize) -> impl Iterator<Item = f64> + '_ {
-        let lane = move |j: usize| self.tiles[j / TOGETHER].plain()[what].0[j % TOGETHER];
+        let lane = move |j: usize| self.tiles[j / TOGETHER].plain[what].0[j % TOGETHER];
         (0..self.sites).map(lane)
     }
 

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use super::lines::{Line, OFFSETS, line_and_rest};
+use super::lines::{LINE_BLOCKS, Line, OFFSETS, line_and_rest};
 use super::noise::LeadIn;
 use super::pass::{Pass, TileSums};
 use super::{LeftOutEach, LineTest, SpectrumAxis, SpectrumEstimate};
@@ -47,7 +47,7 @@ impl Pass<'_> {
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
         check_squares(unit)?;
         let density = grid.time.step * unit * unit;
-        let has_none = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
+        let has_none = |j: usize| match tiles[j / TOGETHER].sums.left.get(j % TOGETHER) {
             Some(left) => left.records == 0,
             None => false,
         };
@@ -64,13 +64,13 @@ impl Pass<'_> {
         drop(powers);
         let records = self.records as f64;
         let segments = records * self.effective_segments;
-        let left = tiles.iter().flat_map(|tile| &tile.left);
+        let left = tiles.iter().flat_map(|tile| &tile.sums.left);
         let left = self.realisations.segments_left(self.records, left)?;
         // Of a site: records, segments of all of them, effective segments.
         let of_site = |j: usize| match &left {
             None => (self.records, self.count(), segments),
             Some(left) => {
-                let pairs = &tiles[j / TOGETHER].left[j % TOGETHER];
+                let pairs = &tiles[j / TOGETHER].sums.left[j % TOGETHER];
                 let effective = left.effective[j] / self.weights.tapers() as f64;
                 (pairs.records, pairs.segments(), effective)
             }
@@ -198,7 +198,8 @@ impl Pass<'_> {
         let effective = self.realisations.effective_beside_lines(None, &shared);
         let degrees = effective.map(|one| 2.0 * (one * self.records as f64));
         let sums = |m: usize, j: usize, offset: usize| {
-            let lines = tiles[j / TOGETHER].lines.as_chunks().0;
+            let sums = &tiles[j / TOGETHER].sums.plain;
+            let lines = sums[sums.len() - shape.0 * LINE_BLOCKS..].as_chunks().0;
             line_and_rest(&lines[m], offset, j % TOGETHER)
         };
         let f_at = |m: usize, j: usize, offset: usize| {
@@ -214,7 +215,7 @@ impl Pass<'_> {
         let cells = (inside.len() * tested * OFFSETS.len()).max(1) as f64;
         let level_of_all = fisher_level(alpha / cells, degrees);
         // Of a site from which segments are left out: its own degrees of freedom and level of all cells.
-        let of_site = |j: usize| match tiles[j / TOGETHER].left.get(j % TOGETHER) {
+        let of_site = |j: usize| match tiles[j / TOGETHER].sums.left.get(j % TOGETHER) {
             None => (degrees, level_of_all),
             Some(left) if left.records == 0 => (degrees, f64::INFINITY),
             left => {

@@ -19,7 +19,6 @@ use ndarray::Array2;
 
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
-use crate::estimates::parts::Divided;
 use crate::estimates::realisations::{
     Averaging, Grid, Independence, Realisations, SegmentsLeft, Shots, check_significance, first_of,
     least_median_most,
@@ -28,7 +27,7 @@ use crate::field::{Axis, Field, Quantity};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
-use pass::Pass;
+pub(super) use pass::Pass;
 
 /// Along which axis spectra are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -305,33 +304,20 @@ impl SpectrumRequest {
 
     /// The same in parts.
     pub(in crate::estimates) fn plan_in_parts(&self, grid: &Grid) -> Result<Realisations> {
-        let (option, expected, found) = match self {
-            _ if self.along == SpectrumAxis::Space => (
-                "along",
-                "spectra along time, in parts",
-                "snapshots, each with a result of its own",
-            ),
-            _ if self.has_jackknife => (
-                "part",
-                "parts without a jackknife, which compares the mean of all realisations with each",
-                "a jackknife",
-            ),
-            _ if self.subtract_noise => (
-                "subtract-noise",
-                "parts without noise subtracted, which is read off the beginning of each record",
-                "it with parts",
-            ),
-            _ => return self.realisations(grid.times),
-        };
-        Err(Error::request(option, expected, found))
-    }
-
-    pub(in crate::estimates) fn pass<'a>(
-        &'a self,
-        realisations: &'a Realisations,
-        grid: &'a Grid,
-        records: usize,
-    ) -> impl Divided + 'a {
-        Pass::new(self, realisations, grid, records)
+        let expected = "spectra along time, in parts";
+        let found = "snapshots, each with a result of its own";
+        Error::require(self.along == SpectrumAxis::Time, "along", expected, found)?;
+        let expected =
+            "parts without a jackknife, which compares the mean of all realisations with each";
+        Error::require(!self.has_jackknife, "part", expected, "a jackknife")?;
+        let expected =
+            "parts without noise subtracted, which is read off the beginning of each record";
+        Error::require(
+            !self.subtract_noise,
+            "subtract-noise",
+            expected,
+            "it with parts",
+        )?;
+        self.realisations(grid.times)
     }
 }

@@ -11,8 +11,8 @@ use super::{LeftOutEach, SpectrumAxis, SpectrumEstimate, SpectrumRequest};
 use crate::error::Result;
 use crate::estimates::parts::{Combined, Divided};
 use crate::estimates::realisations::{
-    Average, Grid, Independence, LeftOut, Portion, Realisations, Records, SegmentPairs,
-    SegmentScratch, Shot, Shots, Sums, SumsShape, TOGETHER, Weights, WithoutOne,
+    Average, Grid, Independence, Portion, Realisations, Records, SegmentScratch, Shot, Shots, Sums,
+    SumsShape, TOGETHER, Weights, WithoutOne,
 };
 use crate::numeric::lanes::{LaneBlock, widest};
 use crate::transform::fold;
@@ -25,7 +25,7 @@ const NUMBERS: u64 = 5;
 /// Those of lines with their lists.
 const OF_LINES: u64 = 7;
 
-pub(super) struct Pass<'a> {
+pub(in crate::estimates) struct Pass<'a> {
     pub request: &'a SpectrumRequest,
     pub realisations: &'a Realisations,
     pub grid: &'a Grid,
@@ -41,17 +41,11 @@ pub(super) struct Pass<'a> {
 
 /// Sums of a few sites; a block a bin, and a site a lane.
 #[derive(Default)]
-pub(super) struct TileSums {
-    sums: Option<Sums>,
-    /// Over segments and records, `[bin * tapers + taper]`; dropped once the average is known.
-    energies: Vec<LaneBlock>,
-    /// Of each bin, see [`LINE_BLOCKS`].
-    pub lines: Vec<LaneBlock>,
-    /// Of all records.
-    steadiness: [f64; TOGETHER],
-    /// Of each site, where segments with missing samples are left out; else empty.
-    pub left: Vec<SegmentPairs>,
-    pub lead_ins: [LeadIn; TOGETHER],
+pub(in crate::estimates) struct TileSums {
+    /// Energies over segments and records, `[bin * tapers + taper]`, which are dropped once the average is known; then of
+    /// each bin, see [`LINE_BLOCKS`].
+    pub sums: Sums,
+    pub(super) lead_ins: [LeadIn; TOGETHER],
     /// White power that filled samples leave, of all records.
     filled: [f64; TOGETHER],
     variance: [f64; TOGETHER],
@@ -68,10 +62,10 @@ type Sites<'r> = (&'r Range<usize>, Records<'r>);
 #[derive(Default)]
 struct Scratch {
     segments: SegmentScratch,
-    record: Vec<f64>,
     tapers: Vec<TaperSums>,
+    /// Realisations that are left out, and their energies.
+    counts: Vec<LaneBlock>,
     left: Vec<LaneBlock>,
-    deviations: Vec<f64>,
 }
 
 impl<'a> Pass<'a> {
@@ -147,7 +141,7 @@ impl<'a> Pass<'a> {
 
     /// Realisations of each taper at the sites of a tile; at least 1, so that nothing is divided by 0.
     pub fn counts(&self, tile: &TileSums) -> [f64; TOGETHER] {
-        std::array::from_fn(|lane| match tile.left.get(lane) {
+        std::array::from_fn(|lane| match tile.sums.left.get(lane) {
             Some(left) => left.segments().max(1.0),
             None => self.count(),
         })
@@ -163,14 +157,14 @@ impl<'a> Pass<'a> {
     ) -> Result<(f64, Vec<TileSums>)> {
         let mut tiles = Vec::new();
         tiles.resize_with(shots.tiles(), TileSums::default);
-        let unit = shots.each_portion(block, portions, |shot, portion| {
+        let unit = shots.each_portion(block, portions, |shot| {
             shot.each_tile("spectra", &mut tiles, |scratch, sites, records, tile| {
-                self.add(scratch, (shot, portion), (&sites, records), tile);
+                self.add(scratch, shot, (&sites, records), tile);
                 if is_one {
                     self.average(tile);
                     let left_out = LeftOutEach::Realisation;
                     self.leave_out(scratch, shot, (&sites, records), left_out, tile);
-                    tile.energies = Vec::new();
+                    self.drop_energies(tile);
                 }
             })
         })?;
@@ -181,32 +175,34 @@ impl<'a> Pass<'a> {
     fn add(
         &self,
         scratch: &mut Scratch,
-        (shot, portion): (&Shot<'_>, &Portion),
+        shot: &Shot<'_>,
         (sites, records): Sites<'_>,
         tile: &mut TileSums,
     ) {
         let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
         let squared = shot.scale * shot.scale;
-        let kept = shot.kept(sites.clone(), self.realisations.segments);
-        kept.add_to(&mut tile.left, self.realisations.distances());
-        let may_lead_in = portion.is_whole && self.request.along == SpectrumAxis::Time;
+        let may_lead_in = shot.portion.is_whole && self.request.along == SpectrumAxis::Time;
         for (lane, site) in sites.clone().enumerate() {
             tile.filled[lane] += squared * shot.left_by_filling(site, || records.record(lane));
             if may_lead_in && shot.missing(site).is_empty() {
-                records.copy(lane, 0..records.length(), &mut scratch.record);
-                tile.lead_ins[lane].add(&scratch.record, squared);
+                tile.lead_ins[lane].add(&records.record(lane), squared);
             }
         }
         let lines = if self.tests_lines() { bins } else { 0 };
         scratch.tapers.clear();
         scratch.tapers.resize(lines, TaperSums::default());
-        let sums = tile.sums.get_or_insert_with(|| Sums::zeros(self.shape()));
-        let (of, of_sites) = ((shot, portion), (sites.clone(), records));
-        let room = &mut scratch.deviations;
-        self.realisations.add_steadiness(of, of_sites, room, sums);
+        let sums = &mut tile.sums;
+        if sums.plain.is_empty() {
+            *sums = Sums::zeros(self.shape());
+        }
+        let kept = shot.kept(sites.clone(), self.realisations.segments);
+        kept.add_to(&mut sums.left, self.realisations.distances());
+        let (of_sites, segments) = ((sites.clone(), records), &mut scratch.segments);
+        self.realisations
+            .add_steadiness(shot, of_sites, segments, sums);
         let visit = |r: usize, spectra: &[Complex<f64>]| {
             let (taper, squared) = (r % tapers, kept.has(r / tapers).map(|has| has * squared));
-            let (energies, lines) = sums.plain_mut().split_at_mut(bins * tapers);
+            let (energies, lines) = sums.plain.split_at_mut(bins * tapers);
             add_powers((spectra, sites.len()), &squared, energies, (taper, tapers));
             let rows = spectra.chunks_exact(sites.len());
             for (row, sums) in rows.zip(&mut scratch.tapers) {
@@ -218,26 +214,29 @@ impl<'a> Pass<'a> {
                 }
             }
         };
-        let segments = &mut scratch.segments;
-        self.realisations.each_of(portion, records, segments, visit);
+        self.realisations
+            .each_of(&shot.portion, records, segments, visit);
     }
 
     /// The average of all realisations.
     fn average(&self, tile: &mut TileSums) {
-        let (bins, tapers) = (self.realisations.bins(), self.weights.tapers());
-        let zeros = || Sums::zeros(self.shape());
-        let total = tile.sums.take().unwrap_or_else(zeros);
-        tile.steadiness = total.steadiness();
-        tile.energies = total.into_plain();
-        tile.lines = tile.energies.split_off(bins * tapers);
+        let bins = self.realisations.bins();
         let count = self.counts(tile);
-        tile.variance = self.variance(&tile.energies, &count);
+        let energies = self.energies(&tile.sums);
+        let length = self.realisations.segments.length;
+        let cells = energies.chunks_exact(self.weights.tapers()).enumerate();
+        let cells = cells.map(|(m, energies)| (fold(m, length), energies));
+        let energy = self.weights.energy(cells);
+        // Mean square of the samples; 1 for still sites.
+        tile.variance = std::array::from_fn(|lane| match energy[lane] > 0.0 {
+            true => energy[lane] / (length as f64 * count[lane]),
+            false => 1.0,
+        });
         tile.spectrum = vec![LaneBlock::default(); bins];
         tile.shape = vec![LaneBlock::default(); bins];
-        debug_assert_eq!(tile.energies.len(), bins * tapers);
         widest(Average {
             weights: &self.weights,
-            energies: &tile.energies,
+            energies,
             count,
             variance: tile.variance,
             spectrum: &mut tile.spectrum,
@@ -245,26 +244,14 @@ impl<'a> Pass<'a> {
         });
     }
 
-    /// Mean square of the tapered samples, tapers weighted by the squares of their concentrations; 1 for
-    /// still sites.
-    fn variance(&self, energies: &[LaneBlock], count: &[f64; TOGETHER]) -> [f64; TOGETHER] {
-        let length = self.realisations.segments.length;
-        let concentrations = &self.realisations.concentrations;
-        let mut sums = [0.0; TOGETHER];
-        for (m, energies) in energies.chunks_exact(concentrations.len()).enumerate() {
-            for (energy, concentration) in energies.iter().zip(concentrations) {
-                let weight = fold(m, length) * concentration * concentration;
-                for (sum, energy) in sums.iter_mut().zip(energy.0) {
-                    *sum += weight * energy;
-                }
-            }
-        }
-        let weights: f64 = concentrations.iter().map(|c| c * c).sum();
-        let all = |lane: usize| weights * length as f64 * count[lane];
-        std::array::from_fn(|lane| match sums[lane] > 0.0 {
-            true => sums[lane] / all(lane),
-            false => 1.0,
-        })
+    fn energies<'s>(&self, sums: &'s Sums) -> &'s [LaneBlock] {
+        &sums.plain[..self.realisations.bins() * self.weights.tapers()]
+    }
+
+    /// Leaves the sums of lines.
+    fn drop_energies(&self, tile: &mut TileSums) {
+        let count = self.energies(&tile.sums).len();
+        tile.sums.plain = tile.sums.plain.split_off(count);
     }
 
     /// Adds what each of a shot's realisations, or the shot, changes if it is left out.
@@ -287,10 +274,10 @@ impl<'a> Pass<'a> {
             tile.deviations = vec![LaneBlock::default(); bins];
             tile.squares = vec![LaneBlock::default(); bins];
         }
-        let mut without = |left_out: LeftOut<'_>| {
+        let mut without = |left_out: (&[LaneBlock], &[LaneBlock])| {
             widest(WithoutOne {
                 average: &self.weights,
-                energies: &tile.energies,
+                energies: self.energies(&tile.sums),
                 count,
                 variance: tile.variance,
                 spectrum: &tile.spectrum,
@@ -299,33 +286,38 @@ impl<'a> Pass<'a> {
                 squares: &mut tile.squares,
             });
         };
-        let Scratch { segments, left, .. } = scratch;
+        let Scratch {
+            segments,
+            counts,
+            left,
+            ..
+        } = scratch;
+        let zero = LaneBlock::default();
+        for (blocks, count) in [(&mut *counts, tapers), (&mut *left, bins * tapers)] {
+            blocks.clear();
+            blocks.resize(count, zero);
+        }
         let is_record = left_out == LeftOutEach::Record;
-        let blocks = if is_record { bins * tapers } else { bins };
-        left.clear();
-        left.resize(blocks, LaneBlock::default());
         self.realisations.each(records, segments, |r, spectra| {
-            let (taper, squared) = (r % tapers, kept.has(r / tapers).map(|has| has * squared));
-            if is_record {
-                add_powers((spectra, width), &squared, left, (taper, tapers));
-                return;
+            let (taper, has) = (r % tapers, kept.has(r / tapers));
+            let squared = has.map(|has| has * squared);
+            add_powers((spectra, width), &squared, left, (taper, tapers));
+            let count = counts[taper].0.iter_mut().zip(has);
+            count.for_each(|(count, has)| *count += has);
+            if !is_record {
+                without((&counts[..], &left[..]));
+                counts[taper] = zero;
+                let of_taper = left.iter_mut().skip(taper).step_by(tapers);
+                of_taper.for_each(|block| *block = zero);
             }
-            if squared[..width].iter().all(|squared| *squared == 0.0) {
-                return;
-            }
-            left.fill(LaneBlock::default());
-            add_powers((spectra, width), &squared, left, (0, 1));
-            let has = squared.map(|squared| f64::from(squared > 0.0));
-            without(LeftOut::Realisation(taper, has, left));
         });
         if is_record {
-            let all = self.realisations.segments.count();
-            without(LeftOut::Record(kept.counts(all), left));
+            without((&counts[..], &left[..]));
         }
     }
 
     pub fn steadiness(&self, tiles: &[TileSums], site: usize) -> f64 {
-        let sum = tiles[site / TOGETHER].steadiness[site % TOGETHER];
+        let sum = tiles[site / TOGETHER].sums.steadiness()[site % TOGETHER];
         sum / self.records as f64
     }
 
@@ -396,18 +388,17 @@ impl Divided for Pass<'_> {
         let held = self.held(shots.longest, true);
         let block = shots.block("the spectra of this part", held)?;
         let (unit, tiles) = self.sum(shots, block, portions, false)?;
-        let sums = tiles.into_iter().filter_map(|tile| tile.sums);
-        Ok((unit, sums.collect()))
+        Ok((unit, tiles.into_iter().map(|tile| tile.sums).collect()))
     }
 
     fn combine(&self, sums: Vec<Sums>, unit: f64) -> Result<Combined> {
         let of_sums = |sums| {
             let mut tile = TileSums {
-                sums: Some(sums),
+                sums,
                 ..TileSums::default()
             };
             self.average(&mut tile);
-            tile.energies = Vec::new();
+            self.drop_energies(&mut tile);
             tile
         };
         let tiles: Vec<TileSums> = sums.into_par_iter().map(of_sums).collect();
