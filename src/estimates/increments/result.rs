@@ -59,13 +59,6 @@ pub struct Increments {
     pub axes: Vec<AxisIncrements>,
 }
 
-impl Increments {
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
-    }
-}
-
 /// What the intervals of means rest on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]

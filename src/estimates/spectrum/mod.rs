@@ -120,14 +120,6 @@ pub struct LineTest {
     pub lines: Vec<Line>,
 }
 
-impl LineTest {
-    /// Sites, or times, that have a line.
-    pub fn columns(&self) -> usize {
-        let sites = self.lines.iter().map(|line| line.column);
-        sites.collect::<std::collections::BTreeSet<usize>>().len()
-    }
-}
-
 /// What [`spectrum`] finds. Arrays are `(frequency, site)`, or `(wavenumber, time)` along space: read "time" for
 /// "site" and "snapshot" for "record" then.
 #[derive(Debug, Clone)]
@@ -189,18 +181,6 @@ impl SpectrumEstimate {
     /// Position of a site, or a time.
     pub fn coordinate(&self, column: usize) -> f64 {
         self.along.of([&self.space, &self.time]).at(column)
-    }
-
-    /// Unit of the bins: of frequency, or of wavenumber.
-    pub fn bin_unit(&self) -> String {
-        let (time_unit, space_unit) = self.units();
-        let cycles = crate::measure::cycles_per(&time_unit);
-        self.along.of([cycles, format!("rad/{space_unit}")])
-    }
-
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
     }
 
     /// The site with the largest mean square.
