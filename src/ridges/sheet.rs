@@ -113,7 +113,7 @@ impl Describe for Ridges {
             "branches": branches,
             "lone_peaks": self.lone,
             "ridges": self.ridges.iter().map(Ridge::numbers).collect::<Vec<_>>(),
-            "fits": self.fits.iter().map(RidgeFit::numbers).collect::<Vec<_>>(),
+            "fits": self.fits,
         }));
         self.variables(&mut sheet);
         sheet
@@ -144,16 +144,6 @@ impl Ridge {
 }
 
 impl RidgeFit {
-    fn numbers(&self) -> serde_json::Value {
-        json!({
-            "law": self.name,
-            "parameters": self.parameters,
-            "points": self.points,
-            "deviation_bins": self.deviation,
-            "reduced_chi_square": self.reduced,
-        })
-    }
-
     /// The parameters with their standard errors, where they have them.
     fn parameters_in_words(&self) -> String {
         let parameters = self.parameters.iter();

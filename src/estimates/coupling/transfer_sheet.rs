@@ -38,21 +38,17 @@ impl Describe for Transfer {
             ),
             ..Sheet::of("transfer", &title, DEFINITIONS)
         };
-        let of_rest = shares.stronger_half_of_rest;
+        let of_rest = percent(shares.held_out_of_rest);
+        let stronger = shares.stronger_half_of_rest;
+        let stronger = stronger.map_or("not tested".into(), percent);
         let undetermined: usize = self.outputs.iter().map(|output| output.undetermined).sum();
         let explained = [
             ("linear terms", percent(shares.linear)),
             ("quadratic terms", percent(shares.quadratic)),
             ("residual", percent(shares.residual)),
             ("not fitted: linear", percent(shares.held_out_linear)),
-            (
-                "not fitted: quadratic, of the rest",
-                percent(shares.held_out_of_rest),
-            ),
-            (
-                "stronger half, of the rest",
-                of_rest.map_or("not tested".into(), percent),
-            ),
+            ("not fitted: quadratic, of the rest", of_rest),
+            ("stronger half: quadratic, of the rest", stronger),
         ];
         let explained = Table::of_values("Explained of the output's power", explained);
         sheet.tables.push(explained.printed());
@@ -107,10 +103,8 @@ impl Transfer {
         };
         if let Some(at) = self.passage() {
             let towards = if at.flux > 0.0 { "higher" } else { "lower" };
-            let (share, frequency) = (
-                with_error(at.flux.abs(), at.flux_error),
-                number(at.frequency),
-            );
+            let share = with_error(at.flux.abs(), at.flux_error);
+            let frequency = number(at.frequency);
             return format!("{share} moves past {frequency} {unit} to {towards} frequencies");
         }
         let (gaining, df) = (self.gaining(), self.outputs[0].frequency);

@@ -117,17 +117,6 @@ impl ScaleMoments {
     pub fn local_flatness_half(&self) -> f64 {
         self.half[ORDERS + 3]
     }
-
-    /// Third moment, flatness, local flatness and skewness, each with half of its interval.
-    pub(super) fn numbers(&self) -> [[f64; 2]; 4] {
-        let [third, flatness, skewness, local] = std::array::from_fn(|i| self.half[ORDERS + i]);
-        [
-            [self.third, third],
-            [self.flatness, flatness],
-            [self.local_flatness, local],
-            [self.skewness, skewness],
-        ]
-    }
 }
 
 impl AxisIncrements {

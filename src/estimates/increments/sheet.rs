@@ -6,8 +6,8 @@ use super::moments::ORDERS;
 use super::{AxisIncrements, Increments, IntervalBasis, ScaleMoments, ScalingExponents};
 use crate::numeric::LineFit;
 use crate::sheet::{
-    BLACK, BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, Units,
-    VERMILLION, confidence, name_of, number, with_half,
+    BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table,
+    Units, VERMILLION, confidence, name_of, number, with_half,
 };
 use crate::unit::label;
 
@@ -90,11 +90,21 @@ impl Increments {
     }
 }
 
-/// Names of the arrays of [`ScaleMoments::numbers`].
-const NUMBERS: [&str; 4] = ["third", "flatness", "local_flatness", "skewness"];
-const FLATNESS: usize = 1;
-const LOCAL: usize = 2;
-const SKEWNESS: usize = 3;
+/// Numbers of a scale with half of their intervals; those of the third moment have this unit.
+fn columns<'u>(length: &'u str, cubed: &'u str) -> [Column<'u, ScaleMoments>; 10] {
+    [
+        ("scale", length, |m| m.scale),
+        ("pairs", "", |m| m.pairs as f64),
+        ("third", cubed, |m| m.third),
+        ("third_half", cubed, |m| m.half[ORDERS]),
+        ("flatness", "", |m| m.flatness),
+        ("flatness_half", "", |m| m.flatness_half()),
+        ("local_flatness", "", |m| m.local_flatness),
+        ("local_flatness_half", "", |m| m.local_flatness_half()),
+        ("skewness", "", |m| m.skewness),
+        ("skewness_half", "", |m| m.half[ORDERS + 2]),
+    ]
+}
 
 impl AxisIncrements {
     /// Name, and place in a sentence.
@@ -147,38 +157,24 @@ impl AxisIncrements {
             let exponent = with_half(fit.exponents[p], fit.half[p], "");
             format!("{}: {exponent}", p + 1)
         };
-        let orders: Vec<String> = (0..ORDERS).map(order).collect();
+        let orders = (0..ORDERS).map(order).collect::<Vec<_>>().join(", ");
         let (points, basis) = (fit.points, name_of(&fit.basis));
-        format!(
-            "{}; over {points} scales, intervals by {basis}",
-            orders.join(", ")
-        )
+        format!("{orders}; over {points} scales, intervals by {basis}")
     }
 
     fn numbers(&self) -> serde_json::Value {
         let mut numbers = json!({
             "axis": self.axis,
-            "scale": self.scales.iter().map(|m| m.scale).collect::<Vec<f64>>(),
-            "pairs": self.scales.iter().map(|m| m.pairs).collect::<Vec<u64>>(),
             "growth": self.growth,
             "intermittent": self.is_intermittent(),
             "exponents": self.exponents,
         });
         // Skewness is in the archive alone.
-        for (_, name, values) in self.lines().filter(|line| line.0 != SKEWNESS) {
-            numbers[name] = json!(values);
+        for (name, _, of) in &columns("", "")[..8] {
+            numbers[*name] = self.scales.iter().map(of).collect();
         }
+        numbers["pairs"] = self.scales.iter().map(|m| m.pairs).collect();
         numbers
-    }
-
-    /// Each number of all scales, and half of its interval.
-    fn lines(&self) -> impl Iterator<Item = (usize, String, Vec<f64>)> {
-        let each = (0..NUMBERS.len()).flat_map(|number| [(number, 0), (number, 1)]);
-        each.map(|(number, part)| {
-            let values = self.scales.iter().map(|m| m.numbers()[number][part]);
-            let name = format!("{}{}", NUMBERS[number], ["", "_half"][part]);
-            (number, name, values.collect())
-        })
     }
 
     fn variables(&self, units: &Units, sheet: &mut Sheet) {
@@ -186,30 +182,18 @@ impl AxisIncrements {
         let (prefix, length) = self.axis.of(axes);
         let n = self.scales.len();
         let named = |name: &str| format!("{prefix}_{name}");
-        let of_all = |of: fn(&ScaleMoments) -> f64| self.scales.iter().map(of).collect::<Vec<_>>();
         let scale = named("scale");
-        sheet.line(&scale, &scale, length, of_all(|m| m.scale));
-        sheet.line(&named("pairs"), &scale, "", of_all(|m| m.pairs as f64));
-        let cubed = units.cubed();
-        for (number, name, values) in self.lines() {
-            let unit = [&cubed, "", "", ""][number];
-            sheet.line(&named(&name), &scale, unit, values);
+        for (name, unit, of) in columns(length, &units.cubed()) {
+            let values = self.scales.iter().map(of).collect::<Vec<_>>();
+            sheet.line(&named(name), &scale, unit, values);
         }
         let axes = [(&scale[..], n), ("order", if n > 0 { ORDERS } else { 0 })];
         let half = self.scales.iter().flat_map(|m| m.half[..ORDERS].to_vec());
-        sheet.variable(
-            &named("structure_half"),
-            &axes,
-            "",
-            half.collect::<Vec<_>>(),
-        );
+        let half: Vec<f64> = half.collect();
+        sheet.variable(&named("structure_half"), &axes, "", half);
         let structure = self.scales.iter().flat_map(|m| m.structure);
-        sheet.variable(
-            &named("structure"),
-            &axes,
-            "",
-            structure.collect::<Vec<_>>(),
-        );
+        let structure: Vec<f64> = structure.collect();
+        sheet.variable(&named("structure"), &axes, "", structure);
         let scales = self.histograms.iter().map(|h| self.scales[h.index].scale);
         let scales: Vec<f64> = scales.collect();
         let (of_histogram, count) = (named("histogram_scale"), scales.len());
@@ -246,16 +230,17 @@ impl AxisIncrements {
         let structure = structure.chain(laws).collect();
         let root = label("⟨|d|ᵖ⟩^(1/p)", of.unit.as_deref().unwrap_or_default());
         let roots = chart("structure functions", &root, structure).logarithmic();
-        let with_bars = |name, colour, number: usize| {
-            let points = self.scales.iter().map(|m| {
-                let [value, half] = m.numbers()[number];
-                [m.scale, value, half]
-            });
+        let with_bars = |name, colour, of: fn(&ScaleMoments) -> [f64; 3]| {
+            let points = self.scales.iter().map(of);
             Series::with_errors(name, colour, points).marked(Marker::Circle)
         };
         let flatness = vec![
-            with_bars("all together", BLUE, FLATNESS),
-            with_bars("local", VERMILLION, LOCAL),
+            with_bars("all together", BLUE, |m| {
+                [m.scale, m.flatness, m.flatness_half()]
+            }),
+            with_bars("local", VERMILLION, |m| {
+                [m.scale, m.local_flatness, m.local_flatness_half()]
+            }),
         ];
         let flat = chart("flatness", "flatness ⟨d⁴⟩/⟨d²⟩²", flatness);
         let flat = Chart {
@@ -264,7 +249,8 @@ impl AxisIncrements {
             ..flat
         };
         let (title, name) = ("third moment with its sign", "skewness ⟨d³⟩/⟨d²⟩^(3/2)");
-        let skew = chart(title, name, vec![with_bars("", BLUE, SKEWNESS)]).about_zero();
+        let skew = with_bars("", BLUE, |m| [m.scale, m.skewness, m.half[ORDERS + 2]]);
+        let skew = chart(title, name, vec![skew]).about_zero();
         let histograms = self.histograms(of);
         [roots, flat, skew].into_iter().chain(histograms).collect()
     }

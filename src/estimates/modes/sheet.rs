@@ -115,10 +115,10 @@ impl Modes {
         format!("coherent modes at {at}: {count}; number {number} by power holds {share} of it")
     }
 
-    /// The velocity of a wave with its interval.
-    fn velocity(&self, wave: &ModeWave) -> String {
-        let half = wave.velocity_half.unwrap_or(f64::NAN);
-        with_half(wave.velocity, half, &self.words().velocity)
+    /// The velocity of a wave with its interval, where that is known.
+    fn velocity(&self, wave: &ModeWave) -> Option<String> {
+        let unit = self.words().velocity;
+        Some(with_half(wave.velocity, wave.velocity_half?, &unit))
     }
 
     /// A row a mode of each chosen frequency.
@@ -133,7 +133,7 @@ impl Modes {
                 self.share(shapes.bin, n),
                 if shapes.is_coherent[n] { "yes" } else { "-" }.into(),
                 or_dash(is_wave.map(|wave| wave.wavenumber)),
-                is_wave.map_or("-".into(), |wave| self.velocity(wave)),
+                (is_wave.and_then(|wave| self.velocity(wave))).unwrap_or("-".into()),
                 or_dash(wave.map(|wave| wave.share)),
             ]
         };
@@ -190,13 +190,6 @@ impl Modes {
     }
 
     /// Over the frequencies.
-    fn chart(&self, title: &str, y: &str, series: Vec<Series>) -> Chart {
-        Chart {
-            log_x: self.frequency.len() > 16,
-            ..Chart::of(title, self.words().label(Role::Frequency), y, series)
-        }
-    }
-
     fn points(&self, of: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
         let bins = 1..self.frequency.len();
         bins.map(|bin| (self.frequency[bin], of(bin))).collect()
@@ -222,7 +215,11 @@ impl Modes {
         let units = Units::of(&self.time, &self.space, self.unit.as_deref());
         let unit = units.density(&[&units.frequency], &units.space);
         let name = label("eigenvalue λ", &unit);
-        self.chart("eigenvalues", &name, series).logarithmic()
+        let frequency = self.words().label(Role::Frequency);
+        Chart {
+            log_x: self.frequency.len() > 16,
+            ..Chart::of("eigenvalues", frequency, name, series).logarithmic()
+        }
     }
 
     fn shape_chart(&self, shapes: &ModeShapes) -> Option<Chart> {

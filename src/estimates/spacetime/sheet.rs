@@ -39,6 +39,8 @@ impl Describe for SpaceTimeEstimate {
         let rows = [
             ("tapers along space", self.tapers[1].to_string()),
             ("evenness along space", number(self.evenness)),
+            ("power", number(self.power)),
+            ("mean square", number(self.mean_square)),
             ("Parseval residual", format!("{:.1e}", self.parseval)),
         ];
         self.independence.describe(&mut sheet, self.segment, rows);

@@ -105,12 +105,14 @@ pub enum LeftOutEach {
 }
 
 /// The test for lines, whose statistic has Fisher's distribution where there are none.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct LineTest {
     /// `F`, `(frequency, site)`; NaN at 0 and at the Nyquist frequency.
+    #[serde(skip)]
     pub statistic: Array2<f64>,
     /// Its degrees of freedom: of the line, and of what is beside it, at sites without missing samples. Sites from
     /// which segments are left out have their own, and are tested by these.
+    #[serde(rename = "degrees_of_freedom")]
     pub degrees: [f64; 2],
     /// What one cell exceeds by chance with probability `alpha`.
     pub level: f64,

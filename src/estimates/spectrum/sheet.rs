@@ -63,12 +63,7 @@ impl Describe for SpectrumEstimate {
             "steadiness_in_time": in_time,
             "jackknife_leaves_out": self.has_jackknife.then_some(self.left_out),
             "noise": self.noise.as_ref().map(NoiseFloor::numbers),
-            "line_test": self.line_test.as_ref().map(|test| json!({
-                "degrees_of_freedom": test.degrees,
-                "level": test.level,
-                "level_of_all": test.level_of_all,
-                "lines": test.lines,
-            })),
+            "line_test": self.line_test,
         }));
         self.variables(&mut sheet);
         sheet
