@@ -160,6 +160,9 @@ impl Level {
     }
 }
 
+/// Decades that a logarithmic axis reaches down, at most.
+const DECADES: i32 = 12;
+
 /// Series on one pair of axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
@@ -209,12 +212,7 @@ impl Chart {
             second_y: None,
         }
     }
-}
 
-/// Decades that a logarithmic axis reaches down, at most.
-const DECADES: i32 = 12;
-
-impl Chart {
     /// The same with a logarithmic vertical axis, over points and bands that are positive.
     pub fn logarithmic(self) -> Chart {
         let points = self.series.iter().flat_map(|series| &series.points);

@@ -76,17 +76,18 @@ impl HeatChart {
     /// Values over two axes with the centres of their cells; the vertical one has no negative values.
     pub(crate) fn over(
         units: &Units,
-        [(x_role, x), (y_role, y)]: [(Role, &[f64]); 2],
+        roles: [Role; 2],
+        [x, y]: [&[f64]; 2],
         values: Array2<f64>,
     ) -> HeatChart {
         let vertical = range(y);
         HeatChart {
-            x_label: units.label(x_role),
-            y_label: units.label(y_role),
+            x_label: units.label(roles[0]),
+            y_label: units.label(roles[1]),
             x: range(x),
             y: vertical.start.max(0.0)..vertical.end,
             values,
-            roles: Some([x_role, y_role]),
+            roles: Some(roles),
             ..HeatChart::default()
         }
     }

@@ -19,6 +19,15 @@ impl Units {
     /// Those of arrays: empty for those that are not known, and for what is composed of them alone.
     pub fn of(time: &Axis, space: &Axis, sample: Option<&str>) -> Units {
         let [time, space] = [time, space].map(|axis| axis.unit.clone().unwrap_or_default());
+        Units::new(time, space, sample)
+    }
+
+    /// Those of sentences and charts: an axis without a unit counts samples or sites.
+    pub fn in_words(time: &Axis, space: &Axis, sample: Option<&str>) -> Units {
+        Units::new(time.time_unit(), space.space_unit(), sample)
+    }
+
+    fn new(time: String, space: String, sample: Option<&str>) -> Units {
         Units {
             frequency: known(&[&time], cycles_per(&time)),
             wavenumber: known(&[&space], format!("rad/{space}")),
@@ -27,16 +36,6 @@ impl Units {
             time,
             space,
         }
-    }
-
-    /// Those of sentences and charts: an axis without a unit counts samples or sites.
-    pub fn in_words(time: &Axis, space: &Axis, sample: Option<&str>) -> Units {
-        let named = |axis: &Axis, unit: String| Axis {
-            unit: Some(unit),
-            ..axis.clone()
-        };
-        let (time_unit, space_unit) = (time.time_unit(), space.space_unit());
-        Units::of(&named(time, time_unit), &named(space, space_unit), sample)
     }
 
     pub fn unit(&self, role: Role) -> &str {
@@ -78,7 +77,7 @@ impl Units {
 
     /// One over that of the samples.
     pub fn over_sample(&self) -> String {
-        known(&[&self.sample], compose(&[], &[&self.sample]))
+        compose(&[], &[&self.sample])
     }
 }
 

@@ -157,17 +157,15 @@ impl Coherence {
 
     fn map(&self) -> HeatChart {
         let positions = self.positions();
-        let axes = [
-            (Role::Position, &positions[..]),
-            (Role::Frequency, &self.frequency[..]),
-        ];
+        let roles = [Role::Position, Role::Frequency];
+        let axes = [&positions[..], &self.frequency];
         HeatChart {
             title: "coherence γ²(f, x)".into(),
             caption: "How much of each site's power follows the reference, by frequency.".into(),
             label: "coherence γ²".into(),
             colors: Colors::Between(0.0..1.0),
             marks: vec![Mark::new(positions[self.reference], "reference")],
-            ..HeatChart::over(&self.words(), axes, self.coherence.clone())
+            ..HeatChart::over(&self.words(), roles, axes, self.coherence.clone())
         }
     }
 
@@ -184,15 +182,14 @@ impl Coherence {
             let several = series[0].points.len() > 1;
             several.then(|| Chart::of(title, words.label(x), y, series).about_zero())
         };
-        let (delay, title) = (label("delay", &words.time), "delay behind the reference");
-        let delays = chart(title, Role::Position, delay, delays.collect());
-        let velocity = label("velocity", &words.velocity);
-        let speeds = chart(
-            "phase velocity",
-            Role::Frequency,
-            velocity,
-            speeds.collect(),
+        let (delay, velocity) = (
+            label("delay", &words.time),
+            label("velocity", &words.velocity),
         );
+        let title = "delay behind the reference";
+        let delays = chart(title, Role::Position, delay, delays.collect());
+        let title = "phase velocity";
+        let speeds = chart(title, Role::Frequency, velocity, speeds.collect());
         delays.into_iter().chain(speeds).collect()
     }
 }

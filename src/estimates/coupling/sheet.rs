@@ -202,17 +202,15 @@ impl Bicoherence {
         let (along, positions) = (&self.along, self.positions());
         let levels = along.largest_level.iter().copied();
         let level = levels.filter(|level| level.is_finite()).reduce(f64::max);
-        let axes = [
-            (Role::Position, &positions[..]),
-            (Role::Frequency, &self.frequency[..]),
-        ];
+        let roles = [Role::Position, Role::Frequency];
+        let axes = [&positions[..], &self.frequency];
         (positions.len() > 1).then(|| HeatChart {
             title: "along x".into(),
             caption: "The largest bicoherence of all pairs with the sum f₃, at each site.".into(),
             y_label: self.frequency_label("f₃ = f₁ + f₂"),
             label: "largest b² over f₁".into(),
             colors: shown(&along.largest, level),
-            ..HeatChart::over(&self.words(), axes, along.largest.clone())
+            ..HeatChart::over(&self.words(), roles, axes, along.largest.clone())
         })
     }
 }

@@ -3,9 +3,9 @@
 use num_complex::Complex;
 use serde_json::{Value, json};
 
-use super::{CHANCE, ModeShapes, ModeWave, Modes};
+use super::{CHANCE, ModeShapes, Modes};
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, GREEN, Look, PlotRow, Role, Series, Sheet, Table, Units,
+    BLACK, BLUE, Chart, Column, Describe, GREEN, Look, PlotRow, Role, Series, Sheet, Units,
     VERMILLION, confidence, extent, number, percent, six_digits, with_half,
 };
 use crate::unit::label;
@@ -52,8 +52,12 @@ impl Describe for Modes {
             sheet.fact("coherent", text);
         }
         sheet.fact("interval", interval);
+        for shapes in &self.chosen {
+            let modes = (0..shapes.waves.len()).map(|n| self.mode_in_words(shapes, n));
+            let text = modes.collect::<Vec<_>>().join("; ");
+            sheet.fact(format!("f = {}", number(shapes.frequency)), text);
+        }
         self.independence.describe(&mut sheet, self.segment, []);
-        sheet.tables.push(self.table().printed());
         let chosen = |shapes: &ModeShapes| -> Value {
             let kept = 0..shapes.modes.nrows();
             let eigenvalues: Vec<f64> = kept.map(|n| self.eigenvalues[[shapes.bin, n]]).collect();
@@ -115,41 +119,18 @@ impl Modes {
         format!("coherent modes at {at}: {count}; number {number} by power holds {share} of it")
     }
 
-    /// The velocity of a wave with its interval, where that is known.
-    fn velocity(&self, wave: &ModeWave) -> Option<String> {
-        let unit = self.words().velocity;
-        Some(with_half(wave.velocity, wave.velocity_half?, &unit))
-    }
-
-    /// A row a mode of each chosen frequency.
-    fn table(&self) -> Table {
-        let or_dash = |number: Option<f64>| number.map_or("-".into(), crate::sheet::number);
-        let row = |(shapes, n): (&ModeShapes, usize)| {
-            let wave = shapes.waves[n].as_ref();
-            let is_wave = wave.filter(|wave| wave.is_wave);
-            vec![
-                number(shapes.frequency),
-                (n + 1).to_string(),
-                self.share(shapes.bin, n),
-                if shapes.is_coherent[n] { "yes" } else { "-" }.into(),
-                or_dash(is_wave.map(|wave| wave.wavenumber)),
-                (is_wave.and_then(|wave| self.velocity(wave))).unwrap_or("-".into()),
-                or_dash(wave.map(|wave| wave.share)),
-            ]
-        };
-        let chosen = self.chosen.iter();
-        let modes = chosen.flat_map(|shapes| (0..shapes.waves.len()).map(move |n| (shapes, n)));
-        let words = self.words();
-        let head = [
-            &words.label(Role::Frequency),
-            "mode",
-            "share of the power",
-            "coherent",
-            &words.label(Role::Wavenumber),
-            "phase velocity",
-            "share in step with the wave",
-        ];
-        Table::of("Chosen frequencies", &head, modes.map(row))
+    /// The share of a mode, and what kind of wave it is, where it is one.
+    fn mode_in_words(&self, shapes: &ModeShapes, n: usize) -> String {
+        let (words, share) = (self.words(), self.share(shapes.bin, n));
+        let coherent = ["", " coherent"][usize::from(shapes.is_coherent[n])];
+        let wave = shapes.waves[n].filter(|wave| wave.is_wave).map(|wave| {
+            let (k, unit) = (number(wave.wavenumber), &words.wavenumber);
+            let velocity = wave.velocity_half.map_or(String::new(), |half| {
+                format!(", {}", with_half(wave.velocity, half, &words.velocity))
+            });
+            format!(", a wave of k = {k} {unit}{velocity}")
+        });
+        format!("{share}{coherent}{}", wave.unwrap_or_default())
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {

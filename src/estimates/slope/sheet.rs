@@ -136,28 +136,16 @@ impl Slope {
         }
     }
 
-    fn positive(&self, values: &[f64]) -> Vec<(f64, f64)> {
-        let pairs = self.abscissa.iter().copied().zip(values.iter().copied());
-        pairs.filter(|(x, y)| *x > 0.0 && *y > 0.0).collect()
-    }
-
     /// In double logarithmic scales over the bins, with the ends of the band of the fit.
-    fn chart(&self, title: &str, y_label: String, series: Vec<Series>) -> Chart {
-        let bins = self.words().label(self.role());
-        Chart {
-            log_x: true,
-            marks: self.law.band.map(|at| Mark::new(at, "")).to_vec(),
-            ..Chart::of(title, bins, y_label, series).logarithmic()
-        }
-    }
-
     fn spectrum_chart(&self) -> Chart {
         let law = &self.law;
         let on_law = |x: f64| (x, law.prefactor * x.powf(law.slope));
         let name = format!("slope {:.3}", law.slope);
         let fitted = Series::line(name, VERMILLION, law.band.map(on_law).to_vec());
+        // The mean has no place on a logarithmic axis.
+        let [bins, spectrum] = [&self.abscissa, &self.spectrum].map(|all| &all[1..]);
         let mut series = vec![
-            Series::line("spectrum", BLUE, self.positive(&self.spectrum)),
+            Series::of("spectrum", BLUE, bins, spectrum),
             fitted.with(Look::Dashed),
         ];
         if let Some(breaks) = &self.breaks {
@@ -165,8 +153,13 @@ impl Slope {
             let points = ends.iter().map(|x| (*x, breaks.at_logarithm(x.ln()).exp()));
             series.push(Series::line("with breaks", GREEN, points.collect()));
         }
-        let density = self.words().density_label(&[self.role()]);
-        self.chart("spectrum with its power law", density, series)
+        let (words, role, title) = (self.words(), self.role(), "spectrum with its power law");
+        let (bins, density) = (words.label(role), words.density_label(&[role]));
+        Chart {
+            log_x: true,
+            marks: law.band.map(|at| Mark::new(at, "")).to_vec(),
+            ..Chart::of(title, bins, density, series).logarithmic()
+        }
     }
 
     /// Slope and gradient against time.

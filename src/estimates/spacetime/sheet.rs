@@ -122,17 +122,15 @@ impl SpaceTimeEstimate {
     }
 
     fn map(&self) -> HeatChart {
-        let axes = [
-            (Role::Wavenumber, &self.wavenumber[..]),
-            (Role::Frequency, &self.frequency[..]),
-        ];
+        let roles = [Role::Wavenumber, Role::Frequency];
+        let axes = [&self.wavenumber[..], &self.frequency];
         let values = without_mean(&self.spectrum, self.mean_is_removed);
         HeatChart {
             title: "space-time spectrum S(k, f)".into(),
             caption: "Power by wavenumber and frequency; positive wavenumbers travel towards +x."
                 .into(),
             label: self.density_label(),
-            ..HeatChart::over(&self.words(), axes, values)
+            ..HeatChart::over(&self.words(), roles, axes, values)
         }
     }
 

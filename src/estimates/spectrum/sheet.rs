@@ -222,15 +222,15 @@ impl SpectrumEstimate {
     /// Of all sites, or at all times.
     fn map(&self) -> HeatChart {
         let (coordinates, words) = (self.coordinates(), self.words());
-        let [columns, bins] = self.roles();
+        let roles = self.roles();
         let values = without_mean(&self.spectrum, self.mean_is_removed);
-        let axes = [(columns, &coordinates[..]), (bins, &self.bins[..])];
+        let axes = [&coordinates[..], &self.bins];
         HeatChart {
             title: self.along.of(["spectra S(f, x)", "spectra S(k, t)"]).into(),
             caption: format!("The power at all {}.", self.columns_word()),
-            label: words.density_label(&[bins]),
+            label: words.density_label(&roles[1..]),
             marks: vec![Mark::new(coordinates[self.loudest()], "below")],
-            ..HeatChart::over(&words, axes, values)
+            ..HeatChart::over(&words, roles, axes, values)
         }
     }
 
