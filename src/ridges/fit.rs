@@ -53,16 +53,20 @@ pub struct RidgeParameter {
 }
 
 /// A law fitted to the points of all branches.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RidgeFit {
+    #[serde(rename = "law")]
     pub name: String,
     pub parameters: Vec<RidgeParameter>,
     pub points: usize,
     /// Root mean square of the points' distances from the law along their cuts, in bins.
+    #[serde(rename = "deviation_bins")]
     pub deviation: f64,
     /// Sum of the squares of distances over errors, by the degrees of freedom. Above 1, the errors of the
     /// parameters are scaled by its root; they are no smaller than what 0.03 bins do that all points are off alike.
+    #[serde(rename = "reduced_chi_square")]
     pub reduced: f64,
+    #[serde(skip)]
     pub curve: DispersionCurve,
 }
 

@@ -2,129 +2,100 @@
 
 use serde_json::json;
 
-use super::{Ridge, RidgeCut, RidgeFit, RidgeParameter, RidgePoint, Ridges};
+use super::{Ridge, RidgeCut, RidgeFit, RidgePoint, Ridges};
 use crate::analyze::{DispersionCurve, labels};
-use crate::numeric::median;
+use crate::numeric::sorted;
 use crate::sheet::{
-    BLACK, BLUE, Chart, Describe, HeatChart, Level, Look, PALETTE, PlotRow, Role, Series, Sheet,
-    Table, Units, VERMILLION, extent, name_of, number, percent, with_half, with_unit,
+    BLUE, Chart, Column, Describe, HeatChart, Look, PlotRow, Role, Series, Sheet, Table, Units,
+    VERMILLION, name_of, number, percent, with_half, with_unit,
 };
 use crate::unit::{self, label};
 
-const DEFINITIONS: [[&str; 2]; 5] = [
-    [
-        "Ridge",
-        "A row of peaks of S(k, f): along k at each frequency where a branch is steep, along f at each wavenumber \
-         where it is flat. Peaks stand above the level, above what stronger waves leak, and apart from them.",
-    ],
-    [
-        "Level",
-        "The power over the mean of the noise about it that noise exceeds anywhere in the spectrum with the \
-         stated probability; the noise is the local median.",
-    ],
-    [
-        "Place",
-        "The top of the parabola through the logarithms of three bins, corrected for the window; of a broad \
-         ridge its centre above half of the maximum. Its error is that of noise, or the spread about neighbouring \
-         points.",
-    ],
-    ["Phase velocity", "2πf/k, positive towards +x."],
-    [
-        "Group velocity",
-        "2π df/dk, of a parabola through the points about it, by least squares.",
-    ],
-];
+const DEFINITIONS: &str = "\
+    Ridge: A row of peaks of S(k, f): along k at each frequency where a branch is steep, along f at each wavenumber where it \
+        is flat. Peaks stand above the level, above what stronger waves leak, and apart from them.
+    Level: The power over the mean of the noise about it that noise exceeds anywhere in the spectrum with the stated \
+        probability; the noise is the local median.
+    Place: The top of the parabola through the logarithms of three bins, corrected for the window; of a broad ridge its \
+        centre above half of the maximum. Its error is that of noise, or the spread about neighbouring points.
+    Phase velocity: 2πf/k, positive towards +x.
+    Group velocity: 2π df/dk, of a parabola through the points about it, by least squares.";
 
 /// Points whose velocity is known to a tenth, at least, for one to be named.
 const LEAST_KNOWN: usize = 5;
-/// Spread of velocities that are one, over their median.
-const ALIKE: f64 = 0.15;
-/// Mean square of their distances from the median, over their errors, from which on they differ by more than these.
-const DIFFERENT: f64 = 4.0;
 /// Velocities known no better than this share of them are not drawn.
 const RESOLVED: f64 = 0.3;
 
-/// Numbers of a point, by their names in tables and archives.
-#[allow(clippy::type_complexity)]
-const COLUMNS: [(&str, fn(&RidgePoint) -> f64); 11] = [
-    ("frequency", |p| p.frequency),
-    ("frequency_error", |p| p.frequency_error),
-    ("wavenumber", |p| p.wavenumber),
-    ("wavenumber_error", |p| p.wavenumber_error),
-    ("power", |p| p.power),
-    ("noise", |p| p.noise),
-    ("width", |p| p.width),
-    ("phase_velocity", |p| p.phase_velocity),
-    ("phase_velocity_error", |p| p.phase_velocity_error),
-    ("group_velocity", |p| p.group_velocity),
-    ("group_velocity_error", |p| p.group_velocity_error),
-];
+/// Numbers of a point in tables and archives.
+fn columns<'u>(units: &'u Units, density: &'u str) -> [Column<'u, RidgePoint>; 11] {
+    let [f, k, velocity] = [&units.frequency, &units.wavenumber, &units.velocity];
+    [
+        ("frequency", f, |p| p.frequency),
+        ("frequency_error", f, |p| p.frequency_error),
+        ("wavenumber", k, |p| p.wavenumber),
+        ("wavenumber_error", k, |p| p.wavenumber_error),
+        ("power", density, |p| p.power),
+        ("noise", density, |p| p.noise),
+        // Along k at some points, along f at others.
+        ("width", "", |p| p.width),
+        ("phase_velocity", velocity, |p| p.phase_velocity),
+        ("phase_velocity_error", velocity, |p| p.phase_velocity_error),
+        ("group_velocity", velocity, |p| p.group_velocity),
+        ("group_velocity_error", velocity, |p| p.group_velocity_error),
+    ]
+}
 
 impl Describe for Ridges {
     /// Variables of each point: `branch`, `at_frequency` (1 for cuts at a frequency, 0 for those at a wavenumber) and
     /// the columns of [`Ridges::csv`]; of each fit n `fit_n_wavenumber` and `fit_n_frequency` (branches, wavenumbers).
     fn describe(&self) -> Sheet<'_> {
-        let axes = &self.analysis.axes;
         let conventions = &self.analysis.conventions;
-        let (time_unit, space_unit) = (axes.time_unit(), axes.space_unit());
-        let (level, chance) = (number(self.level), percent(self.alpha));
-        let above = format!("Peaks exceed {level} times the");
-        let (note, of_level) = match self.is_single() {
-            true => {
-                let why = self.independence.why();
-                (
-                    format!("{above} background about them."),
-                    format!("{level}: {why}"),
-                )
-            }
-            false => {
-                let by_chance = format!("noise does so anywhere with probability {chance}.");
-                (
-                    format!("{above} noise about them; {by_chance}"),
-                    format!("{level} at {chance}"),
-                )
-            }
+        let words = self.words();
+        let level = number(self.level);
+        let of_level = match self.is_single() {
+            true => format!("{level}; {}", self.independence.why()),
+            false => format!("{level}, at {}", percent(self.alpha)),
         };
         let mut sheet = Sheet {
-            about: format!("dispersion, times in {time_unit}, lengths in {space_unit}"),
+            about: "dispersion read off the space-time spectrum".into(),
             answer: self.answer(),
-            note,
+            note: format!("Level of peaks over the noise: {of_level}."),
             needs_sites_in_step: true,
-            ..Sheet::of("ridges", "Ridges of S(k, f)", &DEFINITIONS)
+            ..Sheet::of("ridges", "Ridges of S(k, f)", DEFINITIONS)
         };
-        if !self.ridges.is_empty() {
-            let ridges = format!("{} of {} branches", self.ridges.len(), self.branches());
-            let points = self.points().count();
-            let text = format!("{ridges} with {points} points above {level} times the noise");
-            sheet.fact("ridges", text);
-        }
+        let (ridges, branches) = (self.ridges.len(), self.branches());
+        let points = self.points().count();
+        let text = format!(
+            "{ridges} of {branches} branches with {points} points above {level} times the noise"
+        );
+        sheet.fact("ridges", text);
         for fit in &self.fits {
-            let law = format!("{}: {}", fit.name, fit.parameters_in_words());
             let [off, chi] = [fit.deviation, fit.reduced].map(number);
-            let text = format!("{law}; deviation {off} bins, reduced chi-square {chi}");
+            let text = format!(
+                "{}: {}; deviation {off} bins, reduced chi-square {chi}",
+                fit.name,
+                fit.parameters_in_words()
+            );
             sheet.fact("fit", text);
         }
         if self.is_single() {
-            sheet.warnings.push(self.independence.transient("field"));
+            sheet.warnings.push(self.independence.warning());
         }
         sheet.warnings.extend_from_slice(&self.analysis.warnings);
         let [df, dk] = self.bins;
-        let df = with_unit(df, &axes.frequency_unit());
-        let dk = with_unit(dk, &axes.wavenumber_unit());
         let rows = [
             ("records", self.records.to_string()),
             ("segments of a record", conventions.segments.to_string()),
             ("samples a segment", conventions.segment.to_string()),
             ("effective realisations", number(self.realisations)),
             ("level over the noise", of_level),
-            ("bin of frequency", df),
-            ("bin of wavenumber", dk),
+            ("bin of frequency", with_unit(df, &words.frequency)),
+            ("bin of wavenumber", with_unit(dk, &words.wavenumber)),
         ];
         sheet.tables.push(Table::of_values("Spectrum", rows));
-        sheet.tables.extend(self.fit_table());
         sheet.numbers(json!({
-            "time_unit": time_unit,
-            "space_unit": space_unit,
+            "time_unit": words.time,
+            "space_unit": words.space,
             "records": self.records,
             "segment": conventions.segment,
             "overlap": conventions.overlap,
@@ -135,14 +106,14 @@ impl Describe for Ridges {
             "steadiness": self.independence.steadiness,
             "alpha": self.alpha,
             "level": self.level,
-            "frequency_bin": self.bins[0],
-            "wavenumber_bin": self.bins[1],
+            "frequency_bin": df,
+            "wavenumber_bin": dk,
             "frequency_resolution": self.resolution[0],
             "wavenumber_resolution": self.resolution[1],
-            "branches": self.branches(),
+            "branches": branches,
             "lone_peaks": self.lone,
             "ridges": self.ridges.iter().map(Ridge::numbers).collect::<Vec<_>>(),
-            "fits": self.fits.iter().map(RidgeFit::numbers).collect::<Vec<_>>(),
+            "fits": self.fits,
         }));
         self.variables(&mut sheet);
         sheet
@@ -150,10 +121,8 @@ impl Describe for Ridges {
 
     fn pictures(&self) -> Vec<PlotRow> {
         let map = self.map().map(|map| PlotRow::of([map]).high(1.4));
-        let places = (!self.ridges.is_empty()).then(|| PlotRow::of([self.place_chart()]).high(1.2));
-        let velocities = self.velocity_charts();
-        let velocities = (!velocities.is_empty()).then(|| PlotRow::of(velocities));
-        [map, places, velocities].into_iter().flatten().collect()
+        let velocities = self.velocity_chart().map(|chart| PlotRow::of([chart]));
+        map.into_iter().chain(velocities).collect()
     }
 }
 
@@ -175,138 +144,76 @@ impl Ridge {
 }
 
 impl RidgeFit {
-    fn numbers(&self) -> serde_json::Value {
-        json!({
-            "law": self.name,
-            "parameters": self.parameters,
-            "points": self.points,
-            "deviation_bins": self.deviation,
-            "reduced_chi_square": self.reduced,
-        })
-    }
-
     /// The parameters with their standard errors, where they have them.
     fn parameters_in_words(&self) -> String {
-        let of = |p: &RidgeParameter| match p.error.is_finite() {
-            true => format!("{} = {} ± {}", p.name, number(p.value), number(p.error)),
-            false => format!("{} = {}", p.name, number(p.value)),
-        };
-        let all: Vec<String> = self.parameters.iter().map(of).collect();
-        all.join(", ")
+        let parameters = self.parameters.iter();
+        let all = parameters.map(|p| format!("{} = {}", p.name, with_half(p.value, p.error, "")));
+        all.collect::<Vec<_>>().join(", ")
     }
 }
 
 impl Ridges {
-    fn velocity_unit(&self) -> String {
-        let axes = &self.analysis.axes;
-        format!("{}/{}", axes.space_unit(), axes.time_unit())
+    fn words(&self) -> Units {
+        let (axes, sample) = (&self.analysis.axes, self.analysis.unit.as_deref());
+        Units::in_words(&axes.time, &axes.space, sample)
     }
 
     /// The law, or the velocity, in words.
     fn answer(&self) -> String {
+        let words = self.words();
         if self.ridges.is_empty() {
-            let Some(lone) = self.lone.first() else {
-                return "no ridge stands above the noise".into();
-            };
-            let axes = &self.analysis.axes;
-            let peaks = match self.lone.len() {
-                1 => "one lone peak stands above the noise, near".to_owned(),
-                count => format!("{count} lone peaks stand above the noise, the largest near"),
-            };
-            let frequency = with_unit(lone[0], &axes.frequency_unit());
-            let wavenumber = with_unit(lone[1], &axes.wavenumber_unit());
-            return format!("no ridge: {peaks} {frequency}, {wavenumber}");
+            let lone = self.lone.first().map(|[frequency, wavenumber]| {
+                let frequency = with_unit(*frequency, &words.frequency);
+                let wavenumber = with_unit(*wavenumber, &words.wavenumber);
+                let count = self.lone.len();
+                format!("; lone peaks: {count}, the largest near {frequency}, {wavenumber}")
+            });
+            let lone = lone.unwrap_or_default();
+            return format!("no ridge stands above the noise{lone}");
         }
         // Relative to the number of free points.
         let fits = self.fits.iter().filter(|fit| fit.deviation < 1.0);
         if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
-            let have_errors = fit.parameters.iter().all(|p| p.error.is_finite());
-            let errors = if have_errors {
-                " (standard errors)"
-            } else {
-                ""
-            };
-            let (words, off) = (fit.parameters_in_words(), number(fit.deviation));
-            return format!("{} with {words}{errors}, within {off} bins", fit.name);
+            let (parameters, off) = (fit.parameters_in_words(), number(fit.deviation));
+            return format!(
+                "{} with {parameters} (standard errors), within {off} bins",
+                fit.name
+            );
         }
-        let unit = self.velocity_unit();
-        let branches = match self.branches() {
-            1 => "one branch".to_owned(),
-            count => format!("{count} branches"),
-        };
-        if self.is_single() {
-            let speeds = self.points().map(|p| p.group_velocity.abs());
-            let around = median(speeds.filter(|speed| speed.is_finite()))
-                .map(|speed| format!(", group velocity around {} {unit}", number(speed)));
-            let around = around.unwrap_or_default();
-            return format!("{branches}{around}; of a single transient no error is stated");
-        }
-        let magnitudes = |of: fn(&RidgePoint) -> [f64; 2]| {
-            let known = self.points().map(of);
-            let known = known.filter(|[speed, error]| *error < 0.1 * speed.abs());
-            let mut speeds: Vec<[f64; 2]> = known.map(|[speed, e]| [speed.abs(), e]).collect();
-            speeds.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            let at = |share: f64| speeds[(share * (speeds.len() - 1) as f64).round() as usize][0];
+        // Folded wavenumbers have other phase velocities, but the same group velocity.
+        let velocities: [(&str, fn(&RidgePoint) -> [f64; 2]); 2] = [
+            ("group", |p| [p.group_velocity, p.group_velocity_error]),
+            ("phase", |p| [p.phase_velocity, p.phase_velocity_error]),
+        ];
+        let known = velocities.into_iter().find_map(|(name, of)| {
+            let known = self.points().map(of).filter(|[speed, error]| {
+                let is_single = self.is_single() && speed.is_finite();
+                is_single || *error < 0.1 * speed.abs()
+            });
+            let known: Vec<f64> = known.map(|[speed, _]| speed).collect();
+            let plus = known.iter().filter(|speed| **speed > 0.0).count();
+            let share = percent(plus as f64 / known.len() as f64);
+            let speeds = sorted(known.iter().map(|speed| speed.abs()));
+            let last = speeds.len().saturating_sub(1) as f64;
+            let at = |share: f64| number(speeds[(share * last).round() as usize]);
+            let unit = &words.velocity;
             (speeds.len() >= LEAST_KNOWN).then(|| {
                 let [low, middle, high] = [0.05, 0.5, 0.95].map(at);
-                let off = speeds.iter().map(|[v, e]| ((v - middle) / e).powi(2));
-                let by_errors = off.sum::<f64>() < DIFFERENT * speeds.len() as f64;
-                let are_alike = by_errors || high - low < ALIKE * middle;
-                ([low, middle, high], are_alike)
-            })
-        };
-        // Folded wavenumbers have other phase velocities, but the same group velocity.
-        let group = magnitudes(|p| [p.group_velocity, p.group_velocity_error]);
-        if let Some(([low, middle, high], true)) = group {
-            let [plus, minus] = [1.0, -1.0].map(|sign| {
-                let signed = self.points().filter(|p| sign * p.group_velocity > 0.0);
-                signed.count()
-            });
-            let ways = match minus * 20 < plus {
-                true => "towards +x",
-                false if plus * 20 < minus => "towards -x",
-                false => "both ways",
-            };
-            let speed = with_half(middle, 0.5 * (high - low), &unit);
-            return format!("waves {ways} at a group velocity of {speed} ({branches})");
-        }
-        let phase = magnitudes(|p| [p.phase_velocity, p.phase_velocity_error]);
-        let known = group.map(|known| ("group", known));
-        match known.or(phase.map(|known| ("phase", known))) {
-            Some((name, ([low, _, high], _))) => {
-                let [low, high] = [low, high].map(number);
-                format!("{branches}, {name} velocity from {low} to {high} {unit}")
-            }
-            None => format!("{branches}, no velocity of which is known to a tenth"),
-        }
-    }
-
-    fn fit_table(&self) -> Option<Table> {
-        let rows = self.fits.iter().flat_map(|fit| {
-            fit.parameters.iter().map(|parameter| {
-                let numbers = [parameter.value, parameter.error, fit.deviation, fit.reduced];
-                let names = [fit.name.clone(), parameter.name.clone()];
-                names.into_iter().chain(numbers.map(number)).collect()
+                format!("{name} velocity {middle} {unit} ({low} to {high} at nine of ten points), {share} of them towards +x")
             })
         });
-        let head = [
-            "law",
-            "parameter",
-            "value",
-            "standard error",
-            "deviation (bins)",
-            "reduced χ²",
-        ];
-        (!self.fits.is_empty()).then(|| Table::of("Fitted laws", &head, rows))
+        let known = known.unwrap_or("no velocity is known to a tenth".into());
+        format!("branches: {}; {known}", self.branches())
     }
 
     /// The points as a table, a row each: `branch`, `cut`, then the numbers; empty cells where one is not defined.
     pub fn csv(&self) -> String {
-        let names = COLUMNS.map(|(name, _)| name);
-        let mut text = format!("branch,cut,{}\n", names.join(","));
+        let words = self.words();
+        let columns = columns(&words, "");
+        let mut text = format!("branch,cut,{}\n", columns.map(|(name, ..)| name).join(","));
         for ridge in &self.ridges {
             for point in &ridge.points {
-                let cells = COLUMNS.map(|(_, of)| match of(point) {
+                let cells = columns.map(|(_, _, of)| match of(point) {
                     value if value.is_finite() => value.to_string(),
                     _ => String::new(),
                 });
@@ -318,28 +225,20 @@ impl Ridges {
     }
 
     fn variables(&self, sheet: &mut Sheet) {
-        let (axes, sample) = (&self.analysis.axes, self.analysis.unit.as_deref());
-        let units = Units::of(&axes.time, &axes.space, sample);
+        let axes = &self.analysis.axes;
+        let units = Units::of(&axes.time, &axes.space, None);
         let density = labels::Power::of(&self.analysis).over_both(axes);
-        let density = unit::split(&density).1;
-        let mut line = |name, unit: &str, values: Vec<f64>| sheet.line(name, "point", unit, values);
-        let points = self.ridges.iter();
-        let ridges = points.flat_map(|ridge| ridge.points.iter().map(move |_| ridge));
-        let is_cut = |ridge: &Ridge| f64::from(u8::from(ridge.cut == RidgeCut::Frequency));
-        let branch = |ridge: &Ridge| ridge.branch as f64;
-        line("branch", "", ridges.clone().map(branch).collect());
-        line("at_frequency", "", ridges.map(is_cut).collect());
-        for (name, of) in COLUMNS {
-            let of_column = match name {
-                "frequency" | "frequency_error" => &units.frequency,
-                "wavenumber" | "wavenumber_error" => &units.wavenumber,
-                "power" | "noise" => density,
-                // Along k at some points, along f at others.
-                "width" => "",
-                _ => &units.velocity,
-            };
-            line(name, of_column, self.points().map(of).collect());
-        }
+        let ridges = self.ridges.iter();
+        let ridges = ridges.flat_map(|ridge| ridge.points.iter().map(move |_| ridge));
+        let of_ridges: [Column<Ridge>; 2] = [
+            ("branch", "", |r| r.branch as f64),
+            ("at_frequency", "", |r| {
+                f64::from(u8::from(r.cut == RidgeCut::Frequency))
+            }),
+        ];
+        sheet.columns("point", ridges, &of_ridges);
+        let points = self.ridges.iter().flat_map(|ridge| &ridge.points);
+        sheet.columns("point", points, &columns(&units, unit::split(&density).1));
         for (n, fit) in self.fits.iter().enumerate() {
             let curve = &fit.curve;
             let [axis, branches, name] =
@@ -373,54 +272,23 @@ impl Ridges {
         })
     }
 
-    /// Frequency over wavenumber, with the fitted laws.
-    fn place_chart(&self) -> Chart {
-        let axes = &self.analysis.axes;
-        let colours = PALETTE.len() - 1;
-        let branch = |branch: usize| {
-            let name = match branch < colours {
-                true => format!("branch {branch}"),
-                false => String::new(),
-            };
-            let ridges = self.ridges.iter().filter(|ridge| ridge.branch == branch);
-            let points = ridges.flat_map(|ridge| &ridge.points);
-            let points = points.map(|p| (p.wavenumber, p.frequency));
-            Series::line(name, branch % colours, points.collect()).with(Look::Dots)
+    /// Phase and group velocity over frequency, where they are known; those of a transient without errors.
+    fn velocity_chart(&self) -> Option<Chart> {
+        let series = |name, colour, of: fn(&RidgePoint) -> [f64; 3]| {
+            let known = self.points().map(of).filter(|[_, velocity, error]| {
+                velocity.is_finite() && (error.is_nan() || *error < RESOLVED * velocity.abs())
+            });
+            Series::with_errors(name, colour, known).with(Look::Dots)
         };
-        let laws: Vec<DispersionCurve> = self.fits.iter().map(|fit| fit.curve.clone()).collect();
-        let fitted = DispersionCurve::curves(&laws).into_iter();
-        let fitted = fitted.map(|curve| Series::line(curve.label, BLACK, curve.points));
-        let fitted = fitted.map(|series| series.with(Look::Dashed));
-        let series = (0..self.branches()).map(branch).chain(fitted).collect();
-        let (k, f) = (labels::wavenumber(axes), labels::frequency(axes));
-        Chart {
-            x: extent(axes.wavenumber_signed.iter().copied()),
-            ..Chart::of("ridges", k, f, series)
-        }
-    }
-
-    /// Phase and group velocity over frequency, where they are known.
-    fn velocity_charts(&self) -> Vec<Chart> {
-        let chart = |title: &str, colour, of: &dyn Fn(&RidgePoint) -> [f64; 2]| {
-            let known = self.points().map(|point| (point.frequency, of(point)));
-            let known = known.filter(|(_, [value, error])| *error < RESOLVED * value.abs());
-            let points = known.map(|(f, [value, error])| [f, value, error]);
-            let series = Series::with_errors("", colour, points).with(Look::Dots);
-            let frequency = labels::frequency(&self.analysis.axes);
-            let velocity = label("velocity", &self.velocity_unit());
-            (series.points.len() > 1).then(|| Chart {
-                levels: vec![Level::zero()],
-                ..Chart::of(title, frequency, velocity, vec![series])
-            })
-        };
-        let phase = chart("phase velocity", BLUE, &|p| match self.is_single() {
-            // That of a transient is as good as the place of its peak, without an error; slopes are not.
-            true => [p.phase_velocity, 0.0],
-            false => [p.phase_velocity, p.phase_velocity_error],
+        let phase = series("phase", BLUE, |p| {
+            [p.frequency, p.phase_velocity, p.phase_velocity_error]
         });
-        let group = chart("group velocity", VERMILLION, &|p| {
-            [p.group_velocity, p.group_velocity_error]
+        let group = series("group", VERMILLION, |p| {
+            [p.frequency, p.group_velocity, p.group_velocity_error]
         });
-        phase.into_iter().chain(group).collect()
+        let frequency = labels::frequency(&self.analysis.axes);
+        let velocity = label("velocity", &self.words().velocity);
+        (self.points().next())
+            .map(|_| Chart::of("velocities", frequency, velocity, vec![phase, group]).about_zero())
     }
 }

@@ -130,11 +130,11 @@ impl Series {
         }
     }
 
-    /// With an area below the line.
+    /// With an area below the line, where an end is known.
     pub fn with_band(self, label: impl Into<String>, ends: Vec<(f64, f64)>) -> Series {
-        let label = label.into();
+        let (label, is_known) = (label.into(), ends.iter().any(|(low, _)| low.is_finite()));
         Series {
-            band: Some(Band { label, ends }),
+            band: is_known.then_some(Band { label, ends }),
             ..self
         }
     }
@@ -159,6 +159,9 @@ impl Level {
         Level::new(0.0, "")
     }
 }
+
+/// Decades that a logarithmic axis reaches down, at most.
+const DECADES: i32 = 12;
 
 /// Series on one pair of axes.
 #[derive(Debug, Clone, PartialEq)]
@@ -209,16 +212,33 @@ impl Chart {
             second_y: None,
         }
     }
-}
 
-impl Chart {
-    /// The same with a logarithmic vertical axis, over the points that are positive.
+    /// The same with a logarithmic vertical axis, over points and bands that are positive.
     pub fn logarithmic(self) -> Chart {
         let points = self.series.iter().flat_map(|series| &series.points);
-        let y = extent(points.map(|point| point.1).filter(|y| *y > 0.0));
+        let bands = self.series.iter().flat_map(|series| &series.band);
+        let ends = bands.flat_map(|band| band.ends.iter().flat_map(|(low, high)| [*low, *high]));
+        let values = points.map(|point| point.1).chain(ends);
+        let y = extent(values.filter(|y| *y > 0.0));
         Chart {
-            y: 0.5 * y.start..2.0 * y.end,
+            y: 0.5 * y.start.max(y.end * 10f64.powi(-DECADES))..2.0 * y.end,
             log_y: true,
+            ..self
+        }
+    }
+
+    /// The same with a line at 0, over the bars of all points.
+    pub fn about_zero(self) -> Chart {
+        let bars = self.series.iter().flat_map(|series| {
+            let errors = series.errors.iter().chain(std::iter::repeat(&0.0));
+            let points = series.points.iter().zip(errors);
+            points.flat_map(|((_, value), error)| [value - error, value + error])
+        });
+        let y = extent(bars.chain([0.0]));
+        let space = 0.05 * (y.end - y.start);
+        Chart {
+            y: y.start - space..y.end + space,
+            levels: vec![Level::zero()],
             ..self
         }
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use ndarray::Array2;
 use serde::Serialize;
 
+use super::Units;
 use super::chart::Mark;
 
 /// What an axis counts; picks on a page are shared between axes that count the same.
@@ -15,6 +16,18 @@ pub enum Role {
     Position,
     Frequency,
     Wavenumber,
+}
+
+impl Role {
+    /// Name and symbol.
+    pub(crate) fn words(self) -> [&'static str; 2] {
+        match self {
+            Role::Time => ["time", "t"],
+            Role::Position => ["position", "x"],
+            Role::Frequency => ["frequency", "f"],
+            Role::Wavenumber => ["wavenumber", "k"],
+        }
+    }
 }
 
 /// What the colours of a map reach over.
@@ -59,6 +72,27 @@ pub struct HeatChart {
     pub roles: Option<[Role; 2]>,
 }
 
+impl HeatChart {
+    /// Values over two axes with the centres of their cells; the vertical one has no negative values.
+    pub(crate) fn over(
+        units: &Units,
+        roles: [Role; 2],
+        [x, y]: [&[f64]; 2],
+        values: Array2<f64>,
+    ) -> HeatChart {
+        let vertical = range(y);
+        HeatChart {
+            x_label: units.label(roles[0]),
+            y_label: units.label(roles[1]),
+            x: range(x),
+            y: vertical.start.max(0.0)..vertical.end,
+            values,
+            roles: Some(roles),
+            ..HeatChart::default()
+        }
+    }
+}
+
 /// The ends of an axis whose cells have these centres.
 pub(crate) fn edges(centres: &[f64]) -> (f64, f64) {
     match centres {
@@ -69,12 +103,6 @@ pub(crate) fn edges(centres: &[f64]) -> (f64, f64) {
             (first - half, centres[centres.len() - 1] + half)
         }
     }
-}
-
-/// The same of an axis without negative values.
-pub(crate) fn edges_from_zero(centres: &[f64]) -> Range<f64> {
-    let (low, high) = edges(centres);
-    low.max(0.0)..high
 }
 
 /// The range of an axis whose cells have these centres.

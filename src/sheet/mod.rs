@@ -21,8 +21,8 @@ pub(crate) use chart::{BLACK, BLUE, GREEN, PURPLE, SKY, VERMILLION};
 pub use chart::{Band, Chart, Level, Look, Mark, Marker, PALETTE, Series, extent};
 #[cfg(feature = "figures")]
 pub(crate) use map::edges;
+pub(crate) use map::range;
 pub use map::{Colors, Curve, HeatChart, Role};
-pub(crate) use map::{edges_from_zero, range};
 pub(crate) use units::Units;
 pub use words::{confidence, error_size, listed, name_of, number, percent, with_half, with_range};
 pub(crate) use words::{six_digits, three_digits, with_unit};
@@ -257,18 +257,20 @@ impl PlotRow {
     }
 }
 
+/// Terms with their meaning, one a line: `Term: meaning`.
+pub(crate) fn terms(text: &'static str) -> impl Iterator<Item = [&'static str; 2]> {
+    let lines = text.lines().map(str::trim);
+    lines.filter_map(|line| line.split_once(": ").map(Into::into))
+}
+
 impl<'a> Sheet<'a> {
     /// An empty one, the first version of its schema.
-    pub(crate) fn of(
-        name: &'static str,
-        title: &str,
-        definitions: &[[&'static str; 2]],
-    ) -> Sheet<'a> {
+    pub(crate) fn of(name: &'static str, title: &str, definitions: &'static str) -> Sheet<'a> {
         Sheet {
             name,
             version: 1,
             title: title.into(),
-            definitions: definitions.to_vec(),
+            definitions: terms(definitions).collect(),
             ..Sheet::default()
         }
     }
@@ -327,6 +329,12 @@ impl<'a> Sheet<'a> {
     ) {
         let values = values.into();
         self.variable(name, &[(dimension, values.len())], unit, values);
+    }
+
+    /// Adds the coordinates of an axis.
+    pub(crate) fn axis(&mut self, role: Role, units: &Units, values: impl Into<Cow<'a, [f64]>>) {
+        let [name, _] = role.words();
+        self.line(name, name, units.unit(role), values);
     }
 
     /// Adds an array for each column of items along one dimension.

@@ -281,7 +281,7 @@ fn val_theory_a_hump_is_one_peak() {
     let peaks = found.peaks().unwrap();
     assert_eq!(peaks.len(), 4);
     let answer = found.describe().answer;
-    assert!(answer.contains(" (4 sites)"), "{answer}");
+    assert!(answer.contains(" (4 of 4 sites)"), "{answer}");
     for peak in peaks {
         assert!(
             (peak.at - f / DT).abs() < 0.02 && peak.ratio > 8.0,

@@ -17,7 +17,12 @@ fn regress_a_delay_is_found_and_written() {
     place.save("field.npy", &values);
     let said = place.says("coherence field.npy --dt 10us --figures png");
     let first = said.lines().next().unwrap();
-    let facts = ["site 1 follows site 0", "3.00", "e-5 s", "(95 %)"];
+    let facts = [
+        "1 of 2 sites coherent with site 0",
+        "3.00",
+        "e-5 s",
+        "(95 %)",
+    ];
     assert!(facts.iter().all(|fact| first.contains(fact)), "{first}");
     let summary = place.json("field-coherence/summary.json");
     let delay = &summary["delays"][1];
@@ -62,8 +67,8 @@ fn regress_the_first_line_is_the_answer() {
     silent.column_mut(0).fill(0.0);
     place.save("silent.npy", &silent);
     for (file, fact) in [
-        ("unrelated.npy", "no site follows site 0"),
-        ("travels.npy", "all 7 sites follow site 0"),
+        ("unrelated.npy", "0 of 1 sites coherent with site 0"),
+        ("travels.npy", "7 of 7 sites coherent with site 0"),
         ("pulse.npy", "one transient"),
         ("silent.npy", "silent"),
     ] {

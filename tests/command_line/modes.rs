@@ -14,7 +14,7 @@ fn regress_a_wave_is_found_and_written() {
     });
     place.save("field.npy", &values);
     let said = place.says("modes field.npy --segment 128 --figures png");
-    assert!(said.contains("a wave"), "{said}");
+    assert!(said.contains("coherent modes at 0.125"), "{said}");
     let summary = place.json("field-modes/summary.json");
     let chosen = &summary["chosen"][0];
     assert_eq!(chosen["frequency"], 0.125);

@@ -155,11 +155,6 @@ impl Coherence {
         let sites = 0..self.coherence.ncols();
         sites.map(|j| self.space.at(j)).collect()
     }
-
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
-    }
 }
 
 /// Coherence, phase and delay of every site against a reference.

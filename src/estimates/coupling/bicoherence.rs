@@ -12,7 +12,6 @@ use crate::estimates::realisations::{
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
-use crate::sheet::number;
 use crate::system::threads::in_pool;
 
 /// All choices of [`bicoherence`].
@@ -151,30 +150,6 @@ impl Bicoherence {
             }
         });
         triples.collect()
-    }
-
-    /// What was found, in words.
-    pub fn coupling(&self) -> String {
-        let (Some(cell), Some(map)) = (self.cell_level(), self.map_level()) else {
-            return "no significance can be stated".into();
-        };
-        let cells = self.cells();
-        if cells == 0 {
-            return "no triple of frequencies has power at all three".into();
-        }
-        let (one, any) = (self.above(cell), self.above(map));
-        let [cell, map] = [cell, map].map(number);
-        format!(
-            "{any} of {cells} triples of frequencies are above {map}, which any of them exceeds by chance with \
-             probability {alpha}; {one} are above {cell}, the level of one, where {chance:.0} would be by chance",
-            alpha = self.alpha,
-            chance = self.alpha * cells as f64,
-        )
-    }
-
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
     }
 }
 

@@ -143,62 +143,9 @@ impl Transfer {
         chi_square_level(self.alpha / count.max(1) as f64, 1.0).sqrt()
     }
 
-    /// What was found, in words.
-    pub fn findings(&self) -> String {
-        let shares = &self.shares;
-        let percent = |share: f64| format!("{:.2} %", 100.0 * share);
-        let [linear, of_rest] = [shares.held_out_linear, shares.held_out_of_rest].map(percent);
-        let held = format!(
-            "of realisations that were not fitted, the linear term explains {linear}, and quadratic terms {of_rest} \
-             of what it leaves (mean over frequencies)"
-        );
-        if shares.held_out_of_rest <= 0.0 {
-            return format!("no quadratic transfer is found: {held}");
-        }
-        match shares
-            .stronger_half_of_rest
-            .map(|share| (share > 0.0, percent(share)))
-        {
-            None => held,
-            Some((true, across)) => {
-                format!("{held}; fitted to the weaker half, {across} of the stronger")
-            }
-            Some((false, across)) => format!(
-                "{held}, but coefficients of the weaker half do not hold in the stronger ({across}): no quadratic \
-                 expansion is shown"
-            ),
-        }
-    }
-
-    /// Whether power passes from low to high frequency, in words.
-    pub fn answer(&self) -> String {
-        if !self.holds() {
-            return self.findings();
-        }
-        let Some(at) = self.passage() else {
-            return "at no frequency do those on one side lose and those on the other gain more than by chance"
-                .into();
-        };
-        let towards = if at.flux > 0.0 { "higher" } else { "lower" };
-        let share = |power: f64| 100.0 * power.abs() / self.input();
-        let shares = [at.flux, at.flux_error, at.above, at.above_error];
-        let [flux, flux_error, above, above_error] = shares.map(share);
-        format!(
-            "quadratic terms move power past {:.4} {} towards {towards} frequencies: {flux:.3} % of the input's on one \
-             side (standard error {flux_error:.3} %), {above:.3} % on the other ({above_error:.3} %)",
-            at.frequency,
-            crate::measure::cycles_per(&self.units().0),
-        )
-    }
-
     /// Mean square of the input in all frequencies of the model.
     pub fn input(&self) -> f64 {
         let df = self.outputs[0].frequency;
         self.outputs.iter().map(|output| output.input * df).sum()
-    }
-
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
     }
 }

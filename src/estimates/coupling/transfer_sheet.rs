@@ -4,39 +4,22 @@ use serde_json::json;
 
 use super::sheet::over_pairs;
 use super::{OutputTransfer, PairTransfer, Transfer};
-use crate::measure::cycles_per;
 use crate::sheet::{
-    BLUE, Chart, Colors, Column, Describe, GREEN, HeatChart, Level, Look, PlotRow, Series, Sheet,
-    Units, VERMILLION, number, percent,
+    BLUE, Chart, Colors, Column, Describe, GREEN, HeatChart, Look, PlotRow, Role, Series, Sheet,
+    Table, Units, VERMILLION, number, percent,
 };
 use crate::unit::label;
 
-const DEFINITIONS: [[&str; 2]; 5] = [
-    [
-        "Model",
-        "Y(f) = L(f) X(f) + Σ Q(f₁, f₂) X(f₁) X(f₂) over f₁ + f₂ = f, differences included, by least squares over \
-         realisations. The input is not taken for Gaussian.",
-    ],
-    [
-        "Gained from pairs",
-        "What the quadratic terms add to the power of a frequency between the two sites; what it gives to others \
-         is negative. Chance is subtracted.",
-    ],
-    [
-        "Passes f",
-        "Power that the quadratic terms move from below f to above it; positive towards high frequency.",
-    ],
-    [
-        "Not fitted",
-        "Each fifth of the realisations is predicted from the others. A share below 0 means that the terms \
-         predict nothing: the field has no such expansion, or the realisations are too few.",
-    ],
-    [
-        "Weaker and stronger half",
-        "The coefficients of an expansion do not depend on the amplitude. Fitted to the weaker half of the \
-         realisations, they must explain the stronger half too.",
-    ],
-];
+const DEFINITIONS: &str = "\
+    Model: Y(f) = L(f) X(f) + Σ Q(f₁, f₂) X(f₁) X(f₂) over f₁ + f₂ = f, differences included, by least squares over \
+        realisations. The input is not taken for Gaussian.
+    Gained from pairs: What the quadratic terms add to the power of a frequency between the two sites; what it gives to \
+        others is negative. Chance is subtracted.
+    Passes f: Power that the quadratic terms move from below f to above it; positive towards high frequency.
+    Not fitted: Each fifth of the realisations is predicted from the others. A share below 0 means that the terms predict \
+        nothing: the field has no such expansion, or the realisations are too few.
+    Weaker and stronger half: The coefficients of an expansion do not depend on the amplitude. Fitted to the weaker half of \
+        the realisations, they must explain the stronger half too.";
 
 impl Describe for Transfer {
     /// Variables: of each output frequency (nf) `frequency`, `input`, `output`, `magnitude`, `magnitude_error`, `phase`,
@@ -45,34 +28,35 @@ impl Describe for Transfer {
     /// `pair_im`, `pair_gain`, `pair_gain_error`.
     fn describe(&self) -> Sheet<'_> {
         let shares = &self.shares;
-        let [from, to] = [self.from, self.to].map(|site| number(self.space.at(site)));
         let title = format!("Transfer from site {} to site {}", self.from, self.to);
         let mut sheet = Sheet {
-            about: format!("from {from} to {to}, {} samples later", self.lag),
-            answer: self.in_words(),
+            about: format!("linear and quadratic terms, {} samples later", self.lag),
+            answer: self.answer(),
             note: format!(
                 "Bars are standard errors by {} resamplings of {} blocks of realisations.",
                 self.resamplings, self.blocks
             ),
-            ..Sheet::of("transfer", &title, &DEFINITIONS)
+            ..Sheet::of("transfer", &title, DEFINITIONS)
         };
-        let fitted = [shares.linear, shares.quadratic, shares.residual];
-        let [linear, quadratic, residual] = fitted.map(percent);
-        let text =
-            format!("linear {linear}, quadratic {quadratic}, residual {residual} of its power");
-        sheet.fact("output", text);
-        let [linear, quadratic] = [shares.held_out_linear, shares.held_out_of_rest].map(percent);
-        let text = format!(
-            "of what was not fitted, linear terms explain {linear}, quadratic ones {quadratic} of the rest"
-        );
-        sheet.fact("prediction", text);
-        sheet.detail("findings", self.findings());
-        if self.holds() {
-            sheet.detail("passage", self.answer());
-        }
-        let rows = [("unknowns of a frequency", self.unknowns.to_string())];
+        let of_rest = percent(shares.held_out_of_rest);
+        let stronger = shares.stronger_half_of_rest;
+        let stronger = stronger.map_or("not tested".into(), percent);
+        let undetermined: usize = self.outputs.iter().map(|output| output.undetermined).sum();
+        let explained = [
+            ("linear terms", percent(shares.linear)),
+            ("quadratic terms", percent(shares.quadratic)),
+            ("residual", percent(shares.residual)),
+            ("not fitted: linear", percent(shares.held_out_linear)),
+            ("not fitted: quadratic, of the rest", of_rest),
+            ("stronger half: quadratic, of the rest", stronger),
+        ];
+        let explained = Table::of_values("Explained of the output's power", explained);
+        sheet.tables.push(explained.printed());
+        let rows = [
+            ("unknowns of a frequency", self.unknowns.to_string()),
+            ("terms that others replace", undetermined.to_string()),
+        ];
         self.independence.describe(&mut sheet, self.segment, rows);
-        self.warnings(&mut sheet);
         sheet.numbers(json!({
             "from": self.from,
             "from_position": self.space.at(self.from),
@@ -102,57 +86,43 @@ impl Describe for Transfer {
 }
 
 impl Transfer {
-    /// What gained from what, in words.
-    fn in_words(&self) -> String {
+    fn words(&self) -> Units {
+        Units::in_words(&self.time, &self.space, self.unit.as_deref())
+    }
+
+    /// Whether power passes from low to high frequency, in words.
+    fn answer(&self) -> String {
         if !self.holds() {
             return "no quadratic transfer is shown: it does not predict what was not fitted"
                 .into();
         }
-        let unit = self.frequency_unit();
-        let share = |power: f64| percent(power / self.input());
+        let unit = self.words().frequency;
+        let with_error = |power: f64, error: f64| {
+            let [share, error] = [power, error].map(|power| percent(power / self.input()));
+            format!("{share} ± {error} of the input's power")
+        };
         if let Some(at) = self.passage() {
             let towards = if at.flux > 0.0 { "higher" } else { "lower" };
-            let [share, error] = [at.flux.abs(), at.flux_error].map(share);
+            let share = with_error(at.flux.abs(), at.flux_error);
             let frequency = number(at.frequency);
-            return format!(
-                "{share} ± {error} of the input's power moves past {frequency} {unit} to {towards} frequencies"
-            );
+            return format!("{share} moves past {frequency} {unit} to {towards} frequencies");
         }
         let (gaining, df) = (self.gaining(), self.outputs[0].frequency);
         let Some(most) = gaining.first() else {
             return "no frequencies gain from others more than by chance".into();
         };
-        let [share, error] = [most.gain * df, most.gain_error * df].map(share);
+        let share = with_error(most.gain * df, most.gain_error * df);
         let (count, all, frequency) = (gaining.len(), self.outputs.len(), number(most.frequency));
         format!(
-            "{count} of {all} frequencies gain from others, {frequency} {unit} most: {share} ± {error} of the input's \
-             power; which lose it is not resolved"
+            "{count} of {all} frequencies gain from others, {frequency} {unit} most: {share}; which lose it is not resolved"
         )
-    }
-
-    fn warnings(&self, sheet: &mut Sheet) {
-        let undetermined: usize = self.outputs.iter().map(|output| output.undetermined).sum();
-        if undetermined > 0 {
-            let message = format!(
-                "{undetermined} terms are not determined: their inputs are 0 or vary together with others"
-            );
-            let advice =
-                "keep to frequencies that the input has (--highest), or excite more of them";
-            sheet.warn(message, advice);
-        }
-        if !self.holds() {
-            sheet.warn(
-                "quadratic terms do not predict this field; their gains mean nothing",
-                "try more realisations, neighbouring sites, --lag; `cascade budget` if the chain is known",
-            );
-        }
     }
 
     fn variables(&self, sheet: &mut Sheet) {
         let units = Units::of(&self.time, &self.space, self.unit.as_deref());
         let cycles = &units.frequency[..];
-        let density = &units.density(cycles, "")[..];
-        let passed = &units.density("", "")[..];
+        let density = &units.density(&[cycles], "")[..];
+        let passed = &units.density(&[], "")[..];
         let of_outputs: [Column<OutputTransfer>; 17] = [
             ("frequency", cycles, |o| o.frequency),
             ("input", density, |o| o.input),
@@ -186,58 +156,39 @@ impl Transfer {
         sheet.columns("pair", &self.pairs, &of_pairs);
     }
 
-    fn frequency_label(&self) -> String {
-        label("frequency f", &self.frequency_unit())
-    }
-
-    fn frequency_unit(&self) -> String {
-        cycles_per(&self.units().0)
-    }
-
-    /// A line with the bars of its errors, times a factor.
-    fn with_errors(
+    /// A number of each output with its standard error, in shares of the power of the input, which need no unit.
+    fn shares_of_input(
         &self,
         (label, colour): (&str, usize),
-        of: fn(&OutputTransfer) -> [f64; 2],
-        factor: f64,
+        of: impl Fn(&OutputTransfer) -> [f64; 2],
     ) -> Series {
-        let outputs = self.outputs.iter();
-        let bars = outputs.map(|o| (o.frequency, of(o).map(|value| value * factor)));
-        let points = bars.clone().map(|(f, [value, _])| (f, value)).collect();
-        Series {
-            errors: bars.map(|(_, [_, error])| error).collect(),
-            ..Series::line(label, colour, points)
-        }
+        let input = self.input();
+        let points = self.outputs.iter().map(|o| {
+            let [value, error] = of(o).map(|power| power / input);
+            [o.frequency, value, error]
+        });
+        Series::with_errors(label, colour, points)
     }
 
-    /// Gains, in shares of the power of the input, which need no unit.
+    fn chart(&self, title: &str, y_label: &str, series: Vec<Series>) -> Chart {
+        let frequency = self.words().label(Role::Frequency);
+        Chart::of(title, frequency, y_label, series).about_zero()
+    }
+
     fn gain_chart(&self) -> Chart {
-        let each = self.outputs[0].frequency / self.input();
-        let linear = self.with_errors(("linear", BLUE), |o| [o.linear, o.linear_error], each);
+        let df = self.outputs[0].frequency;
+        let name = ("linear", BLUE);
+        let linear = self.shares_of_input(name, |o| [o.linear * df, o.linear_error * df]);
         let name = ("from pairs", VERMILLION);
-        let pairs = self.with_errors(name, |o| [o.gain, o.gain_error], each);
-        self.around_zero("gained by each frequency", vec![linear, pairs])
+        let pairs = self.shares_of_input(name, |o| [o.gain * df, o.gain_error * df]);
+        let share = "share of the input's power";
+        self.chart("gained by each frequency", share, vec![linear, pairs])
     }
 
     fn flux_chart(&self) -> Chart {
-        let factor = 1.0 / self.input();
-        let flux = self.with_errors(("", VERMILLION), |o| [o.flux, o.flux_error], factor);
-        self.around_zero("passes f towards higher frequencies", vec![flux])
-    }
-
-    /// Shares of the input, with the bars of their errors inside.
-    fn around_zero(&self, title: &str, series: Vec<Series>) -> Chart {
-        let ends = series.iter().flat_map(|series| {
-            let bars = series.points.iter().zip(&series.errors);
-            bars.flat_map(|((_, value), error)| [value - error, value + error])
-        });
-        let (low, high) = ends.fold((0.0f64, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-        let (space, x_label) = (0.05 * (high - low), self.frequency_label());
-        Chart {
-            levels: vec![Level::zero()],
-            y: low - space..high + space,
-            ..Chart::of(title, x_label, "share of the input's power", series)
-        }
+        let flux = self.shares_of_input(("", VERMILLION), |o| [o.flux, o.flux_error]);
+        let title = "passes f towards higher frequencies";
+        self.chart(title, "share of the input's power", vec![flux])
     }
 
     fn explained_chart(&self) -> Chart {
@@ -246,19 +197,15 @@ impl Transfer {
             outputs.map(|o| (o.frequency, of(o))).collect()
         };
         let residual = points(|o| o.residual / o.output);
+        let series = vec![
+            Series::line("linear", BLUE, points(|o| o.held_out_linear)),
+            Series::line("quadratic", VERMILLION, points(|o| o.held_out_quadratic)),
+            Series::line("residual", GREEN, residual).with(Look::Dashed),
+        ];
+        let title = "explained of realisations that were not fitted";
         Chart {
-            levels: vec![Level::zero()],
             y: -0.25..1.0,
-            ..Chart::of(
-                "explained of realisations that were not fitted",
-                self.frequency_label(),
-                "share of the output's power",
-                vec![
-                    Series::line("linear", BLUE, points(|o| o.held_out_linear)),
-                    Series::line("quadratic", VERMILLION, points(|o| o.held_out_quadratic)),
-                    Series::line("residual", GREEN, residual).with(Look::Dashed),
-                ],
-            )
+            ..self.chart(title, "share of the output's power", series)
         }
     }
 
@@ -269,15 +216,18 @@ impl Transfer {
         let each = df / self.input();
         let pairs = self.pairs.iter();
         let cells = pairs.map(|p| ([bin(p.third), bin(p.second)], p.gain * each));
-        let unit = self.frequency_unit();
-        let map = over_pairs(cells, self.outputs.len() as isize, (df, &unit));
-        let sizes = map.values.iter().map(|v| v.abs());
-        let largest = sizes.filter(|v| v.is_finite()).fold(0.0, f64::max);
-        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let map = over_pairs(cells, self.outputs.len() as isize, df);
+        let largest = map
+            .values
+            .iter()
+            .map(|v| v.abs())
+            .fold(f64::MIN_POSITIVE, f64::max);
+        let unit = self.words().frequency;
         HeatChart {
             title: "what each pair brings".into(),
             caption: "Which pairs of frequencies feed a third, and which take from it.".into(),
             x_label: label("output frequency f = f₁ + f₂", &unit),
+            y_label: label("frequency f₂", &unit),
             label: "gain, share of the input".into(),
             colors: Colors::Between(-largest..largest),
             ..map

@@ -59,13 +59,6 @@ pub struct Increments {
     pub axes: Vec<AxisIncrements>,
 }
 
-impl Increments {
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
-    }
-}
-
 /// What the intervals of means rest on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -123,17 +116,6 @@ impl ScaleMoments {
 
     pub fn local_flatness_half(&self) -> f64 {
         self.half[ORDERS + 3]
-    }
-
-    /// Third moment, flatness, local flatness and skewness, each with half of its interval.
-    pub(super) fn numbers(&self) -> [[f64; 2]; 4] {
-        let [third, flatness, skewness, local] = std::array::from_fn(|i| self.half[ORDERS + i]);
-        [
-            [self.third, third],
-            [self.flatness, flatness],
-            [self.local_flatness, local],
-            [self.skewness, skewness],
-        ]
     }
 }
 

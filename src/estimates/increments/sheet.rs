@@ -3,92 +3,55 @@
 use serde_json::json;
 
 use super::moments::ORDERS;
-use super::{
-    AxisIncrements, ExponentBasis, Increments, IntervalBasis, ScaleMoments, ScalingExponents,
-};
+use super::{AxisIncrements, Increments, IntervalBasis, ScaleMoments, ScalingExponents};
+use crate::numeric::LineFit;
 use crate::sheet::{
-    BLACK, BLUE, Chart, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table, Units,
-    VERMILLION, extent, number, with_half,
+    BLACK, BLUE, Chart, Column, Describe, Level, Look, Marker, PlotRow, Series, Sheet, Table,
+    Units, VERMILLION, confidence, name_of, number, with_half,
 };
 use crate::unit::label;
 
-const DEFINITIONS: [[&str; 2]; 6] = [
-    [
-        "Increment",
-        "Difference of two samples a separation r apart along x, towards +x, or a lag τ apart in time.",
-    ],
-    [
-        "Structure function",
-        "Mean of |increment| to the power p, over all pairs of samples. Charts show its p-th root.",
-    ],
-    [
-        "Flatness",
-        "⟨d⁴⟩/⟨d²⟩²: 3 for normal increments of one level, more where levels of sites or times differ.",
-    ],
-    [
-        "Local flatness",
-        "That of increments in units of their level at each site, or pair of sites, and in each of 16 parts of the times: \
-         3 for normal increments of any levels. Where it is above 3 and grows towards small scales, the field is \
-         intermittent: large increments are rare and concentrated.",
-    ],
-    [
-        "Third moment",
-        "⟨d³⟩ with its sign. Negative along x where fronts steepen towards +x. In Burgers' equation and in \
-         turbulence a negative one goes with transfer to small scales; elsewhere it states an asymmetry alone.",
-    ],
-    [
-        "Exponent",
-        "Slope of ln S_p against the logarithm of the scale over the stated band. The interval over \
-         shots or parts holds what another record would give, that of the regression deviations from a power law alone.",
-    ],
-];
-
-/// Largest exponent of ten between the ends of an axis of histograms.
-const DEEPEST: f64 = 1e-7;
+const DEFINITIONS: &str = "\
+    Increment: Difference of two samples a separation r apart along x, towards +x, or a lag τ apart in time.
+    Structure function: Mean of |increment| to the power p, over all pairs of samples. Charts show its p-th root.
+    Flatness: ⟨d⁴⟩/⟨d²⟩²: 3 for normal increments of one level, more where levels of sites or times differ.
+    Local flatness: That of increments in units of their level at each site, or pair of sites, and in each of 16 parts of the \
+        times: 3 for normal increments of any levels. Where it is above 3 and grows towards small scales, the field is \
+        intermittent: large increments are rare and concentrated.
+    Third moment: ⟨d³⟩ with its sign. Negative along x where fronts steepen towards +x. In Burgers' equation and in \
+        turbulence a negative one goes with transfer to small scales; elsewhere it states an asymmetry alone.
+    Exponent: Slope of ln S_p against the logarithm of the scale over the stated band. The interval over shots or parts holds \
+        what another record would give, that of the regression deviations from a power law alone.";
 
 impl Describe for Increments {
     /// Variables of each axis, `space_` and `time_`: `scale`, `pairs` (n); `structure`, `structure_half` (n, 6), orders 1
     /// to 6; `third`, `flatness`, `local_flatness`, `skewness` (n) with their `_half`, half of the interval, NaN where none can be stated;
     /// `histogram_scale` (h), `histogram_edges` (cells + 1), `histogram_density` (h, cells).
     fn describe(&self) -> Sheet<'_> {
-        let (time_unit, space_unit) = self.units();
+        let words = self.words();
         let basis = match self.basis {
             IntervalBasis::Shots => format!("over {} shots", self.shots),
             IntervalBasis::Parts => "over 16 parts of the record, taken as stationary".into(),
             IntervalBasis::None => "none: one transient is one realisation".into(),
         };
+        let answers = self.axes.iter().map(|axis| axis.answer(self));
         let mut sheet = Sheet {
-            about: format!("separations in {space_unit}, lags in {time_unit}"),
-            answer: self.answer(),
-            note: match self.basis {
-                IntervalBasis::None => format!("Intervals: {basis}."),
-                _ => format!("Bars: {} % intervals {basis}.", 100.0 * (1.0 - self.alpha)),
-            },
-            ..Sheet::of("increments", "Increments against scale", &DEFINITIONS)
+            about: "differences of samples apart along x and in time".into(),
+            answer: answers.collect::<Vec<_>>().join("; "),
+            note: format!("Intervals ({}): {basis}.", confidence(self.alpha)),
+            ..Sheet::of("increments", "Increments against scale", DEFINITIONS)
         };
         for axis in &self.axes {
-            let name = axis.words()[0];
-            sheet.fact(format!("flatness, {name}"), axis.flatness(self));
-            sheet.fact(format!("third moment, {name}"), axis.third(self));
+            let [name, _] = axis.words();
+            sheet.fact(format!("third moment, {name}"), axis.third(self.alpha));
             if let Some(fit) = &axis.exponents {
-                let words = axis.exponents_in_words(fit, self);
+                let words = AxisIncrements::exponents_in_words(fit);
                 sheet.fact(format!("exponents, {name}"), words);
-                let words = by_order(fit.relative.map(number));
-                sheet.detail(format!("exponents relative to order 3, {name}"), words);
             }
         }
-        if self.axes.iter().all(|axis| axis.exponents.is_none()) {
-            sheet.detail("exponents", "none: state a band with --band or --lag-band");
-        }
-        for axis in &self.axes {
-            let pairs: u64 = axis.scales.iter().map(|m| m.pairs).sum();
-            let text = format!("{} scales, {pairs} pairs of samples", axis.scales.len());
-            sheet.detail(axis.words()[0], text);
-        }
         if self.basis == IntervalBasis::None {
-            let steadiness = number(self.steadiness);
             sheet.warn(
-                format!("the record is a transient (steadiness {steadiness}), one realisation: no interval is stated"),
+                "one transient is one realisation: no interval is stated",
                 "name several records of the same sites, one a shot",
             );
         }
@@ -100,8 +63,8 @@ impl Describe for Increments {
         sheet.tables.push(Table::of_values("Averages", rows));
         let axes: Vec<_> = self.axes.iter().map(AxisIncrements::numbers).collect();
         sheet.numbers(json!({
-            "time_unit": time_unit,
-            "space_unit": space_unit,
+            "time_unit": words.time,
+            "space_unit": words.space,
             "shots": self.shots,
             "steadiness": self.steadiness,
             "basis": self.basis,
@@ -121,154 +84,97 @@ impl Describe for Increments {
     }
 }
 
-/// `1: 0.33, 2: 0.66`, of the orders 1 to 6.
-fn by_order(words: [String; ORDERS]) -> String {
-    let words = words.iter().zip(1..);
-    let words: Vec<String> = words.map(|(word, p)| format!("{p}: {word}")).collect();
-    words.join(", ")
-}
-
 impl Increments {
-    /// Whether large increments are rare and concentrated at small scales, in words.
-    fn answer(&self) -> String {
-        let still = self.axes.iter().find(|axis| !axis.moves());
-        let still = still.map(|axis| format!("{}; ", axis.words()[2]));
-        if !self.axes.iter().any(AxisIncrements::moves) {
-            return "nothing moves".into();
-        }
-        let told = |told: bool| {
-            let of = self.axes.iter().filter(move |axis| axis.moves());
-            let of = of.filter(|axis| axis.is_intermittent() == Some(told));
-            let along: Vec<&str> = of.clone().map(|axis| axis.words()[1]).collect();
-            let flatness: Vec<String> = of.filter_map(|axis| axis.local_flatness(self)).collect();
-            let (start, with) = match told {
-                true => ("intermittent", " and "),
-                false => ("no intermittency is shown", " or "),
-            };
-            let (along, flatness) = (along.join(with), flatness.join("; "));
-            (!along.is_empty()).then(|| format!("{start} {along}: local flatness {flatness}"))
-        };
-        let untold = match self.basis {
-            IntervalBasis::None => "one transient is one realisation",
-            _ => "it takes 64 times, and three scales",
-        };
-        let verdict = told(true).or_else(|| told(false));
-        let verdict = verdict.unwrap_or_else(|| format!("intermittency cannot be told: {untold}"));
-        format!("{}{verdict}", still.unwrap_or_default())
+    fn words(&self) -> Units {
+        Units::in_words(&self.time, &self.space, self.unit.as_deref())
     }
 }
 
-/// Names of the arrays of [`ScaleMoments::numbers`].
-const NUMBERS: [&str; 4] = ["third", "flatness", "local_flatness", "skewness"];
-const FLATNESS: usize = 1;
-const LOCAL: usize = 2;
-const SKEWNESS: usize = 3;
+/// Numbers of a scale with half of their intervals; those of the third moment have this unit.
+fn columns<'u>(length: &'u str, cubed: &'u str) -> [Column<'u, ScaleMoments>; 10] {
+    [
+        ("scale", length, |m| m.scale),
+        ("pairs", "", |m| m.pairs as f64),
+        ("third", cubed, |m| m.third),
+        ("third_half", cubed, |m| m.half[ORDERS]),
+        ("flatness", "", |m| m.flatness),
+        ("flatness_half", "", |m| m.flatness_half()),
+        ("local_flatness", "", |m| m.local_flatness),
+        ("local_flatness_half", "", |m| m.local_flatness_half()),
+        ("skewness", "", |m| m.skewness),
+        ("skewness_half", "", |m| m.half[ORDERS + 2]),
+    ]
+}
 
 impl AxisIncrements {
-    /// Name, place in a sentence, and that nothing differs along the axis.
-    fn words(&self) -> [&'static str; 3] {
-        let same = "no motion between sites: their records are the same";
-        self.axis.of([
-            ["x", "along x", same],
-            ["time", "in time", "nothing changes in time"],
-        ])
+    /// Name, and place in a sentence.
+    fn words(&self) -> [&'static str; 2] {
+        self.axis.of([["x", "along x"], ["time", "in time"]])
     }
 
     /// Of the scales.
     fn unit(&self, of: &Increments) -> String {
-        let (time, space) = of.units();
-        self.axis.of([space, time])
+        let words = of.words();
+        self.axis.of([words.space, words.time])
     }
 
-    /// A number at two scales.
-    fn ends(&self, of: &Increments, ends: [&ScaleMoments; 2], number_of: usize) -> String {
-        let unit = self.unit(of);
-        let at = |m: &ScaleMoments| {
-            let [value, half] = m.numbers()[number_of];
-            let value = with_half(value, half, "");
-            format!("{value} at {} {unit}", number(m.scale))
-        };
-        match ends[0].step == ends[1].step {
-            true => at(ends[0]),
-            false => ends.map(at).join(", "),
+    /// Whether large increments are rare and concentrated at small scales, in words.
+    fn answer(&self, of: &Increments) -> String {
+        let ([_, along], unit) = (self.words(), self.unit(of));
+        if !self.moves() {
+            return format!("all increments {along} are 0");
         }
-    }
-
-    fn local_flatness(&self, of: &Increments) -> Option<String> {
-        Some(self.ends(of, self.local_ends()?, LOCAL))
-    }
-
-    fn flatness(&self, of: &Increments) -> String {
-        let (Some(first), Some(last), true) =
-            (self.scales.first(), self.scales.last(), self.moves())
-        else {
-            return self.words()[2].into();
+        let (Some(told), Some(ends)) = (self.is_intermittent(), self.local_ends()) else {
+            let why = match of.basis {
+                IntervalBasis::None => "one transient is one realisation",
+                _ => "it takes 64 times, and three scales",
+            };
+            return format!("intermittency {along} cannot be told: {why}");
         };
-        let all = self.ends(of, [first, last], FLATNESS);
-        let Some(local) = self.local_flatness(of) else {
-            return all;
-        };
-        let growing = self.growth.map(|[exponent, half]| {
-            let exponent = with_half(exponent, half, "");
-            format!(", growing by the power {exponent} towards small scales")
+        let [small, large] = ends.map(|m| {
+            let flatness = with_half(m.local_flatness, m.local_flatness_half(), "");
+            format!("{flatness} at {} {unit}", number(m.scale))
         });
-        format!("{all}; local {local}{}", growing.unwrap_or_default())
+        let verdict = match told {
+            true => format!("intermittent {along}"),
+            false => format!("no intermittency is shown {along}"),
+        };
+        format!("{verdict}: local flatness {small}, {large}")
     }
 
-    fn third(&self, of: &Increments) -> String {
-        let (signs, unit) = (self.third_signs(of.alpha), self.unit(of));
-        let of_sign = |(sign, name): (f64, &str)| {
-            let scales = signs.iter().filter(|(_, s)| *s == sign);
-            let scales: Vec<f64> = scales.map(|(x, _)| *x).collect();
-            let (n, all) = (scales.len(), self.scales.len());
-            let [first, last] = [scales.first()?, scales.last()?].map(|x| number(*x));
-            let scales = format!("{n} of {all} scales from {first} to {last}");
-            Some(format!("{name} at {scales} {unit}"))
-        };
-        let signs = [(-1.0, "negative"), (1.0, "positive")];
-        let words: Vec<String> = signs.into_iter().filter_map(of_sign).collect();
-        match words.is_empty() {
-            true => "its sign is not resolved at any scale".into(),
-            false => words.join("; "),
-        }
+    fn third(&self, alpha: f64) -> String {
+        let signs = self.third_signs(alpha);
+        let [negative, positive] = [-1.0, 1.0].map(|of| {
+            let scales = signs.iter().filter(|(_, sign)| *sign == of);
+            scales.count()
+        });
+        let all = self.scales.len();
+        format!("negative at {negative}, positive at {positive} of {all} scales, beyond chance")
     }
 
-    fn exponents_in_words(&self, fit: &ScalingExponents, of: &Increments) -> String {
-        let values = std::array::from_fn(|p| with_half(fit.exponents[p], fit.half[p], ""));
-        let basis = match fit.basis {
-            ExponentBasis::Shots => "over shots",
-            ExponentBasis::Parts => "over 16 parts of the record",
-            ExponentBasis::Regression => "of the regression",
+    fn exponents_in_words(fit: &ScalingExponents) -> String {
+        let order = |p: usize| {
+            let exponent = with_half(fit.exponents[p], fit.half[p], "");
+            format!("{}: {exponent}", p + 1)
         };
-        let (text, points, unit) = (by_order(values), fit.points, self.unit(of));
-        let [from, to] = fit.band.map(number);
-        format!("{text}; {points} scales from {from} to {to} {unit}, intervals {basis}")
+        let orders = (0..ORDERS).map(order).collect::<Vec<_>>().join(", ");
+        let (points, basis) = (fit.points, name_of(&fit.basis));
+        format!("{orders}; over {points} scales, intervals by {basis}")
     }
 
     fn numbers(&self) -> serde_json::Value {
         let mut numbers = json!({
             "axis": self.axis,
-            "scale": self.scales.iter().map(|m| m.scale).collect::<Vec<f64>>(),
-            "pairs": self.scales.iter().map(|m| m.pairs).collect::<Vec<u64>>(),
             "growth": self.growth,
             "intermittent": self.is_intermittent(),
             "exponents": self.exponents,
         });
         // Skewness is in the archive alone.
-        for (_, name, values) in self.lines().filter(|line| line.0 != SKEWNESS) {
-            numbers[name] = json!(values);
+        for (name, _, of) in &columns("", "")[..8] {
+            numbers[*name] = self.scales.iter().map(of).collect();
         }
+        numbers["pairs"] = self.scales.iter().map(|m| m.pairs).collect();
         numbers
-    }
-
-    /// Each number of all scales, and half of its interval.
-    fn lines(&self) -> impl Iterator<Item = (usize, String, Vec<f64>)> {
-        let each = (0..NUMBERS.len()).flat_map(|number| [(number, 0), (number, 1)]);
-        each.map(|(number, part)| {
-            let values = self.scales.iter().map(|m| m.numbers()[number][part]);
-            let name = format!("{}{}", NUMBERS[number], ["", "_half"][part]);
-            (number, name, values.collect())
-        })
     }
 
     fn variables(&self, units: &Units, sheet: &mut Sheet) {
@@ -276,21 +182,17 @@ impl AxisIncrements {
         let (prefix, length) = self.axis.of(axes);
         let n = self.scales.len();
         let named = |name: &str| format!("{prefix}_{name}");
-        let of_all = |of: fn(&ScaleMoments) -> f64| self.scales.iter().map(of).collect::<Vec<_>>();
         let scale = named("scale");
-        sheet.line(&scale, &scale, length, of_all(|m| m.scale));
-        sheet.line(&named("pairs"), &scale, "", of_all(|m| m.pairs as f64));
-        let cubed = units.cubed();
-        for (number, name, values) in self.lines() {
-            let unit = [&cubed, "", "", ""][number];
-            sheet.line(&named(&name), &scale, unit, values);
+        for (name, unit, of) in columns(length, &units.cubed()) {
+            let values = self.scales.iter().map(of).collect::<Vec<_>>();
+            sheet.line(&named(name), &scale, unit, values);
         }
-        let structure: Vec<f64> = self.scales.iter().flat_map(|m| m.structure).collect();
-        let orders = structure.len() / n.max(1);
-        let half = self.scales.iter().flat_map(|m| m.half[..orders].to_vec());
+        let axes = [(&scale[..], n), ("order", if n > 0 { ORDERS } else { 0 })];
+        let half = self.scales.iter().flat_map(|m| m.half[..ORDERS].to_vec());
         let half: Vec<f64> = half.collect();
-        let axes = [(&scale[..], n), ("order", orders)];
         sheet.variable(&named("structure_half"), &axes, "", half);
+        let structure = self.scales.iter().flat_map(|m| m.structure);
+        let structure: Vec<f64> = structure.collect();
         sheet.variable(&named("structure"), &axes, "", structure);
         let scales = self.histograms.iter().map(|h| self.scales[h.index].scale);
         let scales: Vec<f64> = scales.collect();
@@ -310,10 +212,13 @@ impl AxisIncrements {
 
     /// Structure functions, flatness, skewness and histograms.
     fn charts(&self, of: &Increments) -> Vec<Chart> {
-        let along = self.words()[1];
+        let [_, along] = self.words();
         let scale_label = label(self.axis.of(["separation r", "lag τ"]), &self.unit(of));
-        let log_x = self.scales.len() > 3;
-        let structure = (0..6).map(|p| {
+        let chart = |title: &str, y_label: &str, series: Vec<Series>| Chart {
+            log_x: self.scales.len() > 3,
+            ..Chart::of(format!("{title}, {along}"), &scale_label, y_label, series)
+        };
+        let structure = (0..ORDERS).map(|p| {
             // The roots have the unit of the samples and one range.
             let root = 1.0 / (p + 1) as f64;
             let scales = self.scales.iter();
@@ -321,88 +226,65 @@ impl AxisIncrements {
             Series::line(format!("p = {}", p + 1), p, points.collect())
         });
         let fits = self.exponents.iter();
-        let laws = fits.flat_map(|fit| (0..6).map(move |p| self.law(fit, p)));
-        let structure: Vec<Series> = structure.chain(laws).collect();
-        let values = structure.iter().flat_map(|s| &s.points).map(|p| p.1);
-        let y = extent(values.filter(|v| *v > 0.0));
-        let title = format!("structure functions, {along}");
+        let laws = fits.flat_map(|fit| (0..ORDERS).filter_map(move |p| self.law(fit, p)));
+        let structure = structure.chain(laws).collect();
         let root = label("⟨|d|ᵖ⟩^(1/p)", of.unit.as_deref().unwrap_or_default());
-        let roots = Chart {
-            log_x,
-            log_y: true,
-            y: y.start / 1.2..1.2 * y.end,
-            ..Chart::of(title, &scale_label, root, structure)
-        };
-        let ratio = |title: &str, axis: &str, normal: Level, series: Vec<Series>| Chart {
-            log_x,
-            levels: vec![normal],
-            ..Chart::of(format!("{title}, {along}"), &scale_label, axis, series)
-        };
-        let with_bars = |name, colour, number: usize| {
-            let points = self.scales.iter().map(|m| (m.scale, m.numbers()[number]));
-            let known = points.filter(|(_, [value, _])| value.is_finite());
-            let points = known.map(|(scale, [value, half])| [scale, value, half]);
+        let roots = chart("structure functions", &root, structure).logarithmic();
+        let with_bars = |name, colour, of: fn(&ScaleMoments) -> [f64; 3]| {
+            let points = self.scales.iter().map(of);
             Series::with_errors(name, colour, points).marked(Marker::Circle)
         };
         let flatness = vec![
-            with_bars("all together", BLUE, FLATNESS),
-            with_bars("local", VERMILLION, LOCAL),
+            with_bars("all together", BLUE, |m| {
+                [m.scale, m.flatness, m.flatness_half()]
+            }),
+            with_bars("local", VERMILLION, |m| {
+                [m.scale, m.local_flatness, m.local_flatness_half()]
+            }),
         ];
-        let normal = Level::new(3.0, "normal distribution");
-        let mut flat = ratio("flatness", "flatness ⟨d⁴⟩/⟨d²⟩²", normal, flatness);
-        flat.y = 0.0..flat.y.end.max(3.5);
-        let skewness = vec![with_bars("", BLUE, SKEWNESS)];
-        let title = "third moment with its sign";
-        let mut skew = ratio(title, "skewness ⟨d³⟩/⟨d²⟩^(3/2)", Level::zero(), skewness);
-        let most = skew.y.start.abs().max(skew.y.end.abs()).max(0.1);
-        skew.y = -most..most;
-        let mut charts = vec![roots, flat, skew];
-        charts.extend(self.histograms(of));
-        charts
+        let flat = chart("flatness", "flatness ⟨d⁴⟩/⟨d²⟩²", flatness);
+        let flat = Chart {
+            y: 0.0..flat.y.end.max(3.5),
+            levels: vec![Level::new(3.0, "normal distribution")],
+            ..flat
+        };
+        let (title, name) = ("third moment with its sign", "skewness ⟨d³⟩/⟨d²⟩^(3/2)");
+        let skew = with_bars("", BLUE, |m| [m.scale, m.skewness, m.half[ORDERS + 2]]);
+        let skew = chart(title, name, vec![skew]).about_zero();
+        let histograms = self.histograms(of);
+        [roots, flat, skew].into_iter().chain(histograms).collect()
     }
 
     /// The power law of an order over its band.
-    fn law(&self, fit: &ScalingExponents, p: usize) -> Series {
+    fn law(&self, fit: &ScalingExponents, p: usize) -> Option<Series> {
         let in_band = |m: &&ScaleMoments| (fit.band[0]..=fit.band[1]).contains(&m.scale);
         let scales = self.scales.iter().filter(in_band);
-        let logs = scales.map(|m| (m.scale.ln(), m.structure[p].ln()));
-        let n = logs.clone().count() as f64;
-        let (x, y) = logs.fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-        let at = |scale: f64| {
-            let power = y + fit.exponents[p] * (scale.ln() - x);
-            (scale, (power / (p + 1) as f64).exp())
-        };
+        let logs = scales.map(|m| (m.scale.ln(), m.structure[p].ln() / (p + 1) as f64));
+        let line = LineFit::through(&logs.collect::<Vec<_>>())?;
+        let at = |scale: f64| (scale, (line.intercept + line.slope * scale.ln()).exp());
         let name = ["power laws over the band", ""][p.min(1)];
-        Series::line(name, BLACK, fit.band.map(at).to_vec()).with(Look::Dashed)
+        Some(Series::line(name, BLACK, fit.band.map(at).to_vec()).with(Look::Dashed))
     }
 
+    /// Densities above 0, and the normal one within five deviations.
     fn histograms(&self, of: &Increments) -> Option<Chart> {
         let (symbol, unit) = (self.axis.of(["r", "τ"]), self.unit(of));
-        let centres = |edges: &[f64]| -> Vec<f64> {
-            let pairs = edges.windows(2);
-            pairs.map(|pair| 0.5 * (pair[0] + pair[1])).collect()
-        };
+        let edges = &self.histograms.first()?.edges;
+        let centres = edges.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
         let series = self.histograms.iter().enumerate().map(|(i, histogram)| {
             let scale = self.scales[histogram.index].scale;
-            let points = centres(&histogram.edges).into_iter();
-            let points = points.zip(histogram.density.iter().copied());
+            let points = centres.clone().zip(histogram.density.iter().copied());
             let there = points.filter(|(_, density)| *density > 0.0);
             Series::line(format!("{symbol} = {scale:.4} {unit}"), i, there.collect())
         });
         let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
-        let first = centres(&self.histograms.first()?.edges).into_iter();
-        let normal = first.map(|x| (x, density(x))).collect();
+        let within = centres.clone().filter(|x| x.abs() < 5.0);
+        let normal = within.map(|x| (x, density(x))).collect();
         let normal = Series::line("normal distribution", BLACK, normal).with(Look::Dashed);
-        let series = series.chain([normal]).collect();
-        let densities = self.histograms.iter().flat_map(|h| &h.density);
-        let seen = extent(densities.copied().filter(|v| *v > 0.0));
         let title = format!("histograms of increments, {}", self.words()[1]);
         let x_label = "increment over its root mean square";
-        Some(Chart {
-            log_y: true,
-            x: -10.0..10.0,
-            y: seen.start.max(DEEPEST) / 2.0..2.0 * seen.end.max(0.4),
-            ..Chart::of(title, x_label, "probability density", series)
-        })
+        let series = series.chain([normal]).collect();
+        let chart = Chart::of(title, x_label, "probability density", series);
+        Some(chart.logarithmic())
     }
 }

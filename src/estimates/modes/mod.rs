@@ -105,11 +105,6 @@ impl Modes {
         Some(interval_factors(self.freedom(bin)?, self.alpha))
     }
 
-    /// Share of the power at a frequency that the first mode holds; NaN where there is none.
-    pub fn leading_share(&self, bin: usize) -> f64 {
-        self.eigenvalues[[bin, 0]] / self.total[bin]
-    }
-
     /// What the largest of [`Self::coherencies`] at a frequency exceeds if no site is related to another: at any of all
     /// frequencies with probability 0.001. `None` where no interval can be stated.
     pub fn level(&self, bin: usize) -> Option<f64> {
@@ -152,11 +147,6 @@ impl Modes {
     /// Positions of the sites.
     pub fn positions(&self) -> Vec<f64> {
         (0..self.n_sites).map(|j| self.space.at(j)).collect()
-    }
-
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
     }
 }
 

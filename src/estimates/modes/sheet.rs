@@ -3,66 +3,47 @@
 use num_complex::Complex;
 use serde_json::{Value, json};
 
-use super::{CHANCE, ModeShapes, ModeWave, Modes};
-use crate::estimates::realisations::REALISATIONS;
-use crate::measure::cycles_per;
+use super::{CHANCE, ModeShapes, Modes};
 use crate::sheet::{
-    BLACK, BLUE, Chart, Column, Describe, GREEN, Look, PlotRow, SKY, Series, Sheet, Table, Units,
+    BLACK, BLUE, Chart, Column, Describe, GREEN, Look, PlotRow, Role, Series, Sheet, Units,
     VERMILLION, confidence, extent, number, percent, six_digits, with_half,
 };
-use crate::unit::{compose, label, square};
+use crate::unit::label;
 
 /// Of the names in [`Modes::describe`].
-const DEFINITIONS: [[&str; 2]; 6] = [
-    [
-        "Mode",
-        "A motion of all sites at one frequency, Re φ(x) exp(−2πi f t), uncorrelated with others, in order of power.",
-    ],
-    [
-        "Eigenvalue λ",
-        "Power spectral density of a mode, integrated over x. Those of a frequency sum up to that of the field.",
-    ],
-    [
-        "Coherent",
-        "With all sites at the same level, an eigenvalue is above what unrelated records have by chance.",
-    ],
-    [
-        "Interval",
-        "By chi-square, for the effective number of realisations. It holds for eigenvalues that are well apart.",
-    ],
-    [
-        "Wave",
-        "A coherent mode in step with |φ(x)| exp(ikx) to 0.9 of its energy, over half a wavelength; a standing wave reaches 0.72.",
-    ],
-    REALISATIONS,
-];
+const DEFINITIONS: &str = "\
+    Mode: A motion of all sites at one frequency, Re φ(x) exp(−2πi f t), uncorrelated with others, in order of power.
+    Eigenvalue λ: Power spectral density of a mode, integrated over x. Those of a frequency sum up to that of the field.
+    Coherent: With all sites at the same level, an eigenvalue is above what unrelated records have by chance.
+    Interval: By chi-square, for the effective number of realisations. It holds for eigenvalues that are well apart.
+    Wave: A coherent mode in step with |φ(x)| exp(ikx) to 0.9 of its energy, over half a wavelength; a standing wave reaches \
+        0.72.";
 
 /// Eigenvalues that are drawn.
 const SHOWN: [usize; 3] = [BLUE, VERMILLION, GREEN];
 /// Chosen frequencies whose first mode is drawn.
 const FREQUENCIES: usize = 4;
-/// Ordinates of a logarithmic chart reach this far below the largest.
-const DEEPEST: f64 = 1e-9;
 
 impl Describe for Modes {
     /// Variables: `frequency` (nf), `position` (n); `eigenvalues` (nf, modes), `total` (nf), `interval` (nf, 2), the
     /// factors of the ends, NaN where none can be stated; `mode_frequency` (c), `mode_real`, `mode_imag` (c, kept
     /// modes, n).
     fn describe(&self) -> Sheet<'_> {
-        let (time_unit, space_unit) = self.units();
+        let words = self.words();
         let interval = match self.interval(1) {
-            Some([low, high]) => format!("from {low:.3} to {high:.3} of it, by chi-square"),
-            None => "none can be stated: too few independent realisations".into(),
+            Some([low, high]) => {
+                let share = confidence(self.alpha);
+                format!("{share} of an eigenvalue from {low:.3} to {high:.3} of it, by chi-square")
+            }
+            None => format!("none can be stated: {}", self.independence.why_none()),
         };
-        let confidence = confidence(self.alpha);
         let mut sheet = Sheet {
             needs_sites_in_step: true,
-            about: format!("positions in {space_unit}, times in {time_unit}"),
+            about: "motions of all sites at one frequency, by their power".into(),
             answer: self.answer(),
-            note: format!("The {confidence} interval of an eigenvalue: {interval}."),
-            ..Sheet::of("modes", "Modes that are coherent along x", &DEFINITIONS)
+            note: format!("Interval: {interval}."),
+            ..Sheet::of("modes", "Modes that are coherent along x", DEFINITIONS)
         };
-        sheet.numbers(json!({ "time_unit": time_unit, "space_unit": space_unit }));
         if let Some(count) = self.coherent_frequencies() {
             let (of, chance) = (self.inside().len(), percent(CHANCE));
             let text = format!(
@@ -70,22 +51,13 @@ impl Describe for Modes {
             );
             sheet.fact("coherent", text);
         }
-        if !self.chosen.is_empty() {
-            let share = percent(self.leading_share_of_all());
-            let text = format!("hold {share} of the power of all frequencies");
-            sheet.fact("first modes", text);
-        }
-        let text = format!("{confidence} of an eigenvalue {interval}");
-        sheet.fact("interval", text);
+        sheet.fact("interval", interval);
         for shapes in &self.chosen {
-            let (share, wave) = (self.share(shapes.bin, 0), self.wave_in_words(shapes));
-            let text = format!("the first mode holds {share} of the power{wave}");
+            let modes = (0..shapes.waves.len()).map(|n| self.mode_in_words(shapes, n));
+            let text = modes.collect::<Vec<_>>().join("; ");
             sheet.fact(format!("f = {}", number(shapes.frequency)), text);
         }
-        let rows = [("interval of an eigenvalue", interval)];
-        self.independence.describe(&mut sheet, self.segment, rows);
-        sheet.tables.push(self.table());
-        sheet.warnings.extend(self.independence.alone("record"));
+        self.independence.describe(&mut sheet, self.segment, []);
         let chosen = |shapes: &ModeShapes| -> Value {
             let kept = 0..shapes.modes.nrows();
             let eigenvalues: Vec<f64> = kept.map(|n| self.eigenvalues[[shapes.bin, n]]).collect();
@@ -100,6 +72,8 @@ impl Describe for Modes {
             })
         };
         sheet.numbers(json!({
+            "time_unit": words.time,
+            "space_unit": words.space,
             "alpha": self.alpha,
             "interval": self.interval(1),
             "leading_share": self.leading_share_of_all(),
@@ -113,12 +87,15 @@ impl Describe for Modes {
     fn pictures(&self) -> Vec<PlotRow> {
         let shapes = self.chosen.iter().take(FREQUENCIES);
         let shapes = shapes.filter_map(|shapes| self.shape_chart(shapes));
-        let charts = [self.eigenvalue_chart(), self.share_chart()].into_iter();
-        PlotRow::grid(2, charts.chain(shapes))
+        PlotRow::grid(2, [self.eigenvalue_chart()].into_iter().chain(shapes))
     }
 }
 
 impl Modes {
+    fn words(&self) -> Units {
+        Units::in_words(&self.time, &self.space, self.unit.as_deref())
+    }
+
     /// Share of the power at a frequency that a mode holds.
     fn share(&self, bin: usize, n: usize) -> String {
         percent(self.eigenvalues[[bin, n]] / self.total[bin])
@@ -131,86 +108,36 @@ impl Modes {
         };
         // A bin is as wide as its distance from the next.
         let half = 0.5 * self.frequency[1];
-        let at = with_half(shapes.frequency, half, &cycles_per(&self.units().0));
-        let share = |n: usize| self.share(shapes.bin, n);
-        let modes = match (self.above_noise(shapes.bin), self.coherent_frequencies()) {
-            (Some(0), Some(0)) => return "no motion is coherent along x at any frequency".into(),
-            (Some(0), _) => return format!("no motion is coherent along x at {at}, but at others"),
-            (Some(1), _) => "one mode".into(),
-            (Some(count), _) => format!("{count} modes"),
-            (None, _) => {
-                let (share, why) = (share(0), self.independence.why_none());
-                return format!(
-                    "the first mode at {at} holds {share}; how many there are cannot be told: {why}"
-                );
-            }
+        let at = with_half(shapes.frequency, half, &self.words().frequency);
+        // Louder sites that are not related may come first.
+        let first = shapes.is_coherent.iter().position(|is| *is).unwrap_or(0);
+        let count = match self.above_noise(shapes.bin) {
+            Some(count) => count.to_string(),
+            None => format!("cannot be told, {}", self.independence.why_none()),
         };
-        match shapes.is_coherent.iter().position(|is| *is) {
-            Some(0) => format!("{modes} at {at}: the first holds {} of the power", share(0)),
-            // Louder sites that are not related come first.
-            Some(n) => format!("{modes} at {at}: number {} by power, {}", n + 1, share(n)),
-            None => format!("{modes} at {at}"),
-        }
+        let (number, share) = (first + 1, self.share(shapes.bin, first));
+        format!("coherent modes at {at}: {count}; number {number} by power holds {share} of it")
     }
 
-    /// The velocity of a wave with its interval, where that is known.
-    fn velocity(&self, wave: &ModeWave) -> Option<String> {
-        let (time_unit, space_unit) = self.units();
-        let unit = format!("{space_unit}/{time_unit}");
-        Some(with_half(wave.velocity, wave.velocity_half?, &unit))
-    }
-
-    /// What kind of wave the first mode is, where it is one.
-    fn wave_in_words(&self, shapes: &ModeShapes) -> String {
-        let wave = shapes.waves.first().copied().flatten();
-        let Some(wave) = wave.filter(|wave| wave.is_wave) else {
-            return String::new();
-        };
-        let velocity = self.velocity(&wave).map(|velocity| format!(", {velocity}"));
-        let (k, unit, velocity) = (
-            number(wave.wavenumber),
-            self.units().1,
-            velocity.unwrap_or_default(),
-        );
-        format!("; a wave, k = {k} rad/{unit}{velocity}")
-    }
-
-    /// A row a mode of each chosen frequency.
-    fn table(&self) -> Table {
-        let (time_unit, space_unit) = self.units();
-        let or_dash = |text: Option<String>| text.unwrap_or("-".into());
-        let row = |(shapes, n): (&ModeShapes, usize)| {
-            let wave = shapes.waves[n].as_ref();
-            let is_wave = wave.filter(|wave| wave.is_wave);
-            vec![
-                number(shapes.frequency),
-                (n + 1).to_string(),
-                self.share(shapes.bin, n),
-                or_dash(shapes.is_coherent[n].then(|| "yes".into())),
-                or_dash(is_wave.map(|wave| number(wave.wavenumber))),
-                or_dash(is_wave.and_then(|wave| self.velocity(wave))),
-                or_dash(wave.map(|wave| number(wave.share))),
-            ]
-        };
-        let of_modes = |shapes| (0..self.chosen[0].waves.len()).map(move |n| (shapes, n));
-        let head = [
-            &label("frequency", &cycles_per(&time_unit)),
-            "mode",
-            "share of the power",
-            "coherent",
-            &label("wavenumber", &format!("rad/{space_unit}")),
-            "phase velocity",
-            "share in step with the wave",
-        ];
-        let rows = self.chosen.iter().flat_map(of_modes).map(row);
-        Table::of("Chosen frequencies", &head, rows)
+    /// The share of a mode, and what kind of wave it is, where it is one.
+    fn mode_in_words(&self, shapes: &ModeShapes, n: usize) -> String {
+        let (words, share) = (self.words(), self.share(shapes.bin, n));
+        let coherent = ["", " coherent"][usize::from(shapes.is_coherent[n])];
+        let wave = shapes.waves[n].filter(|wave| wave.is_wave).map(|wave| {
+            let (k, unit) = (number(wave.wavenumber), &words.wavenumber);
+            let velocity = wave.velocity_half.map_or(String::new(), |half| {
+                format!(", {}", with_half(wave.velocity, half, &words.velocity))
+            });
+            format!(", a wave of k = {k} {unit}{velocity}")
+        });
+        format!("{share}{coherent}{}", wave.unwrap_or_default())
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
         let units = Units::of(&self.time, &self.space, self.unit.as_deref());
-        sheet.line("frequency", "frequency", &units.frequency, &self.frequency);
-        sheet.line("position", "position", &units.space, self.positions());
-        let power = units.density(&units.frequency, &units.space);
+        sheet.axis(Role::Frequency, &units, &self.frequency);
+        sheet.axis(Role::Position, &units, self.positions());
+        let power = units.density(&[&units.frequency], &units.space);
         let axes = ["frequency", "mode"];
         sheet.plane("eigenvalues", axes, &power, &self.eigenvalues);
         sheet.line("total", "frequency", &power, &self.total);
@@ -244,72 +171,52 @@ impl Modes {
     }
 
     /// Over the frequencies.
-    fn chart(&self, title: &str, y: String, series: Vec<Series>) -> Chart {
-        let x = label("frequency f", &cycles_per(&self.units().0));
-        Chart {
-            log_x: self.frequency.len() > 16,
-            ..Chart::of(title, x, y, series)
-        }
-    }
-
     fn points(&self, of: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
         let bins = 1..self.frequency.len();
         bins.map(|bin| (self.frequency[bin], of(bin))).collect()
     }
 
     fn eigenvalue_chart(&self) -> Chart {
-        let unit = self.unit.as_deref().unwrap_or_default();
-        let word = |axis: &crate::field::Axis| axis.unit.clone().unwrap_or_default();
-        let unit = compose(&[&square(unit), &word(&self.time), &word(&self.space)], &[]);
         let total = self.points(|bin| self.total[bin]);
         let mut series = vec![Series::line("all modes", BLACK, total).with(Look::Dashed)];
+        let ends = self
+            .points(|bin| self.eigenvalues[[bin, 0]])
+            .into_iter()
+            .enumerate();
+        let ends = ends.map(|(i, (_, value))| {
+            let [low, high] = self.interval(i + 1).unwrap_or([f64::NAN; 2]);
+            (low * value, high * value)
+        });
         for (n, colour) in (0..self.eigenvalues.ncols()).zip(SHOWN) {
             let points = self.points(|bin| self.eigenvalues[[bin, n]]);
             series.push(Series::line(format!("mode {}", n + 1), colour, points));
         }
-        if self.interval(1).is_some() {
-            let name = format!("mode 1, {} interval", confidence(self.alpha));
-            for (end, name) in [name, String::new()].into_iter().enumerate() {
-                let factor = |bin| self.interval(bin).map_or(f64::NAN, |ends| ends[end]);
-                let points = self.points(|bin| self.eigenvalues[[bin, 0]] * factor(bin));
-                series.push(Series::line(name, SKY, points).with(Look::Dashed));
-            }
-        }
-        let values = series.iter().flat_map(|s| &s.points).map(|p| p.1);
-        let y = extent(values.filter(|v| *v > 0.0));
+        let name = format!("{} interval", confidence(self.alpha));
+        series[1] = series[1].clone().with_band(name, ends.collect());
+        let units = Units::of(&self.time, &self.space, self.unit.as_deref());
+        let unit = units.density(&[&units.frequency], &units.space);
+        let name = label("eigenvalue λ", &unit);
+        let frequency = self.words().label(Role::Frequency);
         Chart {
-            log_y: true,
-            y: y.start.max(DEEPEST * y.end) / 1.5..1.5 * y.end,
-            ..self.chart("eigenvalues", label("eigenvalue λ", &unit), series)
-        }
-    }
-
-    fn share_chart(&self) -> Chart {
-        let points = self.points(|bin| self.leading_share(bin));
-        let (series, label) = (vec![Series::line("", BLUE, points)], "share of the power");
-        Chart {
-            y: 0.0..1.0,
-            ..self.chart("share of the first mode", label.into(), series)
+            log_x: self.frequency.len() > 16,
+            ..Chart::of("eigenvalues", frequency, name, series).logarithmic()
         }
     }
 
     fn shape_chart(&self, shapes: &ModeShapes) -> Option<Chart> {
-        let (time_unit, space_unit) = self.units();
+        let (words, positions) = (self.words(), self.positions());
         let mode = shapes.modes.rows().into_iter().next()?;
-        let positions = self.positions();
         let points = |of: fn(&Complex<f64>) -> f64| -> Vec<(f64, f64)> {
             positions.iter().copied().zip(mode.iter().map(of)).collect()
         };
         let most = extent(mode.iter().map(|z| z.norm())).end;
-        let (at, unit) = (six_digits(shapes.frequency), cycles_per(&time_unit));
-        let wave = self.wave_in_words(shapes);
-        let title = format!("mode 1 at f = {at} {unit}{wave}");
+        let at = six_digits(shapes.frequency);
         Some(Chart {
             y: -1.15 * most..1.15 * most,
             ..Chart::of(
-                title,
-                label("position x", &space_unit),
-                label("mode φ", &format!("1/√{space_unit}")),
+                format!("mode 1 at f = {at} {}", words.frequency),
+                words.label(Role::Position),
+                label("mode φ", &format!("1/√{}", words.space)),
                 vec![
                     Series::line("real part", BLUE, points(|z| z.re)),
                     Series::line("modulus", BLACK, points(|z| z.norm())).with(Look::Dashed),

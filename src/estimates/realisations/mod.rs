@@ -31,10 +31,7 @@ pub use kept::SegmentsLeft;
 pub use part::Part;
 pub(crate) use part::Portion;
 pub(crate) use records::{Records, interleave};
-pub(crate) use sheet::{
-    REALISATIONS, TRANSIENT, degrees_as_numbers, interval_in_words, least_median_most,
-    spectrum_chart, without_mean,
-};
+pub(crate) use sheet::{least_median_most, without_mean};
 pub(crate) use shots::{
     FILLED, Shot, Shots, TOGETHER, a_site, check_significance, check_squares, first_of,
     refuse_left_out,

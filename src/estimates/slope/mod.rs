@@ -109,11 +109,6 @@ pub struct PowerLaw {
 }
 
 impl Slope {
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
-    }
-
     /// `S x^{-slope} / prefactor`: 1 where the law holds.
     pub fn compensated(&self) -> Vec<f64> {
         let pairs = self.abscissa.iter().zip(&self.spectrum);

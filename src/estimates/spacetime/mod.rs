@@ -101,11 +101,6 @@ pub struct SpaceTimeEstimate {
 }
 
 impl SpaceTimeEstimate {
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
-    }
-
     /// Whether intervals are stated.
     pub fn has_interval(&self) -> bool {
         self.independence.records > 1 || !self.independence.is_transient()

@@ -47,21 +47,6 @@ impl Pass<'_> {
         let sites: Vec<Independence> = steadiness.iter().map(|s| self.independence(*s)).collect();
         check_squares(unit)?;
         let density = grid.time.step * unit * unit;
-        let has_none = |j: usize| match tiles[j / TOGETHER].sums.left.get(j % TOGETHER) {
-            Some(left) => left.records == 0,
-            None => false,
-        };
-        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
-            if has_none(j) {
-                return f64::NAN;
-            }
-            let power = value(&powers, m, j) * density * fold(m, length);
-            // Not one sample was there.
-            let is_empty = power == 0.0 && steadiness[j].is_nan();
-            if is_empty { f64::NAN } else { power }
-        });
-
-        drop(powers);
         let records = self.records as f64;
         let segments = records * self.effective_segments;
         let left = tiles.iter().flat_map(|tile| &tile.sums.left);
@@ -75,6 +60,13 @@ impl Pass<'_> {
                 (pairs.records, pairs.segments(), effective)
             }
         };
+        let spectrum = Array2::from_shape_fn(shape, |(m, j)| {
+            let power = value(&powers, m, j) * density * fold(m, length);
+            // No segment is left, or not one sample was there.
+            let is_empty = of_site(j).0 == 0 || (power == 0.0 && steadiness[j].is_nan());
+            if is_empty { f64::NAN } else { power }
+        });
+        drop(powers);
         let most = 2.0 * segments.max(records) * self.weights.tapers() as f64;
         let table = FactorTable::new([segments.min(records).min(1.0), most.max(2.0)], alpha);
 
@@ -141,10 +133,7 @@ impl Pass<'_> {
             0 => false,
             records => !sites[j].is_transient() || records > 1,
         };
-        let known = self.realisations;
         let half_bandwidth = self.request.averaging.tapers.half_bandwidth();
-        let test = || self.line_test(tiles, &sites, &frequency, unit);
-        let line_test = self.tests_lines().then(test);
         let mut found = SpectrumEstimate {
             noise: None,
             along: SpectrumAxis::Time,
@@ -153,7 +142,9 @@ impl Pass<'_> {
             detrended,
             segment: [length, length - self.realisations.segments.hop],
             half_bandwidth: half_bandwidth.map(|nw| nw / (length as f64 * grid.time.step)),
-            independence: known.independence(self.records, left.as_ref(), median),
+            independence: self
+                .realisations
+                .independence(self.records, left.as_ref(), median),
             has_interval: (0..shape.1).map(has_interval).collect(),
             segments_left: left,
             has_jackknife: self.request.has_jackknife,
@@ -161,6 +152,8 @@ impl Pass<'_> {
             space: grid.space.clone(),
             quantity: grid.quantity,
             unit: grid.unit.clone(),
+            line_test: (self.tests_lines())
+                .then(|| self.line_test(tiles, &sites, &frequency, unit)),
             bins: frequency,
             steadiness,
             alpha,
@@ -170,7 +163,6 @@ impl Pass<'_> {
             high,
             jackknife,
             left_out,
-            line_test,
         };
         if has_noise && self.request.along == SpectrumAxis::Time {
             let lead_ins = tiles.iter().flat_map(|tile| tile.lead_ins);

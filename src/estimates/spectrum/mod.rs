@@ -104,12 +104,14 @@ pub enum LeftOutEach {
 }
 
 /// The test for lines, whose statistic has Fisher's distribution where there are none.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct LineTest {
     /// `F`, `(frequency, site)`; NaN at 0 and at the Nyquist frequency.
+    #[serde(skip)]
     pub statistic: Array2<f64>,
     /// Its degrees of freedom: of the line, and of what is beside it, at sites without missing samples. Sites from
     /// which segments are left out have their own, and are tested by these.
+    #[serde(rename = "degrees_of_freedom")]
     pub degrees: [f64; 2],
     /// What one cell exceeds by chance with probability `alpha`.
     pub level: f64,
@@ -117,14 +119,6 @@ pub struct LineTest {
     pub level_of_all: f64,
     /// Where F at a quarter of a bin exceeds `level_of_all`, the most certain first: one a band of the tapers.
     pub lines: Vec<Line>,
-}
-
-impl LineTest {
-    /// Sites, or times, that have a line.
-    pub fn columns(&self) -> usize {
-        let sites = self.lines.iter().map(|line| line.column);
-        sites.collect::<std::collections::BTreeSet<usize>>().len()
-    }
 }
 
 /// What [`spectrum`] finds. Arrays are `(frequency, site)`, or `(wavenumber, time)` along space: read "time" for
@@ -188,18 +182,6 @@ impl SpectrumEstimate {
     /// Position of a site, or a time.
     pub fn coordinate(&self, column: usize) -> f64 {
         self.along.of([&self.space, &self.time]).at(column)
-    }
-
-    /// Unit of the bins: of frequency, or of wavenumber.
-    pub fn bin_unit(&self) -> String {
-        let (time_unit, space_unit) = self.units();
-        let cycles = crate::measure::cycles_per(&time_unit);
-        self.along.of([cycles, format!("rad/{space_unit}")])
-    }
-
-    /// Words for the units of time and of length.
-    pub fn units(&self) -> (String, String) {
-        (self.time.time_unit(), self.space.space_unit())
     }
 
     /// The site with the largest mean square.
