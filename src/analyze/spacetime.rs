@@ -2,19 +2,17 @@
 
 use std::ops::Range;
 
-use ndarray::{ArrayView2, s};
+use ndarray::s;
 use num_complex::Complex;
 
-use super::blocks::RowBlocks;
+use super::blocks::{RowBlocks, RowPass};
 use super::intermediate::Intermediate;
 use super::plan::Plan;
 use super::rows::add_rows;
 use super::stages::Stages;
-use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::{Keep, MapBuilder};
+use crate::arrays::LargeArray;
 use crate::error::Result;
 use crate::numeric::sum;
-use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{ComplexScratch, ComplexTransform, Real, fold, power};
 
 /// Largest number of frequencies per tile.
@@ -58,10 +56,6 @@ impl ByDirection {
 pub(super) struct Frequencies {
     /// One entry a frequency.
     pub directions: Vec<ByDirection>,
-    /// `None` where no maps are wanted.
-    pub map: Option<MapBuilder>,
-    /// Of the spectra along time, which this pass has by rows; see [`transform_frequencies`].
-    pub temporal_map: Option<MapBuilder>,
     /// Sum over frequencies at each wavenumber of both signs.
     pub wavenumber_energies: Vec<f64>,
     /// Of these, what stands still: energy at f = 0.
@@ -74,79 +68,46 @@ pub(super) struct Frequencies {
 /// order of the array.
 pub(super) fn transform_frequencies<T: Real>(
     all: &Stages,
-    between: &mut Intermediate<T>,
+    between: Intermediate<T>,
 ) -> Result<Frequencies> {
     let plan = all.plan;
     let (nf, nk) = (plan.axes.frequency.len(), plan.axes.wavenumber_signed.len());
-    let nx = plan.axes.n_sites;
     all.observer.stage("space-time", nf as u64);
-    let temporal = plan.request.results.temporal;
-    let map = |wanted: bool, columns: usize| {
-        (wanted && plan.request.maps).then(|| plan.map_builder((nf, columns), Keep::Largest))
-    };
     let mut done = Frequencies {
         directions: Vec::with_capacity(nf),
-        map: map(true, nk),
-        temporal_map: map(temporal, nx),
         wavenumber_energies: vec![0.0; nk],
         static_energies: vec![0.0; nk],
     };
-    let pass = SpacetimePass {
+    let temporal = plan.request.results.temporal;
+    // Spectra along time have no columns where they are not wanted.
+    let records = usize::from(temporal) * plan.axes.n_sites;
+    let mut pass = SpacetimePass {
         plan,
         transform: ComplexTransform::new(&plan.window_space, plan.conventions.padded_space),
         stored: all.stored,
+        between,
     };
     let blocks = RowBlocks {
         rows: nf,
         block: plan.blocks.frequencies,
-        // Spectra along time have no columns where they are not wanted.
-        columns: [nk, if temporal { nx } else { 0 }],
+        columns: [nk, records],
         tile: [ComplexTransform::<T>::TOGETHER, TILE],
         observer: all.observer,
     };
-    let pool = ScratchPool::default();
-    let segments = plan.segments.count();
-    blocks.each(
-        |of, block| {
-            between.hold(of.start * segments..of.end * segments)?;
-            let between = &*between;
-            blocks.fill(of, block, &pool, |of, spectra, room| {
-                pass.frequencies(of, between, room, spectra)
-            })
-        },
-        |from, directions, [powers, records]| {
-            done.take(all.sink, from, directions, [powers.view(), records.view()])
-        },
-    )?;
-    Ok(done)
-}
-
-impl Frequencies {
-    /// Takes a block of spectra along space and along time in and passes them on.
-    fn take(
-        &mut self,
-        sink: &dyn Sink,
-        from: usize,
-        directions: Vec<ByDirection>,
-        [powers, records]: [ArrayView2<f64>; 2],
-    ) -> Result<()> {
-        self.directions.extend(directions);
-        if let Some(map) = &mut self.map {
-            map.add(from, 0, powers);
-        }
-        add_rows(&mut self.wavenumber_energies, powers);
+    blocks.each(&mut pass, |from, directions, [powers, records]| {
+        done.directions.extend(directions);
+        add_rows(&mut done.wavenumber_energies, powers.view());
         if from == 0 {
-            add_rows(&mut self.static_energies, powers.slice(s![..1, ..]));
+            add_rows(&mut done.static_energies, powers.slice(s![..1, ..]));
         }
-        sink.put(LargeArray::SPACETIME_SPECTRUM, from, 0, powers)?;
-        if records.ncols() > 0 {
-            if let Some(map) = &mut self.temporal_map {
-                map.add(from, 0, records);
-            }
-            sink.put(LargeArray::TEMPORAL_SPECTRUM, from, 0, records)?;
+        let outputs = all.outputs;
+        outputs.put(LargeArray::SPACETIME_SPECTRUM, (from, 0), powers.view())?;
+        if temporal {
+            outputs.put(LargeArray::TEMPORAL_SPECTRUM, (from, 0), records.view())?;
         }
         Ok(())
-    }
+    })?;
+    Ok(done)
 }
 
 /// What all blocks have in common.
@@ -154,16 +115,25 @@ struct SpacetimePass<'a, T: Real> {
     plan: &'a Plan,
     transform: ComplexTransform<T>,
     stored: f64,
+    between: Intermediate<T>,
 }
 
-impl<T: Real> SpacetimePass<'_, T> {
-    /// Frequencies `of`: spectra along space, and of each site; with scratch for rows that are not contiguous.
-    fn frequencies(
+impl<T: Real> RowPass for SpacetimePass<'_, T> {
+    type Found = ByDirection;
+    /// With room for rows that are not contiguous.
+    type Scratch = (ComplexScratch<T>, Vec<Complex<T>>);
+
+    fn begin(&mut self, of: Range<usize>) -> Result<()> {
+        let segments = self.plan.segments.count();
+        self.between.hold(of.start * segments..of.end * segments)
+    }
+
+    /// Frequencies `of`: spectra along space, and of each site.
+    fn tile(
         &self,
         of: Range<usize>,
-        between: &Intermediate<T>,
-        (scratch, room): &mut (ComplexScratch<T>, Vec<Complex<T>>),
         [powers, records]: [&mut [f64]; 2],
+        (scratch, room): &mut Self::Scratch,
     ) -> Vec<ByDirection> {
         let plan = self.plan;
         let segments = plan.segments.count();
@@ -174,7 +144,9 @@ impl<T: Real> SpacetimePass<'_, T> {
         let mean = plan.time_scale.factor / segments as f64;
         let mut directions = Vec::with_capacity(of.len());
         for (group, from) in profiles.clone().step_by(together).enumerate() {
-            let profiles = between.view(from..profiles.end.min(from + together), room);
+            let profiles = self
+                .between
+                .view(from..profiles.end.min(from + together), room);
             let spectra = self.transform.powers(profiles, scratch).chunks_exact(nk);
             for (i, (spectrum, profile)) in spectra.zip(profiles.outer_iter()).enumerate() {
                 let at = group * together + i;
