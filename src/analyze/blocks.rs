@@ -36,24 +36,6 @@ pub(super) fn fill<A: Send + Sync, B: Send + Sync, S: Default + Send, F: Send>(
     Ok(found?.into_iter().flatten().collect())
 }
 
-/// A pass that computes rows of two arrays.
-pub(super) trait RowPass: Send + Sync {
-    /// What is found at a row.
-    type Found: Send;
-    type Scratch: Default + Send;
-
-    /// Makes ready what these rows are computed from.
-    fn begin(&mut self, rows: Range<usize>) -> Result<()>;
-
-    /// Computes a few rows of both arrays, one after the other.
-    fn tile(
-        &self,
-        rows: Range<usize>,
-        arrays: [&mut [f64]; 2],
-        scratch: &mut Self::Scratch,
-    ) -> Vec<Self::Found>;
-}
-
 /// How rows of two arrays are computed.
 pub(super) struct RowBlocks<'a> {
     pub rows: usize,
@@ -66,69 +48,52 @@ pub(super) struct RowBlocks<'a> {
 }
 
 impl RowBlocks<'_> {
-    /// All blocks in order: `take` gets the first row of one, what was found at each, and the arrays, while the next is
-    /// computed.
-    pub fn each<P: RowPass>(
+    /// All blocks in order: `begin` makes ready what one is computed from, and `tile` computes a few rows of both arrays, one
+    /// after the other. `take` gets its first row, what was found at each, and the arrays, while the next is computed.
+    pub fn each<S: Default + Send, F: Send>(
         &self,
-        pass: &mut P,
-        mut take: impl FnMut(usize, Vec<P::Found>, [ArrayViewMut2<f64>; 2]) -> Result<()> + Send,
+        mut begin: impl FnMut(Range<usize>) -> Result<()> + Send,
+        tile: impl Fn(Range<usize>, [&mut [f64]; 2], &mut S) -> Vec<F> + Sync,
+        mut take: impl FnMut(usize, Vec<F>, [ArrayViewMut2<f64>; 2]) -> Result<()> + Send,
     ) -> Result<()> {
-        let room = || {
-            self.columns
-                .map(|columns| Array2::zeros((self.block, columns)))
-        };
+        let ([step, most], block) = (self.tile, self.block);
+        let room = || self.columns.map(|columns| Array2::zeros((block, columns)));
         let (mut computed, mut next) = (room(), room());
         let pool = ScratchPool::default();
-        let mut last: Option<(usize, Vec<P::Found>)> = None;
-        for rows in pieces(self.rows, self.block).map(Some).chain([None]) {
+        let mut compute = |rows: Range<usize>, arrays: &mut [Array2<f64>; 2]| {
+            begin(rows.clone())?;
+            // Several tiles per thread if the block is large enough.
+            let size = rows.len().div_ceil(4 * rayon::current_num_threads());
+            let [first, second] = first_rows(arrays, rows.len());
+            let of = (rows, size.next_multiple_of(step).min(most), Axis(0));
+            let with = (&pool, self.observer);
+            fill(of, (first, second), with, |rows, (mut a, mut b), room| {
+                let both = [&mut a, &mut b].map(|rows| rows.as_slice_mut().expect("whole rows"));
+                Ok(tile(rows, both, room))
+            })
+        };
+        let mut last: Option<(Range<usize>, Vec<F>)> = None;
+        for rows in pieces(self.rows, block).map(Some).chain([None]) {
             let (handed_on, found) = rayon::join(
                 || match last.take() {
+                    Some((of, found)) => take(of.start, found, first_rows(&mut computed, of.len())),
                     None => Ok(()),
-                    Some((from, found)) => {
-                        let count = found.len();
-                        take(
-                            from,
-                            found,
-                            computed.each_mut().map(|a| a.slice_mut(s![..count, ..])),
-                        )
-                    }
                 },
-                || match &rows {
-                    None => Ok(None),
-                    Some(rows) => self.block(pass, rows.clone(), &mut next, &pool).map(Some),
+                || {
+                    rows.clone()
+                        .map(|rows| compute(rows, &mut next))
+                        .transpose()
                 },
             );
             handed_on?;
-            last = rows.map(|rows| rows.start).zip(found?);
+            last = rows.zip(found?);
             std::mem::swap(&mut computed, &mut next);
         }
         Ok(())
     }
+}
 
-    fn block<P: RowPass>(
-        &self,
-        pass: &mut P,
-        rows: Range<usize>,
-        arrays: &mut [Array2<f64>; 2],
-        pool: &ScratchPool<P::Scratch>,
-    ) -> Result<Vec<P::Found>> {
-        pass.begin(rows.clone())?;
-        let pass = &*pass;
-        // Several tiles per thread if the block is large enough.
-        let [step, most] = self.tile;
-        let size = rows.len().div_ceil(4 * rayon::current_num_threads());
-        let size = size.next_multiple_of(step).min(most);
-        let [first, second] = arrays.each_mut().map(|a| a.slice_mut(s![..rows.len(), ..]));
-        let of = (rows, size, Axis(0));
-        fill(
-            of,
-            (first, second),
-            (pool, self.observer),
-            |rows, (mut first, mut second), room| {
-                let both = [&mut first, &mut second];
-                let both = both.map(|rows| rows.as_slice_mut().expect("whole rows"));
-                Ok(pass.tile(rows, both, room))
-            },
-        )
-    }
+fn first_rows(arrays: &mut [Array2<f64>; 2], count: usize) -> [ArrayViewMut2<'_, f64>; 2] {
+    let arrays = arrays.each_mut();
+    arrays.map(|all| all.slice_mut(s![..count, ..]))
 }

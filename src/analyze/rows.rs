@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use ndarray::ArrayView2;
 
-use super::blocks::{RowBlocks, RowPass};
+use super::blocks::RowBlocks;
 use super::flux::FluxSurrogate;
 use super::plan::Plan;
 use super::quality::Ends;
@@ -79,7 +79,7 @@ pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<Spa
         field_map: plan.map_builder((nt, nx), Keep::Extreme),
         wavenumber_energies: has_sums.then(|| vec![0.0; nk]),
     };
-    let mut pass = SpatialPass {
+    let pass = SpatialPass {
         prepared,
         transform: is_made.then(|| plan.profile_transform::<T>()),
         scales: (0..nk).map(scale).collect(),
@@ -94,7 +94,12 @@ pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<Spa
         tile: [lanes::WIDTH, plan.tiles.times],
         observer: all.observer,
     };
-    blocks.each(&mut pass, |from, seen, [profiles, spectra]| {
+    let begin = |_| {
+        prepared.release_pages();
+        Ok(())
+    };
+    let tile = |times, arrays: [&mut [f64]; 2], worker: &mut _| pass.tile(times, arrays, worker);
+    blocks.each(begin, tile, |from, seen, [profiles, spectra]| {
         let spectra = spectra.view();
         done.take(prepared, (from, seen), profiles.view(), spectra);
         if let Some(flux) = &mut flux {
@@ -168,15 +173,7 @@ struct SpatialPass<'a, T: Real> {
     edge: f64,
 }
 
-impl<T: Real> RowPass for SpatialPass<'_, T> {
-    type Found = SnapshotFindings;
-    type Scratch = Worker<T>;
-
-    fn begin(&mut self, _: Range<usize>) -> Result<()> {
-        self.prepared.release_pages();
-        Ok(())
-    }
-
+impl<T: Real> SpatialPass<'_, T> {
     /// Reads and transforms the profiles of a few times.
     fn tile(
         &self,

@@ -1,11 +1,12 @@
 //! The second half of the space-time transform: along space at each frequency.
 
 use std::ops::Range;
+use std::sync::{PoisonError, RwLock};
 
 use ndarray::s;
 use num_complex::Complex;
 
-use super::blocks::{RowBlocks, RowPass};
+use super::blocks::RowBlocks;
 use super::intermediate::Intermediate;
 use super::plan::Plan;
 use super::rows::add_rows;
@@ -81,11 +82,19 @@ pub(super) fn transform_frequencies<T: Real>(
     let temporal = plan.request.results.temporal;
     // Spectra along time have no columns where they are not wanted.
     let records = usize::from(temporal) * plan.axes.n_sites;
-    let mut pass = SpacetimePass {
+    let pass = SpacetimePass {
         plan,
-        transform: ComplexTransform::new(&plan.window_space, plan.conventions.padded_space),
+        transform: ComplexTransform::<T>::new(&plan.window_space, plan.conventions.padded_space),
         stored: all.stored,
-        between,
+    };
+    let (between, segments) = (RwLock::new(between), plan.segments.count());
+    let begin = |of: Range<usize>| {
+        let mut between = between.write().unwrap_or_else(PoisonError::into_inner);
+        between.hold(of.start * segments..of.end * segments)
+    };
+    let tile = |of: Range<usize>, arrays: [&mut [f64]; 2], room: &mut _| {
+        let between = between.read().unwrap_or_else(PoisonError::into_inner);
+        pass.tile(of, &between, arrays, room)
     };
     let blocks = RowBlocks {
         rows: nf,
@@ -94,7 +103,7 @@ pub(super) fn transform_frequencies<T: Real>(
         tile: [ComplexTransform::<T>::TOGETHER, TILE],
         observer: all.observer,
     };
-    blocks.each(&mut pass, |from, directions, [powers, records]| {
+    blocks.each(begin, tile, |from, directions, [powers, records]| {
         done.directions.extend(directions);
         add_rows(&mut done.wavenumber_energies, powers.view());
         if from == 0 {
@@ -115,25 +124,16 @@ struct SpacetimePass<'a, T: Real> {
     plan: &'a Plan,
     transform: ComplexTransform<T>,
     stored: f64,
-    between: Intermediate<T>,
 }
 
-impl<T: Real> RowPass for SpacetimePass<'_, T> {
-    type Found = ByDirection;
-    /// With room for rows that are not contiguous.
-    type Scratch = (ComplexScratch<T>, Vec<Complex<T>>);
-
-    fn begin(&mut self, of: Range<usize>) -> Result<()> {
-        let segments = self.plan.segments.count();
-        self.between.hold(of.start * segments..of.end * segments)
-    }
-
-    /// Frequencies `of`: spectra along space, and of each site.
+impl<T: Real> SpacetimePass<'_, T> {
+    /// Frequencies `of`: spectra along space, and of each site; with scratch for rows that are not contiguous.
     fn tile(
         &self,
         of: Range<usize>,
+        between: &Intermediate<T>,
         [powers, records]: [&mut [f64]; 2],
-        (scratch, room): &mut Self::Scratch,
+        (scratch, room): &mut (ComplexScratch<T>, Vec<Complex<T>>),
     ) -> Vec<ByDirection> {
         let plan = self.plan;
         let segments = plan.segments.count();
@@ -144,9 +144,7 @@ impl<T: Real> RowPass for SpacetimePass<'_, T> {
         let mean = plan.time_scale.factor / segments as f64;
         let mut directions = Vec::with_capacity(of.len());
         for (group, from) in profiles.clone().step_by(together).enumerate() {
-            let profiles = self
-                .between
-                .view(from..profiles.end.min(from + together), room);
+            let profiles = between.view(from..profiles.end.min(from + together), room);
             let spectra = self.transform.powers(profiles, scratch).chunks_exact(nk);
             for (i, (spectrum, profile)) in spectra.zip(profiles.outer_iter()).enumerate() {
                 let at = group * together + i;

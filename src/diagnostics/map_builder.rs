@@ -267,11 +267,8 @@ mod tests {
     fn of_equal_magnitudes_the_positive_stays_and_no_number_is_none() {
         let nan = f64::NAN;
         let mut map = MapBuilder::extreme((2, 4), (1, 2));
-        map.add(
-            0,
-            0,
-            array![[-2.0, nan, nan, nan], [2.0, 1.0, nan, nan]].view(),
-        );
+        let values = array![[-2.0, nan, nan, nan], [2.0, 1.0, nan, nan]];
+        map.add(0, 0, values.view());
         let cells = map.cells();
         assert_eq!(cells[[0, 0]], 2.0);
         assert!(cells[[0, 1]].is_nan());

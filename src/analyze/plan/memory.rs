@@ -322,36 +322,25 @@ mod tests {
 
     use crate::Field;
     use crate::analyze::{Request, plan};
-    use crate::field::OpenOptions;
 
-    /// Snapshots of a file larger than memory: where they are rows, a few at a time; across records, as
+    /// Snapshots of a field larger than memory: where they are rows, a few at a time; across records, as
     /// many as fit, since each piece of a record costs a read.
     #[test]
     fn snapshots_across_records_are_read_in_long_pieces() {
-        let folder = tempfile::tempdir().unwrap();
-        let tile = |fortran: bool| {
-            let path = folder.path().join("field.npy");
-            let shape = (8192, 500).set_f(fortran);
-            ndarray_npy::write_npy(&path, &Array2::<f32>::zeros(shape)).unwrap();
-            let field = Field::open(&path, &OpenOptions::default()).unwrap();
+        let [rows, across] = [false, true].map(|fortran| {
+            let shape = (8192, 500);
+            let field = Field::from_array(Array2::zeros(shape.set_f(fortran)));
+            let allowed = (60 << 20) + 8 * 8192 * 500;
             let request = Request {
                 threads: Some(2),
-                memory: Some(60 << 20),
+                memory: Some(allowed),
                 ..Request::default()
             };
             let planned = plan(&field, &request).unwrap();
-            assert!(planned.memory_needed <= 60 << 20);
-            (planned.tiles.times, planned.blocks.times)
-        };
-        let (tile_of_rows, block_of_rows) = tile(false);
-        let (tile_across, block_across) = tile(true);
-        assert!(
-            tile_across >= 8 * tile_of_rows,
-            "{tile_across} of {tile_of_rows}"
-        );
-        assert!(
-            block_across >= tile_across,
-            "{block_across} of {block_of_rows}"
-        );
+            assert!(planned.streams() && planned.memory_needed <= allowed);
+            [planned.tiles.times, planned.blocks.times]
+        });
+        assert!(across[0] >= 8 * rows[0], "{across:?} {rows:?}");
+        assert!(across[1] >= across[0], "{across:?}");
     }
 }
