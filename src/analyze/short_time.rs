@@ -3,11 +3,11 @@
 use ndarray::Array2;
 use ndarray::parallel::prelude::*;
 
-use super::plan::checked_window;
+use super::plan::{checked_window, require};
 use super::request::Request;
 use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
 use super::stages::Stages;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::Axis;
 use crate::transform::{
     Real, RecordScratch, RecordTransform, Scale, Segments, fold, frequencies, power, wavenumbers,
@@ -124,7 +124,7 @@ fn spectra<T: Real>(
 /// Segments of records of `n_times` and of profiles of `n_sites`.
 ///
 /// # Errors
-/// [`Error::Request`] names the option that does not fit.
+/// [`crate::Error::Request`] names the option that does not fit.
 pub(super) fn segments(request: &Request, n_times: usize, n_sites: usize) -> Result<[Segments; 2]> {
     let asked = &request.short_time;
     let options = ["short-time-segment", "short-time-hop"];
@@ -150,14 +150,11 @@ fn choose(
 ) -> Result<Segments> {
     let default = (record / 8).max(1).next_power_of_two().max(16).min(record);
     let length = length.unwrap_or(default);
-    if length == 0 || length > record {
-        let expected = format!("1 to {record} samples");
-        return Err(Error::request(length_option, expected, length.to_string()));
-    }
+    let is_within = (1..=record).contains(&length);
+    let expected = format!("1 to {record} samples");
+    require(is_within, length_option, expected, length)?;
     let hop = hop.unwrap_or((length / 4).max(1));
-    if hop == 0 {
-        return Err(Error::request(hop_option, "at least 1 sample", "0"));
-    }
+    require(hop > 0, hop_option, "at least 1 sample", hop)?;
     Ok(Segments {
         record,
         length,

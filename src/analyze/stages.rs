@@ -71,11 +71,8 @@ impl Stages<'_> {
             return Ok((self.records::<T>(clock)?, profiles));
         }
         let axes = &self.plan.axes;
-        let frequencies = match self.plan.request.results.spacetime {
-            true => axes.frequency.len(),
-            false => 0,
-        };
-        let units = axes.n_times + axes.n_sites + frequencies;
+        let is_made = usize::from(self.plan.request.results.spacetime);
+        let units = axes.n_times + axes.n_sites + is_made * axes.frequency.len();
         self.observer.stage("transforming", units as u64);
         let beside = Beside {
             observer: self.observer,

@@ -13,7 +13,7 @@ use crate::transform::Segments;
 const MOST_THREADS: usize = 1024;
 
 /// That a request `holds`, else the error of an option.
-fn require(
+pub(in crate::analyze) fn require(
     holds: bool,
     option: &'static str,
     expected: impl Into<String>,

@@ -13,7 +13,7 @@ use super::result::{Axes, Conventions};
 use super::{display, short_time};
 use crate::arrays::{LargeArray, Precision};
 use crate::diagnostics::{Bins, Keep, MAP_LIMIT, MapBuilder};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
 use crate::transform::{
@@ -23,7 +23,7 @@ use checks::{
     check_axes, check_references, direction_band, padded, segments, site_range, time_range,
 };
 
-pub(super) use checks::checked_window;
+pub(super) use checks::{checked_window, require};
 
 /// What will be computed, in which blocks, with which transforms; see [`plan`].
 #[derive(Debug, Clone)]
@@ -113,7 +113,7 @@ const TILE_TIMES: usize = 32;
 /// [`TimeRange::UntilArrival`](super::TimeRange::UntilArrival).
 ///
 /// # Errors
-/// [`Error::Request`] names the option that does not fit; [`Error::Memory`] where not even the
+/// [`crate::Error::Request`] names the option that does not fit; [`crate::Error::Memory`] where not even the
 /// smallest blocks fit the memory allowed.
 pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     field.check_axes()?;
@@ -213,19 +213,17 @@ impl Plan {
     /// That the plan is one of this field.
     ///
     /// # Errors
-    /// [`Error::Request`].
+    /// [`crate::Error::Request`].
     pub(super) fn check(&self, field: &Field) -> Result<()> {
-        let own = (&self.axes.time, &self.axes.space);
         let is_inside = self.times.end <= field.n_times() && self.sites.end <= field.n_sites();
-        let time = shifted(&field.time, self.times.start);
-        if is_inside && own == (&time, &shifted(&field.space, self.sites.start)) {
-            return Ok(());
-        }
+        let is_own = is_inside
+            && self.axes.time == shifted(&field.time, self.times.start)
+            && self.axes.space == shifted(&field.space, self.sites.start);
         let size = |times: usize, sites: usize| format!("{times} times by {sites} sites");
         let planned = size(self.axes.n_times, self.axes.n_sites);
         let expected = format!("a field with the axes of the plan, {planned}: plan this one");
         let found = size(field.n_times(), field.n_sites()) + " of " + &field.name;
-        Err(Error::request("plan", expected, found))
+        require(is_own, "plan", expected, found)
     }
 
     /// Rows of the matrix between the two halves of a space-time transform.
