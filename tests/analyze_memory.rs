@@ -273,14 +273,16 @@ fn a_filter_takes_what_it_is_allowed() {
         let whole = filtered(&field, &band, pad, Some(1 << 32), &Silent).unwrap();
         let least = needed(filtered(&field, &band, pad, Some(1 << 20), &Silent));
         let size = 8 * (shape.0 * shape.1) as u64;
-        for allowed in [least, least + size / 4] {
+        // In blocks, and at once.
+        for allowed in [least, least + size / 4, 12 * size] {
             let (most, found) = taken(|| filtered(&field, &band, pad, Some(allowed), &Silent));
             let found = found.unwrap();
             assert!(
                 most <= allowed + allowed / 50,
                 "{most} of {allowed} for {shape:?}"
             );
-            assert!(most < 2 * size || pad, "{most} for {shape:?}");
+            let is_at_once = allowed > 3 * size;
+            assert!(most < 2 * size || pad || is_at_once, "{most} for {shape:?}");
             let all = |field: &Field| {
                 let mut out = vec![0.0; shape.0 * shape.1];
                 field.read_time_major(0..shape.0, 0..shape.1, &mut out);

@@ -1,8 +1,14 @@
 //! The large arrays of an analysis.
 
-use ndarray::Array2;
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 
-use crate::arrays::{Arrays, LargeArray};
+use ndarray::{Array2, ArrayView2};
+
+use super::plan::Plan;
+use crate::arrays::{Arrays, LargeArray, Sink};
+use crate::diagnostics::{Keep, MapBuilder};
+use crate::error::Result;
 
 /// Arrays of an analysis.
 impl LargeArray {
@@ -41,5 +47,54 @@ impl Spectra {
             spacetime: arrays.remove(&LargeArray::SPACETIME_SPECTRUM),
             flux_surrogate: arrays.remove(&LargeArray::KINETIC_FLUX_SURROGATE),
         }
+    }
+}
+
+/// The large arrays that are wanted on their way to the sink, block by block, with their maps.
+pub(super) struct Outputs<'a> {
+    sink: &'a dyn Sink,
+    /// None where no maps are wanted.
+    maps: BTreeMap<LargeArray, Mutex<MapBuilder>>,
+}
+
+impl<'a> Outputs<'a> {
+    pub fn new(plan: &Plan, sink: &'a dyn Sink) -> Result<Self> {
+        let mut maps = BTreeMap::new();
+        for &(array, shape) in &plan.arrays {
+            sink.reserve(array, shape)?;
+            let map = plan.map_builder(shape, keep(array));
+            maps.extend(map.map(|map| (array, Mutex::new(map))));
+        }
+        Ok(Outputs { sink, maps })
+    }
+
+    /// Passes on the block whose first number is that of this row and column.
+    pub fn put(
+        &self,
+        array: LargeArray,
+        (row, column): (usize, usize),
+        block: ArrayView2<f64>,
+    ) -> Result<()> {
+        if let Some(map) = self.maps.get(&array) {
+            let mut map = map.lock().unwrap_or_else(PoisonError::into_inner);
+            map.add(row, column, block);
+        }
+        self.sink.put(array, row, column, block)
+    }
+
+    /// The maps of these arrays.
+    pub fn maps<const N: usize>(mut self, of: [LargeArray; N]) -> [Option<MapBuilder>; N] {
+        of.map(|array| {
+            let map = self.maps.remove(&array)?;
+            Some(map.into_inner().unwrap_or_else(PoisonError::into_inner))
+        })
+    }
+}
+
+/// What maps of an array show: of fluxes, which have signs, the extremes.
+pub(super) fn keep(array: LargeArray) -> Keep {
+    match array == LargeArray::KINETIC_FLUX_SURROGATE {
+        true => Keep::Extreme,
+        false => Keep::Largest,
     }
 }

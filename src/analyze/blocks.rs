@@ -1,4 +1,4 @@
-//! Rows of two arrays in blocks: one is handed on while the next is computed.
+//! The loop of all passes: blocks of two arrays, filled tile by tile in parallel.
 
 use std::ops::Range;
 
@@ -6,8 +6,35 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis, s};
 
 use crate::error::Result;
+use crate::numeric::pieces;
 use crate::observer::Observer;
 use crate::system::scratch_pool::ScratchPool;
+
+/// Fills two arrays that hold the rows (or columns, by `axis`) `of`, in parallel: `tile` computes at most `size` of them with a
+/// thread's scratch. Returns what it found at each, in order.
+pub(super) fn fill<A: Send + Sync, B: Send + Sync, S: Default + Send, F: Send>(
+    (of, size, axis): (Range<usize>, usize, Axis),
+    (mut first, mut second): (ArrayViewMut2<A>, ArrayViewMut2<B>),
+    (pool, observer): (&ScratchPool<S>, &dyn Observer),
+    tile: impl Fn(Range<usize>, (ArrayViewMut2<A>, ArrayViewMut2<B>), &mut S) -> Result<Vec<F>> + Sync,
+) -> Result<Vec<F>> {
+    let tiles = first.axis_chunks_iter_mut(axis, size).into_par_iter();
+    let tiles = tiles.zip(second.axis_chunks_iter_mut(axis, size));
+    let found: Result<Vec<Vec<F>>> = tiles
+        .enumerate()
+        .map_init(
+            || pool.take(|_| true, S::default),
+            |room, (i, arrays)| {
+                observer.go_on()?;
+                let from = of.start + i * size;
+                let range = from..of.end.min(from + size);
+                observer.advance(range.len() as u64);
+                tile(range, arrays, room)
+            },
+        )
+        .collect();
+    Ok(found?.into_iter().flatten().collect())
+}
 
 /// How rows of two arrays are computed.
 pub(super) struct RowBlocks<'a> {
@@ -20,91 +47,53 @@ pub(super) struct RowBlocks<'a> {
     pub observer: &'a dyn Observer,
 }
 
-/// Neighbouring rows.
-pub(super) struct Block<F> {
-    from: usize,
-    arrays: [Array2<f64>; 2],
-    /// One a row; none once it was handed on.
-    seen: Vec<F>,
-}
-
-impl<F> Block<F> {
-    fn rows(&mut self, count: usize) -> [ArrayViewMut2<'_, f64>; 2] {
-        let arrays = self.arrays.each_mut();
-        arrays.map(|all| all.slice_mut(s![..count, ..]))
-    }
-}
-
 impl RowBlocks<'_> {
-    /// All blocks in order: `fill` computes one, and `take` gets its first row, what was found at each, and the
-    /// arrays.
-    pub fn each<F: Send>(
+    /// All blocks in order: `begin` makes ready what one is computed from, and `tile` computes a few rows of both arrays, one
+    /// after the other. `take` gets its first row, what was found at each, and the arrays, while the next is computed.
+    pub fn each<S: Default + Send, F: Send>(
         &self,
-        mut fill: impl FnMut(Range<usize>, &mut Block<F>) -> Result<()> + Send,
+        mut begin: impl FnMut(Range<usize>) -> Result<()> + Send,
+        tile: impl Fn(Range<usize>, [&mut [f64]; 2], &mut S) -> Vec<F> + Sync,
         mut take: impl FnMut(usize, Vec<F>, [ArrayViewMut2<f64>; 2]) -> Result<()> + Send,
     ) -> Result<()> {
-        let room = || Block {
-            from: 0,
-            arrays: self
-                .columns
-                .map(|columns| Array2::zeros((self.block, columns))),
-            seen: Vec::new(),
-        };
+        let ([step, most], block) = (self.tile, self.block);
+        let room = || self.columns.map(|columns| Array2::zeros((block, columns)));
         let (mut computed, mut next) = (room(), room());
-        let starts = (0..self.rows).step_by(self.block);
-        for from in starts.map(Some).chain([None]) {
-            let seen = std::mem::take(&mut computed.seen);
-            let (handed_on, filled) = rayon::join(
-                || match seen.len() {
-                    0 => Ok(()),
-                    count => take(computed.from, seen, computed.rows(count)),
+        let pool = ScratchPool::default();
+        let mut compute = |rows: Range<usize>, arrays: &mut [Array2<f64>; 2]| {
+            begin(rows.clone())?;
+            // Several tiles per thread if the block is large enough.
+            let size = rows.len().div_ceil(4 * rayon::current_num_threads());
+            let [first, second] = first_rows(arrays, rows.len());
+            let of = (rows, size.next_multiple_of(step).min(most), Axis(0));
+            let with = (&pool, self.observer);
+            fill(of, (first, second), with, |rows, (mut a, mut b), room| {
+                let both = [&mut a, &mut b].map(|rows| rows.as_slice_mut().expect("whole rows"));
+                Ok(tile(rows, both, room))
+            })
+        };
+        let mut last: Option<(Range<usize>, Vec<F>)> = None;
+        for rows in pieces(self.rows, block).map(Some).chain([None]) {
+            let (handed_on, found) = rayon::join(
+                || match last.take() {
+                    Some((of, found)) => take(of.start, found, first_rows(&mut computed, of.len())),
+                    None => Ok(()),
                 },
                 || {
-                    from.map_or(Ok(()), |from| {
-                        fill(from..self.rows.min(from + self.block), &mut next)
-                    })
+                    rows.clone()
+                        .map(|rows| compute(rows, &mut next))
+                        .transpose()
                 },
             );
             handed_on?;
-            filled?;
+            last = rows.zip(found?);
             std::mem::swap(&mut computed, &mut next);
         }
         Ok(())
     }
+}
 
-    /// Fills `block` with `rows`, in parallel: `tile` computes a few in both arrays, row by row.
-    pub fn fill<S: Default + Send, F: Send>(
-        &self,
-        rows: Range<usize>,
-        block: &mut Block<F>,
-        pool: &ScratchPool<S>,
-        tile: impl Fn(Range<usize>, [&mut [f64]; 2], &mut S) -> Vec<F> + Sync,
-    ) -> Result<()> {
-        let [step, most] = self.tile;
-        // Several tiles per thread if the block is large enough.
-        let size = rows.len().div_ceil(4 * rayon::current_num_threads());
-        let size = size.next_multiple_of(step).min(most);
-        let [mut first, mut second] = block.rows(rows.len());
-        let seen: Result<Vec<Vec<F>>> = first
-            .axis_chunks_iter_mut(Axis(0), size)
-            .into_par_iter()
-            .zip(second.axis_chunks_iter_mut(Axis(0), size))
-            .enumerate()
-            .map_init(
-                || pool.take(|_| true, S::default),
-                |room, (i, (mut first, mut second))| {
-                    self.observer.go_on()?;
-                    let (from, count) = (rows.start + i * size, first.nrows());
-                    self.observer.advance(count as u64);
-                    // Bands of whole rows of standard arrays are contiguous.
-                    let both = first.as_slice_mut().zip(second.as_slice_mut());
-                    let seen = both.map(|(a, b)| tile(from..from + count, [a, b], room));
-                    Ok(seen.unwrap_or_default())
-                },
-            )
-            .collect();
-        block.from = rows.start;
-        block.seen = seen?.into_iter().flatten().collect();
-        Ok(())
-    }
+fn first_rows(arrays: &mut [Array2<f64>; 2], count: usize) -> [ArrayViewMut2<'_, f64>; 2] {
+    let arrays = arrays.each_mut();
+    arrays.map(|all| all.slice_mut(s![..count, ..]))
 }

@@ -1,18 +1,21 @@
 //! The pass along time: every site's record to its spectrum.
 
+use std::ops::Range;
+
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use num_complex::Complex;
 
-use super::front::{Passed, WindowScratch, WindowTransforms};
+use super::blocks::fill;
+use super::front::{Passed, WindowTransforms};
 use super::intermediate::Intermediate;
 use super::noise::Subtracted;
 use super::stages::Stages;
 use super::worker::Worker;
 use crate::arrays::LargeArray;
-use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
+use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
 use crate::error::Result;
-use crate::numeric::sum;
+use crate::numeric::{pieces, sum};
 use crate::prepare::ReadAhead;
 use crate::system::buffer::Buffer;
 use crate::system::scratch_pool::ScratchPool;
@@ -26,11 +29,9 @@ pub(super) struct TemporalPassResult {
     pub energies: Vec<f64>,
     /// Results of the front windows, one per site; empty if not requested.
     pub passed: Vec<Passed>,
-    /// Of the spectra; `None` where they are not written by this pass, or no maps are wanted.
-    pub map: Option<MapBuilder>,
     /// Of the noise at each site, where it is subtracted.
     pub subtracted: Vec<Subtracted>,
-    /// Sum over sites at each frequency, with the map.
+    /// Sum over sites at each frequency, where spectra are written by this pass and maps are wanted.
     pub frequency_energies: Option<Vec<f64>>,
 }
 
@@ -71,7 +72,7 @@ impl<'a, T: Real> AlongTime<'a, T> {
         if let Some(noise) = self.stages.noise {
             noise.subtract(j, 1, &mut worker.power);
         }
-        let spectrum: Vec<f64> = worker.power.iter().map(|lanes| lanes.0[0]).collect();
+        let spectrum = worker.first();
         (sum(&spectrum) > 0.0).then_some((record, spectrum))
     }
 
@@ -110,55 +111,47 @@ impl<'a, T: Real> AlongTime<'a, T> {
         &mut self,
         mut between: Option<&mut Intermediate<T>>,
     ) -> Result<TemporalPassResult> {
-        let (plan, prepared, stored) = (self.stages.plan, self.stages.prepared, self.stages.stored);
+        let all = self.stages;
+        let (plan, prepared) = (all.plan, all.prepared);
         let (nx, nf) = (plan.axes.n_sites, plan.axes.frequency.len());
-        self.stages.observer.stage("along time", nx as u64);
-        let wanted = between.is_none();
-        let has_map = wanted && plan.request.maps;
+        all.observer.stage("along time", nx as u64);
+        let is_written = between.is_none();
         let mut done = TemporalPassResult {
             rows: Vec::with_capacity(nx),
             energies: Vec::with_capacity(nx),
             passed: Vec::new(),
             subtracted: Vec::new(),
-            map: has_map.then(|| plan.map_builder((nf, nx), Keep::Largest)),
-            frequency_energies: has_map.then(|| vec![0.0; nf]),
+            frequency_energies: (is_written && plan.request.maps).then(|| vec![0.0; nf]),
         };
-        let rows = usize::from(wanted) * nf;
+        let rows = usize::from(is_written) * nf;
         let mut buffer = Buffer::zeros((rows, plan.blocks.sites))?;
         let mut room = ReadAhead::default();
-        for from in (0..nx).step_by(plan.blocks.sites) {
-            let width = plan.blocks.sites.min(nx - from);
+        for sites in pieces(nx, plan.blocks.sites) {
+            let (from, width) = (sites.start, sites.len());
             let mut spectra = buffer.view_mut((rows, width))?;
-            let ahead = prepared.read_ahead(from..from + width, &mut room);
+            let ahead = prepared.read_ahead(sites.clone(), &mut room);
             let kept = between.as_deref_mut();
-            let seen = self.stripes((from, ahead), spectra.view_mut(), kept)?;
-            for site in seen {
+            for site in self.block((sites, ahead), spectra.view_mut(), kept)? {
                 done.rows.push(site.row);
                 done.energies.push(site.energy);
                 done.passed.extend(site.passed);
                 done.subtracted.extend(site.subtracted);
             }
-            if wanted {
-                if stored != 1.0 {
-                    spectra.par_mapv_inplace(|p| p * stored);
-                }
-                if let Some(map) = &mut done.map {
-                    map.add(0, from, spectra.view());
-                }
-                if let Some(sums) = &mut done.frequency_energies {
-                    // Site by site, so that the bits do not depend on the blocks.
-                    let rows = spectra.axis_iter(Axis(0)).into_par_iter();
-                    rows.zip(&mut sums[..]).for_each(|(row, sum)| {
-                        *sum = row.iter().fold(*sum, |sum, p| sum + p);
-                    });
-                }
+            if let Some(sums) = &mut done.frequency_energies {
+                // Site by site, so that the bits do not depend on the blocks.
+                let rows = spectra.axis_iter(Axis(0)).into_par_iter();
+                rows.zip(&mut sums[..]).for_each(|(row, sum)| {
+                    *sum = row.iter().fold(*sum, |sum, p| sum + p);
+                });
+            }
+            if is_written {
                 for (j, mut column) in spectra.columns_mut().into_iter().enumerate() {
                     if prepared.is_left_out(from + j) {
                         column.fill(f64::NAN);
                     }
                 }
                 let array = LargeArray::TEMPORAL_SPECTRUM;
-                self.stages.sink.put(array, 0, from, spectra.view())?;
+                all.outputs.put(array, (0, from), spectra.view())?;
             }
             prepared.release_pages();
         }
@@ -173,10 +166,8 @@ impl<'a, T: Real> AlongTime<'a, T> {
 struct SiteScratch<T> {
     worker: Worker<T>,
     samples: Vec<f64>,
-    /// For the passage of the front.
-    front: WindowScratch<T>,
     /// Transforms to be written to a scratch file.
-    kept: Array2<Complex<T>>,
+    kept: Vec<Complex<T>>,
 }
 
 /// Findings at one site: measures of its spectrum, its energy, the noise that was in it, and the passage of the front.
@@ -188,80 +179,61 @@ struct SiteFindings {
 }
 
 impl<T: Real> AlongTime<'_, T> {
-    /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept` with a block of sites, shared out in stripes
-    /// of a few each.
-    fn stripes(
+    /// Fills `spectra` (no rows: not wanted), `(frequency, site)`, and `kept` with a block of sites.
+    fn block(
         &self,
-        (from, ahead): (usize, Option<&ReadAhead>),
-        mut spectra: ArrayViewMut2<f64>,
+        (sites, ahead): (Range<usize>, Option<&ReadAhead>),
+        spectra: ArrayViewMut2<f64>,
         kept: Option<&mut Intermediate<T>>,
     ) -> Result<Vec<SiteFindings>> {
-        let tile = self.stages.plan.tiles.sites;
-        let width = spectra.ncols();
-        let mut nothing = Array2::default((0, width));
-        let (mut kept, scratch) = match kept {
+        let plan = self.stages.plan;
+        let mut nothing = Array2::default((0, sites.len()));
+        let (kept, file) = match kept {
             None => (nothing.view_mut(), None),
             Some(Intermediate::Memory { buffer, shape }) => {
-                let columns = s![.., from..from + width];
+                let columns = s![.., sites.clone()];
                 (buffer.view_mut(*shape)?.slice_move(columns), None)
             }
-            Some(Intermediate::SpillFile(scratch)) => (nothing.view_mut(), Some(&*scratch)),
+            Some(Intermediate::Spilled { file, .. }) => (nothing.view_mut(), Some(&*file)),
         };
-        let done: Result<Vec<Vec<SiteFindings>>> = spectra
-            .axis_chunks_iter_mut(Axis(1), tile)
-            .into_par_iter()
-            .zip(kept.axis_chunks_iter_mut(Axis(1), tile))
-            .enumerate()
-            .map_init(
-                || self.workers.take(|_| true, SiteScratch::default),
-                |room, (i, (spectra, kept))| {
-                    let first = from + i * tile;
-                    let Some(scratch) = scratch else {
-                        return self.stripe((first, ahead), room, spectra, kept);
-                    };
-                    let shape = (self.stages.plan.between_rows(), spectra.ncols());
-                    let mut kept = std::mem::take(&mut room.kept);
-                    if kept.dim() != shape {
-                        drop(kept);
-                        kept = Array2::default(shape);
-                    }
-                    let seen = self.stripe((first, ahead), room, spectra, kept.view_mut())?;
-                    scratch.put(first, kept.view())?;
-                    room.kept = kept;
-                    Ok(seen)
-                },
-            )
-            .collect();
-        Ok(done?.into_iter().flatten().collect())
+        let of = (sites, plan.tiles.sites, Axis(1));
+        let with = (&self.workers, self.stages.observer);
+        fill(of, (spectra, kept), with, |sites, (spectra, kept), room| {
+            let Some(file) = file else {
+                let kept = (kept.nrows() > 0).then_some(kept);
+                return Ok(self.stripe((sites, ahead), room, spectra, kept));
+            };
+            let (first, shape) = (sites.start, (plan.between_rows(), sites.len()));
+            let mut values = std::mem::take(&mut room.kept);
+            values.resize(shape.0 * shape.1, Complex::default());
+            let kept = ArrayViewMut2::from_shape(shape, &mut values[..]);
+            let kept = kept.expect("as long as its shape");
+            let seen = self.stripe((sites, ahead), room, spectra, Some(kept));
+            file.write((0, first), &values)?;
+            room.kept = values;
+            Ok(seen)
+        })
     }
 
-    /// The sites from `first` on; `kept` has no rows where transforms are not.
+    /// A few sites.
     fn stripe(
         &self,
-        (first, ahead): (usize, Option<&ReadAhead>),
+        (sites, ahead): (Range<usize>, Option<&ReadAhead>),
         room: &mut SiteScratch<T>,
         mut spectra: ArrayViewMut2<f64>,
-        kept: ArrayViewMut2<Complex<T>>,
-    ) -> Result<Vec<SiteFindings>> {
+        kept: Option<ArrayViewMut2<Complex<T>>>,
+    ) -> Vec<SiteFindings> {
         let all = self.stages;
-        all.observer.go_on()?;
         let (worker, samples) = (&mut room.worker, &mut room.samples);
-        let (plan, prepared) = (all.plan, all.prepared);
-        let width = spectra.ncols();
-        let sites = first..first + width;
-        samples.resize(width * plan.axes.n_times, 0.0);
-        // Segments that are detrended one by one need records.
-        let by_record = plan.request.welch.is_some();
-        let kept = (kept.nrows() > 0).then_some(kept);
-        match by_record {
-            true => prepared.records(ahead, sites.clone(), samples),
-            false => prepared.columns(ahead, sites.clone(), samples),
-        }
+        let (first, width) = (sites.start, sites.len());
+        samples.resize(width * all.plan.axes.n_times, 0.0);
+        all.prepared.columns(ahead, sites.clone(), samples);
         worker.spectra(self, sites, samples, kept);
         let power = &mut worker.power;
         let subtracted = all.noise.map(|noise| noise.subtract(first, width, power));
         for (mut row, power) in spectra.outer_iter_mut().zip(&worker.power) {
-            row.iter_mut().zip(&power.0).for_each(|(to, &p)| *to = p);
+            let values = row.iter_mut().zip(&power.0);
+            values.for_each(|(to, &p)| *to = p * all.stored);
         }
         let rows = interleaved_moments(&worker.power, &self.bins, self.edge);
         let rows = rows.into_iter().zip(&worker.energies).enumerate();
@@ -273,22 +245,11 @@ impl<T: Real> AlongTime<'_, T> {
         });
         let mut seen: Vec<SiteFindings> = seen.collect();
         if let Some(passage) = &self.passage {
-            if passage.is_long(plan) {
-                *worker = Worker::default();
-            }
-            let front = &mut room.front;
-            let passed = match by_record {
-                true => passage.of_records(samples, plan.axes.n_times, front),
-                false => passage.of_columns(samples, width, front),
-            };
+            let passed = passage.of_columns(samples, width, worker);
             for (seen, passed) in seen.iter_mut().zip(passed) {
                 seen.passed = Some(passed);
             }
-            if passage.is_long(plan) {
-                *front = WindowScratch::default();
-            }
         }
-        all.observer.advance(width as u64);
-        Ok(seen)
+        seen
     }
 }

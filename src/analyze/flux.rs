@@ -3,9 +3,9 @@
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis, azip, s};
 
+use super::arrays::Outputs;
 use super::plan::Plan;
-use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::MapBuilder;
+use crate::arrays::LargeArray;
 use crate::error::Result;
 use crate::transform::Scaling;
 
@@ -13,7 +13,7 @@ use crate::transform::Scaling;
 /// central differences, one-sided ones of second order at the ends of the record.
 pub(super) struct FluxSurrogate {
     n_times: usize,
-    /// From a bin of the spatial spectrum, as scaled, to half its energy, stored unit included.
+    /// From a bin of the spatial spectrum, as scaled, to half its energy.
     half_energy: f64,
     dt: f64,
     /// Cumulative energies: of the last times of the block before, then of this one.
@@ -27,15 +27,14 @@ pub(super) struct FluxSurrogate {
 }
 
 impl FluxSurrogate {
-    pub fn new(plan: &Plan, stored: f64) -> Self {
+    pub fn new(plan: &Plan) -> Self {
         let energy = plan.space_scale_of(Scaling::Energy);
-        let is_wanted = plan.request.results.flux_surrogate;
-        let rows = usize::from(is_wanted) * (plan.blocks.times + 2);
+        let rows = plan.blocks.times + 2;
         // Each zeroed by itself: a clone would read pages that are not there yet.
         let room = || Array2::zeros((rows, plan.axes.wavenumber.len()));
         FluxSurrogate {
             n_times: plan.axes.n_times,
-            half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor * stored,
+            half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor,
             dt: plan.axes.time.step,
             cumulative: room(),
             kept: 0,
@@ -46,12 +45,7 @@ impl FluxSurrogate {
     }
 
     /// Adds the next block of spectra and passes on all times that are complete.
-    pub fn take(
-        &mut self,
-        spectra: ArrayView2<f64>,
-        map: Option<&mut MapBuilder>,
-        sink: &dyn Sink,
-    ) -> Result<()> {
+    pub fn take(&mut self, spectra: ArrayView2<f64>, outputs: &Outputs) -> Result<()> {
         let held = self.kept + spectra.nrows();
         let (half_energy, columns) = (self.half_energy, spectra.ncols());
         self.cumulative
@@ -103,10 +97,8 @@ impl FluxSurrogate {
                     azip!((out in &mut row, a in first, b in second) *out = -(b - a) / step);
                 }
             });
-        if let Some(map) = map {
-            map.add(next, 0, flux.view());
-        }
-        sink.put(LargeArray::KINETIC_FLUX_SURROGATE, next, 0, flux.view())?;
+        let array = LargeArray::KINETIC_FLUX_SURROGATE;
+        outputs.put(array, (next, 0), flux.view())?;
         self.next = until;
         self.kept = held.min(2);
         let kept = s![held - self.kept..held, ..];

@@ -3,18 +3,15 @@
 //! Shares over a whole record depend on its length, since the motion behind the front differs from
 //! the front.
 
-use ndarray::{Array2, ArrayViewMut2};
-use num_complex::Complex;
-
 use super::along::Headline;
 use super::plan::Plan;
 use super::quality::{FLAT_PART, flat_part};
 use super::result::{Front, FrontLength};
-use super::worker::AddPowers;
+use super::worker::Worker;
 use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
 use crate::moved::Answer;
-use crate::numeric::lanes::{LaneBlock, WIDTH, widest};
-use crate::transform::{Real, RecordScratch, RecordTransform, fold, frequencies, quick};
+use crate::numeric::lanes::WIDTH;
+use crate::transform::{Real, RecordTransform, fold, frequencies, quick};
 
 /// The part of a site's largest magnitude that its arrival exceeds for the first time.
 const ARRIVAL: f64 = 0.01;
@@ -112,36 +109,12 @@ impl<T: Real> WindowTransforms<T> {
         }
     }
 
-    /// Whether windows are too long to be held beside the scratch of whole records.
-    pub fn is_long(&self, plan: &Plan) -> bool {
-        self.samples > Plan::front_samples(plan.axes.n_times)
-    }
-
-    /// Windows of records that are contiguous.
-    pub fn of_records(
-        &self,
-        records: &[f64],
-        length: usize,
-        room: &mut WindowScratch<T>,
-    ) -> Vec<Passed> {
-        let arrivals: Vec<Option<usize>> = records.chunks_exact(length).map(arrival).collect();
-        let windows = records.chunks_exact(length).zip(&arrivals);
-        let windows: Vec<&[f64]> = windows
-            .map(|(record, arrival)| &record[self.start(*arrival, length).unwrap_or(0)..])
-            .map(|rest| &rest[..self.samples])
-            .collect();
-        let (spectra, scratch) = room.shaped((self.transform.bins(), windows.len()));
-        self.transform
-            .transform_into(windows.into_iter(), spectra, scratch);
-        self.measured(&arrivals, length, room)
-    }
-
     /// Of `width` interleaved records, which are overwritten.
     pub fn of_columns(
         &self,
         columns: &mut [f64],
         width: usize,
-        room: &mut WindowScratch<T>,
+        worker: &mut Worker<T>,
     ) -> Vec<Passed> {
         let length = columns.len() / width;
         let arrivals = arrivals_across(columns, width);
@@ -156,33 +129,16 @@ impl<T: Real> WindowTransforms<T> {
             }
         }
         let windows = &columns[..self.samples * width];
-        let (spectra, scratch) = room.shaped((self.transform.bins(), width));
-        self.transform.transform_columns(windows, spectra, scratch);
-        self.measured(&arrivals, length, room)
-    }
-
-    /// Where the window starts, if it fits into a record of `length`.
-    fn start(&self, arrival: Option<usize>, length: usize) -> Option<usize> {
-        arrival.filter(|start| start + self.samples <= length)
-    }
-
-    fn measured(
-        &self,
-        arrivals: &[Option<usize>],
-        length: usize,
-        room: &mut WindowScratch<T>,
-    ) -> Vec<Passed> {
-        let padded = self.transform.padded();
-        room.power
-            .resize(self.transform.bins(), LaneBlock::default());
-        widest(AddPowers {
-            spectra: room.spectra.view(),
-            sums: &mut room.power,
-            is_first: true,
-            factor: |m| fold(m, padded),
-        });
+        let (transform, padded) = (&self.transform, self.transform.padded());
+        let shape = (transform.bins(), width);
+        worker.add(
+            shape,
+            None,
+            (true, |m| fold(m, padded)),
+            |spectra, scratch| transform.transform_columns(windows, spectra, scratch),
+        );
         let bins = Bins::new(&self.frequency, padded, 1.0 / (padded as f64 * self.dt));
-        let rows = interleaved_moments(&room.power, &bins, self.edge);
+        let rows = interleaved_moments(&worker.power, &bins, self.edge);
         let found = arrivals.iter().zip(rows).map(|(&arrival, row)| {
             let fits = self.start(arrival, length).is_some();
             let or_nan = |share| if fits { share } else { f64::NAN };
@@ -194,25 +150,10 @@ impl<T: Real> WindowTransforms<T> {
         });
         found.collect()
     }
-}
 
-/// What a thread works with.
-#[derive(Default)]
-pub(super) struct WindowScratch<T> {
-    scratch: RecordScratch<T>,
-    spectra: Array2<Complex<T>>,
-    power: Vec<LaneBlock>,
-}
-
-impl<T: Real> WindowScratch<T> {
-    fn shaped(
-        &mut self,
-        shape: (usize, usize),
-    ) -> (ArrayViewMut2<'_, Complex<T>>, &mut RecordScratch<T>) {
-        if self.spectra.dim() != shape {
-            self.spectra = Array2::default(shape);
-        }
-        (self.spectra.view_mut(), &mut self.scratch)
+    /// Where the window starts, if it fits into a record of `length`.
+    fn start(&self, arrival: Option<usize>, length: usize) -> Option<usize> {
+        arrival.filter(|start| start + self.samples <= length)
     }
 }
 

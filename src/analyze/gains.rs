@@ -36,7 +36,7 @@ pub(super) struct GainChange {
     pub site: usize,
     /// The first sample, to a piece of the record.
     pub sample: usize,
-    /// Amplitudes after it over those before.
+    /// Amplitudes after it over those before, beside those of all sites.
     pub ratio: f64,
 }
 
@@ -60,7 +60,6 @@ pub(super) fn changes(onsets: &[Onset], samples: usize) -> Vec<GainChange> {
     let errors = student_two_sided(chance, (pieces - 2) as f64);
     let found = sites.iter().filter_map(|&j| {
         let rest: Vec<f64> = (0..pieces).map(|i| level(j, i) - common[i]).collect();
-        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
         let squares = |part: &[f64]| {
             let mean = mean(part);
             part.iter().map(|v| (v - mean).powi(2)).sum::<f64>()
@@ -74,34 +73,17 @@ pub(super) fn changes(onsets: &[Onset], samples: usize) -> Vec<GainChange> {
         changes.then(|| GainChange {
             site: j,
             sample: at * piece(samples),
-            ratio: ratio(onsets, beside(&sites, j), j, at),
+            ratio: (0.5 * step).exp(),
         })
     });
     let found: Vec<GainChange> = found.collect();
     // Motion that comes and goes at many sites is none of the sensors'.
-    match PART * found.len() <= sites.len() {
-        true => found,
-        false => Vec::new(),
+    if PART * found.len() > sites.len() {
+        return Vec::new();
     }
+    found
 }
 
-/// Up to two of the `sites` on each side of j.
-fn beside(sites: &[usize], j: usize) -> impl Iterator<Item = usize> + '_ {
-    let at = sites.partition_point(|site| *site < j);
-    let around = at.saturating_sub(2)..(at + 3).min(sites.len());
-    around.map(|i| sites[i]).filter(move |site| *site != j)
-}
-
-/// Amplitudes at site j after the piece `at` over those before, beside those of its neighbours.
-fn ratio(onsets: &[Onset], beside: impl Iterator<Item = usize>, j: usize, at: usize) -> f64 {
-    let grows = |j: usize| {
-        let energies = onsets[j].levels.iter().map(|level| f64::from(*level).exp());
-        let (before, after): (Vec<_>, Vec<_>) = energies.enumerate().partition(|(i, _)| *i < at);
-        let mean =
-            |part: Vec<(usize, f64)>| part.iter().map(|(_, e)| e).sum::<f64>() / part.len() as f64;
-        mean(after) / mean(before)
-    };
-    let others: Vec<f64> = beside.map(grows).collect();
-    let common = others.iter().map(|ratio| ratio.ln()).sum::<f64>() / others.len() as f64;
-    (grows(j) / common.exp()).sqrt()
+fn mean(part: &[f64]) -> f64 {
+    part.iter().sum::<f64>() / part.len() as f64
 }

@@ -1,5 +1,6 @@
-//! The matrix between the two halves of a space-time transform: in memory, or in a scratch file.
+//! The matrix between the two halves of a transform in space and time: in memory, or in a scratch file.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use ndarray::{ArrayView2, s};
@@ -18,7 +19,14 @@ pub(super) enum Intermediate<T: Real> {
         buffer: Buffer<Complex<T>>,
         shape: (usize, usize),
     },
-    SpillFile(SpillFile<T>),
+    Spilled {
+        file: SpillFile<T>,
+        /// Rows read at once.
+        together: usize,
+        /// The rows that are held, stripe by stripe.
+        held: Range<usize>,
+        values: Vec<Complex<T>>,
+    },
 }
 
 impl<T: Real> Intermediate<T> {
@@ -27,12 +35,35 @@ impl<T: Real> Intermediate<T> {
         Ok(Intermediate::Memory { buffer, shape })
     }
 
-    /// Makes `rows`, which come in order, ready to be viewed.
-    pub fn hold(&mut self, rows: Range<usize>) -> Result<()> {
-        match self {
-            Intermediate::Memory { .. } => Ok(()),
-            Intermediate::SpillFile(scratch) => scratch.hold(rows),
+    /// In a file, of which `together` rows are read at a time.
+    pub fn spilled(file: SpillFile<T>, together: usize) -> Self {
+        Intermediate::Spilled {
+            file,
+            together,
+            held: 0..0,
+            values: Vec::new(),
         }
+    }
+
+    /// Makes `rows`, which come in order, ready to be viewed; reads some of the following ones with them.
+    pub fn hold(&mut self, rows: Range<usize>) -> Result<()> {
+        let Intermediate::Spilled {
+            file,
+            together,
+            held,
+            values,
+        } = self
+        else {
+            return Ok(());
+        };
+        if held.start <= rows.start && rows.end <= held.end {
+            return Ok(());
+        }
+        let (start, stripe) = (rows.start, file.stripe);
+        *held = start..file.shape.0.min(start + rows.len().max(*together));
+        values.resize(held.len() * file.shape.1, Complex::default());
+        let pieces = values.par_chunks_mut(held.len() * stripe).enumerate();
+        pieces.try_for_each(|(i, piece)| file.read((start, i * stripe), piece))
     }
 
     /// Rows that are held; copied to `room` if they are not contiguous.
@@ -46,11 +77,20 @@ impl<T: Real> Intermediate<T> {
                 let all = buffer.view(*shape).expect("of this shape");
                 all.slice_move(s![rows, ..])
             }
-            Intermediate::SpillFile(scratch) => {
-                let shape = (rows.len(), scratch.shape.1);
-                room.resize(shape.0 * shape.1, Complex::default());
-                scratch.gather(rows, room);
-                ArrayView2::from_shape(shape, &room[..]).expect("as long as its shape says")
+            Intermediate::Spilled {
+                file, held, values, ..
+            } => {
+                let (count, sites) = (rows.len(), file.shape.1);
+                room.resize(count * sites, Complex::default());
+                let stripes = values.chunks(held.len() * file.stripe);
+                for (stripe, piece) in stripes.enumerate() {
+                    let width = piece.len() / held.len();
+                    let from = piece[(rows.start - held.start) * width..].chunks_exact(width);
+                    for (row, from) in room.chunks_exact_mut(sites).zip(from) {
+                        row[stripe * file.stripe..][..width].copy_from_slice(from);
+                    }
+                }
+                ArrayView2::from_shape((count, sites), &room[..]).expect("as long as its shape")
             }
         }
     }
@@ -58,19 +98,15 @@ impl<T: Real> Intermediate<T> {
 
 /// A scratch file of stripes of a few columns one after the other, each stripe row by row.
 ///
-/// A thread computes one stripe at a time and writes it in one piece. Neighbouring rows are one
-/// piece in every stripe. In a file of whole rows, writing a stripe would take one piece per row.
+/// A stripe is written in one piece, by one thread. Neighbouring rows are one piece in every stripe.
+/// In a file of whole rows, writing a stripe would take one piece per row.
 #[derive(Debug)]
 pub(super) struct SpillFile<T: Real> {
     file: ScratchFile,
     shape: (usize, usize),
     /// Columns a stripe; the last may be narrower.
     stripe: usize,
-    /// Rows read at once.
-    together: usize,
-    /// The rows that are held, stripe by stripe.
-    held: Range<usize>,
-    values: Vec<Complex<T>>,
+    of: PhantomData<T>,
 }
 
 /// Stripes of many pages start with a page, since one that two threads write to is written twice.
@@ -92,65 +128,34 @@ pub(super) fn scratch_bytes(shape: (usize, usize), stripe: usize, item: u64) -> 
 }
 
 impl<T: Real> SpillFile<T> {
-    /// A file for a matrix of `shape`, written `stripe` columns and read `together` rows at a time.
-    pub fn new(shape: (usize, usize), stripe: usize, together: usize) -> Result<Self> {
+    /// A file for a matrix of `shape` in stripes of `stripe` columns.
+    pub fn new(shape: (usize, usize), stripe: usize) -> Result<Self> {
         let bytes = scratch_bytes(shape, stripe, size_of::<Complex<T>>() as u64);
         Ok(SpillFile {
             file: ScratchFile::new(bytes)?,
             shape,
             stripe,
-            together,
-            held: 0..0,
-            values: Vec::new(),
+            of: PhantomData,
         })
     }
 
-    /// Byte at which a stripe starts.
-    fn start_of(&self, stripe: usize) -> u64 {
+    /// Byte of the first number of `row` in the stripe that starts with `column`.
+    fn place(&self, (row, column): (usize, usize)) -> u64 {
         let item = size_of::<Complex<T>>() as u64;
-        stripe as u64 * stripe_bytes(self.shape.0, self.stripe, item)
+        let width = self.stripe.min(self.shape.1 - column);
+        let stripe = (column / self.stripe) as u64;
+        stripe * stripe_bytes(self.shape.0, self.stripe, item) + (row * width) as u64 * item
     }
 
-    /// Writes the stripe that starts with column `first`, which is contiguous.
-    pub fn put(&self, first: usize, columns: ArrayView2<Complex<T>>) -> Result<()> {
-        let at = self.start_of(first / self.stripe);
-        let columns = columns.to_slice().expect("a stripe of its own");
-        self.file.write(at, bytemuck::cast_slice(columns))
+    /// Writes neighbouring rows of the stripe that starts with a column; `first` is their first row, and that column.
+    pub fn write(&self, first: (usize, usize), values: &[Complex<T>]) -> Result<()> {
+        let bytes = bytemuck::cast_slice(values);
+        self.file.write(self.place(first), bytes)
     }
 
-    /// Reads `rows` and some of the following ones, unless they are held.
-    fn hold(&mut self, rows: Range<usize>) -> Result<()> {
-        if self.held.start <= rows.start && rows.end <= self.held.end {
-            return Ok(());
-        }
-        let end = self.shape.0.min(rows.start + self.together.max(rows.len()));
-        let held = rows.start..end;
-        let mut values = std::mem::take(&mut self.values);
-        self.held = 0..0;
-        values.resize(held.len() * self.shape.1, Complex::default());
-        values
-            .par_chunks_mut(held.len() * self.stripe)
-            .enumerate()
-            .try_for_each(|(stripe, piece)| {
-                let row = (size_of_val(piece) / held.len()) as u64;
-                let at = self.start_of(stripe) + held.start as u64 * row;
-                self.file.read(at, bytemuck::cast_slice_mut(piece))
-            })?;
-        self.values = values;
-        self.held = held;
-        Ok(())
-    }
-
-    /// Copies rows that are held.
-    fn gather(&self, rows: Range<usize>, out: &mut [Complex<T>]) {
-        let stripes = self.values.chunks(self.held.len() * self.stripe);
-        for (stripe, piece) in stripes.enumerate() {
-            let width = piece.len() / self.held.len();
-            let first = (rows.start - self.held.start) * width;
-            let from = piece[first..].chunks_exact(width);
-            for (row, from) in out.chunks_exact_mut(self.shape.1).zip(from) {
-                row[stripe * self.stripe..][..width].copy_from_slice(from);
-            }
-        }
+    /// Reads what [`Self::write`] wrote.
+    pub fn read(&self, first: (usize, usize), values: &mut [Complex<T>]) -> Result<()> {
+        let bytes = bytemuck::cast_slice_mut(values);
+        self.file.read(self.place(first), bytes)
     }
 }

@@ -12,6 +12,9 @@ use crate::prepare::{ChannelScan, Prepared};
 /// Sites that the front has passed at the reference time of a run, at most.
 const PASSED: usize = 10;
 
+/// Part of the largest magnitude of all that a body moves at least: at a node of a standing wave there is rounding.
+const ROUNDING: f64 = 1e-12;
+
 /// Indices of the rows in the range analyzed; `None` where no row has energy, or none is wanted.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct References {
@@ -37,13 +40,19 @@ impl References {
     ) -> Result<References> {
         let results = plan.request.results;
         let is_known = |site: usize| noise.is_none_or(|noise| noise.is_known(site));
+        let largest = scans.iter().fold(0.0, |m: f64, scan| m.max(scan.largest));
+        let moves = |site: usize| scans[site].largest >= ROUNDING * largest;
         let site = || match plan.request.reference_site {
             Some(site) => Some(site - plan.sites.start),
-            None => behind_the_struck(plan, prepared, scans).filter(|site| is_known(*site)),
+            None => {
+                let (site, _) = behind_the_struck(plan, prepared, 1)?;
+                (moves(site) && is_known(site)).then_some(site)
+            }
         };
+        let passed = PASSED.min(prepared.sites_in_file() / 4).max(1);
         let time = || match plan.request.reference_time {
             Some(t) => Some(nearest(&plan.axes.time, t, plan.axes.n_times)),
-            None => front_has_passed(plan, prepared),
+            None => behind_the_struck(plan, prepared, passed).map(|(_, arrival)| arrival),
         };
         let mut found = References {
             site: results.temporal.then(site).flatten(),
@@ -58,15 +67,18 @@ impl References {
         let no_time = results.spatial && found.time.is_none();
         if no_site || no_time {
             let (mut sites, times) = prepared.energies(observer)?;
-            let unknown = sites.iter_mut().enumerate();
-            let unknown = unknown.filter(|(site, _)| !is_known(*site));
-            unknown.for_each(|(_, energy)| *energy = 0.0);
-            if no_site {
-                found.site = first_with_energy(&sites, REFERENCE);
+            for (site, energy) in sites.iter_mut().enumerate() {
+                *energy = if is_known(site) { *energy } else { 0.0 };
             }
-            if no_time {
-                found.time = first_with_energy(&times, REFERENCE);
-            }
+            let first = |energies: &[f64]| first_with_energy(energies, REFERENCE);
+            found.site = found
+                .site
+                .or_else(|| first(&sites))
+                .filter(|_| results.temporal);
+            found.time = found
+                .time
+                .or_else(|| first(&times))
+                .filter(|_| results.spatial);
         }
         Ok(found)
     }
@@ -80,34 +92,12 @@ pub(super) fn first_with_energy(energies: &[f64], share: f64) -> Option<usize> {
         .position(|&energy| energy > 0.0 && energy >= share * largest)
 }
 
-/// Of a run, the first body behind those that are struck or driven, if it is analyzed and moves: more
-/// than the rounding of a node of a standing wave.
-fn behind_the_struck(plan: &Plan, prepared: &Prepared, scans: &[ChannelScan]) -> Option<usize> {
-    const ROUNDING: f64 = 1e-12;
-    let site = within(plan, prepared.struck()? + 1)?;
-    let largest = scans.iter().fold(0.0, |m: f64, scan| m.max(scan.largest));
-    if scans[site].largest < ROUNDING * largest {
-        return None;
-    }
-    arrival_at(plan, prepared, site).map(|_| site)
-}
-
-/// Of a run, when the front arrives at the tenth body behind those that are struck or driven, or
-/// after a quarter of the chain.
-fn front_has_passed(plan: &Plan, prepared: &Prepared) -> Option<usize> {
-    let passed = PASSED.min(prepared.sites_in_file() / 4).max(1);
-    let site = within(plan, prepared.struck()? + passed)?;
-    arrival_at(plan, prepared, site)
-}
-
-/// A site of the file, counted in the range analyzed.
-fn within(plan: &Plan, site: usize) -> Option<usize> {
-    let inside = plan.sites.contains(&site);
-    inside.then(|| site - plan.sites.start)
-}
-
-fn arrival_at(plan: &Plan, prepared: &Prepared, site: usize) -> Option<usize> {
+/// Of a run, the body so many behind those that are struck or driven, if it is analyzed, and when the front arrives
+/// there, if it moves.
+fn behind_the_struck(plan: &Plan, prepared: &Prepared, bodies: usize) -> Option<(usize, usize)> {
+    let site = prepared.struck()? + bodies;
+    let site = plan.sites.clone().position(|analyzed| analyzed == site)?;
     let mut record = vec![0.0; plan.axes.n_times];
     prepared.record(site, &mut record);
-    arrival(&record)
+    Some((site, arrival(&record)?))
 }

@@ -2,21 +2,20 @@
 
 use std::ops::Range;
 
-use ndarray::{ArrayView2, ArrayViewMut2};
+use ndarray::ArrayView2;
 
 use super::blocks::RowBlocks;
 use super::flux::FluxSurrogate;
 use super::plan::Plan;
 use super::quality::Ends;
 use super::stages::Stages;
-use super::worker::AddPowers;
+use super::worker::Worker;
 use crate::arrays::LargeArray;
 use crate::diagnostics::{Bins, Keep, MapBuilder, SpectrumMoments, interleaved_moments};
 use crate::error::Result;
-use crate::numeric::lanes::{self, widest};
+use crate::numeric::lanes;
 use crate::prepare::Prepared;
-use crate::system::scratch_pool::ScratchPool;
-use crate::transform::{Real, RecordScratch, RecordTransform, fold, power};
+use crate::transform::{Real, RecordTransform, fold};
 
 /// What the pass leaves behind beside the arrays.
 #[derive(Debug)]
@@ -28,56 +27,63 @@ pub(super) struct SpatialPassResult {
     pub ends: Vec<Ends>,
     pub first_profile: Vec<f64>,
     pub last_profile: Vec<f64>,
-    /// No maps where none are wanted.
+    /// `None` where no maps are wanted.
     pub field_map: Option<MapBuilder>,
-    pub map: Option<MapBuilder>,
-    pub flux_map: Option<MapBuilder>,
     /// Sum over times at each wavenumber, with the map, where `S(k, f)` does not have it.
     pub wavenumber_energies: Option<Vec<f64>>,
 }
 
 /// The spectrum of time `n`.
 pub(super) fn reference<T: Real>(plan: &Plan, prepared: &Prepared, n: usize) -> Vec<f64> {
-    let transform = plan.profile_transform::<T>();
-    let mut scratch = RecordScratch::default();
     let mut profile = vec![0.0; plan.axes.n_sites];
     prepared.profiles(n..n + 1, &mut profile);
-    let (transformed, _) = transform.transform([&profile[..]].into_iter(), &mut scratch);
-    let bins = transformed.iter().enumerate();
-    bins.map(|(m, &x)| fold(m, transform.padded()) * power(x))
-        .collect()
+    let mut worker = Worker::<T>::default();
+    let padded = plan.conventions.padded_space;
+    let factor = |m| fold(m, padded);
+    of_profiles(&plan.profile_transform(), &profile, factor, &mut worker);
+    worker.first()
+}
+
+/// Power spectra of at most eight profiles, one after the other, times the `factor` of a bin.
+fn of_profiles<T: Real>(
+    transform: &RecordTransform<T>,
+    profiles: &[f64],
+    factor: impl Fn(usize) -> f64,
+    worker: &mut Worker<T>,
+) {
+    let each = profiles.chunks_exact(transform.samples());
+    let shape = (transform.bins(), each.len());
+    worker.add(shape, None, (true, factor), |spectra, scratch| {
+        transform.transform_into(each, spectra, scratch)
+    });
 }
 
 /// Examines all snapshots; transforms them if a result needs it.
 pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<SpatialPassResult> {
-    let (plan, prepared, stored) = (all.plan, all.prepared, all.stored);
+    let (plan, prepared) = (all.plan, all.prepared);
     let axes = &plan.axes;
     let (nt, nx, nk) = (axes.n_times, axes.n_sites, axes.wavenumber.len());
     all.observer.stage("along space", nt as u64);
-    let (results, has_maps) = (plan.request.results, plan.request.maps);
-    let map = |wanted: bool, keep: Keep, columns: usize| {
-        (wanted && has_maps).then(|| plan.map_builder((nt, columns), keep))
-    };
     let is_made = plan.transforms_space();
     let [spectra, columns] = [nt, nk].map(|n| usize::from(is_made) * n);
     let scale = |m| plan.space_scale.factor * fold(m, plan.conventions.padded_space);
-    let has_sums = has_maps && is_made && !results.spacetime;
+    let has_sums = plan.request.maps && is_made && !plan.request.results.spacetime;
+    let is_wanted = plan.request.results.flux_surrogate;
+    let mut flux = is_wanted.then(|| FluxSurrogate::new(plan));
     let mut done = SpatialPassResult {
         rows: Vec::with_capacity(spectra),
         energies: Vec::with_capacity(spectra),
         ends: Vec::with_capacity(nt),
         first_profile: Vec::new(),
         last_profile: Vec::new(),
-        field_map: map(true, Keep::Extreme, nx),
-        map: map(results.spatial, Keep::Largest, nk),
-        flux_map: map(results.flux_surrogate, Keep::Extreme, nk),
+        field_map: plan.map_builder((nt, nx), Keep::Extreme),
         wavenumber_energies: has_sums.then(|| vec![0.0; nk]),
     };
-    let mut flux = FluxSurrogate::new(plan, stored);
     let pass = SpatialPass {
         prepared,
         transform: is_made.then(|| plan.profile_transform::<T>()),
         scales: (0..nk).map(scale).collect(),
+        stored: all.stored,
         bins: plan.wavenumber_bins(),
         edge,
     };
@@ -88,30 +94,38 @@ pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<Spa
         tile: [lanes::WIDTH, plan.tiles.times],
         observer: all.observer,
     };
-    let pool = ScratchPool::default();
-    blocks.each(
-        |times, block| {
-            blocks.fill(times, block, &pool, |times, rows, room| {
-                pass.tile(times, rows, room)
-            })?;
-            prepared.release_pages();
-            Ok(())
-        },
-        |from, seen, arrays| done.take(all, from, seen, arrays, &mut flux),
-    )?;
+    let begin = |_| {
+        prepared.release_pages();
+        Ok(())
+    };
+    let tile = |times, arrays: [&mut [f64]; 2], worker: &mut _| pass.tile(times, arrays, worker);
+    blocks.each(begin, tile, |from, seen, [profiles, spectra]| {
+        let spectra = spectra.view();
+        done.take(prepared, (from, seen), profiles.view(), spectra);
+        if let Some(flux) = &mut flux {
+            flux.take(spectra, all.outputs)?;
+        }
+        match plan.request.results.spatial {
+            true => {
+                let array = LargeArray::SPATIAL_SPECTRUM;
+                all.outputs.put(array, (from, 0), spectra)
+            }
+            false => Ok(()),
+        }
+    })?;
+    prepared.release_pages();
     Ok(done)
 }
 
 impl SpatialPassResult {
-    /// Takes a block of profiles and their spectra in and passes them on.
+    /// Takes in what was found in a block, its profiles as they were read, and their spectra.
     fn take(
         &mut self,
-        all: &Stages,
-        from: usize,
-        seen: Vec<SnapshotFindings>,
-        [profiles, mut spectra]: [ArrayViewMut2<f64>; 2],
-        flux: &mut FluxSurrogate,
-    ) -> Result<()> {
+        prepared: &Prepared,
+        (from, seen): (usize, Vec<SnapshotFindings>),
+        read: ArrayView2<f64>,
+        spectra: ArrayView2<f64>,
+    ) {
         let count = seen.len();
         for (ends, spectrum) in seen {
             self.ends.push(ends);
@@ -120,9 +134,9 @@ impl SpatialPassResult {
                 self.energies.push(energy);
             }
         }
-        let stored = all.prepared.stored_profiles(from..from + count);
-        let stored = stored.and_then(|s| ArrayView2::from_shape(profiles.dim(), s).ok());
-        let profiles = stored.unwrap_or(profiles.view());
+        let stored = prepared.stored_profiles(from..from + count);
+        let stored = stored.and_then(|stored| ArrayView2::from_shape(read.dim(), stored).ok());
+        let profiles = stored.unwrap_or(read);
         if from == 0 {
             self.first_profile = profiles.row(0).to_vec();
         }
@@ -131,23 +145,8 @@ impl SpatialPassResult {
             map.add(from, 0, profiles);
         }
         if let Some(sums) = &mut self.wavenumber_energies {
-            add_rows(sums, spectra.view());
+            add_rows(sums, spectra);
         }
-        let results = all.plan.request.results;
-        if results.flux_surrogate {
-            flux.take(spectra.view(), self.flux_map.as_mut(), all.sink)?;
-        }
-        if results.spatial {
-            if all.stored != 1.0 {
-                spectra.par_mapv_inplace(|p| p * all.stored);
-            }
-            if let Some(map) = &mut self.map {
-                map.add(from, 0, spectra.view());
-            }
-            let array = LargeArray::SPATIAL_SPECTRUM;
-            all.sink.put(array, from, 0, spectra.view())?;
-        }
-        Ok(())
     }
 }
 
@@ -167,19 +166,20 @@ type SnapshotFindings = (Ends, Option<(SpectrumMoments, f64)>);
 struct SpatialPass<'a, T: Real> {
     prepared: &'a Prepared<'a>,
     transform: Option<RecordTransform<T>>,
-    /// By which a bin's power is multiplied.
+    /// By which a bin's power is multiplied, and all once they are measured.
     scales: Vec<f64>,
+    stored: f64,
     bins: Bins<'a>,
     edge: f64,
 }
 
 impl<T: Real> SpatialPass<'_, T> {
-    /// Reads and transforms the profiles of a few times, with scratch for interleaved spectra.
+    /// Reads and transforms the profiles of a few times.
     fn tile(
         &self,
         times: Range<usize>,
         [profiles, spectra]: [&mut [f64]; 2],
-        (scratch, across): &mut (RecordScratch<T>, Vec<lanes::LaneBlock>),
+        worker: &mut Worker<T>,
     ) -> Vec<SnapshotFindings> {
         let (nx, nk) = (profiles.len() / times.len(), self.scales.len());
         let profiles = match self.prepared.stored_profiles(times.clone()) {
@@ -193,38 +193,18 @@ impl<T: Real> SpatialPass<'_, T> {
         let Some(transform) = &self.transform else {
             return ends.map(|ends| (ends, None)).collect();
         };
-        let mut seen = Vec::with_capacity(ends.len());
-        let together = lanes::WIDTH;
-        let groups = profiles
-            .chunks(together * nx)
-            .zip(spectra.chunks_mut(together * nk));
-        for (profiles, spectra) in groups {
-            let width = profiles.len() / nx;
-            let (transformed, energies) = transform.transform(profiles.chunks_exact(nx), scratch);
-            // Unused lanes are not read.
-            across.resize(nk, lanes::LaneBlock::default());
-            let transformed = ArrayView2::from_shape((nk, width), transformed);
-            widest(AddPowers {
-                spectra: transformed.expect("as long as its shape"),
-                sums: across,
-                is_first: true,
-                factor: |m| self.scales[m],
-            });
-            apart(across, spectra);
-            let rows = interleaved_moments(across, &self.bins, self.edge);
-            let spectra = rows.into_iter().zip(energies.iter().copied());
-            let ends = profiles.chunks_exact(nx).map(Ends::of);
-            seen.extend(ends.zip(spectra.map(Some)));
+        let mut found = Vec::with_capacity(ends.len());
+        let profiles = profiles.chunks(lanes::WIDTH * nx);
+        for (profiles, spectra) in profiles.zip(spectra.chunks_mut(lanes::WIDTH * nk)) {
+            of_profiles(transform, profiles, |m| self.scales[m], worker);
+            for (lane, spectrum) in spectra.chunks_exact_mut(nk).enumerate() {
+                for (p, powers) in spectrum.iter_mut().zip(&worker.power) {
+                    *p = powers.0[lane] * self.stored;
+                }
+            }
+            let rows = interleaved_moments(&worker.power, &self.bins, self.edge);
+            found.extend(rows.into_iter().zip(worker.energies.iter().copied()));
         }
-        seen
-    }
-}
-
-/// Interleaved spectra one after the other.
-fn apart(across: &[lanes::LaneBlock], spectra: &mut [f64]) {
-    for (lane, spectrum) in spectra.chunks_exact_mut(across.len()).enumerate() {
-        for (p, powers) in spectrum.iter_mut().zip(across) {
-            *p = powers.0[lane];
-        }
+        ends.zip(found.into_iter().map(Some)).collect()
     }
 }

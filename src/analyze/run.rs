@@ -5,9 +5,9 @@ use std::time::Instant;
 use serde_json::json;
 
 use super::along::{self, Headline};
+use super::arrays::Outputs;
 use super::columns::TemporalPassResult;
 use super::display::Display;
-use super::maps::Maps;
 use super::noise::KnownNoise;
 use super::plan::{Plan, plan};
 use super::quality::Findings;
@@ -17,7 +17,7 @@ use super::result::*;
 use super::rows::SpatialPassResult;
 use super::spacetime::{ByDirection, Frequencies};
 use super::stages::{Clock, Stages};
-use super::{Spectra, Warning, answer, front};
+use super::{Spectra, Warning, answer, front, maps};
 use crate::arrays::{Collect, Precision, Sink};
 use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
@@ -64,9 +64,7 @@ fn passes<T: Real>(
     observer: &dyn Observer,
 ) -> Result<Analysis> {
     let (results, precision) = (plan.request.results, plan.request.precision);
-    for &(array, shape) in &plan.arrays {
-        sink.reserve(array, shape)?;
-    }
+    let outputs = Outputs::new(plan, sink)?;
     let started = Instant::now();
     let mut clock = Clock::new();
 
@@ -94,21 +92,11 @@ fn passes<T: Real>(
         prepared: &prepared,
         references,
         stored,
-        sink,
+        outputs: &outputs,
         observer,
     };
-    let (mut records, mut profiles) = stages.run::<T>(&mut clock)?;
-    let (temporal, spacetime_map) = match (&mut records.spacetime, &mut records.columns) {
-        (Some(found), _) => (found.temporal_map.take(), found.map.take()),
-        (None, columns) => (columns.as_mut().and_then(|found| found.map.take()), None),
-    };
-    let maps = Maps {
-        field: profiles.rows.field_map.take(),
-        temporal: temporal.filter(|_| results.temporal),
-        spatial: profiles.rows.map.take(),
-        spacetime: spacetime_map,
-        flux: profiles.rows.flux_map.take(),
-    };
+    let (records, mut profiles) = stages.run::<T>(&mut clock)?;
+    let field_map = profiles.rows.field_map.take();
     let (columns, spacetime) = (records.columns.as_ref(), records.spacetime.as_ref());
     let rows = &profiles.rows;
 
@@ -124,15 +112,15 @@ fn passes<T: Real>(
     let mut answer = is_told.then(find).transpose()?;
     let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
     let passes = (columns, rows, spacetime);
-    let display = Display::find(plan, passes, maps.field.as_ref(), windows);
-    let maps = maps.finished(field, plan, [unit, power_unit], &display);
+    let display = Display::find(plan, passes, field_map.as_ref(), windows);
     let range = (plan.times.clone(), plan.sites.clone());
+    let simulated = field.struck.is_some();
     let known = (&plan.request.without_sites[..], Some(&scans[..]));
     let channels = channels(field, range, known, observer)?;
     let found = Findings {
         all: &stages,
         scans: &scans,
-        simulated: field.struck.is_some(),
+        simulated,
         has_fronts: answer.as_ref().is_some_and(|answer| answer.has_fronts),
         rows,
         columns,
@@ -141,17 +129,13 @@ fn passes<T: Real>(
     let mut warnings = warnings(field, &found, channels.warnings);
     let bins = plan.axes.frequency.len();
     warnings.extend(noise_left.as_ref().and_then(|of| below_noise(of, bins)));
-    if let Some(answer) = answer.as_mut().filter(|_| field.struck.is_none()) {
-        warnings.extend(answer::gains(
-            answer,
-            plan,
-            &field.space,
-            channels.has_steps,
-        ));
+    if let Some(answer) = answer.as_mut().filter(|_| !simulated) {
+        let (space, has_steps) = (&field.space, channels.has_steps);
+        warnings.extend(answer::gains(answer, plan, space, has_steps));
     }
     let direction = spacetime.map(|s| direction(plan, &s.directions));
-    let undirected = spacetime
-        .and_then(|found| answer::withheld(plan, answer.as_ref(), found, field.struck.is_some()));
+    let undirected =
+        spacetime.and_then(|found| answer::withheld(plan, answer.as_ref(), found, simulated));
     let told = direction.filter(|_| undirected.is_none());
     if let Some((answer, direction)) = answer.as_mut().zip(told) {
         answer::returns(answer, direction.above(answer.noise));
@@ -165,13 +149,21 @@ fn passes<T: Real>(
     let front = front.flatten();
     let front = match &answer {
         // All of a chain that moves from the start stands in modes: no front passes.
-        Some(answer) if field.struck.is_some() && !answer.has_fronts => None,
+        Some(answer) if simulated && !answer.has_fronts => None,
         Some(answer) => front.map(|front| front.unless_noise(answer, plan)),
         None => front,
     };
     let (along_time, headline_time) = along_time.unzip();
     // A single site has no wavenumber axis.
     let by_frequency = spacetime.filter(|_| plan.axes.n_sites > 1);
+    let units = [unit, power_unit];
+    let [
+        field_map,
+        temporal_map,
+        spatial_map,
+        spacetime_map,
+        flux_map,
+    ] = maps::finished((field_map, outputs), field, plan, units, &display);
     Ok(Analysis {
         name: field.name.clone(),
         content_hash: field.content_hash.clone(),
@@ -194,11 +186,11 @@ fn passes<T: Real>(
         headline_space: headline_space.unwrap_or_default(),
         headline_time: headline_time.unwrap_or_default(),
         front,
-        field_map: maps.field,
-        temporal_map: maps.temporal,
-        spatial_map: maps.spatial,
-        spacetime_map: maps.spacetime,
-        flux_map: maps.flux,
+        field_map,
+        temporal_map,
+        spatial_map,
+        spacetime_map,
+        flux_map,
         display,
         dispersion: plan.dispersion.clone(),
         short_time: profiles.short_time,
@@ -216,29 +208,25 @@ fn warnings(field: &Field, found: &Findings, channels: Vec<Warning>) -> Vec<Warn
     let (plan, unit) = (found.all.plan, found.all.prepared.unit());
     let doubts = field.notes.iter().filter(|note| note.is_doubtful());
     let mut warnings: Vec<Warning> = doubts.map(Warning::from).collect();
-    let mut left_out = plan.request.without_sites.clone();
-    left_out.sort_unstable();
-    left_out.dedup();
-    if !left_out.is_empty() {
-        let sites = Sites {
-            indices: left_out,
-            space: &field.space,
-        };
-        let what =
-            "left out; spectra along space, which need sites at even distances, are not computed";
-        let advice = "for the wavenumbers of the sites that are left save them with their positions, and bring them to \
-                      even ones with `--resample cubic`";
+    let all = plan.sites.clone();
+    let sites = Sites {
+        indices: all
+            .filter(|site| plan.request.without_sites.contains(site))
+            .collect(),
+        space: &field.space,
+    };
+    if !sites.indices.is_empty() {
+        let what = "left out, and with them spectra along space";
+        let advice = "bring the sites that are left to even distances with `--resample cubic`";
         warnings.push(sites.warning("sites-left-out", what, advice, json!({})));
     }
     warnings.extend(channels);
     warnings.extend(found.warnings());
     if found.all.stored == 1.0 && unit != 1.0 {
         let largest = found.scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
+        let [size, of] = [largest, unit].map(number);
         let message = format!(
-            "squares of amplitudes up to {} leave the number range; spectra are in units of (2^{})^2, 2^{1} being {}",
-            number(largest),
-            unit.log2().round(),
-            number(unit)
+            "squares of amplitudes up to {size} leave the number range; spectra are in units of {of} squared"
         );
         let advice = "change the unit of the field so that amplitudes come near 1";
         let numbers = json!({"largest": largest, "unit": unit});
@@ -259,11 +247,9 @@ fn below_noise(floor: &NoiseFloor, bins: usize) -> Option<Warning> {
     let clipped = &floor.subtracted.as_ref()?.clipped_bins;
     let (clipped, bins) = (clipped.iter().sum::<usize>(), known * bins);
     let message = format!(
-        "noise is subtracted at {known} of {sites} sites, where it is known; {clipped} of {bins} bins were below it and \
-         are 0, which leaves a part of it: front windows, short-time spectra and spectra along space keep all of it"
+        "noise is subtracted at {known} of {sites} sites; {clipped} of {bins} bins were below it and are 0"
     );
-    let advice =
-        "`summary.json` has the noise of each site with its interval, and what clipping added";
+    let advice = "`summary.json` has the noise of each site, and what clipping added";
     let numbers = json!({"known": known, "sites": sites, "clipped": clipped, "bins": bins});
     Some(Warning::new(message, advice).coded("noise-subtracted", numbers))
 }
@@ -305,17 +291,18 @@ impl Stages<'_> {
         let mut defined = along::defined(&columns.rows, &columns.energies, noise_at);
         let mut undefined = UndefinedRows::default();
         for (row, defined) in defined.iter_mut().enumerate() {
-            if plan.is_left_out(row) {
-                undefined.left_out += 1;
-                *defined = false;
-            } else if self.noise.is_some_and(|noise| !noise.is_known(row)) {
-                undefined.noise_unknown += 1;
-                *defined = false;
-            }
+            let is_unknown = self.noise.is_some_and(|noise| !noise.is_known(row));
+            let reason = match (plan.is_left_out(row), is_unknown, *defined) {
+                (true, ..) => &mut undefined.left_out,
+                (_, true, _) => &mut undefined.noise_unknown,
+                (.., false) => &mut undefined.quiet,
+                _ => continue,
+            };
+            *reason += 1;
+            *defined = false;
         }
         let measure = plan.time_scale.measure * self.stored;
         let mut moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
-        undefined.quiet = moments.undefined.quiet - undefined.total();
         moments.undefined = undefined;
         for site in &plan.request.without_sites {
             moments.energy[site - plan.sites.start] = f64::NAN;

@@ -1,8 +1,9 @@
 //! The second half of the space-time transform: along space at each frequency.
 
 use std::ops::Range;
+use std::sync::{PoisonError, RwLock};
 
-use ndarray::{ArrayView2, s};
+use ndarray::s;
 use num_complex::Complex;
 
 use super::blocks::RowBlocks;
@@ -10,11 +11,9 @@ use super::intermediate::Intermediate;
 use super::plan::Plan;
 use super::rows::add_rows;
 use super::stages::Stages;
-use crate::arrays::{LargeArray, Sink};
-use crate::diagnostics::{Keep, MapBuilder};
+use crate::arrays::LargeArray;
 use crate::error::Result;
 use crate::numeric::sum;
-use crate::system::scratch_pool::ScratchPool;
 use crate::transform::{ComplexScratch, ComplexTransform, Real, fold, power};
 
 /// Largest number of frequencies per tile.
@@ -58,10 +57,6 @@ impl ByDirection {
 pub(super) struct Frequencies {
     /// One entry a frequency.
     pub directions: Vec<ByDirection>,
-    /// `None` where no maps are wanted.
-    pub map: Option<MapBuilder>,
-    /// Of the spectra along time, which this pass has by rows; see [`transform_frequencies`].
-    pub temporal_map: Option<MapBuilder>,
     /// Sum over frequencies at each wavenumber of both signs.
     pub wavenumber_energies: Vec<f64>,
     /// Of these, what stands still: energy at f = 0.
@@ -74,79 +69,54 @@ pub(super) struct Frequencies {
 /// order of the array.
 pub(super) fn transform_frequencies<T: Real>(
     all: &Stages,
-    between: &mut Intermediate<T>,
+    between: Intermediate<T>,
 ) -> Result<Frequencies> {
     let plan = all.plan;
     let (nf, nk) = (plan.axes.frequency.len(), plan.axes.wavenumber_signed.len());
-    let nx = plan.axes.n_sites;
     all.observer.stage("space-time", nf as u64);
-    let temporal = plan.request.results.temporal;
-    let map = |wanted: bool, columns: usize| {
-        (wanted && plan.request.maps).then(|| plan.map_builder((nf, columns), Keep::Largest))
-    };
     let mut done = Frequencies {
         directions: Vec::with_capacity(nf),
-        map: map(true, nk),
-        temporal_map: map(temporal, nx),
         wavenumber_energies: vec![0.0; nk],
         static_energies: vec![0.0; nk],
     };
+    let temporal = plan.request.results.temporal;
+    // Spectra along time have no columns where they are not wanted.
+    let records = usize::from(temporal) * plan.axes.n_sites;
     let pass = SpacetimePass {
         plan,
-        transform: ComplexTransform::new(&plan.window_space, plan.conventions.padded_space),
+        transform: ComplexTransform::<T>::new(&plan.window_space, plan.conventions.padded_space),
         stored: all.stored,
+    };
+    let (between, segments) = (RwLock::new(between), plan.segments.count());
+    let begin = |of: Range<usize>| {
+        let mut between = between.write().unwrap_or_else(PoisonError::into_inner);
+        between.hold(of.start * segments..of.end * segments)
+    };
+    let tile = |of: Range<usize>, arrays: [&mut [f64]; 2], room: &mut _| {
+        let between = between.read().unwrap_or_else(PoisonError::into_inner);
+        pass.tile(of, &between, arrays, room)
     };
     let blocks = RowBlocks {
         rows: nf,
         block: plan.blocks.frequencies,
-        // Spectra along time have no columns where they are not wanted.
-        columns: [nk, if temporal { nx } else { 0 }],
+        columns: [nk, records],
         tile: [ComplexTransform::<T>::TOGETHER, TILE],
         observer: all.observer,
     };
-    let pool = ScratchPool::default();
-    let segments = plan.segments.count();
-    blocks.each(
-        |of, block| {
-            between.hold(of.start * segments..of.end * segments)?;
-            let between = &*between;
-            blocks.fill(of, block, &pool, |of, spectra, room| {
-                pass.frequencies(of, between, room, spectra)
-            })
-        },
-        |from, directions, [powers, records]| {
-            done.take(all.sink, from, directions, [powers.view(), records.view()])
-        },
-    )?;
-    Ok(done)
-}
-
-impl Frequencies {
-    /// Takes a block of spectra along space and along time in and passes them on.
-    fn take(
-        &mut self,
-        sink: &dyn Sink,
-        from: usize,
-        directions: Vec<ByDirection>,
-        [powers, records]: [ArrayView2<f64>; 2],
-    ) -> Result<()> {
-        self.directions.extend(directions);
-        if let Some(map) = &mut self.map {
-            map.add(from, 0, powers);
-        }
-        add_rows(&mut self.wavenumber_energies, powers);
+    blocks.each(begin, tile, |from, directions, [powers, records]| {
+        done.directions.extend(directions);
+        add_rows(&mut done.wavenumber_energies, powers.view());
         if from == 0 {
-            add_rows(&mut self.static_energies, powers.slice(s![..1, ..]));
+            add_rows(&mut done.static_energies, powers.slice(s![..1, ..]));
         }
-        sink.put(LargeArray::SPACETIME_SPECTRUM, from, 0, powers)?;
-        if records.ncols() > 0 {
-            if let Some(map) = &mut self.temporal_map {
-                map.add(from, 0, records);
-            }
-            sink.put(LargeArray::TEMPORAL_SPECTRUM, from, 0, records)?;
+        let outputs = all.outputs;
+        outputs.put(LargeArray::SPACETIME_SPECTRUM, (from, 0), powers.view())?;
+        if temporal {
+            outputs.put(LargeArray::TEMPORAL_SPECTRUM, (from, 0), records.view())?;
         }
         Ok(())
-    }
+    })?;
+    Ok(done)
 }
 
 /// What all blocks have in common.
@@ -158,12 +128,12 @@ struct SpacetimePass<'a, T: Real> {
 
 impl<T: Real> SpacetimePass<'_, T> {
     /// Frequencies `of`: spectra along space, and of each site; with scratch for rows that are not contiguous.
-    fn frequencies(
+    fn tile(
         &self,
         of: Range<usize>,
         between: &Intermediate<T>,
-        (scratch, room): &mut (ComplexScratch<T>, Vec<Complex<T>>),
         [powers, records]: [&mut [f64]; 2],
+        (scratch, room): &mut (ComplexScratch<T>, Vec<Complex<T>>),
     ) -> Vec<ByDirection> {
         let plan = self.plan;
         let segments = plan.segments.count();

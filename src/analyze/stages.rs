@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::along::FLOOR;
+use super::arrays::Outputs;
 use super::columns::{AlongTime, TemporalPassResult};
 use super::front::{self, WindowTransforms};
 use super::intermediate::{Intermediate, SpillFile};
@@ -14,7 +15,6 @@ use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
 use super::rows::{self, SpatialPassResult};
 use super::short_time;
 use super::spacetime::{self, Frequencies};
-use crate::arrays::Sink;
 use crate::diagnostics::quantile_of;
 use crate::error::{Error, Result};
 use crate::estimates::SpectrumInterval;
@@ -32,7 +32,7 @@ pub(super) struct Stages<'a> {
     pub noise: Option<&'a KnownNoise>,
     /// By which powers are multiplied before they are stored.
     pub stored: f64,
-    pub sink: &'a dyn Sink,
+    pub outputs: &'a Outputs<'a>,
     pub observer: &'a dyn Observer,
 }
 
@@ -71,11 +71,8 @@ impl Stages<'_> {
             return Ok((self.records::<T>(clock)?, profiles));
         }
         let axes = &self.plan.axes;
-        let frequencies = match self.plan.request.results.spacetime {
-            true => axes.frequency.len(),
-            false => 0,
-        };
-        let units = axes.n_times + axes.n_sites + frequencies;
+        let is_made = usize::from(self.plan.request.results.spacetime);
+        let units = axes.n_times + axes.n_sites + is_made * axes.frequency.len();
         self.observer.stage("transforming", units as u64);
         let beside = Beside {
             observer: self.observer,
@@ -108,20 +105,19 @@ impl Stages<'_> {
 
     /// Along time, then along space at each frequency; nothing where neither is needed.
     fn records<T: Real>(&self, clock: &mut Clock) -> Result<FromRecords> {
-        let plan = self.plan;
+        let (plan, mut found) = (self.plan, FromRecords::default());
         if !plan.transforms_time() {
-            return Ok(FromRecords::default());
+            return Ok(found);
         }
         let mut along_time = AlongTime::<T>::new(self);
         clock.lap(plan, "planning along time");
-        let found = self.at_reference_site(&along_time);
-        let interval = found.and_then(|(.., interval)| interval);
-        let (edge, front) = found.map(|(edge, front, _)| (edge, front)).unzip();
-        if let Some(FrontLength::Window { samples, .. }) = front {
-            along_time.passage = Some(WindowTransforms::new(plan, samples, value_of(edge)));
-        }
-        if edge.is_some() {
+        if plan.request.results.temporal {
+            self.look_at_reference(&along_time, &mut found);
             clock.lap(plan, "frequency band edge");
+        }
+        along_time.edge = value_of(found.edge);
+        if let Some(FrontLength::Window { samples, .. }) = found.front {
+            along_time.passage = Some(WindowTransforms::new(plan, samples, along_time.edge));
         }
         let shape = (plan.between_rows(), plan.axes.n_sites);
         let mut between = match (plan.request.results.spacetime, plan.scratch_file) {
@@ -129,11 +125,10 @@ impl Stages<'_> {
             (true, 0) => Some(Intermediate::<T>::in_memory(shape)?),
             (true, _) => {
                 let rows = plan.blocks.scratch * plan.segments.count();
-                let scratch = SpillFile::new(shape, plan.tiles.sites, rows)?;
-                Some(Intermediate::SpillFile(scratch))
+                let file = SpillFile::new(shape, plan.tiles.sites)?;
+                Some(Intermediate::spilled(file, rows))
             }
         };
-        along_time.edge = value_of(edge);
         let columns = along_time.transform_records(between.as_mut())?;
         clock.lap(plan, "along time");
         // Of a node there is rounding alone.
@@ -143,82 +138,67 @@ impl Stages<'_> {
             Some(_) => "space-time",
         };
         let (spacetime, checked) = rayon::join(
-            || between.map(|mut of| spacetime::transform_frequencies(self, &mut of)),
+            || between.map(|of| spacetime::transform_frequencies(self, of)),
             || site.and_then(|site| along_time.spot_check(site)),
         );
         clock.lap(plan, ends);
-        Ok(FromRecords {
-            edge,
-            front,
-            interval,
-            columns: Some(columns),
-            spacetime: spacetime.transpose()?,
-            checked,
-        })
+        found.columns = Some(columns);
+        found.spacetime = spacetime.transpose()?;
+        found.checked = checked;
+        Ok(found)
     }
 
     /// Where low frequencies end, how long windows at the front's passage are, and how well the spectrum is
-    /// known; `None` where no spectra along time are wanted.
-    fn at_reference_site<T: Real>(
-        &self,
-        along_time: &AlongTime<T>,
-    ) -> Option<(BandEdge, FrontLength, Option<SpectrumInterval>)> {
-        let plan = self.plan;
-        if !plan.request.results.temporal {
-            return None;
-        }
-        let site = self.references.site;
-        let found = site.and_then(|site| Some((site, along_time.reference(site)?)));
-        let record = found.as_ref().map(|(_, (record, _))| &record[..]);
-        let length = front::window_of(plan, record);
-        let interval = record.and_then(|record| {
+    /// known.
+    fn look_at_reference<T: Real>(&self, along_time: &AlongTime<T>, found: &mut FromRecords) {
+        let (plan, site) = (self.plan, self.references.site);
+        let reference = site.and_then(|site| Some((site, along_time.reference(site)?)));
+        let record = reference.as_ref().map(|(_, (record, _))| &record[..]);
+        found.front = Some(front::window_of(plan, record));
+        found.interval = record.and_then(|record| {
             SpectrumInterval::of_record(record, &plan.window_time, plan.segments)
         });
         let bin = 1.0 / (plan.segments.length as f64 * plan.axes.time.step);
-        let edge = edge(plan.request.band_edge_frequency, bin, || {
-            let (site, (_, spectrum)) = found?;
+        found.edge = Some(edge(plan.request.band_edge_frequency, bin, || {
+            let (site, (_, spectrum)) = reference?;
             let quantile = quantile_of(&spectrum, &plan.frequency_bins(), EDGE)?;
             Some((quantile, plan.place(site)))
-        });
-        Some((edge, length, interval))
+        }));
     }
 
-    /// Where low wavenumbers end; `None` where no spectra along space are wanted.
-    fn wavenumber_edge<T: Real>(&self) -> Option<BandEdge> {
+    /// Where low wavenumbers end.
+    fn wavenumber_edge<T: Real>(&self) -> BandEdge {
         let (plan, axes) = (self.plan, &self.plan.axes);
-        if !plan.request.results.spatial {
-            return None;
-        }
         let bin = std::f64::consts::TAU / (axes.n_sites as f64 * axes.space.step);
-        Some(edge(plan.request.band_edge_wavenumber, bin, || {
+        edge(plan.request.band_edge_wavenumber, bin, || {
             let time = self.references.time?;
             let spectrum = rows::reference::<T>(plan, self.prepared, time);
             let quantile = quantile_of(&spectrum, &plan.wavenumber_bins(), EDGE)?;
             Some((quantile, (plan.times.start + time, axes.time.at(time))))
-        }))
+        })
     }
 
     /// Along space at each time, and short-time spectra.
     fn profiles<T: Real>(&self, clock: &mut Clock) -> Result<FromProfiles> {
-        let plan = self.plan;
-        let edge = self.wavenumber_edge::<T>();
+        let (plan, results) = (self.plan, self.plan.request.results);
+        let edge = results.spatial.then(|| self.wavenumber_edge::<T>());
         if edge.is_some() {
             clock.lap(plan, "wavenumber band edge");
         }
         let rows = rows::transform_profiles::<T>(self, value_of(edge))?;
         clock.lap(plan, "along space");
-        let mut found = FromProfiles {
-            edge,
-            rows,
-            short_time: None,
-            short_space: None,
-        };
-        if plan.request.results.short_time {
-            found.short_time = Some(short_time::along_time::<T>(self)?);
-            found.short_space = short_time::along_space::<T>(self)?;
+        let (mut short_time, mut short_space) = (None, None);
+        if results.short_time {
+            short_time = Some(short_time::along_time::<T>(self)?);
+            short_space = short_time::along_space::<T>(self)?;
             clock.lap(plan, "short-time");
         }
-        Ok(found)
+        Ok(FromProfiles {
+            edge,
+            rows,
+            short_time,
+            short_space,
+        })
     }
 }
 
@@ -301,13 +281,14 @@ impl Clock {
     /// Ends `stage`; its traffic is that of the plan.
     pub fn lap(&mut self, plan: &Plan, stage: &'static str) {
         let planned = plan.stages.iter().find(|s| s.stage == stage);
+        let planned = planned.cloned().unwrap_or_default();
         self.timings.push(Timing {
             stage,
             seconds: self.since.elapsed().as_secs_f64(),
-            bytes_read: planned.map_or(0, |s| s.bytes_read),
-            bytes_written: planned.map_or(0, |s| s.bytes_written),
-            transforms: planned.map_or(0, |s| s.transforms),
-            transform_length: planned.map_or(0, |s| s.length),
+            bytes_read: planned.bytes_read,
+            bytes_written: planned.bytes_written,
+            transforms: planned.transforms,
+            transform_length: planned.length,
         });
         self.since = Instant::now();
     }

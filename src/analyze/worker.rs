@@ -1,34 +1,35 @@
-//! Records of a few sites to their mean power spectra: by one thread, with its own buffers.
+//! Records of a few sites, or profiles of a few times, to their power spectra: by one thread, with its own buffers.
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, s};
+use ndarray::{ArrayView2, ArrayViewMut2, s};
 use num_complex::Complex;
 
 use super::columns::AlongTime;
 use super::stages::Stages;
-use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, widest};
-use crate::prepare::Trend;
+use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, WIDTH, on_lines, widest};
+use crate::prepare::{Detrend, Trend};
 use crate::system::prefetch::{LINE, prefetch_after};
 use crate::transform::{Real, RecordScratch, fold, power};
 
-/// Records of a few sites to spectra, with the thread's own buffers.
+/// Up to eight records to spectra, with the thread's own buffers.
 #[derive(Default)]
 pub(super) struct Worker<T> {
     scratch: RecordScratch<T>,
-    /// Segments without their trends, one a record.
+    /// Segments without their trends, interleaved, and one of them.
     segments: Vec<f64>,
+    segment: Vec<f64>,
     fit: Vec<f64>,
-    /// Transforms of one segment, where they are not kept.
-    passing: Array2<Complex<T>>,
-    /// Mean power spectra of the segments, of each site a lane.
+    /// Transforms, where they are not kept.
+    passing: Vec<Complex<T>>,
+    /// Power spectra, each a lane; unused lanes mean nothing.
     pub power: Vec<LaneBlock>,
-    /// `sum (w v)^2` over the segments of each record.
+    /// `sum (w v)^2` of each record, over all that was added.
     pub energies: Vec<f64>,
 }
 
 impl<T: Real> Worker<T> {
-    /// Spectra and energies of `samples`, interleaved or, if segments are detrended one by one, record after record, of `width` sites from `first` on.
+    /// Mean power spectra of the segments of interleaved records, and their energies.
     ///
     /// `kept`, `(bin x segment, site)`, gets the transforms.
     pub fn spectra(
@@ -38,80 +39,94 @@ impl<T: Real> Worker<T> {
         samples: &[f64],
         mut kept: Option<ArrayViewMut2<Complex<T>>>,
     ) {
-        let segments = of.stages.plan.segments;
-        let (bins, width) = (of.transform.bins(), sites.len());
-        // Unused lanes are not read.
-        self.power.resize(bins, LaneBlock::default());
-        self.energies.clear();
-        self.energies.resize(width, 0.0);
-        let n = of.transform.padded();
-        let mean = of.stages.plan.time_scale.factor / segments.count() as f64;
-        let mut passing = std::mem::take(&mut self.passing);
-        if kept.is_none() && passing.dim() != (bins, width) {
-            passing = Array2::default((bins, width));
-        }
+        let (plan, transform) = (of.stages.plan, &of.transform);
+        let (segments, width) = (plan.segments, sites.len());
+        let (n, shape) = (transform.padded(), (transform.bins(), width));
+        let mean = plan.time_scale.factor / segments.count() as f64;
+        let has_trends = plan.request.welch.is_some() && plan.request.detrend_time != Detrend::None;
         for (s, start) in segments.starts().enumerate() {
-            let mut spectra = match &mut kept {
-                Some(kept) => kept.slice_mut(s![s..;segments.count(), ..]),
-                None => passing.view_mut(),
-            };
+            let step = segments.count();
+            let kept = kept.as_mut().map(|kept| kept.slice_mut(s![s..;step, ..]));
             let span = start..start + segments.length;
-            self.segment(of, &sites, samples, span, spectra.view_mut());
-            let (is_first, is_last) = (s == 0, s + 1 == segments.count());
-            widest(AddPowers {
-                spectra: spectra.view(),
-                sums: &mut self.power,
-                is_first,
-                factor: |m| if is_last { mean * fold(m, n) } else { 1.0 },
+            let mut detrended = std::mem::take(&mut self.segments);
+            let mut values = &samples[span.start * width..span.end * width];
+            if has_trends {
+                self.detrended(of.stages, &sites, (span, values), &mut detrended);
+                values = &detrended;
+            }
+            let factor = |m| {
+                if s + 1 == step {
+                    mean * fold(m, n)
+                } else {
+                    1.0
+                }
+            };
+            self.add(shape, kept, (s == 0, factor), |spectra, scratch| {
+                transform.transform_columns(values, spectra, scratch)
             });
+            self.segments = detrended;
         }
-        self.passing = passing;
     }
 
-    /// Transforms of the times `span`; adds their energies.
-    fn segment(
+    /// Adds the powers of what `transform` makes, `(bin, record)`, to those of segments before; sums are multiplied by the
+    /// `factor` of a bin. `kept` gets the transforms.
+    pub fn add(
         &mut self,
-        of: &AlongTime<T>,
-        sites: &Range<usize>,
-        samples: &[f64],
-        span: Range<usize>,
-        spectra: ArrayViewMut2<Complex<T>>,
+        (bins, width): (usize, usize),
+        kept: Option<ArrayViewMut2<Complex<T>>>,
+        (is_first, factor): (bool, impl Fn(usize) -> f64),
+        transform: impl for<'s> FnOnce(ArrayViewMut2<Complex<T>>, &'s mut RecordScratch<T>) -> &'s [f64],
     ) {
-        let (plan, transform) = (of.stages.plan, &of.transform);
-        let energies = match plan.request.welch {
-            None => {
-                let values = &samples[span.start * sites.len()..span.end * sites.len()];
-                transform.transform_columns(values, spectra, &mut self.scratch)
-            }
-            Some(welch) => {
-                self.detrended(of.stages, sites.start, samples, span);
-                let pieces = self.segments.chunks_exact(welch.segment);
-                transform.transform_into(pieces, spectra, &mut self.scratch)
-            }
-        };
+        let passing = &mut self.passing;
+        let mut spectra = kept.unwrap_or_else(|| {
+            let room = on_lines(passing, bins * width);
+            ArrayViewMut2::from_shape((bins, width), room).expect("as long as its shape")
+        });
+        if is_first {
+            self.energies.clear();
+            self.energies.resize(width, 0.0);
+            self.power.resize(bins, LaneBlock::default());
+        }
+        let energies = transform(spectra.view_mut(), &mut self.scratch);
         for (sum, energy) in self.energies.iter_mut().zip(energies) {
             *sum += energy;
         }
+        widest(AddPowers {
+            spectra: spectra.view(),
+            sums: &mut self.power,
+            is_first,
+            factor,
+        });
     }
 
-    /// The times `span` of all records to `segments`, each without its own trend; masked samples
-    /// have no weight.
-    fn detrended(&mut self, all: &Stages, first: usize, records: &[f64], span: Range<usize>) {
-        let kind = all.plan.request.detrend_time;
-        let records = records.chunks_exact(all.plan.axes.n_times);
-        self.segments.clear();
-        for (c, record) in records.enumerate() {
-            let begin = self.segments.len();
-            self.segments.extend_from_slice(&record[span.clone()]);
-            let segment = &mut self.segments[begin..];
-            let masked = all.prepared.masked(first + c);
+    /// The power spectrum of the first record.
+    pub fn first(&self) -> Vec<f64> {
+        self.power.iter().map(|lanes| lanes.0[0]).collect()
+    }
+
+    /// The segments of these times to `out`, each without its own trend; masked samples have no weight.
+    fn detrended(
+        &mut self,
+        all: &Stages,
+        sites: &Range<usize>,
+        (span, values): (Range<usize>, &[f64]),
+        out: &mut Vec<f64>,
+    ) {
+        let (kind, width) = (all.plan.request.detrend_time, sites.len());
+        out.resize(values.len(), 0.0);
+        for (lane, site) in sites.clone().enumerate() {
+            self.segment.clear();
+            self.segment.extend(values.iter().skip(lane).step_by(width));
+            let masked = all.prepared.masked(site);
             let from = masked.partition_point(|gap| gap.time < span.start);
             let masked = masked[from..].iter().take_while(|gap| gap.time < span.end);
             let is_masked = |i: usize| masked.clone().any(|gap| gap.time == span.start + i);
-            Trend::remove_from(segment, kind, |i| !is_masked(i), &mut self.fit);
+            Trend::remove_from(&mut self.segment, kind, |i| !is_masked(i), &mut self.fit);
             for gap in masked.clone() {
-                segment[gap.time - span.start] = 0.0;
+                self.segment[gap.time - span.start] = 0.0;
             }
+            let column = out.iter_mut().skip(lane).step_by(width);
+            column.zip(&self.segment).for_each(|(to, v)| *to = *v);
         }
     }
 }
@@ -121,11 +136,11 @@ const AHEAD: usize = 48;
 
 /// `|X|^2` of one segment of a few sites, added to the sums of those before and times a factor of the
 /// bin.
-pub(super) struct AddPowers<'a, T, F> {
-    pub spectra: ArrayView2<'a, Complex<T>>,
-    pub sums: &'a mut [LaneBlock],
-    pub is_first: bool,
-    pub factor: F,
+struct AddPowers<'a, T, F> {
+    spectra: ArrayView2<'a, Complex<T>>,
+    sums: &'a mut [LaneBlock],
+    is_first: bool,
+    factor: F,
 }
 
 impl<T: Real, F: Fn(usize) -> f64> SimdKernel for AddPowers<'_, T, F> {

@@ -25,7 +25,13 @@ pub(super) struct Leaf {
 
 /// `sum p` over bins.
 pub(super) fn total(power: &[LaneBlock]) -> [f64; WIDTH] {
-    let leaf = &mut |from, to| [widest(Total(&power[from..to])).0];
+    let leaf = &mut |from: usize, to: usize| {
+        let mut sum = [0.0; WIDTH];
+        for power in &power[from..to] {
+            sum.iter_mut().zip(&power.0).for_each(|(sum, p)| *sum += p);
+        }
+        [sum]
+    };
     pairwise(0, power.len(), leaf)[0]
 }
 
@@ -112,21 +118,6 @@ fn pairwise<const K: usize>(
     let a = pairwise(from, from + half, leaf);
     let b = pairwise(from + half, to, leaf);
     std::array::from_fn(|k| std::array::from_fn(|i| a[k][i] + b[k][i]))
-}
-
-struct Total<'a>(&'a [LaneBlock]);
-
-impl SimdKernel for Total<'_> {
-    type Output = LaneBlock;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> LaneBlock {
-        let mut sum = L::splat(0.0);
-        for power in self.0 {
-            sum = sum + L::load(power);
-        }
-        stored(sum)
-    }
 }
 
 /// At most [`LEAF`] bins.

@@ -65,7 +65,7 @@ pub(crate) enum Keep {
 
 impl Keep {
     /// Numbers held for each cell.
-    fn numbers(self) -> usize {
+    pub(super) fn numbers(self) -> usize {
         match self {
             Keep::Largest => 1,
             Keep::Extreme => 2,

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView1, ArrayView2, Axis, azip, s};
+use ndarray::{Array2, Array3, ArrayView1, ArrayView2, Axis, azip, s};
 
 use super::map::{Keep, MAP_LIMIT, Map, MapAxis, Part, PowerOfTen, Reduction, block_size};
-use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
 /// Collects blocks of a `(rows, columns)` array into at most `limit` cells a side.
 ///
@@ -15,10 +15,9 @@ use crate::numeric::lanes::{Lanes, SimdKernel, WIDTH, widest};
 /// and opposite sign go to the positive one.
 #[derive(Debug)]
 pub(crate) struct MapBuilder {
-    /// The largest value of each cell; minus infinity where there is none.
-    high: Array2<f64>,
-    /// The least, if it is kept; infinity where there is none.
-    low: Array2<f64>,
+    /// `(row, number, column)`: the largest value of each cell and, if signs are kept, the largest of minus the values;
+    /// minus infinity where there is none.
+    cells: Array3<f64>,
     rows: usize,
     columns: usize,
     /// Row and column of the whole at which the first cell begins.
@@ -40,14 +39,13 @@ impl MapBuilder {
     /// Keeps as `keep` has it.
     pub fn new(shape: (usize, usize), limit: (usize, usize), keep: Keep) -> Self {
         let (rows, columns) = block_size(shape, limit);
-        let cells = (shape.0.div_ceil(rows), shape.1.div_ceil(columns));
-        let kept = match keep {
-            Keep::Largest => (cells.0, 0),
-            Keep::Extreme => cells,
-        };
+        let cells = [
+            shape.0.div_ceil(rows),
+            keep.numbers(),
+            shape.1.div_ceil(columns),
+        ];
         MapBuilder {
-            high: Array2::from_elem(cells, f64::NEG_INFINITY),
-            low: Array2::from_elem(kept, f64::INFINITY),
+            cells: Array3::from_elem(cells, f64::NEG_INFINITY),
             rows,
             columns,
             first: (0, 0),
@@ -57,50 +55,43 @@ impl MapBuilder {
 
     /// Adds the block whose first element is `(row, column)` of the whole.
     pub fn add(&mut self, row: usize, column: usize, block: ArrayView2<f64>) {
+        let both = [(0, 1.0), (1, -1.0)];
+        self.collect(&both[..self.keep.numbers()], (row, column), block);
+    }
+
+    /// The largest values of a block times each sign go to the number beside it of the cells.
+    fn collect(
+        &mut self,
+        numbers: &[(usize, f64)],
+        (row, column): (usize, usize),
+        block: ArrayView2<f64>,
+    ) {
         let (height, width) = (self.rows, self.columns);
         let end = row + block.nrows();
         let (first, last) = (row / height, end.div_ceil(height));
-        let cells = s![first..last, ..];
-        let (mut high, mut low) = (self.high.slice_mut(cells), self.low.slice_mut(cells));
-        let high = high.axis_iter_mut(Axis(0)).into_par_iter();
-        high.zip(low.axis_iter_mut(Axis(0)))
-            .enumerate()
-            .for_each(|(i, (mut high, mut low))| {
-                let top = ((first + i) * height).max(row);
-                let bottom = ((first + i + 1) * height).min(end);
-                let block = block.slice(s![top - row..bottom - row, ..]);
-                let columns = column..column + block.ncols();
-                let kept = if low.is_empty() {
-                    0..0
-                } else {
-                    columns.clone()
-                };
-                if width == 1
-                    && let (Some(high), Some(low)) = (high.as_slice_mut(), low.as_slice_mut())
-                {
-                    let (largest, least) = (&mut high[columns], &mut low[kept]);
-                    widest(Reduce {
-                        block,
-                        largest,
-                        least,
-                    });
-                    return;
-                }
+        let mut cells = self.cells.slice_mut(s![first..last, .., ..]);
+        let cells = cells.axis_iter_mut(Axis(0)).into_par_iter();
+        cells.enumerate().for_each(|(i, mut cells)| {
+            let top = ((first + i) * height).max(row);
+            let bottom = ((first + i + 1) * height).min(end);
+            for &(number, sign) in numbers {
                 // Row by row first: that vectorises, and leaves one row to share out.
-                let mut largest = vec![f64::NEG_INFINITY; columns.len()];
-                let mut least = vec![f64::INFINITY; kept.len()];
-                widest(Reduce {
-                    block,
+                let mut largest = vec![f64::NEG_INFINITY; block.ncols()];
+                widest(Largest {
+                    block: block.slice(s![top - row..bottom - row, ..]),
+                    sign,
                     largest: &mut largest,
-                    least: &mut least,
                 });
-                share_out(&largest, column, width, |cell, value| {
-                    high[cell] = larger(value, high[cell]);
-                });
-                share_out(&least, column, width, |cell, value| {
-                    low[cell] = smaller(value, low[cell]);
-                });
-            });
+                let (mut cells, mut at) = (cells.row_mut(number), 0);
+                while at < largest.len() {
+                    let cell = (column + at) / width;
+                    let end = ((cell + 1) * width - column).min(largest.len());
+                    let values = largest[at..end].iter();
+                    cells[cell] = values.fold(cells[cell], |old, new| larger(*new, old));
+                    at = end;
+                }
+            }
+        });
     }
 
     /// The cells that hold `part`, whole ones, in at most `limit` larger cells a side.
@@ -109,17 +100,13 @@ impl MapBuilder {
             let end = part.end.div_ceil(block).min(count);
             (part.start / block).min(end)..end
         };
-        let rows = cells(rows, self.rows, self.high.nrows());
-        let columns = cells(columns, self.columns, self.high.ncols());
-        let shape = (rows.len(), columns.len());
-        let of = |cells: &Array2<f64>| {
-            let mut of = MapBuilder::new(shape, limit, self.keep);
-            of.add(0, 0, cells.slice(s![rows.clone(), columns.clone()]));
-            of
-        };
-        let mut reduced = of(&self.high);
-        if self.keep == Keep::Extreme {
-            reduced.low = of(&self.low).low;
+        let (all_rows, numbers, all_columns) = self.cells.dim();
+        let rows = cells(rows, self.rows, all_rows);
+        let columns = cells(columns, self.columns, all_columns);
+        let mut reduced = MapBuilder::new((rows.len(), columns.len()), limit, self.keep);
+        for number in 0..numbers {
+            let cells = s![rows.clone(), number, columns.clone()];
+            reduced.collect(&[(number, 1.0)], (0, 0), self.cells.slice(cells));
         }
         reduced.first = (rows.start * self.rows, columns.start * self.columns);
         reduced.rows *= self.rows;
@@ -149,19 +136,18 @@ impl MapBuilder {
 
     /// The value of each cell; NaN for cells without a number.
     fn cells(&self) -> Array2<f64> {
-        let mut cells = self.high.clone();
+        let mut cells = self.cells.index_axis(Axis(1), 0).to_owned();
         if self.keep == Keep::Extreme {
-            azip!((cell in &mut cells, &low in &self.low) {
-                *cell = if cell.abs() < low.abs() { low } else { *cell };
+            azip!((cell in &mut cells, &minus in &self.cells.index_axis(Axis(1), 1)) {
+                *cell = if cell.abs() < minus.abs() { -minus } else { *cell };
             });
         }
         cells.mapv_into(|v| if v == f64::NEG_INFINITY { f64::NAN } else { v })
     }
 
-    /// The same in another unit: every cell times `factor`.
+    /// The same in another unit: every cell times `factor`, which is positive.
     pub fn times(mut self, factor: f64) -> Self {
-        self.high.mapv_inplace(|v| v * factor);
-        self.low.mapv_inplace(|v| v * factor);
+        self.cells.mapv_inplace(|v| v * factor);
         self
     }
 
@@ -181,18 +167,17 @@ impl MapBuilder {
         y: (&str, f64, f64),
         x: (&str, f64, f64),
     ) -> Map {
-        let (rows, columns) = self.high.dim();
+        let (rows, _, columns) = self.cells.dim();
         let whole = (0..rows * self.rows, 0..columns * self.columns);
         let overview = self.reduced(&whole, MAP_LIMIT);
         let detail = part.map(|part| self.reduced(part, MAP_LIMIT));
         // Cells of the overview beyond the part count, too: it may hold all of them.
         let detail = detail.filter(|part| {
             (part.rows, part.columns) != (overview.rows, overview.columns)
-                || part.high.dim() != overview.high.dim()
+                || part.cells.dim() != overview.cells.dim()
         });
-        let ends = overview.high.iter().chain(&overview.low);
-        let sizes = ends.filter(|v| !v.is_infinite()).map(|v| v.abs());
-        let unit = PowerOfTen::of(sizes.fold(0.0, f64::max));
+        let sizes = overview.cells.iter().filter(|v| !v.is_infinite());
+        let unit = PowerOfTen::of(sizes.fold(0.0, |largest, v| v.abs().max(largest)));
         let label = unit.label(label);
         Map {
             detail: detail.map(|detail| Box::new(detail.map(unit, &label, y, x))),
@@ -207,37 +192,28 @@ impl MapBuilder {
             low: origin + (first as f64 - 0.5) * step,
             high: origin + ((first + length) as f64 - 0.5) * step,
         };
-        let cells = self.high.dim();
-        let bound = |bounds: &Array2<f64>| {
-            bounds.mapv(|v| match v.is_infinite() {
+        let bound = |number: usize, sign: f64| {
+            let cells = self.cells.index_axis(Axis(1), number);
+            cells.mapv(|v| match v.is_infinite() {
                 true => f32::NAN,
-                false => unit.single(v),
+                false => unit.single(sign * v),
             })
         };
         let (rows, columns) = (self.rows, self.columns);
+        let (cell_rows, _, cell_columns) = self.cells.dim();
         let has_range = self.keep == Keep::Extreme && rows * columns > 1;
         Map {
-            x: axis(x, self.first.1, cells.1 * columns),
-            y: axis(y, self.first.0, cells.0 * rows),
+            x: axis(x, self.first.1, cell_columns * columns),
+            y: axis(y, self.first.0, cell_rows * rows),
             reduction: match self.keep {
                 Keep::Largest => Reduction::Max { rows, columns },
                 Keep::Extreme => Reduction::Extreme { rows, columns },
             },
             values: self.cells().mapv(|v| unit.single(v)),
-            range: has_range.then(|| [bound(&self.low), bound(&self.high)]),
+            range: has_range.then(|| [bound(1, -1.0), bound(0, 1.0)]),
             label: label.to_owned(),
             detail: None,
         }
-    }
-}
-
-/// Each of `values`, the first of column `column`, to its cell of `width` columns.
-fn share_out(values: &[f64], column: usize, width: usize, mut to: impl FnMut(usize, f64)) {
-    let (first, before) = (column / width, column % width);
-    let (head, rest) = values.split_at((width - before).min(values.len()));
-    head.iter().for_each(|&value| to(first, value));
-    for (cell, values) in (first + 1..).zip(rest.chunks(width)) {
-        values.iter().for_each(|&value| to(cell, value));
     }
 }
 
@@ -247,19 +223,14 @@ fn larger(new: f64, old: f64) -> f64 {
     if new > old { new } else { old }
 }
 
-#[inline(always)]
-fn smaller(new: f64, old: f64) -> f64 {
-    if new < old { new } else { old }
-}
-
-/// The largest and the least value of each column; `least` is empty where they are not wanted.
-struct Reduce<'a> {
+/// The largest value of each column times a sign.
+struct Largest<'a> {
     block: ArrayView2<'a, f64>,
+    sign: f64,
     largest: &'a mut [f64],
-    least: &'a mut [f64],
 }
 
-impl SimdKernel for Reduce<'_> {
+impl SimdKernel for Largest<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -267,23 +238,8 @@ impl SimdKernel for Reduce<'_> {
         for row in self.block.outer_iter() {
             let stored = row.to_slice().map(Cow::Borrowed);
             let row = stored.unwrap_or_else(|| Cow::Owned(row.to_vec()));
-            let (news, rest) = row.as_chunks();
-            let done = WIDTH * news.len();
-            let (olds, rest_old) = self.largest.as_chunks_mut();
-            for (old, new) in olds.iter_mut().zip(news) {
-                L::read(new).largest(L::read(old)).write(old);
-            }
-            for (old, &new) in rest_old.iter_mut().zip(rest) {
-                *old = larger(new, *old);
-            }
-            let Some(least) = self.least.get_mut(..done) else {
-                continue;
-            };
-            for (old, new) in least.as_chunks_mut().0.iter_mut().zip(news) {
-                L::read(new).least(L::read(old)).write(old);
-            }
-            for (old, &new) in self.least[done..].iter_mut().zip(rest) {
-                *old = smaller(new, *old);
+            for (old, &new) in self.largest.iter_mut().zip(&*row) {
+                *old = larger(self.sign * new, *old);
             }
         }
     }
@@ -311,11 +267,8 @@ mod tests {
     fn of_equal_magnitudes_the_positive_stays_and_no_number_is_none() {
         let nan = f64::NAN;
         let mut map = MapBuilder::extreme((2, 4), (1, 2));
-        map.add(
-            0,
-            0,
-            array![[-2.0, nan, nan, nan], [2.0, 1.0, nan, nan]].view(),
-        );
+        let values = array![[-2.0, nan, nan, nan], [2.0, 1.0, nan, nan]];
+        map.add(0, 0, values.view());
         let cells = map.cells();
         assert_eq!(cells[[0, 0]], 2.0);
         assert!(cells[[0, 1]].is_nan());

@@ -57,6 +57,11 @@ impl<T: Real> RecordTransform<T> {
         (records * record + columns * size_of::<Complex<T>>()) as u64
     }
 
+    /// Samples of a record.
+    pub(crate) fn samples(&self) -> usize {
+        self.taper.samples
+    }
+
     /// Length N of the transform.
     pub fn padded(&self) -> usize {
         self.plan.len()

@@ -5,21 +5,33 @@ use std::ops::Range;
 use crate::analyze::request::{Request, TimeRange};
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::numeric::{in_band, pieces};
+use crate::numeric::{in_band, pieces, sum_of_squares};
 use crate::prepare::{Gaps, Window};
 use crate::transform::Segments;
 
 /// More threads than any machine has cores are a slip of the hand.
 const MOST_THREADS: usize = 1024;
 
+/// That a request `holds`, else the error of an option.
+pub(in crate::analyze) fn require(
+    holds: bool,
+    option: &'static str,
+    expected: impl Into<String>,
+    found: impl ToString,
+) -> Result<()> {
+    match holds {
+        true => Ok(()),
+        false => Err(Error::request(option, expected, found.to_string())),
+    }
+}
+
 pub(super) fn site_range(field: &Field, request: &Request) -> Result<Range<usize>> {
     let all = field.n_sites();
     let range = request.sites.clone().unwrap_or(0..all);
-    if range.is_empty() || range.end > all {
-        let expected = format!("a range of sites within 0:{all}");
-        let found = format!("{}:{}", range.start, range.end);
-        return Err(Error::request("sites", expected, found));
-    }
+    let is_inside = !range.is_empty() && range.end <= all;
+    let expected = format!("a range of sites within 0:{all}");
+    let found = format!("{}:{}", range.start, range.end);
+    require(is_inside, "sites", expected, found)?;
     Ok(range)
 }
 
@@ -30,8 +42,10 @@ pub(super) fn time_range(
 ) -> Result<Range<usize>> {
     let (n, axis) = (field.n_times(), &field.time);
     match request.times {
-        TimeRange::All if n > 0 => Ok(0..n),
-        TimeRange::All => Err(Error::request("field", "at least one time", "none")),
+        TimeRange::All => {
+            require(n > 0, "field", "at least one time", "none")?;
+            Ok(0..n)
+        }
         TimeRange::Interval { from, to } => {
             // Ends of the interval that fall on a sample up to rounding belong to it.
             let farthest = axis.origin.abs().max(axis.at(n).abs());
@@ -39,15 +53,14 @@ pub(super) fn time_range(
             let first = ((from - axis.origin - slack) / axis.step).ceil().max(0.0);
             let last = ((to - axis.origin + slack) / axis.step).floor();
             let last = last.min(n as f64 - 1.0);
-            if last >= 0.0 && first <= last {
-                return Ok(first as usize..last as usize + 1);
-            }
             let [begin, end] = [axis.origin, axis.at(n.saturating_sub(1))].map(rounded);
             let expected = format!(
                 "an interval that holds times from {begin} to {end}, {} apart",
                 axis.step
             );
-            Err(Error::request("times", expected, format!("{from}:{to}")))
+            let holds = last >= 0.0 && first <= last;
+            require(holds, "times", expected, format!("{from}:{to}"))?;
+            Ok(first as usize..last as usize + 1)
         }
         TimeRange::UntilArrival { threshold } => until_arrival(field, sites, threshold),
     }
@@ -59,11 +72,9 @@ const QUIET: f64 = 0.125;
 
 /// Times before `|v|` at the last site exceeds `threshold` of the field's largest `|v|`.
 fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<Range<usize>> {
-    if !(threshold > 0.0 && threshold < 1.0) {
-        let expected = "a share of the largest amplitude between 0 and 1";
-        let found = threshold.to_string();
-        return Err(Error::request("arrival-threshold", expected, found));
-    }
+    let expected = "a share of the largest amplitude between 0 and 1";
+    let is_share = threshold > 0.0 && threshold < 1.0;
+    require(is_share, "arrival-threshold", expected, threshold)?;
     let (n, width) = (field.n_times(), sites.len());
     let mut largest = 0.0f64;
     let mut at_last = Vec::with_capacity(n);
@@ -77,45 +88,40 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
         largest = finite.fold(largest, |m, v| m.max(v.abs()));
         at_last.extend(block.chunks_exact(width).map(|row| row[width - 1].abs()));
     }
-    let refuse = |expected: String, found| Err(Error::request("until-arrival", expected, found));
-    match at_last.iter().position(|&v| v > threshold * largest) {
-        Some(0) => {
-            let expected = "a last site that is quiet at the first time".into();
-            refuse(expected, format!("|v| = {:.3e} there at once", at_last[0]))
-        }
-        Some(end) => {
-            let before = &mut at_last[..end];
-            let before = *before.select_nth_unstable_by(end / 2, f64::total_cmp).1;
-            if before > QUIET * threshold * largest {
-                let expected = format!(
-                    "a last site that is quiet until |v| exceeds {threshold} of its largest value; state a larger \
-                     `--arrival-threshold`, above the noise"
-                );
-                let found = format!(
-                    "a median |v| of {before:.3e} before, and more than that after {end} samples"
-                );
-                return refuse(expected, found);
-            }
-            Ok(0..end)
-        }
-        None => Ok(0..n),
-    }
+    let Some(end) = at_last.iter().position(|&v| v > threshold * largest) else {
+        return Ok(0..n);
+    };
+    let option = "until-arrival";
+    let expected = "a last site that is quiet at the first time";
+    let found = format!("|v| = {:.3e} there at once", at_last[0]);
+    require(end > 0, option, expected, found)?;
+    let before = &mut at_last[..end];
+    let before = *before.select_nth_unstable_by(end / 2, f64::total_cmp).1;
+    let expected = format!(
+        "a last site that is quiet until |v| exceeds {threshold} of its largest value; state a larger \
+         `--arrival-threshold`, above the noise"
+    );
+    let found =
+        format!("a median |v| of {before:.3e} before, and more than that after {end} samples");
+    require(
+        before <= QUIET * threshold * largest,
+        option,
+        expected,
+        found,
+    )?;
+    Ok(0..end)
 }
 
 pub(super) fn segments(request: &Request, n_times: usize) -> Result<Segments> {
     let Some(welch) = request.welch else {
         return Ok(Segments::whole(n_times));
     };
-    if !(1..=n_times).contains(&welch.segment) {
-        let expected = format!("1 to {n_times} samples (the record)");
-        let found = welch.segment.to_string();
-        return Err(Error::request("segment", expected, found));
-    }
-    if welch.overlap >= welch.segment {
-        let expected = format!("fewer samples than a segment of {}", welch.segment);
-        let found = welch.overlap.to_string();
-        return Err(Error::request("overlap", expected, found));
-    }
+    let expected = format!("1 to {n_times} samples (the record)");
+    let is_within = (1..=n_times).contains(&welch.segment);
+    require(is_within, "segment", expected, welch.segment)?;
+    let expected = format!("fewer samples than a segment of {}", welch.segment);
+    let advances = welch.overlap < welch.segment;
+    require(advances, "overlap", expected, welch.overlap)?;
     Ok(Segments {
         record: n_times,
         length: welch.segment,
@@ -125,10 +131,8 @@ pub(super) fn segments(request: &Request, n_times: usize) -> Result<Segments> {
 
 pub(super) fn padded(option: &'static str, asked: Option<usize>, samples: usize) -> Result<usize> {
     let length = asked.unwrap_or(samples);
-    if length < samples {
-        let expected = format!("at least the {samples} samples to be transformed");
-        return Err(Error::request(option, expected, length.to_string()));
-    }
+    let expected = format!("at least the {samples} samples to be transformed");
+    require(length >= samples, option, expected, length)?;
     Ok(length)
 }
 
@@ -138,82 +142,71 @@ pub(super) fn check_references(
     times: &Range<usize>,
     sites: &Range<usize>,
 ) -> Result<()> {
-    if request.gaps == Gaps::LeaveOut {
-        let expected = "refuse, interpolate or mask: segments are left out of averages over them, which have \
-                        intervals";
-        return Err(Error::request("gaps", expected, "leave-out"));
-    }
+    let expected = "refuse, interpolate or mask: segments are left out of averages over them, which have \
+                    intervals";
+    require(
+        request.gaps != Gaps::LeaveOut,
+        "gaps",
+        expected,
+        "leave-out",
+    )?;
     if request.subtract_noise {
-        let refused = if request.results.spacetime {
-            let expected = "spectra along time without space-time spectra, which keep the noise";
-            Some((expected, "space-time spectra"))
-        } else if !request.results.temporal {
-            Some(("spectra along time", "none"))
-        } else {
-            let stated = ("noise that is found in the field", "noise that is stated");
-            request.noise.map(|_| stated)
-        };
-        if let Some((expected, found)) = refused {
-            return Err(Error::request("subtract-noise", expected, found));
-        }
+        let option = "subtract-noise";
+        let expected = "spectra along time without space-time spectra, which keep the noise";
+        let without = !request.results.spacetime;
+        require(without, option, expected, "space-time spectra")?;
+        let expected = "spectra along time";
+        require(request.results.temporal, option, expected, "none")?;
+        let expected = "noise that is found in the field";
+        let is_found = request.noise.is_none();
+        require(is_found, option, expected, "noise that is stated")?;
     }
     check_left_out(request, sites)?;
-    let asked = request.reference_site.iter();
     let followed = request.short_time.sites.iter();
-    let asked = asked.map(|site| ("reference-site", site));
-    for (option, site) in asked.chain(followed.map(|site| ("short-time-sites", site))) {
-        let refuse = |expected: String| Err(Error::request(option, expected, site.to_string()));
-        if !sites.contains(site) {
-            return refuse(format!("a site of the range {}:{}", sites.start, sites.end));
-        }
-        if request.without_sites.contains(site) {
-            return refuse("a site that is not left out".into());
-        }
+    let followed = followed.map(|site| ("short-time-sites", site));
+    let asked = request.reference_site.iter();
+    for (option, site) in asked.map(|site| ("reference-site", site)).chain(followed) {
+        let expected = format!("a site of the range {}:{}", sites.start, sites.end);
+        require(sites.contains(site), option, expected, site)?;
+        let is_there = !request.without_sites.contains(site);
+        require(is_there, option, "a site that is not left out", site)?;
     }
     let (from, to) = (field.time.at(times.start), field.time.at(times.end - 1));
     let slack = 0.5 * field.time.step;
-    let asked = request.reference_time.iter();
-    let asked = asked.map(|t| ("reference-time", t));
     let followed = request.short_time.times.iter();
-    for (option, t) in asked.chain(followed.map(|t| ("short-time-times", t))) {
-        if !(*t >= from - slack && *t <= to + slack) {
-            let expected = format!("a time from {} to {}", rounded(from), rounded(to));
-            return Err(Error::request(option, expected, t.to_string()));
-        }
+    let followed = followed.map(|t| ("short-time-times", t));
+    let asked = request.reference_time.iter();
+    for (option, t) in asked.map(|t| ("reference-time", t)).chain(followed) {
+        let expected = format!("a time from {} to {}", rounded(from), rounded(to));
+        let is_inside = (from - slack..=to + slack).contains(t);
+        require(is_inside, option, expected, t)?;
     }
     let highest = 0.5 / field.time.step.abs();
     // Of a single site there is no other wavenumber than 0.
     let largest = std::f64::consts::PI / field.space.step.abs();
+    let (frequency, wavenumber) = (request.band_edge_frequency, request.band_edge_wavenumber);
     for (option, edge, end) in [
-        ("band-edge-frequency", request.band_edge_frequency, highest),
-        (
-            "band-edge-wavenumber",
-            request.band_edge_wavenumber,
-            largest,
-        ),
+        ("band-edge-frequency", frequency, highest),
+        ("band-edge-wavenumber", wavenumber, largest),
     ] {
-        if let Some(edge) = edge.filter(|e| !(*e >= 0.0 && *e <= end)) {
-            let expected = format!("a number from 0 to {}, where the axis ends", rounded(end));
-            return Err(Error::request(option, expected, edge.to_string()));
-        }
+        let edge = edge.unwrap_or(0.0);
+        let expected = format!("a number from 0 to {}, where the axis ends", rounded(end));
+        require((0.0..=end).contains(&edge), option, expected, edge)?;
     }
-    for (option, given) in [
-        ("front-window", request.front_window),
-        ("noise", request.noise),
-    ] {
-        if let Some(found) = given.filter(|x| !(*x > 0.0 && x.is_finite())) {
-            return Err(Error::request(
-                option,
-                "a number above 0",
-                found.to_string(),
-            ));
-        }
+    let (window, noise) = (request.front_window, request.noise);
+    for (option, given) in [("front-window", window), ("noise", noise)] {
+        let given = given.unwrap_or(1.0);
+        let is_above = given > 0.0 && given.is_finite();
+        require(is_above, option, "a number above 0", given)?;
     }
-    if let Some(threads) = request.threads.filter(|n| !(1..=MOST_THREADS).contains(n)) {
-        let expected = format!("1 to {MOST_THREADS}");
-        return Err(Error::request("threads", expected, threads.to_string()));
-    }
-    Ok(())
+    let threads = request.threads.unwrap_or(1);
+    let is_possible = (1..=MOST_THREADS).contains(&threads);
+    require(
+        is_possible,
+        "threads",
+        format!("1 to {MOST_THREADS}"),
+        threads,
+    )
 }
 
 /// That sites which are left out are there, leave others, and that nothing is wanted that needs all.
@@ -222,38 +215,47 @@ fn check_left_out(request: &Request, sites: &Range<usize>) -> Result<()> {
     if left_out.is_empty() {
         return Ok(());
     }
-    let refuse =
-        |expected: &str, found: &str| Err(Error::request("without-sites", expected, found));
-    if let Some(site) = left_out.iter().find(|site| !sites.contains(site)) {
+    let option = "without-sites";
+    for site in left_out {
         let expected = format!("sites of the range {}:{}", sites.start, sites.end);
-        return refuse(&expected, &site.to_string());
+        require(sites.contains(site), option, expected, site)?;
     }
-    if sites.clone().all(|site| left_out.contains(&site)) {
-        return refuse("sites that remain", "all sites");
-    }
+    let remain = sites.clone().any(|site| !left_out.contains(&site));
+    require(remain, option, "sites that remain", "all sites")?;
     let short_space = results.short_time && !request.short_time.times.is_empty();
-    let along_space = [
+    let expected =
+        "spectra along time alone, since spectra along space need sites at even distances";
+    for (is_wanted, what) in [
         (results.spatial, "spatial spectra"),
         (results.spacetime, "space-time spectra"),
         (results.flux_surrogate, "the flux surrogate"),
         (short_space, "short-time spectra along space"),
-    ];
-    let expected =
-        "spectra along time alone, since spectra along space need sites at even distances";
-    let found = along_space.into_iter().find(|(is_wanted, _)| *is_wanted);
-    found.map_or(Ok(()), |(_, what)| refuse(expected, what))
+    ] {
+        require(!is_wanted, option, expected, what)?;
+    }
+    Ok(())
 }
 
-/// Checks the window's parameter for its number of samples.
-pub(in crate::analyze) fn check_window(
+/// The weights of a window over this number of samples, which its parameter fits.
+pub(in crate::analyze) fn checked_window(
     option: &'static str,
     window: Window,
     samples: usize,
-) -> Result<()> {
+) -> Result<Vec<f64>> {
     window.validate(samples).map_err(|error| {
         let expected = format!("{} for {samples} samples", error.expected);
         Error::request(option, expected, error.found)
-    })
+    })?;
+    let weights = window.samples(samples);
+    let leaves_some = sum_of_squares(&weights) > 0.0;
+    let found = format!("{window} over {samples} samples, all zero");
+    require(
+        leaves_some,
+        option,
+        "a window that leaves some samples",
+        found,
+    )?;
+    Ok(weights)
 }
 
 /// That the axes of padded spectra can be held, before they are.
@@ -275,11 +277,9 @@ pub(super) fn direction_band(asked: Option<(f64, f64)>, frequencies: &[f64]) -> 
     let highest = frequencies[frequencies.len() - 1];
     let (from, to) = asked.unwrap_or((0.0, highest));
     let band = (from.max(0.0), to.min(highest));
-    if frequencies.iter().any(|&f| in_band(f, band)) {
-        return Ok(band);
-    }
+    let holds = frequencies.iter().any(|&f| in_band(f, band));
     let highest = rounded(highest);
     let expected = format!("two frequencies with a bin between them, up to {highest}");
-    let found = format!("{from}:{to}");
-    Err(Error::request("direction-band", expected, found))
+    require(holds, "direction-band", expected, format!("{from}:{to}"))?;
+    Ok(band)
 }

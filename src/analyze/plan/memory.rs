@@ -1,8 +1,9 @@
 //! Blocks that fit the memory allowed.
 
 use super::{Blocks, Plan};
+use crate::analyze::arrays::keep;
 use crate::analyze::intermediate::scratch_bytes;
-use crate::analyze::short_time::{ShortTimeSegments, TOGETHER};
+use crate::analyze::short_time::TOGETHER;
 use crate::diagnostics::Keep;
 use crate::error::{Error, Result};
 use crate::numeric::lanes::WIDTH;
@@ -40,57 +41,30 @@ impl Plan {
             return 0;
         }
         let asked = &self.request.short_time;
-        let bins = |segments: Segments| segments.length as u64 / 2 + 1;
-        let held = |segments: Segments, count: usize| {
-            16 * bins(segments) * segments.count() as u64 * count as u64
-        };
         let sites = match asked.sites.len() {
             0 => self.axes.n_sites.min(3),
             count => count,
         };
-        let ShortTimeSegments { time, space } = self.short_time;
-        // A record, and for each of the frames transformed together the scratch of a record.
-        let frame = |segments: Segments| 8 * segments.length as u64 + 64 * bins(segments);
-        let worked_on = 8 * self.axes.n_times as u64 + TOGETHER as u64 * frame(time);
-        let at_once = self.threads.min(sites) as u64;
-        let times = asked.times.len();
-        let across = held(space, times) + times.min(1) as u64 * TOGETHER as u64 * frame(space);
-        held(time, sites) + at_once * worked_on + across
+        let of = |segments: Segments, count: usize| {
+            let (samples, bins) = (segments.length as u64, segments.length as u64 / 2 + 1);
+            let held = 16 * bins * segments.count() as u64 * count as u64;
+            // A record, and for each of the frames transformed together the scratch of a record.
+            let frames = TOGETHER as u64 * (8 * samples + 64 * bins);
+            held + self.threads.min(count) as u64 * (8 * segments.record as u64 + frames)
+        };
+        let [time, space] = self.short_time;
+        of(time, sites) + of(space, asked.times.len())
     }
 
     /// Bytes of the maps, of which there are none without figures.
     fn map_bytes(&self) -> u64 {
-        let (axes, results) = (&self.axes, self.request.results);
-        let (nt, nx) = (axes.n_times, axes.n_sites);
-        let [nf, nk, both] =
-            [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed].map(Vec::len);
-        let maps = [
-            (true, (nt, nx), Keep::Extreme),
-            (results.temporal, (nf, nx), Keep::Largest),
-            (results.spatial, (nt, nk), Keep::Largest),
-            (results.spacetime, (nf, both), Keep::Largest),
-            (results.flux_surrogate, (nt, nk), Keep::Extreme),
-        ];
-        let made = maps.iter().filter(|map| self.request.maps && map.0);
-        made.map(|&(_, shape, keep)| keep.bytes(shape, self.map_limit(shape, keep)))
-            .sum()
-    }
-
-    /// Samples of the longest front windows whose scratch is held beside that of whole records.
-    /// Longer windows replace it.
-    pub(in crate::analyze) fn front_samples(n_times: usize) -> usize {
-        n_times / 16
-    }
-
-    /// Samples of the longest front windows that are held beside the scratch of whole records.
-    fn front_beside(&self) -> Option<usize> {
-        let nt = self.axes.n_times;
-        // Segments of Welch's method are shorter than records: freeing their scratch gains little.
-        let samples = match self.request.welch {
-            None => Plan::front_samples(nt),
-            Some(_) => nt,
-        };
-        self.request.results.temporal.then_some(samples)
+        if !self.request.maps {
+            return 0;
+        }
+        let bytes = |shape, keep: Keep| keep.bytes(shape, self.map_limit(shape, keep));
+        let of_arrays = self.arrays.iter();
+        let of_arrays = of_arrays.map(|&(array, shape)| bytes(shape, keep(array)));
+        of_arrays.sum::<u64>() + bytes((self.axes.n_times, self.axes.n_sites), Keep::Extreme)
     }
 
     /// Chooses tiles and blocks, whether the field streams through, and whether the intermediate
@@ -138,9 +112,8 @@ impl Plan {
                 true => pieces + nt * 8 * self.blocks.sites as u64,
                 false => mapped,
             };
-        while self.tiles.sites > 1 && base + self.answer(self.tiles.sites as u64, 0) > allowed {
-            self.tiles.sites = self.tiles.sites.div_ceil(2);
-        }
+        let fits = |tile| base + self.answer(tile as u64, 0) <= allowed;
+        self.tiles.sites = halved_until(self.tiles.sites, fits);
         let tile = self.tiles.sites as u64;
         let left = allowed.saturating_sub(base + self.answer(tile, 0));
         self.answer_bytes = left.min(allowed / ANSWER_SHARE);
@@ -159,20 +132,15 @@ impl Plan {
     /// `across` the records of a file, piece by piece, take a third of it. Returns the bytes of tiles of
     /// records and of snapshots.
     fn fit_tiles(&mut self, in_memory: bool, across: bool, spare: u64) -> [u64; 2] {
-        let (mut tiles, n_times) = (self.tiles, self.axes.n_times);
         let columns = |sites: usize| self.column_tile(sites as u64, in_memory);
         let rows = |times: usize| self.row_tile(times as u64, in_memory);
-        while tiles.sites > 1 && columns(tiles.sites) > spare / 2 {
-            tiles.sites /= 2;
+        let sites = halved_until(self.tiles.sites, |sites| columns(sites) <= spare / 2);
+        let mut times = halved_until(self.tiles.times, |times| rows(times) <= spare / 2);
+        while across && times < self.axes.n_times && rows(2 * times) <= spare / 3 {
+            times *= 2;
         }
-        while tiles.times > 1 && rows(tiles.times) > spare / 2 {
-            tiles.times /= 2;
-        }
-        while across && tiles.times < n_times && rows(2 * tiles.times) <= spare / 3 {
-            tiles.times *= 2;
-        }
-        let bytes = [columns(tiles.sites), rows(tiles.times)];
-        self.tiles = tiles;
+        let bytes = [columns(sites), rows(times)];
+        (self.tiles.sites, self.tiles.times) = (sites, times);
         bytes
     }
 
@@ -228,6 +196,14 @@ impl Plan {
     }
 }
 
+/// Half of a tile, or half of that, until it `fits`, if it ever does.
+fn halved_until(mut tile: usize, fits: impl Fn(usize) -> bool) -> usize {
+    while tile > 1 && !fits(tile) {
+        tile = tile.div_ceil(2);
+    }
+    tile
+}
+
 /// What tiles and blocks need, in bytes.
 impl Plan {
     /// Times, sites, frequencies, and wavenumbers of one sign and of both.
@@ -260,15 +236,18 @@ impl Plan {
     fn column_tile(&self, sites: u64, in_memory: bool) -> u64 {
         let [nt, nx, nf, ..] = self.counts();
         let (segments, padded) = (self.segments, self.conventions.padded_time);
-        let length = segments.length;
-        let scratch = RecordTransform::<f64>::working_bytes(length, padded, sites as usize);
+        // Windows at the front may be longer than segments.
+        let longest = match self.request.results.temporal {
+            true => nt as usize,
+            false => segments.length,
+        };
+        let scratch = (longest, padded.max(longest), sites as usize);
+        let scratch = RecordTransform::<f64>::working_bytes(scratch.0, scratch.1, scratch.2);
         // Transforms of all segments are held until they are written to a scratch file.
         let further = segments.count() as u64 - 1;
         let waiting = u64::from(!in_memory) * self.complex_bytes() * nf * further;
-        let front = |samples| front_bytes(samples, sites as usize);
-        let front = self.front_beside().map_or(0, front);
-        let welch = self.request.welch.map_or(0, |_| length as u64);
-        let tile = sites * (8 * (nt + welch) + waiting) + scratch + MEASURED * nf + front;
+        let welch = self.request.welch.map_or(0, |welch| welch.segment as u64);
+        let tile = sites * (8 * (nt + 2 * welch) + waiting) + scratch + MEASURED * nf;
         self.at_work(nx, sites) * tile
     }
 
@@ -337,110 +316,31 @@ impl Plan {
     }
 }
 
-/// Bytes of scratch of one thread for windows of `samples` samples at `sites` sites.
-fn front_bytes(samples: usize, sites: usize) -> u64 {
-    // With zeros up to a quick length.
-    let padded = samples + samples / 8 + 8;
-    let worked = RecordTransform::<f64>::working_bytes(samples, padded, sites);
-    worked + (MEASURED + 16) * padded as u64 / 2
-}
-
 #[cfg(test)]
 mod tests {
     use ndarray::{Array2, ShapeBuilder};
 
     use crate::Field;
-    use crate::analyze::{Request, Results, ShortTime, plan};
-    use crate::field::OpenOptions;
-    use crate::numeric::lanes::WIDTH;
-    use crate::transform::RecordTransform;
+    use crate::analyze::{Request, plan};
 
-    fn needed(threads: usize, short_time: bool) -> u64 {
-        let field = Field::from_array(Array2::zeros((4096, 8)));
-        let request = Request {
-            results: Results {
-                short_time,
-                ..Results::ALL
-            },
-            short_time: ShortTime {
-                sites: vec![0, 3, 7],
-                segment: Some(100),
-                hop: Some(50),
-                ..Request::default().short_time
-            },
-            threads: Some(threads),
-            memory: Some(1 << 30),
-            ..Request::default()
-        };
-        plan(&field, &request).unwrap().memory_needed
-    }
-
-    /// By hand: spectra of 51 bins and 80 frames, held twice; for each thread at work a record and
-    /// eight frames, in three copies, with spectra and scratch.
-    #[test]
-    fn short_time_records_of_all_threads_count() {
-        let of = |threads| needed(threads, true) - needed(threads, false);
-        let held = 3 * 2 * 8 * 51 * 80;
-        let record = 8 * 4096 + 8 * (8 * 100 + 64 * 51);
-        assert_eq!(
-            [1, 2, 3, 8].map(of),
-            [1, 2, 3, 3].map(|n| held + n * record)
-        );
-    }
-
-    /// By hand: 64 snapshots of 8 sites are two tiles, the records one. Each of 8 threads works on
-    /// 8 of them and holds the survey of all sites; the second also holds a tile: 32 snapshots as
-    /// read and as spectra of 8 bins of both signs.
-    #[test]
-    fn tiles_of_threads_that_have_one_count() {
-        let field = Field::from_array(Array2::zeros((64, 8)));
-        let needed = [1, 2, 3, 8].map(|threads| {
-            let request = Request {
-                results: Results {
-                    spatial: true,
-                    ..Results::NONE
-                },
-                threads: Some(threads),
-                memory: Some(1 << 30),
-                ..Request::default()
-            };
-            plan(&field, &request).unwrap().memory_needed
-        });
-        let steps = [0, 1, 2].map(|i| needed[i + 1] - needed[i]);
-        let worked = RecordTransform::<f64>::working_bytes(8, 8, WIDTH);
-        assert_eq!(steps[2], 5 * steps[1]);
-        assert!(steps[1] > 5 * 80 + worked);
-        assert_eq!(steps[0] - steps[1], 32 * 8 * (8 + 8));
-    }
-
-    /// Snapshots of a file larger than memory: where they are rows, a few at a time; across records, as
+    /// Snapshots of a field larger than memory: where they are rows, a few at a time; across records, as
     /// many as fit, since each piece of a record costs a read.
     #[test]
     fn snapshots_across_records_are_read_in_long_pieces() {
-        let folder = tempfile::tempdir().unwrap();
-        let tile = |fortran: bool| {
-            let path = folder.path().join("field.npy");
-            let shape = (8192, 500).set_f(fortran);
-            ndarray_npy::write_npy(&path, &Array2::<f32>::zeros(shape)).unwrap();
-            let field = Field::open(&path, &OpenOptions::default()).unwrap();
+        let [rows, across] = [false, true].map(|fortran| {
+            let shape = (8192, 500);
+            let field = Field::from_array(Array2::zeros(shape.set_f(fortran)));
+            let allowed = (60 << 20) + 8 * 8192 * 500;
             let request = Request {
                 threads: Some(2),
-                memory: Some(60 << 20),
+                memory: Some(allowed),
                 ..Request::default()
             };
             let planned = plan(&field, &request).unwrap();
-            assert!(planned.memory_needed <= 60 << 20);
-            (planned.tiles.times, planned.blocks.times)
-        };
-        let (tile_of_rows, block_of_rows) = tile(false);
-        let (tile_across, block_across) = tile(true);
-        assert!(
-            tile_across >= 8 * tile_of_rows,
-            "{tile_across} of {tile_of_rows}"
-        );
-        assert!(
-            block_across >= tile_across,
-            "{block_across} of {block_of_rows}"
-        );
+            assert!(planned.streams() && planned.memory_needed <= allowed);
+            [planned.tiles.times, planned.blocks.times]
+        });
+        assert!(across[0] >= 8 * rows[0], "{across:?} {rows:?}");
+        assert!(across[1] >= across[0], "{across:?}");
     }
 }

@@ -8,13 +8,12 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::dispersion::{self, DispersionCurve};
-use super::display;
 use super::request::Request;
 use super::result::{Axes, Conventions};
-use super::short_time::ShortTimeSegments;
+use super::{display, short_time};
 use crate::arrays::{LargeArray, Precision};
 use crate::diagnostics::{Bins, Keep, MAP_LIMIT, MapBuilder};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
 use crate::transform::{
@@ -24,7 +23,7 @@ use checks::{
     check_axes, check_references, direction_band, padded, segments, site_range, time_range,
 };
 
-pub(super) use checks::check_window;
+pub(super) use checks::{checked_window, require};
 
 /// What will be computed, in which blocks, with which transforms; see [`plan`].
 #[derive(Debug, Clone)]
@@ -33,7 +32,8 @@ pub struct Plan {
     pub(crate) sites: Range<usize>,
     pub(crate) request: Request,
     pub(crate) segments: Segments,
-    pub(crate) short_time: ShortTimeSegments,
+    /// Of short-time spectra along time and along space.
+    pub(super) short_time: [Segments; 2],
     pub(crate) window_time: Vec<f64>,
     pub(crate) window_space: Vec<f64>,
     pub(crate) axes: Axes,
@@ -66,7 +66,7 @@ pub struct Plan {
 }
 
 /// Sizes of the blocks that pass through memory.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Blocks {
     /// Records at once, in transforms along time.
     pub sites: usize,
@@ -79,7 +79,7 @@ pub struct Blocks {
 }
 
 /// The transforms of one stage.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct PlannedStage {
     pub stage: &'static str,
     pub transforms: u64,
@@ -113,7 +113,7 @@ const TILE_TIMES: usize = 32;
 /// [`TimeRange::UntilArrival`](super::TimeRange::UntilArrival).
 ///
 /// # Errors
-/// [`Error::Request`] names the option that does not fit; [`Error::Memory`] where not even the
+/// [`crate::Error::Request`] names the option that does not fit; [`crate::Error::Memory`] where not even the
 /// smallest blocks fit the memory allowed.
 pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     field.check_axes()?;
@@ -125,9 +125,9 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
     let padded_time = padded("pad-time", request.pad_time, segments.length)?;
     let padded_space = padded("pad-space", request.pad_space, n_sites)?;
     check_references(field, request, &times, &sites)?;
-    let short_time = ShortTimeSegments::settle(request, n_times, n_sites)?;
-    check_window("window-time", request.window_time, segments.length)?;
-    check_window("window-space", request.window_space, n_sites)?;
+    let short_time = short_time::segments(request, n_times, n_sites)?;
+    let window_time = checked_window("window-time", request.window_time, segments.length)?;
+    let window_space = checked_window("window-space", request.window_space, n_sites)?;
     // What is loaded already counts where the memory was stated; what is free is beside it.
     let loaded = request.memory.map_or(0, |_| field.loaded_bytes());
     let memory_allowed = match request.memory {
@@ -135,19 +135,6 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         None => crate::system::memory::half_of_free_memory(),
     };
     check_axes(padded_time, padded_space, memory_allowed)?;
-    let window_time = request.window_time.samples(segments.length);
-    let window_space = request.window_space.samples(n_sites);
-    for (option, window, gains) in [
-        ("window-time", &window_time, request.window_time),
-        ("window-space", &window_space, request.window_space),
-    ] {
-        if crate::numeric::sum_of_squares(window) == 0.0 {
-            let found = format!("{gains} over {} samples, all zero", window.len());
-            let expected = "a window that leaves some samples";
-            return Err(Error::request(option, expected, found));
-        }
-    }
-
     let axes = Axes {
         frequency: frequencies(padded_time, field.time.step),
         wavenumber: wavenumbers(padded_space, field.space.step),
@@ -202,12 +189,7 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
             ahead: None,
             memory: memory_allowed / 4,
         },
-        blocks: Blocks {
-            sites: n_sites,
-            times: n_times,
-            frequencies: padded_time / 2 + 1,
-            scratch: 0,
-        },
+        blocks: Blocks::default(),
         has_fine_maps: false,
         interleaved: false,
         threads,
@@ -218,11 +200,12 @@ pub fn plan(field: &Field, request: &Request) -> Result<Plan> {
         stages: Vec::new(),
         arrays: Vec::new(),
     };
+    plan.list_arrays();
+    plan.list_stages();
     plan.fit_into_memory(survey_bytes(field, n_sites), field.is_time_major())
         .map_err(|error| error.beside(loaded))?;
     plan.memory_needed += loaded;
     plan.memory_allowed += loaded;
-    plan.list_work();
     Ok(plan)
 }
 
@@ -230,19 +213,17 @@ impl Plan {
     /// That the plan is one of this field.
     ///
     /// # Errors
-    /// [`Error::Request`].
+    /// [`crate::Error::Request`].
     pub(super) fn check(&self, field: &Field) -> Result<()> {
-        let own = (&self.axes.time, &self.axes.space);
         let is_inside = self.times.end <= field.n_times() && self.sites.end <= field.n_sites();
-        let time = shifted(&field.time, self.times.start);
-        if is_inside && own == (&time, &shifted(&field.space, self.sites.start)) {
-            return Ok(());
-        }
+        let is_own = is_inside
+            && self.axes.time == shifted(&field.time, self.times.start)
+            && self.axes.space == shifted(&field.space, self.sites.start);
         let size = |times: usize, sites: usize| format!("{times} times by {sites} sites");
         let planned = size(self.axes.n_times, self.axes.n_sites);
         let expected = format!("a field with the axes of the plan, {planned}: plan this one");
         let found = size(field.n_times(), field.n_sites()) + " of " + &field.name;
-        Err(Error::request("plan", expected, found))
+        require(is_own, "plan", expected, found)
     }
 
     /// Rows of the matrix between the two halves of a space-time transform.
@@ -343,9 +324,11 @@ impl Plan {
         }
     }
 
-    /// Collects a map of an array of `shape`.
-    pub(crate) fn map_builder(&self, shape: (usize, usize), keep: Keep) -> MapBuilder {
-        MapBuilder::new(shape, self.map_limit(shape, keep), keep)
+    /// Collects a map of an array of `shape`, where maps are wanted.
+    pub(super) fn map_builder(&self, shape: (usize, usize), keep: Keep) -> Option<MapBuilder> {
+        let limit = self.map_limit(shape, keep);
+        let is_wanted = self.request.maps;
+        is_wanted.then(|| MapBuilder::new(shape, limit, keep))
     }
 
     fn map_limit(&self, shape: (usize, usize), keep: Keep) -> (usize, usize) {
@@ -355,36 +338,47 @@ impl Plan {
         }
     }
 
-    fn list_work(&mut self) {
-        let (nt, nx) = (self.axes.n_times, self.axes.n_sites);
-        let (nf, nk) = (self.axes.frequency.len(), self.axes.wavenumber.len());
-        let nks = self.axes.wavenumber_signed.len();
-        let results = self.request.results;
-        let item = self.complex_bytes() / 2;
-        let field_bytes = 8 * (nt * nx) as u64;
-        let between = self.between_rows() as u64 * nx as u64 * self.complex_bytes();
-        let arrays = [
-            (results.temporal, LargeArray::TEMPORAL_SPECTRUM, (nf, nx)),
+    /// The large arrays that are wanted, with their shapes.
+    fn list_arrays(&mut self) {
+        let (axes, results) = (&self.axes, self.request.results);
+        let bins = [&axes.frequency, &axes.wavenumber, &axes.wavenumber_signed];
+        let [nf, nk, nks] = bins.map(Vec::len);
+        let (nt, flux) = (axes.n_times, LargeArray::KINETIC_FLUX_SURROGATE);
+        let all = [
+            (
+                results.temporal,
+                LargeArray::TEMPORAL_SPECTRUM,
+                (nf, axes.n_sites),
+            ),
             (results.spatial, LargeArray::SPATIAL_SPECTRUM, (nt, nk)),
             (results.spacetime, LargeArray::SPACETIME_SPECTRUM, (nf, nks)),
-            (
-                results.flux_surrogate,
-                LargeArray::KINETIC_FLUX_SURROGATE,
-                (nt, nk),
-            ),
+            (results.flux_surrogate, flux, (nt, nk)),
         ];
-        let [temporal, spatial, spacetime, flux] =
-            arrays.map(|(is_wanted, _, (rows, columns))| match is_wanted {
-                true => (rows * columns) as u64 * item,
-                false => 0,
-            });
-        let wanted = arrays.into_iter().filter(|(is_wanted, ..)| *is_wanted);
-        self.arrays
-            .extend(wanted.map(|(_, array, shape)| (array, shape)));
-        let from_records = match results.spacetime {
-            true => between,
-            false => temporal,
+        let wanted = all.into_iter().filter(|(is_wanted, ..)| *is_wanted);
+        self.arrays = wanted.map(|(_, array, shape)| (array, shape)).collect();
+    }
+
+    /// The transforms of each stage.
+    fn list_stages(&mut self) {
+        let (nt, nx) = (self.axes.n_times, self.axes.n_sites);
+        let item = self.complex_bytes() / 2;
+        let bytes_of = |chosen: &[LargeArray]| {
+            let arrays = self
+                .arrays
+                .iter()
+                .filter(|(array, _)| chosen.contains(array));
+            arrays
+                .map(|(_, (rows, columns))| (rows * columns) as u64 * item)
+                .sum::<u64>()
         };
+        let field_bytes = 8 * (nt * nx) as u64;
+        let between = self.between_rows() as u64 * nx as u64 * self.complex_bytes();
+        let temporal = bytes_of(&[LargeArray::TEMPORAL_SPECTRUM]);
+        let spatial = [
+            LargeArray::SPATIAL_SPECTRUM,
+            LargeArray::KINETIC_FLUX_SURROGATE,
+        ];
+        let spacetime = self.request.results.spacetime;
         let [time, space] = [self.conventions.padded_time, self.conventions.padded_space];
         let stage = |stage, transforms: usize, length, bytes: [u64; 2]| PlannedStage {
             stage,
@@ -396,14 +390,17 @@ impl Plan {
         let mut stages = Vec::new();
         if self.transforms_time() {
             let records = nx * self.segments.count();
-            let bytes = [field_bytes, from_records];
+            let bytes = [field_bytes, if spacetime { between } else { temporal }];
             stages.push(stage("along time", records, time, bytes));
         }
         let is_made = usize::from(self.transforms_space());
-        let bytes = [field_bytes, spatial + flux];
+        let bytes = [field_bytes, bytes_of(&spatial)];
         stages.push(stage("along space", is_made * nt, is_made * space, bytes));
-        if results.spacetime {
-            let bytes = [between, spacetime + temporal];
+        if spacetime {
+            let bytes = [
+                between,
+                bytes_of(&[LargeArray::SPACETIME_SPECTRUM]) + temporal,
+            ];
             stages.push(stage("space-time", self.between_rows(), space, bytes));
         }
         self.stages = stages;
