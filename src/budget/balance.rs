@@ -15,15 +15,14 @@ pub(super) struct RunningBalance {
 impl RunningBalance {
     /// Adds `weight` times the rates at a node of a quadrature, after a first sample was compared.
     pub(super) fn add(&mut self, weight: f64, rates: &[f64]) {
-        for (sum, rate) in self.integral.iter_mut().zip(rates) {
-            *sum += weight * rate;
-        }
+        add(&mut self.integral, weight, rates);
     }
 
-    /// Adds a step of the trapezoid rule between two samples.
-    pub(super) fn trapezoid(&mut self, dt: f64, before: &[f64], now: &[f64]) {
-        self.integral.resize(now.len(), 0.0);
-        trapezoid(&mut self.integral, dt, before, now);
+    /// A sample of the trapezoid rule: the weights of its rates in the step before it and in that behind it.
+    pub(super) fn sample(&mut self, [before, behind]: [f64; 2], rates: &[f64], values: &[f64]) {
+        self.add(before, rates);
+        self.compare(values);
+        self.add(behind, rates);
     }
 
     /// Compares with the quantities at a sample.
@@ -47,10 +46,10 @@ impl RunningBalance {
     }
 }
 
-/// Adds a step of the trapezoid rule to each sum.
-pub(super) fn trapezoid(sums: &mut [f64], dt: f64, before: &[f64], now: &[f64]) {
-    for (sum, (before, now)) in sums.iter_mut().zip(before.iter().zip(now)) {
-        *sum += 0.5 * dt * (before + now);
+/// Adds `weight` times each value to its sum.
+pub(super) fn add(sums: &mut [f64], weight: f64, values: &[f64]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += weight * value;
     }
 }
 
@@ -115,12 +114,8 @@ impl SimdKernel for Worst<'_> {
 /// `dE(k)/dt` from all its terms.
 pub(super) fn energy_rates(terms: &Terms, rates: &mut Vec<f64>) {
     rates.clone_from(&terms.transfer);
-    for (rate, loss) in rates.iter_mut().zip(&terms.loss) {
-        *rate -= loss;
-    }
-    for (rate, input) in rates.iter_mut().zip(&terms.input) {
-        *rate += input;
-    }
+    add(rates, -1.0, &terms.loss);
+    add(rates, 1.0, &terms.input);
 }
 
 #[cfg(test)]

@@ -6,7 +6,8 @@
 //! apart checks both. At the largest k either is 0: the first since `sum T = 0`, the second if
 //! energies and losses balance.
 
-use super::balance::{trapezoid, worst_of};
+use super::balance::{add, worst_of};
+use super::result::IntegratedFluxCheck;
 use super::wavenumber::Terms;
 
 /// Which of the two is given.
@@ -17,32 +18,6 @@ pub(super) enum GivenRate {
     /// What the wavenumbers lost, less what losses took and inputs gave: without either a function
     /// of the state, exact at any sampling.
     Balance,
-}
-
-/// Transfer, and losses less input, at one sample.
-#[derive(Debug, Clone, Default)]
-pub(super) struct PassageRates {
-    pub(super) transfer: Vec<f64>,
-    pub(super) gone: Vec<f64>,
-}
-
-impl PassageRates {
-    pub(super) fn load(&mut self, terms: &Terms) {
-        self.transfer.clone_from(&terms.transfer);
-        self.gone.clear();
-        self.gone.resize(terms.transfer.len(), 0.0);
-        add_gone(&mut self.gone, 1.0, terms);
-    }
-}
-
-/// Adds `weight` times losses less input.
-fn add_gone(sums: &mut [f64], weight: f64, terms: &Terms) {
-    for (sum, loss) in sums.iter_mut().zip(&terms.loss) {
-        *sum += weight * loss;
-    }
-    for (sum, input) in sums.iter_mut().zip(&terms.input) {
-        *sum -= weight * input;
-    }
 }
 
 /// The integrals over time.
@@ -58,7 +33,9 @@ pub(super) struct Passage {
     by_balance: Vec<f64>,
     at_half: Vec<f64>,
     off: Vec<f64>,
+    /// The largest magnitude at the largest wavenumber, where it is 0, at any sample.
     top: f64,
+    /// The largest difference of the two ways at any sample and wavenumber.
     apart: f64,
 }
 
@@ -82,16 +59,9 @@ impl Passage {
 
     /// Adds a node of a quadrature.
     pub(super) fn add(&mut self, weight: f64, terms: &Terms) {
-        for (sum, transfer) in self.transferred.iter_mut().zip(&terms.transfer) {
-            *sum += weight * transfer;
-        }
-        add_gone(&mut self.gone, weight, terms);
-    }
-
-    /// Adds a step of the trapezoid rule between two samples.
-    pub(super) fn trapezoid(&mut self, dt: f64, before: &PassageRates, now: &PassageRates) {
-        trapezoid(&mut self.transferred, dt, &before.transfer, &now.transfer);
-        trapezoid(&mut self.gone, dt, &before.gone, &now.gone);
+        add(&mut self.transferred, weight, &terms.transfer);
+        add(&mut self.gone, weight, &terms.loss);
+        add(&mut self.gone, -weight, &terms.input);
     }
 
     /// What has passed each wavenumber by sample i, at which the wavenumbers hold `energy`.
@@ -120,27 +90,19 @@ impl Passage {
         row
     }
 
-    /// Over the record, and over its second half.
-    pub(super) fn whole_and_late(&self) -> [Vec<f64>; 2] {
+    /// Over the record, and over its second half; the errors of both, in units of energy.
+    pub(super) fn finish(self) -> ([Vec<f64>; 2], IntegratedFluxCheck) {
         let whole = match self.way {
-            GivenRate::Transfer => &self.by_transfer,
-            GivenRate::Balance => &self.by_balance,
+            GivenRate::Transfer => self.by_transfer,
+            GivenRate::Balance => self.by_balance,
         };
-        let late = whole
-            .iter()
-            .zip(&self.at_half)
-            .map(|(all, half)| all - half);
-        [whole.clone(), late.collect()]
-    }
-
-    /// The largest magnitude at the largest wavenumber, where it is 0, at any sample.
-    pub(super) fn top(&self) -> f64 {
-        self.top
-    }
-
-    /// The largest difference of the two ways at any sample and wavenumber.
-    pub(super) fn apart(&self) -> f64 {
-        self.apart
+        let halves = whole.iter().zip(&self.at_half);
+        let late = halves.map(|(all, half)| all - half).collect();
+        let check = IntegratedFluxCheck {
+            at_largest_wavenumber: self.top,
+            two_ways: self.apart,
+        };
+        ([whole, late], check)
     }
 }
 

@@ -9,10 +9,11 @@
 use column_fft::rows;
 
 use super::balance::worst_of;
-use super::contacts::Contacts;
+use super::contacts::{Contacts, PowerRow};
 use super::frequency::RefinedFlow;
 use super::request::BudgetRequest;
 use super::result::Budget;
+use super::stepped::instant;
 use super::wavenumber::dot;
 use crate::chain::{NodeState, Simulation};
 use crate::error::Result;
@@ -42,11 +43,13 @@ pub(super) fn refine(
     let times: Vec<f64> = (0..samples)
         .map(|i| duration * (i as f64 / INTERVALS as f64))
         .collect();
+    let mut row = PowerRow::default();
     let mut keep = |place: NodeState, followed: &[f64]| {
+        let at = instant(0.0, place);
         for ((j, [force, speed]), passed) in chosen.iter().zip(&mut records).zip(&mut passed) {
-            let (f, v) = contacts.force_and_speed(*j, place.x, place.v);
-            force.push(f);
-            speed.push(v);
+            contacts.forces_and_speeds(*j..j + 1, at, &mut row);
+            force.push(row.force[0]);
+            speed.push(row.speed[0]);
             *passed = followed[*j];
         }
     };

@@ -121,10 +121,6 @@ impl Scales<'_> {
         scratch: &mut ScaleScratch,
         terms: &mut ScaleTerms,
     ) {
-        if planned.contacts.is_empty() {
-            *terms = ScaleTerms::default();
-            return;
-        }
         let chain = self.contacts.chain();
         let (n, m) = (chain.n_sites(), chain.n_contacts());
         let ScaleScratch {
@@ -155,8 +151,10 @@ impl Scales<'_> {
         for row in [&mut *energy, passes, taken] {
             row.resize(m + 1, 0.0);
         }
+        let inside = self.contacts.offset..self.contacts.len();
+        let out = [&mut law_force[..], &mut energy[1..]];
         self.contacts
-            .forces_and_energies(&overlap[..m], [law_force, &mut energy[1..]]);
+            .forces_and_energies(inside, &overlap[..m], out);
         let inner = m.min(n - 1);
         widest(ContactPowers {
             speed: &speed[..inner + 1],
@@ -178,13 +176,13 @@ impl Scales<'_> {
             energy_rate,
         } = terms;
         let contacts = planned.contacts.clone();
+        let right_of = |j: usize| if j + 1 < n { j + 1 } else { 0 };
         flux.clear();
         flux.extend_from_slice(&taken[1..][contacts.clone()]);
         if !damping.is_empty() {
             // The power of the filtered damper is heat, not flux.
             for (flux, j) in flux.iter_mut().zip(contacts) {
-                let right = if j + 1 < n { j + 1 } else { 0 };
-                *flux -= damping[j] * (speed[j] - speed[right]);
+                *flux -= damping[j] * (speed[j] - speed[right_of(j)]);
             }
         }
         let sites = planned.sites.clone();
@@ -219,8 +217,7 @@ impl Scales<'_> {
             // Half of what the spring of a site takes counts at either contact.
             let taken = |j: usize| (ground[j] - springs.force(j, x[j])) * speed[j];
             for (flux, j) in flux.iter_mut().zip(planned.contacts.clone()) {
-                let right = if j + 1 < n { j + 1 } else { 0 };
-                *flux += 0.5 * (taken(j) + taken(right));
+                *flux += 0.5 * (taken(j) + taken(right_of(j)));
             }
         }
     }

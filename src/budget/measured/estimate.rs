@@ -17,7 +17,7 @@ use ndarray::{Array1, Array2, Zip};
 use rayon::prelude::*;
 
 use super::derive::{self, Derived, envelope};
-use super::given::Given;
+use super::given;
 use super::momentum::{Fits, Fitter};
 use super::repetitions::Repetitions;
 use super::report::Estimate;
@@ -31,7 +31,7 @@ const FEW: usize = 8;
 pub(super) const HALVED: f64 = 1.0 / 3.0;
 
 /// Standard errors of what follows from velocities.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Errors {
     /// Of velocities, `(time, site)`.
     pub velocity: Array2<f64>,
@@ -47,18 +47,6 @@ pub struct Errors {
 }
 
 impl Errors {
-    fn zeros(like: &Derived) -> Errors {
-        Errors {
-            velocity: Array2::zeros(like.velocity.dim()),
-            overlap: Array2::zeros(like.overlap.dim()),
-            force: Array2::zeros(like.force.dim()),
-            flux: Array2::zeros(like.flux.dim()),
-            passed: Array2::zeros(like.passed.dim()),
-            energy: Array2::zeros(like.energy.dim()),
-            unbalanced: Array2::zeros(like.unbalanced.dim()),
-        }
-    }
-
     fn each(&mut self) -> [&mut Array2<f64>; 7] {
         [
             &mut self.velocity,
@@ -104,14 +92,17 @@ impl Repeated<'_> {
             chain, dt, missing, ..
         } = *self.repetitions;
         let derived = self.derived;
-        let half = Derived::halved(chain, dt, &self.without_missing(), missing);
+        let half = self.repetitions.every_other_sample();
+        let half = Derived::of(chain, 2.0 * dt, half, missing);
         let time = Array1::zeros(derived.velocity.nrows());
         let motion = derive::motion(chain, time.view(), &derived.displacement, &derived.velocity);
         let contacts = Contacts::of(&motion);
         let fitter = Fitter::new(&contacts, &self.open(&half));
-        let mut errors = Errors::zeros(self.derived);
-        let mut given = Given::default();
-        let mut fits = Vec::new();
+        let mut errors = Errors::default();
+        for (sum, like) in errors.each().into_iter().zip(each(derived)) {
+            *sum = Array2::zeros(like.dim());
+        }
+        let (mut given, mut fits) = (Vec::new(), Vec::new());
         let again = |number| {
             let again = self.again(number);
             let fit = fitter.fit(&again, 1);
@@ -123,15 +114,14 @@ impl Repeated<'_> {
             for (sum, (again, here)) in errors.each().into_iter().zip(pairs) {
                 add_squares(sum, again, here);
             }
-            given.add(again.given);
+            given.push(again.given);
             Ok::<(), Infallible>(())
         });
-        let count = fits.len();
         for sum in errors.each() {
-            finish_squares(sum, count);
+            finish_squares(sum, fits.len());
         }
         self.add_sampling(&half, &contacts, &mut errors);
-        let given = given.estimate(&derived.given, &half.given);
+        let given = given::estimate(&derived.given, &half.given, &given);
         let fits = Fits {
             here: fitter.fit(derived, 1),
             halved: fitter.fit(&half, 2),
@@ -142,13 +132,10 @@ impl Repeated<'_> {
 
     /// Variance of the momentum that is left open, from a few repetitions.
     fn open(&self, half: &Derived) -> Array2<f64> {
-        let found: Vec<Array2<f64>> = (0..FEW)
-            .into_par_iter()
-            .map(|number| {
-                (self.again(number).unbalanced - &self.derived.unbalanced).mapv(|x| x * x)
-            })
-            .collect();
-        let mut open = envelope(&self.derived.unbalanced, &half.unbalanced, HALVED);
+        let here = &self.derived.unbalanced;
+        let off = |number| (self.again(number).unbalanced - here).mapv(|x| x * x);
+        let found: Vec<Array2<f64>> = (0..FEW).into_par_iter().map(off).collect();
+        let mut open = envelope(here, &half.unbalanced, HALVED);
         open.mapv_inplace(|off| off * off);
         for squares in found {
             open.scaled_add((FEW as f64).recip(), &squares);
@@ -161,16 +148,14 @@ impl Repeated<'_> {
         let off = |full: &Array2<f64>, half: &Array2<f64>| envelope(full, half, HALVED);
         let overlap = off(&derived.overlap, &half.overlap);
         let add = |to: &mut Array2<f64>, what: &Array2<f64>| {
-            Zip::from(to)
-                .and(what)
-                .for_each(|to, what| *to = to.hypot(*what));
+            to.zip_mut_with(what, |to, what| *to = to.hypot(*what));
         };
         for ((i, j), sampling) in overlap.indexed_iter() {
             let (id, r) = (j + contacts.offset, derived.overlap[[i, j]]);
-            let here = contacts.force(id, r);
+            let here = contacts.contact(id).force(r);
             let over = |e: f64| {
-                let up = (contacts.force(id, r + e) - here).abs();
-                up.max((contacts.force(id, r - e) - here).abs())
+                let up = (contacts.contact(id).force(r + e) - here).abs();
+                up.max((contacts.contact(id).force(r - e) - here).abs())
             };
             // Three errors of the overlap are to be within three of the force, also where an open
             // contact may be closed, which few repetitions show.
@@ -184,24 +169,13 @@ impl Repeated<'_> {
         add(&mut errors.overlap, &overlap);
         add(&mut errors.passed, &off(&derived.passed, &half.passed));
         add(&mut errors.energy, &off(&derived.energy, &half.energy));
-        add(
-            &mut errors.unbalanced,
-            &off(&derived.unbalanced, &half.unbalanced),
-        );
-        let velocity = off(&derived.velocity, &half.velocity);
+        let unbalanced = off(&derived.unbalanced, &half.unbalanced);
+        add(&mut errors.unbalanced, &unbalanced);
         // Only those of missing sites depend on the sampling.
-        add(&mut errors.velocity, &velocity);
-    }
-
-    fn without_missing(&self) -> Array2<f64> {
-        let mut velocity = self.derived.velocity.clone();
-        let columns = velocity.columns_mut().into_iter();
-        for (mut column, missing) in columns.zip(self.repetitions.missing) {
-            if *missing {
-                column.fill(0.0);
-            }
-        }
-        velocity
+        add(
+            &mut errors.velocity,
+            &off(&derived.velocity, &half.velocity),
+        );
     }
 }
 

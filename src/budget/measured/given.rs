@@ -12,60 +12,40 @@
 use super::estimate::{HALVED, raised};
 use super::report::Estimate;
 
-/// Total energies and losses of repetitions.
-#[derive(Debug, Default)]
-pub(super) struct Given {
-    again: Vec<Vec<f64>>,
-}
-
-impl Given {
-    pub(super) fn add(&mut self, again: Vec<f64>) {
-        self.again.push(again);
-    }
-
-    /// `here`: total energy and losses of the measurement; `half`: from every other sample.
-    pub(super) fn estimate(&self, here: &[f64], half: &[f64]) -> Estimate {
-        let count = self.again.len() as f64;
-        let mut mean = vec![0.0; here.len()];
-        for again in &self.again {
-            for (mean, again) in mean.iter_mut().zip(again) {
-                *mean += again / count;
-            }
+/// `here`: total energy and losses of the measurement; `half`: from every other sample; `again`: of repetitions.
+pub(super) fn estimate(here: &[f64], half: &[f64], again: &[Vec<f64>]) -> Estimate {
+    let count = again.len() as f64;
+    let over_repetitions = |i: usize, of: &dyn Fn(f64) -> f64| -> f64 {
+        again.iter().map(|again| of(again[i]) / count).sum()
+    };
+    let all = 0..here.len();
+    let mean: Vec<f64> = all.clone().map(|i| over_repetitions(i, &|x| x)).collect();
+    let spread = |i: usize| over_repetitions(i, &|x| (x - mean[i]).powi(2));
+    let variance: Vec<f64> = all.map(spread).collect();
+    let floor = median(&variance, &vec![1.0; here.len()]);
+    let weight = |v: &f64| {
+        if floor > 0.0 {
+            v.max(floor).recip()
+        } else {
+            1.0
         }
-        let mut variance = vec![0.0; here.len()];
-        for again in &self.again {
-            for ((variance, again), mean) in variance.iter_mut().zip(again).zip(&mean) {
-                *variance += (again - mean).powi(2) / count;
-            }
-        }
-        let floor = median(&variance, &vec![1.0; here.len()]);
-        let weights: Vec<f64> = match floor > 0.0 {
-            true => variance.iter().map(|v| v.max(floor).recip()).collect(),
-            false => vec![1.0; here.len()],
-        };
-        let corrected: Vec<f64> = here
-            .iter()
-            .zip(&mean)
-            .map(|(here, mean)| 2.0 * here - mean)
-            .collect();
-        let value = median(&corrected, &weights);
-        let squares: f64 = self
-            .again
-            .iter()
-            .map(|again| {
-                let scattered = corrected.iter().zip(again).zip(&mean);
-                let scattered: Vec<f64> = scattered.map(|((c, a), m)| c + a - m).collect();
-                (median(&scattered, &weights) - value).powi(2)
-            })
-            .sum();
-        let error = raised(self.again.len()) * (squares / count).sqrt();
-        let weights: Vec<f64> = weights.iter().step_by(2).copied().collect();
-        let here: Vec<f64> = here.iter().step_by(2).copied().collect();
-        let sampling = HALVED * (median(&here, &weights) - median(half, &weights));
-        Estimate {
-            value,
-            error: error.hypot(sampling),
-        }
+    };
+    let weights: Vec<f64> = variance.iter().map(weight).collect();
+    let pairs = here.iter().zip(&mean);
+    let corrected: Vec<f64> = pairs.map(|(here, mean)| 2.0 * here - mean).collect();
+    let value = median(&corrected, &weights);
+    let squares = again.iter().map(|again| {
+        let scattered = corrected.iter().zip(again).zip(&mean);
+        let scattered: Vec<f64> = scattered.map(|((c, a), m)| c + a - m).collect();
+        (median(&scattered, &weights) - value).powi(2)
+    });
+    let error = raised(again.len()) * (squares.sum::<f64>() / count).sqrt();
+    let every_other = |values: &[f64]| -> Vec<f64> { values.iter().step_by(2).copied().collect() };
+    let (weights, here) = (every_other(&weights), every_other(here));
+    let sampling = HALVED * (median(&here, &weights) - median(half, &weights));
+    Estimate {
+        value,
+        error: error.hypot(sampling),
     }
 }
 
@@ -75,11 +55,9 @@ fn median(values: &[f64], weights: &[f64]) -> f64 {
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
     let half = 0.5 * weights.iter().sum::<f64>();
     let mut below = 0.0;
-    for i in order {
-        below += weights[i];
-        if below >= half {
-            return values[i];
-        }
-    }
-    f64::NAN
+    let middle = order.into_iter().find(|i| {
+        below += weights[*i];
+        below >= half
+    });
+    middle.map_or(f64::NAN, |i| values[i])
 }

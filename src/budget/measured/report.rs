@@ -69,7 +69,7 @@ pub(super) fn of(
     let last = derived.velocity.nrows() - 1;
     let largest = |array: &Array2<f64>, j: usize| {
         let column = array.column(j);
-        let better = |best: usize, i: usize| {
+        let better = |best, i: usize| {
             if column[i].abs() > column[best].abs() {
                 i
             } else {
@@ -78,78 +78,60 @@ pub(super) fn of(
         };
         (0..column.len()).fold(0, better)
     };
-    let contacts: Vec<ContactEstimate> = (0..derived.force.ncols())
-        .map(|j| {
-            let at = largest(&derived.force, j);
-            ContactEstimate {
-                force: Estimate {
-                    value: derived.force[[at, j]],
-                    error: errors.force[[at, j]],
-                },
-                passed: Estimate {
-                    value: derived.passed[[last, j]],
-                    error: errors.passed[[last, j]],
-                },
-            }
-        })
-        .collect();
+    let estimate = |values: &Array2<f64>, errors: &Array2<f64>, at: (usize, usize)| Estimate {
+        value: values[at],
+        error: errors[at],
+    };
+    let contacts = (0..derived.force.ncols()).map(|j| ContactEstimate {
+        force: estimate(
+            &derived.force,
+            &errors.force,
+            (largest(&derived.force, j), j),
+        ),
+        passed: estimate(&derived.passed, &errors.passed, (last, j)),
+    });
+    let contacts: Vec<ContactEstimate> = contacts.collect();
     // Of the whole record: at its end, too, energy is to be left.
     let worst = Estimate {
         value: derived.energy[[largest(&derived.energy, 0), 0]],
         error: errors.energy[[largest(&errors.energy, 0), 0]],
     };
-    for energy in [worst, given] {
-        if !energy.is_resolved() {
+    let forces = contacts.iter().map(|contact| contact.force);
+    let share = |e: &Estimate| e.value.abs() / e.error;
+    let reached = forces.filter(|force| force.value != 0.0);
+    let strongest = reached.max_by(|a, b| share(a).total_cmp(&share(b)));
+    for (what, found) in [
+        ("the total energy", Some(worst)),
+        ("the total energy", Some(given)),
+        ("the force in every contact, at best", strongest),
+    ] {
+        if !found.is_some_and(|found| found.is_resolved()) {
             return Err(Error::BelowNoise {
-                what: "the total energy".into(),
-                signal: energy.value,
-                error: energy.error,
+                what: what.into(),
+                signal: found.map_or(0.0, |found| found.value.abs()),
+                error: found.map_or(0.0, |found| found.error),
             });
         }
     }
-    let reached = || contacts.iter().filter(|c| c.force.value != 0.0);
-    if !reached().any(|c| c.force.is_resolved()) {
-        let most = reached().map(|c| c.force).max_by(|a, b| {
-            let share = |e: &Estimate| e.value.abs() / e.error;
-            share(a).total_cmp(&share(b))
-        });
-        let Estimate { value, error } = most.unwrap_or(Estimate {
-            value: 0.0,
-            error: 0.0,
-        });
-        return Err(Error::BelowNoise {
-            what: "the force in every contact, at best".into(),
-            signal: value.abs(),
-            error,
-        });
-    }
-    let missing: Vec<MissingSite> = (0..missing.len())
-        .filter(|j| missing[*j])
-        .map(|site| {
-            let error = errors.velocity.column(site);
-            MissingSite {
-                site,
-                velocity: Estimate {
-                    value: derived.velocity[[largest(&derived.velocity, site), site]],
-                    error: (error.dot(&error) / error.len() as f64).sqrt(),
-                },
-            }
-        })
-        .collect();
-    let warnings = super::warning::find(
-        &channels.sites,
-        channels.correlation,
-        &missing,
-        &contacts,
-        &momentum,
-    );
-    Ok(MeasuredReport {
+    let missing = (0..missing.len()).filter(|j| missing[*j]).map(|site| {
+        let error = errors.velocity.column(site);
+        MissingSite {
+            site,
+            velocity: Estimate {
+                value: derived.velocity[[largest(&derived.velocity, site), site]],
+                error: (error.dot(&error) / error.len() as f64).sqrt(),
+            },
+        }
+    });
+    let mut report = MeasuredReport {
         noise_correlation: channels.correlation,
         sites: channels.sites.clone(),
-        missing,
+        missing: missing.collect(),
         contacts,
         energy: given,
         momentum,
-        warnings,
-    })
+        warnings: Vec::new(),
+    };
+    report.warnings = super::warning::find(&report);
+    Ok(report)
 }

@@ -1,131 +1,111 @@
-//! Warnings about a measurement.
+//! What a measured field lacks.
 
-use super::{ContactEstimate, Factor, MissingSite, Momentum, SiteNoise};
+use super::MeasuredReport;
 
-/// A finding that its user should know.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-#[serde(rename_all = "kebab-case", tag = "code")]
+/// What a measured field, or the chain stated for it, lacks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
-pub enum MeasuredWarning {
-    /// Momenta do not balance: the site at which the residual is largest against what noise
-    /// explains.
-    MomentumOpen {
-        site: usize,
-        residual: f64,
-        expected: f64,
-    },
-    /// A coefficient that the momenta contradict.
-    Coefficient { contact: usize, factor: Factor },
-    /// All coefficients together, likewise.
-    Coefficients { factor: Factor },
+pub enum Lack {
+    /// Sites whose momentum does not balance: forces leave more of it unexplained than noise explains.
+    MomentumOpen,
+    /// All coefficients together contradict the momenta.
+    Coefficients,
+    /// Contacts whose coefficient the momenta contradict.
+    Coefficient,
     /// Contacts whose force is not twice its error.
-    BelowNoise { contacts: Vec<usize> },
+    BelowNoise,
     /// Sites whose motion follows from their neighbours.
-    Missing { sites: Vec<usize> },
+    Missing,
     /// Sites with no quiet part of their own, or too short a one.
-    NoQuietPart { sites: Vec<usize> },
-    /// Noise that is correlated over `samples` samples.
-    CorrelatedNoise { samples: f64 },
+    NoQuietPart,
+    /// Noise that is correlated from sample to sample, at all sites.
+    CorrelatedNoise,
 }
 
-pub(super) fn find(
-    sites: &[SiteNoise],
-    correlation: f64,
-    missing: &[MissingSite],
-    contacts: &[ContactEstimate],
-    momentum: &Momentum,
-) -> Vec<MeasuredWarning> {
-    let mut warnings = Vec::new();
-    let ratio = |j: &usize| momentum.sites[*j].residual / momentum.sites[*j].expected;
-    let open = (0..momentum.sites.len()).filter(|j| !momentum.sites[*j].is_closed());
-    if let Some(site) = open.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) {
-        warnings.push(MeasuredWarning::MomentumOpen {
-            site,
-            residual: momentum.sites[site].residual,
-            expected: momentum.sites[site].expected,
-        });
-    }
-    if momentum.common.is_off() {
-        let factor = momentum.common;
-        warnings.push(MeasuredWarning::Coefficients { factor });
-    }
-    for (contact, factor) in momentum.factors.iter().enumerate() {
-        if let Some(factor) = factor.filter(Factor::is_off) {
-            warnings.push(MeasuredWarning::Coefficient { contact, factor });
-        }
-    }
-    let mut list = |found: Vec<usize>, warning: fn(Vec<usize>) -> MeasuredWarning| {
-        if !found.is_empty() {
-            warnings.push(warning(found));
-        }
+/// A finding that its user should know; its numbers are those of the [`MeasuredReport`].
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct MeasuredWarning {
+    pub code: Lack,
+    /// The sites or contacts it is about.
+    pub at: Vec<usize>,
+}
+
+/// Those of a report.
+pub(super) fn find(report: &MeasuredReport) -> Vec<MeasuredWarning> {
+    let MeasuredReport {
+        momentum, contacts, ..
+    } = report;
+    let (n, m) = (report.sites.len(), contacts.len());
+    let is_missing = |site: usize| report.missing.iter().any(|missing| missing.site == site);
+    let is_borrowed = |site: usize| report.sites[site].borrowed && !is_missing(site);
+    let is_off = |i: usize| momentum.factors[i].is_some_and(|factor| factor.is_off());
+    let is_drowned = |i: usize| {
+        let force = contacts[i].force;
+        force.value != 0.0 && !force.is_resolved()
     };
-    let drowned = |j: &usize| contacts[*j].force.value != 0.0 && !contacts[*j].force.is_resolved();
-    list((0..contacts.len()).filter(drowned).collect(), |contacts| {
-        MeasuredWarning::BelowNoise { contacts }
+    let all: [(Lack, usize, &dyn Fn(usize) -> bool); 7] = [
+        (Lack::MomentumOpen, n, &|j| !momentum.sites[j].is_closed()),
+        (Lack::Coefficients, m, &|_| momentum.common.is_off()),
+        (Lack::Coefficient, m, &is_off),
+        (Lack::BelowNoise, m, &is_drowned),
+        (Lack::Missing, n, &is_missing),
+        (Lack::NoQuietPart, n, &is_borrowed),
+        (Lack::CorrelatedNoise, n, &|_| {
+            report.noise_correlation > 1.0
+        }),
+    ];
+    let found = all.map(|(code, count, is_one)| MeasuredWarning {
+        code,
+        at: (0..count).filter(|i| is_one(*i)).collect(),
     });
-    list(missing.iter().map(|m| m.site).collect(), |sites| {
-        MeasuredWarning::Missing { sites }
-    });
-    let dead = |j: &usize| missing.iter().any(|m| m.site == *j);
-    let quiet = |j: &usize| !sites[*j].borrowed || dead(j);
-    list((0..sites.len()).filter(|j| !quiet(j)).collect(), |sites| {
-        MeasuredWarning::NoQuietPart { sites }
-    });
-    if correlation > 1.0 {
-        warnings.push(MeasuredWarning::CorrelatedNoise {
-            samples: correlation,
-        });
-    }
-    warnings
+    found
+        .into_iter()
+        .filter(|found| !found.at.is_empty())
+        .collect()
 }
 
 impl MeasuredWarning {
-    /// One sentence with the numbers.
-    pub fn message(&self) -> String {
-        match self {
-            MeasuredWarning::MomentumOpen {
-                site,
-                residual,
-                expected,
-            } => format!(
-                "the momentum of site {site} does not balance: forces leave {residual:.2e} \
-                 unexplained, noise explains {expected:.2e}"
+    /// One sentence, and what to do about it.
+    pub fn words(&self) -> (String, &'static str) {
+        const CHAIN: &str = "check masses, contact law and coefficients of the chain and the gains of the channels, or \
+                             state how uncertain they are, and that the contacts just touched at the start";
+        let (said, what, advice) = match self.code {
+            Lack::MomentumOpen => ("forces do not explain the momentum of", "site", CHAIN),
+            Lack::Coefficients | Lack::Coefficient => (
+                "the momenta contradict the coefficient of",
+                "contact",
+                CHAIN,
             ),
-            MeasuredWarning::Coefficient { contact, factor } => format!(
-                "the coefficient of contact {contact} fits best times {:.4}, give or take {:.4}",
-                factor.factor, factor.error
+            Lack::BelowNoise => (
+                "the force is less than twice its error in",
+                "contact",
+                "leave these contacts out of what is concluded",
             ),
-            MeasuredWarning::Coefficients { factor } => format!(
-                "all coefficients together fit best times {:.4}, give or take {:.4}",
-                factor.factor, factor.error
+            Lack::Missing => (
+                "the motion follows from the neighbours at",
+                "site",
+                "none is needed where the stated error is small enough",
             ),
-            MeasuredWarning::BelowNoise { contacts } => format!(
-                "the force is less than twice its error in {}",
-                listed("contact", contacts)
+            Lack::NoQuietPart => (
+                "noise and drift are taken to be those of the other channels at",
+                "site",
+                "record some time before the impact, and state the sample at which it begins",
             ),
-            MeasuredWarning::Missing { sites } => format!(
-                "{} recorded nothing: the motion follows from the neighbours",
-                listed("site", sites)
+            Lack::CorrelatedNoise => (
+                "noise is correlated from sample to sample, which errors allow for, at",
+                "site",
+                "look for hum or a filter in the measuring chain",
             ),
-            MeasuredWarning::NoQuietPart { sites } => format!(
-                "{} had too little time at rest: noise and drift are taken to be as in the others",
-                listed("site", sites)
-            ),
-            MeasuredWarning::CorrelatedNoise { samples } => {
-                format!("the noise is correlated over {samples:.1} samples, which errors allow for")
-            }
-        }
+        };
+        const SHOWN: usize = 8;
+        let shown = self.at.iter().take(SHOWN).map(usize::to_string);
+        let plural = if self.at.len() == 1 { "" } else { "s" };
+        let more = match self.at.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let places = shown.collect::<Vec<String>>().join(", ");
+        (format!("{said} {what}{plural} {places}{more}"), advice)
     }
-}
-
-/// `contact 3` or `contacts 3, 5 and 2 more`.
-fn listed(what: &str, which: &[usize]) -> String {
-    const SHOWN: usize = 8;
-    let shown: Vec<String> = which.iter().take(SHOWN).map(usize::to_string).collect();
-    let plural = if which.len() == 1 { "" } else { "s" };
-    let more = match which.len().saturating_sub(SHOWN) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    format!("{what}{plural} {}{more}", shown.join(", "))
 }

@@ -2,103 +2,110 @@
 
 use serde_json::{Map, Value, json};
 
-use super::RESIDUALS;
 use crate::budget::{Budget, Curves};
 use crate::sheet::Table;
 
-/// Name, a value a budget, and the standard error of the first.
-type Row = (String, Vec<Option<f64>>, Option<f64>);
+/// Name, its value in a budget, and in its standard errors.
+type Row = (
+    String,
+    fn(&Budget) -> Option<f64>,
+    fn(&Curves, &Budget) -> Option<f64>,
+);
 
 /// Where the energy is, and what has passed.
 pub(super) fn energies(budgets: &[(&str, &Budget)]) -> Table {
-    let first = budgets[0].1;
-    let row = |name: String, value: &dyn Fn(&Budget) -> Option<f64>, error: Option<f64>| -> Row {
+    let energy = |what: &str| budgets[0].1.units.energy(what);
+    fn last(values: &[f64]) -> Option<f64> {
+        values.last().copied()
+    }
+    fn middle(values: &[f64], budget: &Budget) -> Option<f64> {
+        values.get(budget.n_contacts / 2).copied()
+    }
+    let rows: [Row; 7] = [
         (
-            name,
-            budgets.iter().map(|(_, budget)| value(budget)).collect(),
-            error,
-        )
-    };
-    let error_of = |of: &dyn Fn(&Curves) -> Option<f64>| of(first.errors.as_deref()?);
-    let last = |values: &[f64]| values.last().copied();
-    let energy = |what: &str| first.units.energy(what);
-    let share_error = || {
-        first.errors.as_ref()?;
-        Some(first.wavenumber.as_ref()?.passed_error.value() / first.scale)
-    };
-    let rows = vec![
-        row(
             energy("energy at the start"),
-            &|b| Some(b.kinetic[0] + b.contact[0]),
-            error_of(&|e| e.energy.first().copied()),
+            |b| Some(b.kinetic[0] + b.contact[0]),
+            |e, _| e.energy.first().copied(),
         ),
-        row(
+        (
             energy("of motion, at the end"),
-            &|b| last(&b.kinetic),
-            error_of(&|e| last(&e.kinetic)),
+            |b| last(&b.kinetic),
+            |e, _| last(&e.kinetic),
         ),
-        row(
+        (
             energy("of contacts, at the end"),
-            &|b| last(&b.contact),
-            error_of(&|e| last(&e.contact)),
+            |b| last(&b.contact),
+            |e, _| last(&e.contact),
         ),
-        row(
-            energy("lost"),
-            &|b| last(&b.lost),
-            error_of(&|e| last(&e.lost)),
-        ),
-        row(energy("put in"), &|b| last(&b.input), None),
-        row(
+        (energy("lost"), |b| last(&b.lost), |e, _| last(&e.lost)),
+        (energy("put in"), |b| last(&b.input), |_, _| None),
+        (
             energy("passed the middle"),
-            &|b| b.passed.get(b.n_contacts / 2).copied(),
-            error_of(&|e| e.passed.get(first.n_contacts / 2).copied()),
+            |b| middle(&b.passed, b),
+            |e, b| middle(&e.passed, b),
         ),
-        row(
+        (
             "share passed from low to high k (net)".into(),
-            &|b| Some(b.wavenumber.as_ref()?.passed_edge()? / b.scale),
-            share_error(),
+            |b| Some(b.wavenumber.as_ref()?.passed_edge()? / b.scale),
+            |_, b| Some(b.wavenumber.as_ref()?.passed_error.value() / b.scale),
         ),
     ];
-    table("Energies", budgets, rows)
+    table("Energies", budgets, &rows)
 }
 
 /// Residuals and checks.
 pub(super) fn balances(budgets: &[(&str, &Budget)]) -> Table {
-    let row = |name: String, value: &dyn Fn(&Budget) -> Option<f64>| -> Row {
+    let rows: [Row; 6] = [
         (
-            name,
-            budgets.iter().map(|(_, budget)| value(budget)).collect(),
-            None,
-        )
-    };
-    let mut rows: Vec<Row> = RESIDUALS
-        .iter()
-        .map(|(_, name, of)| row(format!("residual, {name}"), &|b| of(&b.closure).value()))
-        .collect();
-    rows.push(row(
-        "integrated flux at the largest k, over the energy".into(),
-        &|b| Some(b.closure.integrated_flux?.at_largest_wavenumber),
-    ));
-    rows.push(row(
-        "integrated flux made two ways, difference".into(),
-        &|b| Some(b.closure.integrated_flux?.two_ways),
-    ));
-    table("Balances", budgets, rows)
+            "residual, real space".into(),
+            |b| b.closure.real_space.value(),
+            |_, _| None,
+        ),
+        (
+            "residual, wavenumber".into(),
+            |b| b.closure.wavenumber.value(),
+            |_, _| None,
+        ),
+        (
+            "residual, frequency".into(),
+            |b| b.closure.frequency.value(),
+            |_, _| None,
+        ),
+        (
+            "residual, scale".into(),
+            |b| b.closure.scale.value(),
+            |_, _| None,
+        ),
+        (
+            "integrated flux at the largest k, over the energy".into(),
+            |b| Some(b.closure.integrated_flux?.at_largest_wavenumber),
+            |_, _| None,
+        ),
+        (
+            "integrated flux made two ways, difference".into(),
+            |b| Some(b.closure.integrated_flux?.two_ways),
+            |_, _| None,
+        ),
+    ];
+    table("Balances", budgets, &rows)
 }
 
-fn table(title: &str, budgets: &[(&str, &Budget)], rows: Vec<Row>) -> Table {
+fn table(title: &str, budgets: &[(&str, &Budget)], rows: &[Row]) -> Table {
+    let first = budgets[0].1;
     let names = budgets.iter().map(|(name, _)| (*name).to_owned());
     let mut head: Vec<String> = [String::new()].into_iter().chain(names).collect();
-    let is_measured = budgets.len() == 1 && rows.iter().any(|row| row.2.is_some());
     head.extend((budgets.len() == 2).then(|| "second less first".into()));
-    head.extend(is_measured.then(|| "standard error".into()));
-    let rows = rows.into_iter().map(|(name, values, error)| {
-        let numbers = values.iter().map(|value| number(*value));
-        let mut cells: Vec<String> = [name].into_iter().chain(numbers).collect();
+    let errors = first.errors.as_deref().filter(|_| budgets.len() == 1);
+    let errors = errors.filter(|errors| rows.iter().any(|row| row.2(errors, first).is_some()));
+    head.extend(errors.map(|_| "standard error".into()));
+    let rows = rows.iter().map(|(name, value, error)| {
+        let values: Vec<_> = budgets.iter().map(|(_, budget)| value(budget)).collect();
+        let mut cells = vec![name.clone()];
+        cells.extend(values.iter().map(|value| number(*value)));
         if let [a, b] = values[..] {
             cells.push(number(a.zip(b).map(|(a, b)| b - a)));
         }
-        cells.extend(is_measured.then(|| number(error)));
+        cells.extend(errors.map(|errors| number(error(errors, first))));
         cells
     });
     Table {

@@ -3,6 +3,7 @@
 use ndarray::Array2;
 
 use super::kernel::Grid;
+use crate::budget::passage::running;
 
 /// Triads by the ratio s of their largest to their smallest wavenumber, from 2 on, in octaves.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +29,7 @@ impl Locality {
     pub(super) fn of(
         grid: &Grid,
         transfer: &Array2<f64>,
-        umklapp: Option<&Array2<f64>>,
+        umklapp: &Array2<f64>,
         flux: &[f64],
     ) -> Locality {
         let n = grid.components;
@@ -44,23 +45,18 @@ impl Locality {
             };
             gained[group][k] += energy;
         }
-        let mut groups: Vec<(Disparity, Vec<f64>)> = gained
-            .into_iter()
-            .enumerate()
-            .map(|(group, gained)| {
-                let disparity = match group {
-                    _ if group == octaves => Disparity::WithMean,
-                    _ => Disparity::Octave {
-                        from: f64::from(2 << group),
-                    },
-                };
-                (disparity, past(gained))
-            })
+        let disparity = |group: usize| match group {
+            _ if group == octaves => Disparity::WithMean,
+            _ => Disparity::Octave {
+                from: f64::from(2 << group),
+            },
+        };
+        let groups = gained.iter().enumerate();
+        let mut groups: Vec<_> = groups
+            .map(|(i, gained)| (disparity(i), past(gained)))
             .collect();
-        if let Some(map) = umklapp {
-            let gained = map.rows().into_iter().map(|row| row.sum()).collect();
-            groups.push((Disparity::Umklapp, past(gained)));
-        }
+        let wrapped: Vec<f64> = umklapp.rows().into_iter().map(|row| row.sum()).collect();
+        groups.push((Disparity::Umklapp, past(&wrapped)));
         let inner = 1..n.saturating_sub(1).max(2).min(n);
         let at = inner
             .max_by(|a, b| flux[*a].abs().total_cmp(&flux[*b].abs()))
@@ -81,11 +77,8 @@ impl Locality {
 }
 
 /// `- sum up to k`.
-fn past(gained: Vec<f64>) -> Vec<f64> {
-    let mut past = 0.0;
-    let flux = gained.into_iter().map(|gained| {
-        past -= gained;
-        past
-    });
-    flux.collect()
+pub(super) fn past(gained: &[f64]) -> Vec<f64> {
+    let mut past = Vec::new();
+    running(&mut past, gained.iter().map(|gained| -gained));
+    past
 }

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{Disparity, Triads};
 use crate::sheet::{
     BLUE, Chart, Colors, Describe, GREEN, HeatChart, Level, Look, Mark, PURPLE, PlotRow, Role, SKY,
-    Series, Sheet, Table, VERMILLION, number, percent,
+    Series, Sheet, VERMILLION, number, percent,
 };
 
 const DEFINITIONS: [[&str; 2]; 4] = [
@@ -49,7 +49,8 @@ impl Describe for Triads {
             about: format!("energy exchanged between wavenumbers from time {from} to {to}"),
             answer: self.answer(),
             note: format!(
-                "Energies as shares of that at the start, over {} samples. Identities hold to {:.0e}.",
+                "Energies as shares of that at the start, {}, over {} samples. Identities hold to {:.0e}.",
+                number(self.energy),
                 self.samples,
                 self.identities.detailed.max(self.identities.sums)
             ),
@@ -68,23 +69,6 @@ impl Describe for Triads {
                 "simulate with more samples",
             );
         }
-        let rows = [
-            ("samples", self.samples.to_string()),
-            ("energy at the start", number(self.energy)),
-            (
-                "error by sampling",
-                percent(self.sampling_error / self.energy),
-            ),
-            (
-                "each triad keeps its energy to",
-                number(self.identities.detailed),
-            ),
-            (
-                "sums over pairs are products to",
-                number(self.identities.sums),
-            ),
-        ];
-        sheet.tables.push(Table::of_values("Sums", rows));
         sheet.numbers(json!({
             "units": self.units,
             "law": self.law,
@@ -123,6 +107,10 @@ impl Triads {
         all.iter().fold(0.0, |m: f64, value| m.max(value.abs()))
     }
 
+    fn is_told(&self) -> bool {
+        self.is_quadratic() && self.is_resolved()
+    }
+
     fn wavenumber_unit(&self) -> String {
         match &self.units.length {
             Some(unit) => format!("rad/{unit}"),
@@ -132,13 +120,6 @@ impl Triads {
 
     fn of_energy(&self, energy: f64) -> String {
         percent(energy.abs() / self.energy)
-    }
-
-    fn towards(&self) -> &'static str {
-        match self.flux[self.locality.at] > 0.0 {
-            true => "larger",
-            false => "smaller",
-        }
     }
 
     /// Which way energy goes among the wavenumbers, in words.
@@ -155,50 +136,29 @@ impl Triads {
             self.of_energy(self.flux[at]),
             number(self.wavenumber[at]),
             self.wavenumber_unit(),
-            self.towards()
+            if self.flux[at] > 0.0 {
+                "larger"
+            } else {
+                "smaller"
+            }
         )
     }
 
-    /// The flux, the triads that carry it, what is not of triads.
+    /// The triads that carry the flux, and what is not of triads.
     fn facts(&self, sheet: &mut Sheet) {
-        let at = self.locality.at;
-        let [flux, error] = [self.flux[at], self.flux_error()].map(|energy| self.of_energy(energy));
-        let beyond = percent(self.share_beyond());
-        if !self.is_quadratic() {
-            let text = format!(
-                "none are stated: terms beyond the quadratic one moved {beyond} as much energy as it did, so that the \
-                 law has no useful expansion at these amplitudes"
-            );
-            sheet.fact("triads", text);
-        } else if !self.is_resolved() {
-            let text = format!(
-                "none is resolved: the largest, {flux} of the energy, is not ten times its error, {error}"
-            );
-            sheet.fact("flux", text);
-        } else {
-            let text = format!(
-                "largest past k = {} {}: {flux} of the energy, towards {} wavenumbers (error {error})",
-                number(self.wavenumber[at]),
-                self.wavenumber_unit(),
-                self.towards()
-            );
-            sheet.fact("flux", text);
+        if self.is_told() {
             let [four, eight] = [4.0, 8.0].map(|factor| percent(self.locality.share_below(factor)));
             let text = format!(
                 "triads whose wavenumbers are within a factor of 4 carry {four} of it, within 8 {eight}"
             );
             sheet.fact("locality", text);
         }
-        if self.is_quadratic() {
-            let text = match self.beyond {
-                Some(_) => format!("terms beyond the quadratic one moved {beyond} as much energy"),
-                None => "the force has no other terms".into(),
-            };
-            sheet.detail("expansion", text);
-        }
+        let [error, unexplained] =
+            [self.flux_error(), self.largest_unexplained()].map(|energy| self.of_energy(energy));
         let text = format!(
-            "no wavenumber changed by more than {} of the energy for other reasons (losses, drives, ends, sampling)",
-            self.of_energy(self.largest_unexplained())
+            "the flux is uncertain by {error} of the energy; terms beyond the quadratic one moved {} as much energy as \
+             it did; no wavenumber changed by more than {unexplained} for other reasons (losses, drives, ends, sampling)",
+            percent(self.share_beyond())
         );
         sheet.fact("balance", text);
     }
@@ -210,17 +170,19 @@ impl Triads {
             None => String::new(),
         };
         sheet.line("wavenumber", "wavenumber", &per_length, &self.wavenumber);
-        sheet.line("gained", "wavenumber", &energy, &self.gained);
-        sheet.line("change", "wavenumber", &energy, &self.change);
-        sheet.line("flux", "wavenumber", &energy, &self.flux);
-        if let Some(beyond) = &self.beyond {
-            sheet.line("beyond", "wavenumber", &energy, beyond);
+        for (name, values) in [
+            ("gained", Some(&self.gained)),
+            ("change", Some(&self.change)),
+            ("flux", Some(&self.flux)),
+            ("beyond", self.beyond.as_ref()),
+        ] {
+            if let Some(values) = values {
+                sheet.line(name, "wavenumber", &energy, values);
+            }
         }
         let axes = ["wavenumber", "partner"];
         sheet.plane("transfer", axes, &energy, &self.transfer);
-        if let Some(umklapp) = &self.umklapp {
-            sheet.plane("umklapp", axes, &energy, umklapp);
-        }
+        sheet.plane("umklapp", axes, &energy, &self.umklapp);
         let groups = &self.locality.flux;
         let least = groups.iter().map(|(disparity, _)| match disparity {
             Disparity::Octave { from } => *from,
@@ -249,12 +211,9 @@ impl Triads {
     /// Energy that each wavenumber gained with each larger partner.
     fn map(&self) -> HeatChart {
         let n = self.shown();
-        let values = Array2::from_shape_fn((n, n), |(p, k)| {
-            let wrapped = self.umklapp.as_ref().map_or(0.0, |map| map[[k, p]]);
-            match 2 * p < k {
-                true => f64::NAN,
-                false => (self.transfer[[k, p]] + wrapped) / self.energy,
-            }
+        let values = Array2::from_shape_fn((n, n), |(p, k)| match 2 * p < k {
+            true => f64::NAN,
+            false => (self.transfer[[k, p]] + self.umklapp[[k, p]]) / self.energy,
         });
         let known = values.iter().filter(|v| v.is_finite());
         let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -331,8 +290,7 @@ impl Triads {
         if largest(&others) > 1e-3 * largest(&self.flux) {
             series.push(self.shares("with k = 0, umklapp", SKY, &others));
         }
-        let is_told = self.is_quadratic() && self.is_resolved();
-        let largest = is_told.then(|| Mark {
+        let largest = self.is_told().then(|| Mark {
             at: self.wavenumber[self.locality.at],
             label: "largest".into(),
         });
