@@ -157,13 +157,10 @@ impl<'a> Contacts<'a> {
     }
 
     /// Force on site j towards -x by drag, the ground and a resonator.
-    fn pull(
-        &self,
-        j: usize,
-        ChainState {
+    pub(super) fn pull(&self, j: usize, at: ChainState) -> f64 {
+        let ChainState {
             x, v, resonators, ..
-        }: ChainState,
-    ) -> f64 {
+        } = at;
         let ground = self.chain.on_site.ground.as_ref();
         let held = ground.map_or(0.0, |ground| ground.force(j, x[j]));
         let resonator = match (self.chain.resonators(), resonators) {

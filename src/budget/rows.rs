@@ -136,8 +136,7 @@ pub(super) fn pass(
     let time = (&*time, budget.time[0], motion.step());
     let place = (&*place, 0.5 * budget.pitch, budget.pitch);
     let label = budget.units.power("energy flux J");
-    let map = waiting.map(LargeArray::ENERGY_FLUX, label, time, place);
-    budget.flux_map = map.unwrap_or_else(empty_map);
+    budget.flux_map = waiting.map(LargeArray::ENERGY_FLUX, label, time, place);
     if let Some(spectral) = spectral {
         spectral.finish(time, &mut waiting, &mut budget);
     }

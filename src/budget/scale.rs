@@ -124,6 +124,10 @@ impl<'a> Scales<'a> {
             );
             return Err(Error::request("scale", expected, format!("{cells} cells")));
         }
+        if scales.is_empty() {
+            let expected = "a chain longer than the reach of the smallest filter";
+            return Err(Error::request("scale", expected, format!("{cells} cells")));
+        }
         Ok(Scales {
             scales,
             contacts,

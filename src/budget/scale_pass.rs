@@ -39,11 +39,7 @@ pub(super) fn pass(
     };
     let count = scales.scales.len();
     let (samples, m) = (motion.samples(), budget.n_contacts);
-    let Some(mapped) = mapped(&scales, request.map_scale) else {
-        let reason = "the chain is shorter than the reach of the smallest filter";
-        budget.closure.scale = Residual::Undefined(reason.into());
-        return Ok(());
-    };
+    let mapped = mapped(&scales, request.map_scale);
     let mut waiting = Waiting::new(sink);
     let shown = Some(Keep::Extreme);
     waiting.reserve(LargeArray::SCALE_FLUX, (samples, m), shown)?;
@@ -89,7 +85,7 @@ pub(super) fn pass(
         contacts: scales.scales.iter().map(of_all).collect(),
         integrated_flux: integrated,
         map_scale: scales.scales[mapped].of.scale,
-        flux_map: waiting.map(LargeArray::SCALE_FLUX, label, time, place),
+        flux_map: Some(waiting.map(LargeArray::SCALE_FLUX, label, time, place)),
         residual: worst
             .iter()
             .map(|worst| Some(worst / budget.scale))
@@ -99,11 +95,11 @@ pub(super) fn pass(
 }
 
 /// The scale that is mapped: the nearest to the requested one, else the middle one.
-fn mapped(scales: &Scales, asked: Option<f64>) -> Option<usize> {
+fn mapped(scales: &Scales, asked: Option<f64>) -> usize {
     let count = scales.scales.len();
-    let off = |i: &usize| asked.map_or(0.0, |l| (scales.scales[*i].of.scale / l).ln().abs());
-    match asked {
-        None => count.checked_sub(1).map(|last| last / 2),
-        Some(_) => (0..count).min_by(|a, b| off(a).total_cmp(&off(b))),
-    }
+    let nearest = asked.and_then(|asked| {
+        let off = |i: &usize| (scales.scales[*i].of.scale / asked).ln().abs();
+        (0..count).min_by(|a, b| off(a).total_cmp(&off(b)))
+    });
+    nearest.unwrap_or((count - 1) / 2)
 }

@@ -21,19 +21,9 @@ pub(super) struct ScaleScratch {
     ground: Vec<f64>,
     /// Force of the contact law at the filtered overlaps.
     law_force: Vec<f64>,
-    at_sites: AtSites,
-}
-
-/// Values of the contacts. Entry j is the contact left of site j; the last entry is right of the
-/// last site.
-#[derive(Debug, Clone, Default)]
-struct AtSites {
-    /// Energy of the contact law at the filtered overlaps.
-    energy: Vec<f64>,
-    /// Power that the filtered force transmits.
-    passes: Vec<f64>,
-    /// Power that the filtered force extracts from the motion and the contact law does not store.
-    taken: Vec<f64>,
+    /// Of the contact left of each site, and last of the one right of the last site: energy of the law at the filtered
+    /// overlaps, power that the filtered force transmits, power that it takes from the motion and the law does not store.
+    at_sites: [Vec<f64>; 3],
 }
 
 /// Fluxes, energies and their rates at one scale.
@@ -143,14 +133,10 @@ impl Scales<'_> {
         let ground = row(on_site.ground.is_some());
         let resonators = [(); 2].map(|()| row(on_site.resonators.is_some()));
         law_force.resize(m, 0.0);
-        let AtSites {
-            energy,
-            passes,
-            taken,
-        } = at_sites;
-        for row in [&mut *energy, passes, taken] {
+        for row in at_sites.iter_mut() {
             row.resize(m + 1, 0.0);
         }
+        let [energy, passes, taken] = at_sites;
         let inside = self.contacts.offset..self.contacts.len();
         let out = [&mut law_force[..], &mut energy[1..]];
         self.contacts
@@ -253,7 +239,7 @@ struct Balance<'a> {
     mass: &'a [f64],
     speed: &'a [f64],
     drag: f64,
-    /// Energy, passed and taken power of [`AtSites`]; one entry more than sites.
+    /// Energy, passed and taken power of the contacts; one entry more than sites.
     beside: [&'a [f64]; 3],
     energy: &'a mut [f64],
     rate: &'a mut [f64],

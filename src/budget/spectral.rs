@@ -1,8 +1,7 @@
 //! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
 
-use super::balance::{RunningBalance, energy_rates};
+use super::balance::{GivenRate, Passage, RunningBalance, energy_rates, running};
 use super::motion::Motion;
-use super::passage::{GivenRate, Passage, running};
 use super::request::BudgetRequest;
 use super::result::{
     BranchBudget, Budget, Identities, Integration, PassedError, WavenumberBudget, empty_map,
@@ -167,10 +166,10 @@ impl Spectral {
         budget.passed_error = PassedError::numerical(check.at_largest_wavenumber, into.scale);
         let k = into.units.wavenumber();
         let k = (&*k, 0.0, budget.wavenumber.get(1).copied().unwrap_or(1.0));
-        let mut map = |array, label| waiting.map(array, label, time, k).unwrap_or_else(empty_map);
         let label = into.units.energy("E(k), both signs of k");
-        budget.energy_map = map(LargeArray::ENERGY_SPECTRUM, label);
-        budget.flux_map = map(LargeArray::SPECTRAL_FLUX, into.units.power("flux Π(k)"));
+        budget.energy_map = waiting.map(LargeArray::ENERGY_SPECTRUM, label, time, k);
+        let label = into.units.power("flux Π(k)");
+        budget.flux_map = waiting.map(LargeArray::SPECTRAL_FLUX, label, time, k);
         into.closure.wavenumber = into.relative(self.balance.worst());
         into.closure.identities = self.identities;
         into.closure.integrated_flux = check.relative_to(into.scale);

@@ -2,13 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::balance::{RunningBalance, energy_rates, worst_of};
+use super::balance::{GivenRate, Passage, RunningBalance, energy_rates, worst_of};
 use super::contacts::Contacts;
 use super::filter::ScaleOf;
+use super::frequency;
 use super::modes::{Basis, Modes};
 use super::motion::{ChainState, Motion};
-use super::passage::{GivenRate, Passage};
-use super::refined;
 use super::request::BudgetRequest;
 use super::result::{Budget, Integration, PassedError};
 use super::scale::{PlannedFilter, Scales};
@@ -75,8 +74,6 @@ pub(super) fn close(
     let scales = scales.transpose()?;
     let mut followed = Followed {
         motion,
-        start: motion.time[0],
-        contacts,
         spectral: wavenumbers.map(|count| SpectralFlux {
             rates: Vec::new(),
             transfers: &transfers,
@@ -117,14 +114,14 @@ pub(super) fn close(
                 return Ok(Vec::new());
             };
             let (span, watch) = ([edge, motion.duration()], CancelOnly(observer));
-            refined::refine(&simulation, contacts, LOCAL_ERROR, request, span, &watch)
+            frequency::refine(&simulation, contacts, LOCAL_ERROR, request, span, &watch)
         },
     );
     followed_to_end?;
     let Followed {
         spectral, scale, ..
     } = followed;
-    refined::put_into(budget, flows?);
+    frequency::put_into(budget, flows?);
     if let Some(spectral) = spectral {
         spectral.put_into(budget)?;
     }
@@ -142,8 +139,6 @@ pub(super) fn close(
 
 struct Followed<'a, 'm> {
     motion: &'a Motion<'m>,
-    start: f64,
-    contacts: &'a Contacts<'a>,
     spectral: Option<SpectralFlux<'a>>,
     scale: Option<ScaleFlux<'a>>,
     /// Places on the way, of which the first ones wait to be evaluated.
@@ -229,7 +224,6 @@ impl Followed<'_, '_> {
     fn evaluate(&mut self) {
         let Followed {
             motion,
-            start,
             spectral,
             scale,
             places,
@@ -247,7 +241,7 @@ impl Followed<'_, '_> {
             scratch,
             |(of_spectra, of_scales), place| {
                 let at = ChainState {
-                    t: *start + place.t,
+                    t: motion.time[0] + place.t,
                     x: &place.x,
                     v: &place.v,
                     resonators: place.resonators.each_ref().map(|row| &row[..]),
@@ -319,13 +313,13 @@ impl NodeVisitor for Followed<'_, '_> {
             scratch,
             ..
         } = scale;
-        let h = to.t - from.t;
-        let start = scales.overlaps(planned, instant(self.start, from), scratch);
-        let end = scales.overlaps(planned, instant(self.start, to), scratch);
-        let offset = self.contacts.offset;
+        let (h, t0) = (to.t - from.t, self.motion.time[0]);
+        let [start, end] =
+            [from, to].map(|place| scales.overlaps(planned, instant(t0, place), scratch));
+        let (contacts, offset) = (scales.contacts, scales.contacts.offset);
         let mut cusps = Vec::new();
         for j in planned.contacts.clone() {
-            let Some(opening) = self.contacts.opens_at(j + offset) else {
+            let Some(opening) = contacts.opens_at(j + offset) else {
                 return cusps;
             };
             let of =
@@ -335,7 +329,7 @@ impl NodeVisitor for Followed<'_, '_> {
                 .abs()
                 .max(end[0].abs())
                 .max(start[1].abs() + end[1].abs());
-            if self.contacts.contact(j + offset).energy(most + opening) < scale.noticed {
+            if contacts.contact(j + offset).energy(most + opening) < scale.noticed {
                 continue;
             }
             let near = start[0].abs().min(end[0].abs()) < start[1].abs() + end[1].abs();

@@ -3,6 +3,7 @@
 use ndarray::ArrayView2;
 use rayon::prelude::*;
 
+use super::result::empty_map;
 use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::{Keep, MAP_LIMIT, Map, MapBuilder};
 use crate::error::Result;
@@ -103,15 +104,16 @@ impl<'a> Waiting<'a> {
         Ok(())
     }
 
-    /// The map of an array, with label, first and step of its axes.
+    /// The map of an array, with label, first and step of its axes; an empty one of an array without columns.
     pub(super) fn map(
         &mut self,
         array: LargeArray,
         label: String,
         y: (&str, f64, f64),
         x: (&str, f64, f64),
-    ) -> Option<Map> {
-        let rows = self.arrays.iter_mut().find(|rows| rows.array == array)?;
-        Some(rows.map.take()?.finish(label, y, x))
+    ) -> Map {
+        let rows = self.arrays.iter_mut().find(|rows| rows.array == array);
+        let map = rows.and_then(|rows| rows.map.take());
+        map.map_or_else(empty_map, |map| map.finish(label, y, x))
     }
 }

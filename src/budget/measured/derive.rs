@@ -91,10 +91,7 @@ impl Derived {
                 out.force[[i, j]] = force[j + offset];
             }
             for j in 0..n {
-                let ground = chain.on_site.ground.as_ref();
-                let held = ground.map_or(0.0, |ground| ground.force(j, at.x[j]));
-                let pull = chain.losses.drag * at.v[j] + held;
-                out.unbalanced[[i, j]] = contacts.push_on(j, &force) - pull;
+                out.unbalanced[[i, j]] = contacts.push_on(j, &force) - contacts.pull(j, at);
             }
             let elastic = ArrayView1::from(&state.elastic);
             out.impulse.row_mut(i).assign(&elastic);

@@ -16,7 +16,6 @@
 mod derive;
 mod drift;
 mod estimate;
-mod given;
 mod missing;
 mod momentum;
 mod noise;
@@ -25,7 +24,6 @@ mod quiet;
 mod repetitions;
 mod report;
 mod spectral;
-mod warning;
 
 use std::collections::BTreeSet;
 
@@ -43,8 +41,7 @@ use noise::Channels;
 pub use noise::SiteNoise;
 pub use options::{Drift, MeasuredOptions, Noise, Uncertainty};
 use repetitions::Repetitions;
-pub use report::{ContactEstimate, Estimate, MeasuredReport, MissingSite};
-pub use warning::{Lack, MeasuredWarning};
+pub use report::{ContactEstimate, Estimate, Lack, MeasuredReport, MeasuredWarning, MissingSite};
 
 /// A measured motion of a chain; arrays are `(time, site)` or `(time, contact)`.
 #[derive(Debug, Clone)]

@@ -32,7 +32,7 @@ const CLEAN: f64 = 1e-6;
 const FLIGHT: f64 = 0.2;
 
 /// Noise and drift of a channel.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct SiteNoise {
     /// Sample of the record at which the wave arrives; `None` where it does not.
     pub arrival: Option<usize>,
@@ -73,16 +73,9 @@ impl Channels {
     ) -> Result<Channels> {
         if let Noise::Stated { deviation, offset } = options.noise {
             let site = SiteNoise {
-                arrival: None,
-                quiet_samples: 0,
-                rest_samples: 0,
                 deviation,
-                borrowed: false,
-                offset: 0.0,
                 offset_error: offset,
-                slope: 0.0,
-                slope_error: 0.0,
-                covariance: 0.0,
+                ..SiteNoise::default()
             };
             return Ok(Channels {
                 sites: vec![site; record.ncols()],

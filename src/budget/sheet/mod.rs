@@ -223,17 +223,22 @@ impl Budget {
     fn over_modes(&self, sheet: &mut Sheet, found: &ModeBudget) {
         let last = found.entropy.len() - 1;
         let count = found.frequency.len();
-        let shared = |i: usize| number(found.effective_modes(i));
-        let even = number(found.equilibrium.exp());
-        let when = found.equipartition.map_or(String::new(), |time| {
-            let unit = behind(self.units.time.as_deref());
-            format!(", first as in equilibrium at {}{unit}", number(time))
-        });
-        let text = format!(
-            "of {count}, {} share the energy at the start, {} at the end{when}; {even} would in equilibrium",
-            shared(0),
-            shared(last)
+        let mut text = format!(
+            "the energy is shared by {} of {count} modes at the end",
+            number(found.effective_modes(last))
         );
+        for (entropy, when) in [
+            (found.entropy[0], "at the start"),
+            (found.equilibrium, "in equilibrium"),
+        ] {
+            if entropy.is_finite() {
+                text += &format!(", by {} {when}", number(entropy.exp()));
+            }
+        }
+        if let Some(time) = found.equipartition {
+            let unit = behind(self.units.time.as_deref());
+            text += &format!(", first as in equilibrium at {}{unit}", number(time));
+        }
         sheet.fact("modes", text);
         sheet.definitions.push([
             "Modes",

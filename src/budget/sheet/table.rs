@@ -2,111 +2,106 @@
 
 use serde_json::{Map, Value, json};
 
+use super::RESIDUALS;
 use crate::budget::{Budget, Curves};
 use crate::sheet::Table;
 
-/// Name, its value in a budget, and in its standard errors.
-type Row = (
-    String,
-    fn(&Budget) -> Option<f64>,
-    fn(&Curves, &Budget) -> Option<f64>,
-);
+/// Values in the order of the rows.
+type Column = Vec<Option<f64>>;
 
 /// Where the energy is, and what has passed.
 pub(super) fn energies(budgets: &[(&str, &Budget)]) -> Table {
-    let energy = |what: &str| budgets[0].1.units.energy(what);
-    fn last(values: &[f64]) -> Option<f64> {
-        values.last().copied()
-    }
-    fn middle(values: &[f64], budget: &Budget) -> Option<f64> {
-        values.get(budget.n_contacts / 2).copied()
-    }
-    let rows: [Row; 7] = [
-        (
-            energy("energy at the start"),
-            |b| Some(b.kinetic[0] + b.contact[0]),
-            |e, _| e.energy.first().copied(),
-        ),
-        (
-            energy("of motion, at the end"),
-            |b| last(&b.kinetic),
-            |e, _| last(&e.kinetic),
-        ),
-        (
-            energy("of contacts, at the end"),
-            |b| last(&b.contact),
-            |e, _| last(&e.contact),
-        ),
-        (energy("lost"), |b| last(&b.lost), |e, _| last(&e.lost)),
-        (energy("put in"), |b| last(&b.input), |_, _| None),
-        (
-            energy("passed the middle"),
-            |b| middle(&b.passed, b),
-            |e, b| middle(&e.passed, b),
-        ),
-        (
-            "share passed from low to high k (net)".into(),
-            |b| Some(b.wavenumber.as_ref()?.passed_edge()? / b.scale),
-            |_, b| Some(b.wavenumber.as_ref()?.passed_error.value() / b.scale),
-        ),
-    ];
-    table("Energies", budgets, &rows)
+    let first = budgets[0].1;
+    let mut names: Vec<String> = [
+        "energy at the start",
+        "of motion, at the end",
+        "of contacts, at the end",
+        "lost",
+        "put in",
+        "passed the middle",
+    ]
+    .map(|what| first.units.energy(what))
+    .into();
+    names.push("share passed from low to high k (net)".into());
+    let column = |budget: &Budget, of: &Curves, input: Option<f64>, passed: Option<f64>| {
+        let middle = of.passed.get(budget.n_contacts / 2);
+        let [kinetic, contact, lost] = [&of.kinetic, &of.contact, &of.lost].map(|of| of.last());
+        let values = [
+            of.energy.first(),
+            kinetic,
+            contact,
+            lost,
+            input.as_ref(),
+            middle,
+        ];
+        let mut column: Column = values.map(|value| value.copied()).into();
+        column.push(passed.map(|passed| passed / budget.scale));
+        column
+    };
+    let values = budgets.iter().map(|(_, budget)| {
+        let found = budget.wavenumber.as_ref();
+        let passed = found.and_then(|found| found.passed_edge());
+        column(
+            budget,
+            &Curves::of(budget),
+            budget.input.last().copied(),
+            passed,
+        )
+    });
+    let errors = first.errors.as_deref().map(|errors| {
+        let found = first.wavenumber.as_ref();
+        column(
+            first,
+            errors,
+            None,
+            found.map(|found| found.passed_error.value()),
+        )
+    });
+    table("Energies", budgets, names, values.collect(), errors)
 }
 
 /// Residuals and checks.
 pub(super) fn balances(budgets: &[(&str, &Budget)]) -> Table {
-    let rows: [Row; 6] = [
-        (
-            "residual, real space".into(),
-            |b| b.closure.real_space.value(),
-            |_, _| None,
-        ),
-        (
-            "residual, wavenumber".into(),
-            |b| b.closure.wavenumber.value(),
-            |_, _| None,
-        ),
-        (
-            "residual, frequency".into(),
-            |b| b.closure.frequency.value(),
-            |_, _| None,
-        ),
-        (
-            "residual, scale".into(),
-            |b| b.closure.scale.value(),
-            |_, _| None,
-        ),
-        (
-            "integrated flux at the largest k, over the energy".into(),
-            |b| Some(b.closure.integrated_flux?.at_largest_wavenumber),
-            |_, _| None,
-        ),
-        (
-            "integrated flux made two ways, difference".into(),
-            |b| Some(b.closure.integrated_flux?.two_ways),
-            |_, _| None,
-        ),
+    let names = RESIDUALS
+        .iter()
+        .map(|(_, name, _)| format!("residual, {name}"));
+    let checks = [
+        "integrated flux at the largest k, over the energy",
+        "integrated flux made two ways, difference",
     ];
-    table("Balances", budgets, &rows)
+    let names = names.chain(checks.map(str::to_owned)).collect();
+    let values = budgets.iter().map(|(_, budget)| {
+        let closure = &budget.closure;
+        let check = closure.integrated_flux;
+        let checks = check.map_or([None; 2], |of| {
+            [Some(of.at_largest_wavenumber), Some(of.two_ways)]
+        });
+        let residuals = RESIDUALS.iter().map(|(_, _, of)| of(closure).value());
+        residuals.chain(checks).collect()
+    });
+    table("Balances", budgets, names, values.collect(), None)
 }
 
-fn table(title: &str, budgets: &[(&str, &Budget)], rows: &[Row]) -> Table {
-    let first = budgets[0].1;
-    let names = budgets.iter().map(|(name, _)| (*name).to_owned());
-    let mut head: Vec<String> = [String::new()].into_iter().chain(names).collect();
-    head.extend((budgets.len() == 2).then(|| "second less first".into()));
-    let errors = first.errors.as_deref().filter(|_| budgets.len() == 1);
-    let errors = errors.filter(|errors| rows.iter().any(|row| row.2(errors, first).is_some()));
-    head.extend(errors.map(|_| "standard error".into()));
-    let rows = rows.iter().map(|(name, value, error)| {
-        let values: Vec<_> = budgets.iter().map(|(_, budget)| value(budget)).collect();
-        let mut cells = vec![name.clone()];
-        cells.extend(values.iter().map(|value| number(*value)));
-        if let [a, b] = values[..] {
-            cells.push(number(a.zip(b).map(|(a, b)| b - a)));
-        }
-        cells.extend(errors.map(|errors| number(error(errors, first))));
-        cells
+fn table(
+    title: &str,
+    budgets: &[(&str, &Budget)],
+    names: Vec<String>,
+    mut columns: Vec<Column>,
+    errors: Option<Column>,
+) -> Table {
+    let mut head = vec![String::new()];
+    head.extend(budgets.iter().map(|(name, _)| (*name).to_owned()));
+    if let [a, b] = &columns[..] {
+        let pairs = a.iter().zip(b);
+        columns.push(pairs.map(|(a, b)| a.zip(*b).map(|(a, b)| b - a)).collect());
+        head.push("second less first".into());
+    } else if let Some(errors) = errors {
+        columns.push(errors);
+        head.push("standard error".into());
+    }
+    let rows = names.into_iter().enumerate().map(|(i, name)| {
+        let numbers = columns.iter().map(|column| number(column[i]));
+        [name].into_iter().chain(numbers).collect()
     });
     Table {
         title: title.into(),

@@ -14,9 +14,9 @@ use std::ops::Range;
 use ndarray::Array2;
 use rayon::prelude::*;
 
-use self::kernel::Components;
+use self::kernel::{Components, Grid};
+pub use self::locality::Locality;
 use self::locality::past;
-pub use self::locality::{Disparity, Locality};
 use self::motions::QuadraticChain;
 use super::motion::Motion;
 use super::units::BudgetUnits;
@@ -187,9 +187,8 @@ pub fn chain_triads(
         needed,
         allowed,
     };
-    let maps = [0, 1].map(|_| try_filled(n * n, 0.0).map_err(full));
-    let [pairs, wrapped] = maps;
-    let maps = [pairs?, wrapped?];
+    let map = || try_filled(n * n, 0.0).map_err(full);
+    let maps = [map()?, map()?];
     in_pool(request.threads, || {
         integrate(&chain, maps, window, pitch, request, observer)
     })
@@ -245,18 +244,18 @@ fn integrate(
             }
         }
         let weights: Vec<f64> = (0..block.len()).map(|j| weight(b * BLOCK + j)).collect();
-        let row = |(k, row): (usize, &mut [f64])| {
-            for (one, weight) in at.iter().zip(&weights) {
-                kernel::add_pairs(grid, k, one, *weight, row);
-            }
-        };
-        transfer.par_chunks_mut(n).enumerate().for_each(row);
-        let row = |(k, row): (usize, &mut [f64])| {
-            for (one, weight) in at.iter().zip(&weights) {
-                kernel::add_wrapped(grid, k, one, *weight, row);
-            }
-        };
-        umklapp.par_chunks_mut(n).enumerate().for_each(row);
+        type Add = fn(&Grid, usize, &Components, f64, &mut [f64]);
+        let kinds: [(_, Add); 2] = [
+            (&mut transfer, kernel::add_pairs),
+            (&mut umklapp, kernel::add_wrapped),
+        ];
+        for (map, add) in kinds {
+            map.par_chunks_mut(n).enumerate().for_each(|(k, row)| {
+                for (one, weight) in at.iter().zip(&weights) {
+                    add(grid, k, one, *weight, row);
+                }
+            });
+        }
         observer.advance(block.len() as u64);
     }
     // Both have n rows of n.
@@ -301,9 +300,5 @@ fn integrate(
 }
 
 fn refuse<T>(option: &'static str, expected: &str, found: impl std::fmt::Display) -> Result<T> {
-    Err(Error::Request {
-        option,
-        expected: expected.to_owned(),
-        found: found.to_string(),
-    })
+    Err(Error::request(option, expected, found))
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use ndarray::Array2;
 use serde_json::json;
 
-use super::{Disparity, Triads};
+use super::Triads;
 use crate::sheet::{
     BLUE, Chart, Colors, Describe, GREEN, HeatChart, Level, Look, Mark, PURPLE, PlotRow, Role, SKY,
     Series, Sheet, VERMILLION, number, percent,
@@ -184,12 +184,8 @@ impl Triads {
         sheet.plane("transfer", axes, &energy, &self.transfer);
         sheet.plane("umklapp", axes, &energy, &self.umklapp);
         let groups = &self.locality.flux;
-        let least = groups.iter().map(|(disparity, _)| match disparity {
-            Disparity::Octave { from } => *from,
-            Disparity::WithMean => 0.0,
-            Disparity::Umklapp => f64::NAN,
-        });
-        sheet.line("disparity", "group", "", least.collect::<Vec<f64>>());
+        let least: Vec<f64> = groups.iter().map(|(from, _)| *from).collect();
+        sheet.line("disparity", "group", "", least);
         let flux: Vec<f64> = groups.iter().flat_map(|(_, flux)| flux.clone()).collect();
         let axes = [
             ("group", groups.len()),
@@ -270,8 +266,8 @@ impl Triads {
 
     /// The flux with the groups of triads that carry it: of near wavenumbers, of far ones, and the rest.
     fn flux_chart(&self) -> Chart {
-        let sum = |wanted: &dyn Fn(&Disparity) -> bool| -> Vec<f64> {
-            let groups = || self.locality.flux.iter().filter(|(d, _)| wanted(d));
+        let sum = |wanted: &dyn Fn(f64) -> bool| -> Vec<f64> {
+            let groups = || self.locality.flux.iter().filter(|(from, _)| wanted(*from));
             (0..self.flux.len())
                 .map(|k| groups().map(|(_, flux)| flux[k]).sum())
                 .collect()
@@ -282,10 +278,10 @@ impl Triads {
             ("4 to 8", GREEN, 4.0..8.0),
             ("8 and more", VERMILLION, 8.0..f64::INFINITY),
         ] {
-            let flux = sum(&|d| matches!(d, Disparity::Octave { from } if ratios.contains(from)));
+            let flux = sum(&|from| ratios.contains(&from));
             series.push(self.shares(label, colour, &flux));
         }
-        let others = sum(&|d| !matches!(d, Disparity::Octave { .. }));
+        let others = sum(&|from| from.is_nan() || from == 0.0);
         let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         if largest(&others) > 1e-3 * largest(&self.flux) {
             series.push(self.shares("with k = 0, umklapp", SKY, &others));
