@@ -27,24 +27,26 @@ impl RunningBalance {
         add(&mut self.integral, weight, rates);
     }
 
-    /// A sample of the trapezoid rule: the weights of its rates in the step before it and in that behind it.
+    /// Compares with the quantities at a sample of the trapezoid rule, whose rates have these weights in the step before
+    /// it and in that behind it.
     pub(super) fn sample(&mut self, [before, behind]: [f64; 2], rates: &[f64], values: &[f64]) {
-        self.add(before, rates);
-        self.compare(values);
-        self.add(behind, rates);
-    }
-
-    /// Compares with the quantities at a sample.
-    pub(super) fn compare(&mut self, values: &[f64]) {
         let first = self.first.get_or_insert_with(|| values.to_vec());
         for row in [&mut self.integral, &mut self.off] {
             row.resize(values.len(), 0.0);
         }
-        let changes = values.iter().zip(&*first).zip(&self.integral);
-        for (off, ((value, first), integral)) in self.off.iter_mut().zip(changes) {
-            *off = (value - first - integral).abs();
+        let now = values.iter().zip(&*first).zip(rates);
+        let sums = self.off.iter_mut().zip(&mut self.integral);
+        for ((off, integral), ((value, first), rate)) in sums.zip(now) {
+            *integral += before * rate;
+            *off = (value - first - *integral).abs();
+            *integral += behind * rate;
         }
         self.worst = worst_of(self.worst, &self.off);
+    }
+
+    /// Compares with the quantities at a sample between nodes.
+    pub(super) fn compare(&mut self, values: &[f64]) {
+        self.sample([0.0; 2], values, values);
     }
 
     /// The largest residual so far, in units of the quantities.

@@ -1,6 +1,7 @@
 //! Names of a budget's axes and quantities, with their units.
 
 use crate::measure::cycles_per;
+use crate::sheet::number;
 use crate::unit::{compose, label};
 
 /// Units of a chain; none for a chain without dimensions.
@@ -32,11 +33,18 @@ impl BudgetUnits {
         }
     }
 
+    fn per_length(&self) -> String {
+        let length = self.length.as_ref();
+        length.map_or("rad per site".into(), |unit| format!("rad/{unit}"))
+    }
+
     pub(crate) fn wavenumber(&self) -> String {
-        match &self.length {
-            Some(unit) => label("wavenumber k", &format!("rad/{unit}")),
-            None => "wavenumber k (rad per site)".into(),
-        }
+        label("wavenumber k", &self.per_length())
+    }
+
+    /// `k = 12.5 rad/m`.
+    pub(super) fn at_wavenumber(&self, k: f64) -> String {
+        format!("k = {} {}", number(k), self.per_length())
     }
 
     pub(crate) fn frequency(&self) -> String {

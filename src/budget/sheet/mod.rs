@@ -68,10 +68,7 @@ impl Budget {
             title: "Energy budget".into(),
             about: "where the energy of the chain goes, with the residual of each balance".into(),
             answer: self.answer(),
-            tables: vec![
-                table::energies(&[("value", self)]),
-                table::balances(&[("value", self)]),
-            ],
+            tables: table::tables(&[("value", numbers::of(self))], &self.units),
             definitions: DEFINITIONS.to_vec(),
             ..Sheet::default()
         };
@@ -97,15 +94,16 @@ impl Budget {
     /// Two budgets, with the numbers of both; `summaries` are those of the files.
     pub fn compare(both: [(&str, &Budget); 2], summaries: [Value; 2]) -> Sheet<'static> {
         let [first, second] = summaries;
-        let mut energies = table::energies(&both);
-        energies.is_fact = true;
+        let numbers = both.map(|(name, budget)| (name, numbers::of(budget)));
+        let mut tables = table::tables(&numbers, &both[0].1.units);
+        tables[0].is_fact = true;
         let mut sheet = Sheet {
             name: "compare",
             version: 2,
             title: "Two energy budgets".into(),
             about: "two chains; pictures of one kind share their colour scale".into(),
             answer: difference_in_words(both),
-            tables: vec![energies, table::balances(&both)],
+            tables,
             definitions: DEFINITIONS.to_vec(),
             ..Sheet::default()
         };
@@ -121,7 +119,7 @@ impl Budget {
         };
         let is_measured = self.errors.is_some();
         let least = if is_measured { 2.0 } else { 1.0 } * most.error;
-        let at = self.wavenumber_at(most.wavenumber);
+        let at = self.units.at_wavenumber(most.wavenumber);
         if most.share.abs() <= least {
             return format!(
                 "no passage over wavenumbers is resolved: the largest, at {at}, is within its error"
@@ -142,15 +140,6 @@ impl Budget {
             "{:.1}{error} % of the energy passes {at} to {towards} wavenumbers (net){then}",
             100.0 * most.share.abs()
         )
-    }
-
-    /// `k = 12.5 rad/m`.
-    fn wavenumber_at(&self, k: f64) -> String {
-        let unit = match &self.units.length {
-            Some(unit) => format!("rad/{unit}"),
-            None => "rad per site".into(),
-        };
-        format!("k = {} {unit}", number(k))
     }
 
     fn energy(&self, sheet: &mut Sheet) {
@@ -178,7 +167,7 @@ impl Budget {
         let (Some(passed), Some(direction)) = (found.passed_edge(), found.direction()) else {
             return;
         };
-        let edge = self.wavenumber_at(found.edge);
+        let edge = self.units.at_wavenumber(found.edge);
         let (share, error) = (passed / self.scale, found.passed_error.value() / self.scale);
         let within = match found.passed_error {
             PassedError::Numerical(_) if error < SEEN => String::new(),

@@ -21,6 +21,7 @@ pub(super) fn of(budget: &Budget) -> Value {
             "contact_end": curves.contact[last],
             "lost": curves.lost[last],
             "passed": inner.checked_sub(1).map(|j| curves.passed[j]),
+            "passed_middle": curves.passed.get(budget.n_contacts / 2),
         })
     };
     let mut energy = energies(&Curves::of(budget));
@@ -112,6 +113,7 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> Value {
             Some(share_of_all(*error, i))
         };
         all["errors"] = json!({
+            "share_passed": passed.map(|_| passed_error / budget.scale),
             "rate": passed.map(|_| passed_error / duration),
             "largest_passage": most.map(|most| most.error),
             "centroid_start": errors.centroid.first(),

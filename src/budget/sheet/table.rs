@@ -2,106 +2,68 @@
 
 use serde_json::{Map, Value, json};
 
-use super::RESIDUALS;
-use crate::budget::{Budget, Curves};
+use crate::budget::BudgetUnits;
 use crate::sheet::Table;
 
-/// Values in the order of the rows.
-type Column = Vec<Option<f64>>;
+/// Energies: name, and where it is in the numbers.
+const ENERGIES: [(&str, &str); 6] = [
+    ("energy at the start", "/energy/start"),
+    ("of motion, at the end", "/energy/kinetic_end"),
+    ("of contacts, at the end", "/energy/contact_end"),
+    ("lost", "/energy/lost"),
+    ("put in", "/energy/put_in"),
+    ("passed the middle", "/energy/passed_middle"),
+];
 
-/// Where the energy is, and what has passed.
-pub(super) fn energies(budgets: &[(&str, &Budget)]) -> Table {
-    let first = budgets[0].1;
-    let mut names: Vec<String> = [
-        "energy at the start",
-        "of motion, at the end",
-        "of contacts, at the end",
-        "lost",
-        "put in",
-        "passed the middle",
-    ]
-    .map(|what| first.units.energy(what))
-    .into();
-    names.push("share passed from low to high k (net)".into());
-    let column = |budget: &Budget, of: &Curves, input: Option<f64>, passed: Option<f64>| {
-        let middle = of.passed.get(budget.n_contacts / 2);
-        let [kinetic, contact, lost] = [&of.kinetic, &of.contact, &of.lost].map(|of| of.last());
-        let values = [
-            of.energy.first(),
-            kinetic,
-            contact,
-            lost,
-            input.as_ref(),
-            middle,
-        ];
-        let mut column: Column = values.map(|value| value.copied()).into();
-        column.push(passed.map(|passed| passed / budget.scale));
-        column
-    };
-    let values = budgets.iter().map(|(_, budget)| {
-        let found = budget.wavenumber.as_ref();
-        let passed = found.and_then(|found| found.passed_edge());
-        column(
-            budget,
-            &Curves::of(budget),
-            budget.input.last().copied(),
-            passed,
-        )
-    });
-    let errors = first.errors.as_deref().map(|errors| {
-        let found = first.wavenumber.as_ref();
-        column(
-            first,
-            errors,
-            None,
-            found.map(|found| found.passed_error.value()),
-        )
-    });
-    table("Energies", budgets, names, values.collect(), errors)
-}
-
-/// Residuals and checks.
-pub(super) fn balances(budgets: &[(&str, &Budget)]) -> Table {
-    let names = RESIDUALS
-        .iter()
-        .map(|(_, name, _)| format!("residual, {name}"));
-    let checks = [
+/// What has passed, residuals and checks.
+const SHARES: [(&str, &str); 7] = [
+    (
+        "share passed from low to high k",
+        "/wavenumber/share_passed",
+    ),
+    ("residual, real space", "/closure/real_space"),
+    ("residual, wavenumber", "/closure/wavenumber"),
+    ("residual, frequency", "/closure/frequency"),
+    ("residual, scale", "/closure/scale"),
+    (
         "integrated flux at the largest k, over the energy",
+        "/closure/integrated_flux/at_largest_wavenumber",
+    ),
+    (
         "integrated flux made two ways, difference",
-    ];
-    let names = names.chain(checks.map(str::to_owned)).collect();
-    let values = budgets.iter().map(|(_, budget)| {
-        let closure = &budget.closure;
-        let check = closure.integrated_flux;
-        let checks = check.map_or([None; 2], |of| {
-            [Some(of.at_largest_wavenumber), Some(of.two_ways)]
-        });
-        let residuals = RESIDUALS.iter().map(|(_, _, of)| of(closure).value());
-        residuals.chain(checks).collect()
-    });
-    table("Balances", budgets, names, values.collect(), None)
+        "/closure/integrated_flux/two_ways",
+    ),
+];
+
+/// Energies with their unit, and shares of the energy, of one budget or of two.
+pub(super) fn tables(budgets: &[(&str, Value)], units: &BudgetUnits) -> Vec<Table> {
+    let energies = ENERGIES.map(|(name, place)| (units.energy(name), place));
+    let shares = SHARES.map(|(name, place)| (name.to_owned(), place));
+    vec![
+        table("Energies", budgets, &energies),
+        table("Balances", budgets, &shares),
+    ]
 }
 
-fn table(
-    title: &str,
-    budgets: &[(&str, &Budget)],
-    names: Vec<String>,
-    mut columns: Vec<Column>,
-    errors: Option<Column>,
-) -> Table {
+fn table(title: &str, budgets: &[(&str, Value)], rows: &[(String, &str)]) -> Table {
     let mut head = vec![String::new()];
     head.extend(budgets.iter().map(|(name, _)| (*name).to_owned()));
-    if let [a, b] = &columns[..] {
-        let pairs = a.iter().zip(b);
-        columns.push(pairs.map(|(a, b)| a.zip(*b).map(|(a, b)| b - a)).collect());
-        head.push("second less first".into());
-    } else if let Some(errors) = errors {
-        columns.push(errors);
-        head.push("standard error".into());
-    }
-    let rows = names.into_iter().enumerate().map(|(i, name)| {
-        let numbers = columns.iter().map(|column| number(column[i]));
-        [name].into_iter().chain(numbers).collect()
+    let is_measured = budgets[0].1["energy"].get("errors").is_some();
+    head.extend(match budgets.len() {
+        1 => is_measured.then(|| "standard error".into()),
+        _ => Some("second less first".into()),
+    });
+    let rows = rows.iter().map(|(name, place)| {
+        let value = |i: usize, place: &str| budgets[i].1.pointer(place)?.as_f64();
+        let mut values = vec![value(0, place)];
+        if budgets.len() > 1 {
+            let (a, b) = (values[0], value(1, place));
+            values.extend([b, a.zip(b).map(|(a, b)| b - a)]);
+        } else if let Some((of, key)) = place.rsplit_once('/').filter(|_| is_measured) {
+            values.push(value(0, &format!("{of}/errors/{key}")));
+        }
+        let cells = values.into_iter().map(number);
+        [name.clone()].into_iter().chain(cells).collect()
     });
     Table {
         title: title.into(),

@@ -111,13 +111,6 @@ impl Triads {
         self.is_quadratic() && self.is_resolved()
     }
 
-    fn wavenumber_unit(&self) -> String {
-        match &self.units.length {
-            Some(unit) => format!("rad/{unit}"),
-            None => "rad per site".into(),
-        }
-    }
-
     fn of_energy(&self, energy: f64) -> String {
         percent(energy.abs() / self.energy)
     }
@@ -131,16 +124,15 @@ impl Triads {
             return "no flux is resolved: the largest is not ten times its error".into();
         }
         let at = self.locality.at;
+        let way = if self.flux[at] > 0.0 {
+            "larger"
+        } else {
+            "smaller"
+        };
         format!(
-            "{} of the energy passes k = {} {} towards {} wavenumbers",
+            "{} of the energy passes {} towards {way} wavenumbers",
             self.of_energy(self.flux[at]),
-            number(self.wavenumber[at]),
-            self.wavenumber_unit(),
-            if self.flux[at] > 0.0 {
-                "larger"
-            } else {
-                "smaller"
-            }
+            self.units.at_wavenumber(self.wavenumber[at])
         )
     }
 
@@ -165,10 +157,8 @@ impl Triads {
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
         let energy = self.units.energy.clone().unwrap_or_default();
-        let per_length = match &self.units.length {
-            Some(unit) => format!("rad/{unit}"),
-            None => String::new(),
-        };
+        let per_length = self.units.length.as_ref();
+        let per_length = per_length.map_or(String::new(), |unit| format!("rad/{unit}"));
         sheet.line("wavenumber", "wavenumber", &per_length, &self.wavenumber);
         for (name, values) in [
             ("gained", Some(&self.gained)),
