@@ -1,5 +1,14 @@
 //! Balances over time: what a quantity changed by against the integral of its rate.
+//!
+//! Energy that has passed each wavenumber, `Pi(k, t)` integrated since the first sample, two ways.
+//!
+//! By the definition it is `- sum_{k' <= k}` of the integral of `T(k')`. By the balance
+//! `dE(k)/dt = T(k) - L(k) + I(k)` it is the sum over `k' <= k` of `E(k', t0) - E(k', t)`, less the
+//! integral of `L(k') - I(k')`. The first knows no energy, the second no transfer: how far they are
+//! apart checks both. At the largest k either is 0: the first since `sum T = 0`, the second if
+//! energies and losses balance.
 
+use super::result::IntegratedFluxCheck;
 use super::wavenumber::Terms;
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
@@ -15,30 +24,29 @@ pub(super) struct RunningBalance {
 impl RunningBalance {
     /// Adds `weight` times the rates at a node of a quadrature, after a first sample was compared.
     pub(super) fn add(&mut self, weight: f64, rates: &[f64]) {
-        for (sum, rate) in self.integral.iter_mut().zip(rates) {
-            *sum += weight * rate;
-        }
+        add(&mut self.integral, weight, rates);
     }
 
-    /// Adds a step of the trapezoid rule between two samples.
-    pub(super) fn trapezoid(&mut self, dt: f64, before: &[f64], now: &[f64]) {
-        self.integral.resize(now.len(), 0.0);
-        trapezoid(&mut self.integral, dt, before, now);
-    }
-
-    /// Compares with the quantities at a sample.
-    pub(super) fn compare(&mut self, values: &[f64]) {
+    /// Compares with the quantities at a sample of the trapezoid rule, whose rates have these weights in the step before
+    /// it and in that behind it.
+    pub(super) fn sample(&mut self, [before, behind]: [f64; 2], rates: &[f64], values: &[f64]) {
         let first = self.first.get_or_insert_with(|| values.to_vec());
         for row in [&mut self.integral, &mut self.off] {
             row.resize(values.len(), 0.0);
         }
-        widest(Residuals {
-            values,
-            first,
-            integral: &self.integral,
-            off: &mut self.off,
-        });
+        let now = values.iter().zip(&*first).zip(rates);
+        let sums = self.off.iter_mut().zip(&mut self.integral);
+        for ((off, integral), ((value, first), rate)) in sums.zip(now) {
+            *integral += before * rate;
+            *off = (value - first - *integral).abs();
+            *integral += behind * rate;
+        }
         self.worst = worst_of(self.worst, &self.off);
+    }
+
+    /// Compares with the quantities at a sample between nodes.
+    pub(super) fn compare(&mut self, values: &[f64]) {
+        self.sample([0.0; 2], values, values);
     }
 
     /// The largest residual so far, in units of the quantities.
@@ -47,35 +55,16 @@ impl RunningBalance {
     }
 }
 
-/// Adds a step of the trapezoid rule to each sum.
-pub(super) fn trapezoid(sums: &mut [f64], dt: f64, before: &[f64], now: &[f64]) {
-    for (sum, (before, now)) in sums.iter_mut().zip(before.iter().zip(now)) {
-        *sum += 0.5 * dt * (before + now);
+/// Adds `weight` times each value to its sum.
+pub(super) fn add(sums: &mut [f64], weight: f64, values: &[f64]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += weight * value;
     }
 }
 
 /// The largest of residuals that are 0 or more; NaN counts as larger than any number.
 pub(super) fn worst_of(worst: f64, off: &[f64]) -> f64 {
     widest(Worst { worst, off })
-}
-
-struct Residuals<'a> {
-    values: &'a [f64],
-    first: &'a [f64],
-    integral: &'a [f64],
-    off: &'a mut [f64],
-}
-
-impl SimdKernel for Residuals<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let now = self.values.iter().zip(self.first).zip(self.integral);
-        for (off, ((value, first), integral)) in self.off.iter_mut().zip(now) {
-            *off = (value - first - integral).abs();
-        }
-    }
 }
 
 struct Worst<'a> {
@@ -115,12 +104,114 @@ impl SimdKernel for Worst<'_> {
 /// `dE(k)/dt` from all its terms.
 pub(super) fn energy_rates(terms: &Terms, rates: &mut Vec<f64>) {
     rates.clone_from(&terms.transfer);
-    for (rate, loss) in rates.iter_mut().zip(&terms.loss) {
-        *rate -= loss;
+    add(rates, -1.0, &terms.loss);
+    add(rates, 1.0, &terms.input);
+}
+
+/// Which of the two is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum GivenRate {
+    /// The integral of the transfer.
+    Transfer,
+    /// What the wavenumbers lost, less what losses took and inputs gave: without either a function
+    /// of the state, exact at any sampling.
+    Balance,
+}
+
+/// The integrals over time.
+pub(super) struct Passage {
+    way: GivenRate,
+    /// The sample in the middle.
+    half: usize,
+    first: Option<Vec<f64>>,
+    /// Integrals of the transfer, and of losses less input.
+    transferred: Vec<f64>,
+    gone: Vec<f64>,
+    by_transfer: Vec<f64>,
+    by_balance: Vec<f64>,
+    at_half: Vec<f64>,
+    off: Vec<f64>,
+    /// The largest magnitude at the largest wavenumber, where it is 0, at any sample.
+    top: f64,
+    /// The largest difference of the two ways at any sample and wavenumber.
+    apart: f64,
+}
+
+impl Passage {
+    pub(super) fn new(way: GivenRate, samples: usize, wavenumbers: usize) -> Passage {
+        let row = || vec![0.0; wavenumbers];
+        Passage {
+            way,
+            half: (samples - 1) / 2,
+            first: None,
+            transferred: row(),
+            gone: row(),
+            by_transfer: row(),
+            by_balance: row(),
+            at_half: row(),
+            off: row(),
+            top: 0.0,
+            apart: 0.0,
+        }
     }
-    for (rate, input) in rates.iter_mut().zip(&terms.input) {
-        *rate += input;
+
+    /// Adds a node of a quadrature.
+    pub(super) fn add(&mut self, weight: f64, terms: &Terms) {
+        add(&mut self.transferred, weight, &terms.transfer);
+        add(&mut self.gone, weight, &terms.loss);
+        add(&mut self.gone, -weight, &terms.input);
     }
+
+    /// What has passed each wavenumber by sample i, at which the wavenumbers hold `energy`.
+    pub(super) fn sample(&mut self, i: usize, energy: &[f64]) -> &[f64] {
+        let first = self.first.get_or_insert_with(|| energy.to_vec());
+        let lost = first.iter().zip(energy).zip(&self.gone);
+        running(
+            &mut self.by_balance,
+            lost.map(|((first, now), gone)| first - now - gone),
+        );
+        let transferred = self.transferred.iter().map(|transferred| -transferred);
+        running(&mut self.by_transfer, transferred);
+        let pairs = self.by_transfer.iter().zip(&self.by_balance);
+        self.off.clear();
+        self.off.extend(pairs.map(|(a, b)| (a - b).abs()));
+        self.apart = worst_of(self.apart, &self.off);
+        let row = match self.way {
+            GivenRate::Transfer => &self.by_transfer,
+            GivenRate::Balance => &self.by_balance,
+        };
+        let top = row.last().map_or(0.0, |top| top.abs());
+        self.top = worst_of(self.top, &[top]);
+        if i == self.half {
+            self.at_half.clone_from(row);
+        }
+        row
+    }
+
+    /// Over the record, and over its second half; the errors of both, in units of energy.
+    pub(super) fn finish(self) -> ([Vec<f64>; 2], IntegratedFluxCheck) {
+        let whole = match self.way {
+            GivenRate::Transfer => self.by_transfer,
+            GivenRate::Balance => self.by_balance,
+        };
+        let halves = whole.iter().zip(&self.at_half);
+        let late = halves.map(|(all, half)| all - half).collect();
+        let check = IntegratedFluxCheck {
+            at_largest_wavenumber: self.top,
+            two_ways: self.apart,
+        };
+        ([whole, late], check)
+    }
+}
+
+/// Sums of all terms up to each.
+pub(super) fn running(sums: &mut Vec<f64>, terms: impl Iterator<Item = f64>) {
+    let mut sum = 0.0;
+    sums.clear();
+    sums.extend(terms.map(|term| {
+        sum += term;
+        sum
+    }));
 }
 
 #[cfg(test)]

@@ -13,8 +13,8 @@ use num_complex::Complex;
 
 use super::contacts::Contacts;
 use super::modes::{Basis, Modes};
+use super::scale::inside;
 use super::wavenumber::dot;
-use crate::chain::Ends;
 
 type Pair = [Complex<f64>; 2];
 
@@ -51,15 +51,6 @@ impl Branches {
         if modes.basis() != Basis::Fourier || odd || held || !contacts.has_linear_limit() {
             return None;
         }
-        let periodic = chain.ends == Ends::Periodic;
-        // The striker and the wall may differ from the rest.
-        let inside = |count: usize| {
-            if periodic {
-                0..count
-            } else {
-                1..count.saturating_sub(1)
-            }
-        };
         let cell = |values: &[f64], inside: std::ops::Range<usize>| -> Option<[f64; 2]> {
             let first = inside.clone().find(|j| j % 2 == 0)?;
             let second = inside.clone().find(|j| j % 2 == 1)?;
@@ -67,26 +58,24 @@ impl Branches {
             let alike = |j: usize| (values[j] - pair[j % 2]).abs() <= 1e-9 * pair[j % 2].abs();
             inside.into_iter().all(alike).then_some(pair)
         };
-        let stiffness: Vec<f64> = (0..contacts.len()).map(|i| contacts.stiffness(i)).collect();
-        let mass = cell(&chain.mass, inside(n))?;
-        let stiffness = cell(&stiffness, inside(contacts.len()))?;
+        let stiffness: Vec<f64> = (0..contacts.len())
+            .map(|i| contacts.contact(i).stiffness(0.0))
+            .collect();
+        let mass = cell(&chain.mass, inside(chain.ends, n))?;
+        let stiffness = cell(&stiffness, inside(chain.ends, contacts.len()))?;
         let alike = |[a, b]: [f64; 2]| (a - b).abs() <= 1e-9 * a.abs();
         if alike(mass) && alike(stiffness) {
             return None;
         }
         let step = 2.0 * PI / n as f64;
-        let optical = (0..=n / 4)
-            .map(|m| optical(step * m as f64, mass, stiffness))
-            .collect();
+        let optical = |m: usize| optical(step * m as f64, mass, stiffness);
+        let optical = (0..=n / 4).map(optical).collect();
         Some(Branches { sites: n, optical })
     }
 
-    /// Wavenumbers of the cell, in rad per length.
-    pub(super) fn wavenumbers(&self, pitch: f64) -> Vec<f64> {
-        let step = 2.0 * PI / self.sites as f64;
-        (0..self.optical.len())
-            .map(|m| step * m as f64 / pitch)
-            .collect()
+    /// How many wavenumbers the cell has: the first of those of the sites.
+    pub(super) fn len(&self) -> usize {
+        self.optical.len()
     }
 
     pub(super) fn split(
@@ -105,11 +94,8 @@ impl Branches {
         for (m, optical) in self.optical.iter().enumerate() {
             // k and k + pi meet in one wavenumber of the cell; at its ends they are each other's
             // images, which count once.
-            let weight = if m == 0 || 4 * m == self.sites {
-                1.0
-            } else {
-                2.0
-            };
+            let is_end = m == 0 || 4 * m == self.sites;
+            let weight = if is_end { 1.0 } else { 2.0 };
             let pair = |z: &[Complex<f64>]| self.sublattices(z, m);
             let (q, f, phi, rate) = (pair(q), pair(f), pair(phi), pair(rate));
             let total = 0.5 * norm(q) + norm(phi);

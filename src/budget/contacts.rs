@@ -50,38 +50,9 @@ pub(super) struct PowerRow {
     pub(super) speed: Vec<f64>,
 }
 
-fn below_rest(found: String) -> Error {
-    Error::Request {
-        option: "only",
-        expected: "`frequency` or `scale`, since energy by wavenumber needs contacts whose energy is never below that \
-                   at rest"
-            .into(),
-        found,
-    }
-}
-
-impl ContactState {
-    fn resize(&mut self, contacts: usize) {
-        let ContactState {
-            overlap,
-            closing,
-            elastic,
-            damping,
-            energy,
-            phi,
-            phi_slope,
-            ..
-        } = self;
-        for row in [overlap, closing, elastic, damping, energy, phi, phi_slope] {
-            row.resize(contacts, 0.0);
-        }
-    }
-}
-
-/// Number of contacts between adjacent sites, at most `contacts`.
-fn at_most(n: usize, contacts: usize) -> usize {
-    n.saturating_sub(1).min(contacts)
-}
+/// What a budget over wavenumbers needs.
+const ABOVE_REST: &str = "`frequency` or `scale`, since energy by wavenumber needs contacts whose energy is never below \
+                          that at rest";
 
 impl<'a> Contacts<'a> {
     pub(super) fn of(motion: &Motion<'a>) -> Contacts<'a> {
@@ -186,13 +157,10 @@ impl<'a> Contacts<'a> {
     }
 
     /// Force on site j towards -x by drag, the ground and a resonator.
-    fn pull(
-        &self,
-        j: usize,
-        ChainState {
+    pub(super) fn pull(&self, j: usize, at: ChainState) -> f64 {
+        let ChainState {
             x, v, resonators, ..
-        }: ChainState,
-    ) -> f64 {
+        } = at;
         let ground = self.chain.on_site.ground.as_ref();
         let held = ground.map_or(0.0, |ground| ground.force(j, x[j]));
         let resonator = match (self.chain.resonators(), resonators) {
@@ -211,14 +179,24 @@ impl<'a> Contacts<'a> {
     /// Fills `state` from the motion at one time.
     pub(super) fn evaluate(&self, at: ChainState, state: &mut ContactState) {
         let ChainState { t, x, v, .. } = at;
-        state.resize(self.len());
+        for row in [
+            &mut state.overlap,
+            &mut state.closing,
+            &mut state.elastic,
+            &mut state.damping,
+            &mut state.energy,
+            &mut state.phi,
+            &mut state.phi_slope,
+        ] {
+            row.resize(self.len(), 0.0);
+        }
         let (wall, wall_velocity) = match self.drive {
             Some(Drive::Wall(wave)) => (wave.at(t), wave.rate_at(t)),
             _ => (0.0, 0.0),
         };
         state.wall_velocity = wall_velocity;
         // Contacts between adjacent sites first, then those at the ends.
-        let inner = self.offset..self.offset + at_most(x.len(), self.len() - self.offset);
+        let inner = self.offset..self.len().min(self.offset + x.len() - 1);
         for (row, values) in [(&mut state.overlap, x), (&mut state.closing, v)] {
             for (difference, pair) in row[inner.clone()].iter_mut().zip(values.windows(2)) {
                 *difference = pair[0] - pair[1];
@@ -233,7 +211,7 @@ impl<'a> Contacts<'a> {
             state.closing[i] = at(left, v, wall_velocity) - at(right, v, 0.0);
         }
         let out = [&mut state.elastic[..], &mut state.energy];
-        self.some_forces_and_energies(0..self.len(), &state.overlap, out);
+        self.forces_and_energies(0..self.len(), &state.overlap, out);
         if self.chain.losses.any() {
             let motion = state.overlap.iter().zip(&state.closing);
             for (i, (damping, (r, closing))) in state.damping.iter_mut().zip(motion).enumerate() {
@@ -262,27 +240,21 @@ impl<'a> Contacts<'a> {
         }
         let mut state = ContactState::default();
         let mut largest = 0.0f64;
-        for sample in 0..motion.samples() {
-            let at = motion.at(sample);
+        for at in (0..motion.samples()).map(|i| motion.at(i)) {
             self.evaluate(at, &mut state);
             largest = state.energy.iter().fold(largest, |a, b| a.max(b.abs()));
-            if let Some(ground) = ground {
-                let held = at.x.iter().enumerate();
-                let mut held = held.map(|(j, x)| (j, ground.energy(j, *x)));
-                if let Some((site, energy)) = held.find(|held| held.1 < -ROUNDING * largest) {
-                    let of = format!("{energy:.3e} in the ground's spring at site {site}");
-                    return Err(below_rest(format!("{of} at time {}", at.t)));
-                }
-            }
-            let below = state
-                .energy
-                .iter()
-                .position(|energy| *energy < -ROUNDING * largest);
-            if let Some(i) = below {
-                let contact = i - self.offset.min(i);
-                let energy = state.energy[i];
-                let found = format!("{energy:.3e} in contact {contact} at time {}", at.t);
-                return Err(below_rest(found));
+            let is_below = |found: &(usize, f64)| found.1 < -ROUNDING * largest;
+            let held = ground.and_then(|ground| {
+                let mut all = (0..).zip(at.x).map(|(j, x)| (j, ground.energy(j, *x)));
+                all.find(is_below)
+            });
+            let held = held.map(|(j, energy)| (format!("the ground's spring at site {j}"), energy));
+            let contact = (0..).zip(state.energy.iter().copied()).find(is_below);
+            let contact =
+                contact.map(|(i, energy)| (format!("contact {}", i - self.offset.min(i)), energy));
+            if let Some((place, energy)) = held.or(contact) {
+                let found = format!("{energy:.3e} in {place} at time {}", at.t);
+                return Err(Error::request("only", ABOVE_REST, found));
             }
         }
         Ok(())
@@ -305,13 +277,8 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// Forces and energies of the chain's contacts at these overlaps.
-    pub(super) fn forces_and_energies(&self, overlap: &[f64], out: [&mut [f64]; 2]) {
-        self.some_forces_and_energies(self.offset..self.len(), overlap, out);
-    }
-
-    /// The same of a range of contacts.
-    fn some_forces_and_energies(
+    /// Forces and energies of a range of contacts at these overlaps.
+    pub(super) fn forces_and_energies(
         &self,
         contacts: Range<usize>,
         overlap: &[f64],
@@ -354,7 +321,7 @@ impl<'a> Contacts<'a> {
             speed[last] = 0.5 * (at.v[n - 1] + at.v[0]);
         }
         let shifted = some.start + self.offset..some.end + self.offset;
-        self.some_forces_and_energies(shifted.clone(), overlap, [&mut *force, energy]);
+        self.forces_and_energies(shifted.clone(), overlap, [&mut *force, energy]);
         if self.chain.losses.any() {
             for (i, force) in force.iter_mut().enumerate() {
                 let left = some.start + i;
@@ -369,47 +336,14 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// Force, including damping, and mean speed of contact j; zeros at a wall, which transmits no
-    /// energy.
-    pub(super) fn force_and_speed(&self, j: usize, x: &[f64], v: &[f64]) -> (f64, f64) {
-        let i = j + self.offset;
-        match self.sites(i) {
-            [Some(left), Some(right)] => {
-                let force = self.total_force(i, x[left] - x[right], v[left] - v[right]);
-                (force, 0.5 * (v[left] + v[right]))
-            }
-            _ => (0.0, 0.0),
-        }
-    }
-
-    /// Elastic force of contact i at an overlap beyond the static one.
-    pub(super) fn force(&self, i: usize, r: f64) -> f64 {
-        self.contact(i).force(r)
-    }
-
     /// Force of contact i, including damping, at an overlap beyond the static one and its rate.
     pub(super) fn total_force(&self, i: usize, r: f64, closing: f64) -> f64 {
-        self.force(i, r) + self.chain.damping(self.contact(i), r, closing)
-    }
-
-    /// Stiffness of contact i at an overlap beyond the static one.
-    pub(super) fn stiffness_at(&self, i: usize, r: f64) -> f64 {
-        self.contact(i).stiffness(r)
-    }
-
-    /// Energy of contact i at an overlap beyond the static one.
-    pub(super) fn energy(&self, i: usize, r: f64) -> f64 {
-        self.contact(i).energy(r)
+        self.contact(i).force(r) + self.chain.damping(self.contact(i), r, closing)
     }
 
     /// Whether waves of small amplitude about the static state are linear.
     pub(super) fn has_linear_limit(&self) -> bool {
         (0..self.len()).all(|i| self.contact(i).has_linear_limit())
-    }
-
-    /// Stiffness of contact i in the static state.
-    pub(super) fn stiffness(&self, i: usize) -> f64 {
-        self.contact(i).stiffness(0.0)
     }
 
     pub(super) fn chain(&self) -> &'a Chain {

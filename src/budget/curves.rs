@@ -1,5 +1,6 @@
 //! The curves of a budget in one place, or their standard errors.
 
+use super::frequency::Between;
 use super::result::Budget;
 
 /// Curves of a [`Budget`], or their standard errors. Curves that were not requested are empty.
@@ -35,12 +36,7 @@ impl Curves {
     /// Those of a budget.
     pub fn of(budget: &Budget) -> Curves {
         let mut curves = Curves {
-            energy: budget
-                .kinetic
-                .iter()
-                .zip(&budget.contact)
-                .map(|(k, c)| k + c)
-                .collect(),
+            energy: budget.energies(),
             kinetic: budget.kinetic.clone(),
             contact: budget.contact.clone(),
             lost: budget.lost.clone(),
@@ -62,11 +58,8 @@ impl Curves {
         if let Some(flow) = &budget.frequency {
             curves.low_frequency = flow.low.clone();
             curves.high_frequency = flow.high.clone();
-            let three = flow
-                .chosen
-                .iter()
-                .flat_map(|pair| [pair.low, pair.high, pair.behind]);
-            curves.between = three.collect();
+            let of_pair = |pair: &Between| [pair.low, pair.high, pair.behind];
+            curves.between = flow.chosen.iter().flat_map(of_pair).collect();
         }
         if let Some(found) = &budget.scales {
             curves.integrated_scale_flux = found.integrated_flux.clone();
@@ -74,29 +67,21 @@ impl Curves {
         curves
     }
 
-    pub(super) fn each(&self) -> [&Vec<f64>; 17] {
-        [
-            &self.energy,
-            &self.kinetic,
-            &self.contact,
-            &self.lost,
-            &self.passed,
-            &self.left_behind,
-            &self.integrated_flux,
-            &self.late_flux,
-            &self.low_energy,
-            &self.edge_flux,
-            &self.centroid,
-            &self.optical_energy,
-            &self.optical_transfer,
-            &self.low_frequency,
-            &self.high_frequency,
-            &self.between,
-            &self.integrated_scale_flux,
-        ]
+    /// Puts `of` this value, that of `again` and that of `here` in place of each value.
+    pub(super) fn combine(
+        &mut self,
+        again: &mut Curves,
+        here: &mut Curves,
+        of: impl Fn(f64, f64, f64) -> f64,
+    ) {
+        for ((sums, again), here) in self.each().into_iter().zip(again.each()).zip(here.each()) {
+            for ((sum, again), here) in sums.iter_mut().zip(again).zip(here) {
+                *sum = of(*sum, *again, *here);
+            }
+        }
     }
 
-    pub(super) fn each_mut(&mut self) -> [&mut Vec<f64>; 17] {
+    pub(super) fn each(&mut self) -> [&mut Vec<f64>; 17] {
         [
             &mut self.energy,
             &mut self.kinetic,

@@ -8,16 +8,11 @@
 //! Source: R. Livi, M. Pettini, S. Ruffo, M. Sparpaglione, A. Vulpiani, Phys. Rev. A 31, 1039 (1985); J. De Luca,
 //! A. J. Lichtenberg, M. A. Lieberman, Chaos 5, 283 (1995).
 
-use rayon::prelude::*;
-
 use super::motion::Motion;
-use super::waiting::{ShownArray, Waiting};
+use super::waiting::Waiting;
 use crate::arrays::{LargeArray, Sink};
 use crate::error::Result;
 use crate::observer::Observer;
-
-/// Samples whose rows are found and handed on together.
-const BATCH: usize = 64;
 
 /// Energy by normal mode of the linearized chain; the energies themselves are
 /// [`LargeArray::MODE_ENERGY`].
@@ -31,8 +26,6 @@ pub struct ModeBudget {
     pub normalized_entropy: Vec<f64>,
     /// Energy of all modes at each sample.
     pub energy: Vec<f64>,
-    /// Energy of each mode at the first and at the last sample.
-    pub ends: [Vec<f64>; 2],
     /// Mean entropy of as many modes in equilibrium; NaN for a driven chain, which has none.
     pub equilibrium: f64,
     /// The time of the first sample at which the entropy is no less, of a chain that starts below; `None` where it never is.
@@ -56,53 +49,43 @@ pub(super) fn pass(
     let modes = motion.chain.normal_modes()?;
     let (n, free, samples) = (modes.frequency.len(), modes.free, motion.samples());
     observer.stage("modes", samples as u64);
-    let mut waiting = Waiting::default();
-    let shape = (samples, n - free);
-    waiting.reserve(sink, LargeArray::MODE_ENERGY, shape, ShownArray::Not)?;
+    let mut waiting = Waiting::new(sink);
+    waiting.reserve(LargeArray::MODE_ENERGY, (samples, n - free), None)?;
     let mut found = ModeBudget {
         frequency: modes.frequency[free..].to_vec(),
         entropy: Vec::with_capacity(samples),
         normalized_entropy: Vec::with_capacity(samples),
         energy: Vec::with_capacity(samples),
-        ends: [Vec::new(), Vec::new()],
         equilibrium: match motion.drive {
             Some(_) => f64::NAN,
             None => (2..=n - free).map(|k| 1.0 / k as f64).sum(),
         },
         equipartition: None,
     };
-    let mut rows = vec![vec![0.0; n]; BATCH];
-    for first in (0..samples).step_by(BATCH) {
-        observer.go_on()?;
-        let batch = first..(first + BATCH).min(samples);
-        rows.par_iter_mut().zip(batch.clone()).for_each(|(row, i)| {
+    waiting.each_sample(
+        samples,
+        observer,
+        vec![0.0; n],
+        || (),
+        |(), i, row| {
             let at = motion.at(i);
             let [y, w] = at.resonators;
             modes.energies(&modes.places(at.x, y), &modes.places(at.v, w), row);
-        });
-        for (row, i) in rows.iter().zip(batch.clone()) {
+        },
+        |waiting, i, row| {
             found.add(i, motion, &row[free..]);
             waiting.push(LargeArray::MODE_ENERGY, &row[free..]);
-        }
-        waiting.hand_on(sink, first)?;
-        observer.advance(batch.len() as u64);
-    }
+        },
+    )?;
     Ok(found)
 }
 
 impl ModeBudget {
     fn add(&mut self, i: usize, motion: &Motion, energies: &[f64]) {
-        let all: f64 = crate::numeric::sum(energies);
+        let all = crate::numeric::sum(energies);
         let shares = energies.iter().map(|energy| energy / all);
-        let entropy: f64 = shares
-            .map(|share| {
-                if share > 0.0 {
-                    -share * share.ln()
-                } else {
-                    0.0
-                }
-            })
-            .sum();
+        let terms = shares.filter(|share| *share > 0.0);
+        let entropy: f64 = terms.map(|share| -share * share.ln()).sum();
         let entropy = if all > 0.0 { entropy } else { f64::NAN };
         let most = (energies.len() as f64).ln();
         let first = self.entropy.first().copied().unwrap_or(entropy);
@@ -110,12 +93,6 @@ impl ModeBudget {
         self.entropy.push(entropy);
         self.normalized_entropy
             .push((most - entropy) / (most - first));
-        if i == 0 {
-            self.ends[0] = energies.to_vec();
-        }
-        if i + 1 == motion.samples() {
-            self.ends[1] = energies.to_vec();
-        }
         let starts_below = first < self.equilibrium;
         if starts_below && self.equipartition.is_none() && entropy >= self.equilibrium {
             self.equipartition = Some(motion.time[i]);

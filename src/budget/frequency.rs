@@ -3,28 +3,41 @@
 //! `P_j(f) = w Re(conj(F^_j) vbar^_j)`, `vbar_j = (v_j + v_{j+1}) / 2`, with `w = 2` but 1 at `f = 0`
 //! and, for an even number of samples, at Nyquist. The end samples of F are halved, so that
 //! `sum P_j df` is the trapezoid sum of `F_j vbar_j`. This is `W_j` at the end of the record.
+//!
+//! Forces open like `t^{3/2}`, so the sum of `P_j(f) df` converges to `W_j` with order 5/2 in the
+//! time between samples, for every quadrature rule. Inside the stepping the chain is therefore stepped
+//! again with many more samples than the record has, and the energy passed is integrated inside the
+//! same steps. The spectrum then extends far above the frequencies of the record, and its sum closes
+//! to the stepping's error.
 
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use column_fft::{RealToComplex, rows};
 use ndarray::{Array2, Axis, s};
+use num_complex::Complex;
 use rayon::prelude::*;
 
+use super::balance::worst_of;
 use super::contacts::{Contacts, PowerRow};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::Budget;
+use super::stepped::instant;
 use super::wavenumber::dot;
 use crate::arrays::{LargeArray, Sink};
+use crate::chain::{NodeState, Simulation};
 use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};
 use crate::error::Result;
-use crate::numeric::count_at_or_below;
+use crate::numeric::{count_at_or_below, sum};
 use crate::observer::Observer;
-use crate::transform::fold;
+use crate::transform::{fold, frequencies};
 
 /// Largest frequency of the map, in units of the band edge.
 const SHOWN: f64 = 5.0;
+
+/// Intervals between samples; a power of two less one, so that records have a fast length.
+const INTERVALS: usize = (1 << 19) - 1;
 
 /// Contacts whose records are transformed together.
 const BLOCK: usize = 32;
@@ -115,7 +128,7 @@ pub(super) fn power_flow(
 ) -> Result<FrequencyFlow> {
     let (samples, m) = (motion.samples(), motion.chain.n_contacts());
     let dt = motion.step();
-    let frequency = crate::transform::frequencies(samples, dt);
+    let frequency = frequencies(samples, dt);
     let bins = frequency.len();
     let plan = rows::plan_fft_forward(samples);
     let edge = request.band_edge_frequency;
@@ -131,35 +144,25 @@ pub(super) fn power_flow(
         .max(2)
         .min(bins);
     let map = Mutex::new(MapBuilder::extreme((shown, m.max(1)), MAP_LIMIT));
-    let weights: Vec<f64> = (0..bins).map(|bin| dt * dt * fold(bin, samples)).collect();
     let blocks: Vec<usize> = (0..m).step_by(BLOCK).collect();
-    let sums: Vec<Vec<[f64; 2]>> = blocks
+    let bands: Vec<Vec<[f64; 2]>> = blocks
         .into_par_iter()
         .map(|first| {
             observer.go_on()?;
             let block = first..(first + BLOCK).min(m);
             let width = block.len();
             let [mut forces, mut speeds] = records(motion, contacts, block);
-            let [mut of_force, mut of_speed] = [0, 1].map(|_| plan.make_output_vec());
-            let mut work = plan.make_scratch_vec();
+            let mut spectra = PowerSpectra::new(plan.clone(), dt);
             let mut powers = Array2::zeros((width, bins));
             let mut bands = Vec::with_capacity(width);
             let records = forces
                 .chunks_exact_mut(samples)
                 .zip(speeds.chunks_exact_mut(samples));
             for (power, (force, speed)) in powers.rows_mut().into_iter().zip(records) {
-                force[0] *= 0.5;
-                force[samples - 1] *= 0.5;
-                // The lengths are the plan's own, so these cannot fail.
-                let _ = plan.process_with_scratch(force, &mut of_force, &mut work);
-                let _ = plan.process_with_scratch(speed, &mut of_speed, &mut work);
                 let power = power.into_slice().unwrap_or_default();
-                let spectra = of_force.iter().zip(&of_speed).zip(&weights);
-                for (power, ((force, speed), weight)) in power.iter_mut().zip(spectra) {
-                    *power = weight * dot(*force, *speed);
-                }
+                spectra.find(force, speed, power);
                 let (low, high) = power.split_at(low_bins);
-                bands.push([low, high].map(|band| df * crate::numeric::sum(band)));
+                bands.push([low, high].map(|band| df * sum(band)));
             }
             // Transposed to the layout of the whole array.
             let mut block = Array2::from_shape_fn((bins, width), |(bin, j)| powers[[j, bin]]);
@@ -174,7 +177,7 @@ pub(super) fn power_flow(
             Ok(bands)
         })
         .collect::<Result<_>>()?;
-    let bands: Vec<[f64; 2]> = sums.into_iter().flatten().collect();
+    let bands: Vec<[f64; 2]> = bands.into_iter().flatten().collect();
     let map = map.into_inner().unwrap_or_else(PoisonError::into_inner);
     let units = &request.units;
     let (f, x) = (units.frequency(), units.position());
@@ -195,6 +198,45 @@ pub(super) fn power_flow(
         .map(|[a, b]| flow.between(*a, *b))
         .collect();
     Ok(flow)
+}
+
+/// Power flows of records of one length.
+struct PowerSpectra {
+    plan: Arc<dyn RealToComplex<f64>>,
+    /// `dt^2`, folded.
+    weights: Vec<f64>,
+    spectra: [Vec<Complex<f64>>; 2],
+    work: Vec<Complex<f64>>,
+}
+
+impl PowerSpectra {
+    fn new(plan: Arc<dyn RealToComplex<f64>>, dt: f64) -> PowerSpectra {
+        let spectra = [0, 1].map(|_| plan.make_output_vec());
+        let weight = |bin| dt * dt * fold(bin, plan.len());
+        PowerSpectra {
+            weights: (0..spectra[0].len()).map(weight).collect(),
+            spectra,
+            work: plan.make_scratch_vec(),
+            plan,
+        }
+    }
+
+    /// That of a force and a mean speed, which are used up.
+    fn find(&mut self, force: &mut [f64], speed: &mut [f64], power: &mut [f64]) {
+        for end in [0, force.len() - 1] {
+            force[end] *= 0.5;
+        }
+        for (record, spectrum) in [force, speed].into_iter().zip(&mut self.spectra) {
+            // The lengths are the plan's own, so this cannot fail.
+            let _ = self
+                .plan
+                .process_with_scratch(record, spectrum, &mut self.work);
+        }
+        let spectra = self.spectra[0].iter().zip(&self.spectra[1]);
+        for ((power, weight), (force, speed)) in power.iter_mut().zip(&self.weights).zip(spectra) {
+            *power = weight * dot(*force, *speed);
+        }
+    }
 }
 
 /// Forces and mean speeds of up to [`BLOCK`] contacts; `(contact, time)`, row-major.
@@ -248,4 +290,81 @@ fn default_edge(
         .map(|(m, z)| fold(m, samples) * z.norm_sqr())
         .collect();
     edge_of(&power, frequency).unwrap_or(f64::NAN)
+}
+
+/// Of the record whose low band ends at this frequency.
+pub(super) fn refine(
+    simulation: &Simulation,
+    contacts: &Contacts,
+    local_error: f64,
+    request: &BudgetRequest,
+    [edge, duration]: [f64; 2],
+    observer: &dyn Observer,
+) -> Result<Vec<RefinedFlow>> {
+    let chosen = chosen(contacts, request);
+    let samples = INTERVALS + 1;
+    let mut records: Vec<[Vec<f64>; 2]> = chosen
+        .iter()
+        .map(|_| [0, 1].map(|_| Vec::with_capacity(samples)))
+        .collect();
+    let mut passed = vec![0.0; chosen.len()];
+    let times: Vec<f64> = (0..samples)
+        .map(|i| duration * (i as f64 / INTERVALS as f64))
+        .collect();
+    let mut row = PowerRow::default();
+    let mut keep = |place: NodeState, followed: &[f64]| {
+        let at = instant(0.0, place);
+        for ((j, [force, speed]), passed) in chosen.iter().zip(&mut records).zip(&mut passed) {
+            contacts.forces_and_speeds(*j..j + 1, at, &mut row);
+            force.push(row.force[0]);
+            speed.push(row.speed[0]);
+            *passed = followed[*j];
+        }
+    };
+    simulation.sampled(&times, &chosen, local_error, observer, &mut keep)?;
+    let dt = duration / INTERVALS as f64;
+    let (df, frequency) = (1.0 / (samples as f64 * dt), frequencies(samples, dt));
+    let low_bins = count_at_or_below(&frequency, edge);
+    let mut spectra = PowerSpectra::new(rows::plan_fft_forward(samples), dt);
+    let mut power = vec![0.0; frequency.len()];
+    let flows = chosen.into_iter().zip(records).zip(passed);
+    let flows = flows.map(|((contact, [mut force, mut speed]), passed)| {
+        spectra.find(&mut force, &mut speed, &mut power);
+        let (low, high) = power.split_at(low_bins);
+        RefinedFlow {
+            contact,
+            low: df * sum(low),
+            high: df * sum(high),
+            passed,
+        }
+    });
+    Ok(flows.collect())
+}
+
+/// Puts refined flows, and their residual, in place of that of the samples.
+pub(super) fn put_into(budget: &mut Budget, flows: Vec<RefinedFlow>) {
+    let off = flows.iter().map(|of| (of.low + of.high - of.passed).abs());
+    let off: Vec<f64> = off.collect();
+    if !off.is_empty() {
+        budget.closure.frequency = budget.relative(worst_of(0.0, &off));
+    }
+    if let Some(flow) = &mut budget.frequency {
+        flow.refined = flows;
+    }
+}
+
+/// The first, the middle and the last contact between two sites, and the requested ones.
+fn chosen(contacts: &Contacts, request: &BudgetRequest) -> Vec<usize> {
+    let count = contacts.chain().n_contacts();
+    let joins = |j: &usize| matches!(contacts.sites(j + contacts.offset), [Some(_), Some(_)]);
+    let inner: Vec<usize> = (0..count).filter(joins).collect();
+    let Some(last) = inner.len().checked_sub(1) else {
+        return Vec::new();
+    };
+    let usual = [inner[0], inner[last / 2], inner[last]];
+    let asked = request.between.iter().flatten().copied().filter(joins);
+    let mut chosen: Vec<usize> = usual.into_iter().chain(asked).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
 }

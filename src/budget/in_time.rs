@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use super::contacts::{ContactState, Contacts};
+use super::contacts::Contacts;
 use super::modes::{Basis, Modes};
 use super::motion::Motion as Recorded;
+use super::wavenumber::Transfers;
 use crate::analyze::Analysis;
 use crate::chain::{Ends, Run};
 use crate::error::Result;
@@ -45,13 +46,11 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
     }
     let basis = Basis::of(motion.chain.ends);
     let modes = Modes::new(basis, motion.chain.n_sites());
+    let wavenumbers = modes.wavenumbers(axes.space.step.abs());
     let profiles = OfRun {
-        root_mass: motion.chain.mass.iter().map(|m| m.sqrt()).collect(),
         motion: *motion,
-        contacts,
-        modes,
+        transfers: Transfers::new(&contacts, modes, None, false),
     };
-    let wavenumbers = profiles.modes.wavenumbers(axes.space.step.abs());
     let among = answer.since.clone().unwrap_or(0..axes.n_times);
     let time = &axes.time;
     let source = Source {
@@ -90,55 +89,12 @@ pub fn answer_of_run(run: &Run, analysis: &mut Analysis) -> Result<()> {
 
 struct OfRun<'a> {
     motion: Recorded<'a>,
-    contacts: Contacts<'a>,
-    root_mass: Vec<f64>,
-    modes: Modes,
-}
-
-impl OfRun<'_> {
-    fn energies(&self, time: usize) -> Vec<f64> {
-        let at = self.motion.at(time);
-        let mut state = ContactState::default();
-        self.contacts.evaluate(at, &mut state);
-        self.contacts.evaluate_roots(&mut state);
-        let mut scratch = self.modes.scratch();
-        let line = || vec![Default::default(); self.modes.len()];
-        let (mut q, mut phi) = (line(), line());
-        let row: Vec<f64> = self
-            .root_mass
-            .iter()
-            .zip(at.v)
-            .map(|(root, v)| root * v)
-            .collect();
-        self.modes.of_sites(&row, &mut scratch, &mut q);
-        self.modes.of_contacts(&state.phi, &mut scratch, &mut phi);
-        let pairs = q.iter().zip(&phi).enumerate();
-        let mut energies: Vec<f64> = pairs
-            .map(|(m, (q, phi))| self.modes.weight(m) * (0.5 * q.norm_sqr() + phi.norm_sqr()))
-            .collect();
-        if let Some(ground) = &self.motion.chain.on_site.ground {
-            let roots = at.x.iter().enumerate();
-            let roots: Vec<f64> = roots.map(|(j, x)| ground.root_energy(j, *x).0).collect();
-            self.modes.of_sites(&roots, &mut scratch, &mut q);
-            for (m, (energy, held)) in energies.iter_mut().zip(&q).enumerate() {
-                *energy += self.modes.weight(m) * held.norm_sqr();
-            }
-        }
-        if let Some(all) = self.motion.chain.resonators() {
-            for rows in all.root_energies(at.x, at.resonators) {
-                self.modes.of_sites(&rows, &mut scratch, &mut q);
-                for (m, (energy, own)) in energies.iter_mut().zip(&q).enumerate() {
-                    *energy += self.modes.weight(m) * own.norm_sqr();
-                }
-            }
-        }
-        energies
-    }
+    transfers: Transfers<'a>,
 }
 
 impl Profiles for OfRun<'_> {
     fn energy(&self, time: usize) -> f64 {
-        self.energies(time).iter().sum()
+        self.powers(time).iter().sum()
     }
 
     fn at_ends(&self, _: usize) -> f64 {
@@ -146,6 +102,6 @@ impl Profiles for OfRun<'_> {
     }
 
     fn powers(&self, time: usize) -> Vec<f64> {
-        self.energies(time)
+        self.transfers.energies(self.motion.at(time))
     }
 }

@@ -25,10 +25,8 @@ mod in_time;
 pub mod measured;
 mod modes;
 mod motion;
-mod passage;
 mod quadrature;
 mod real_space;
-mod refined;
 mod request;
 mod result;
 mod rows;
@@ -59,9 +57,7 @@ pub use result::{
     LargestPassage, PassedError, Residual, ScaleBudget, WavenumberBudget,
 };
 pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
-pub use triads::{
-    Disparity, Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, chain_triads,
-};
+pub use triads::{Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, chain_triads};
 pub use units::BudgetUnits;
 
 use crate::arrays::{Arrays, Sink};

@@ -32,10 +32,9 @@ impl<'a> Motion<'a> {
     /// # Errors
     /// [`Error::Request`] for a run without displacements.
     pub fn of(run: &'a Run) -> Result<Motion<'a>> {
-        let displacement = run.displacement.as_ref().ok_or_else(|| Error::Request {
-            option: "record",
-            expected: "a run that recorded displacements, for the energy of contacts".into(),
-            found: "none in it".into(),
+        let displacement = run.displacement.as_ref().ok_or_else(|| {
+            let expected = "a run that recorded displacements, for the energy of contacts";
+            Error::request("record", expected, "none in it")
         })?;
         Ok(Motion {
             chain: &run.chain,
@@ -80,74 +79,55 @@ impl<'a> Motion<'a> {
         self.duration() / (self.samples() - 1) as f64
     }
 
+    /// Weights of sample i under the trapezoid rule: in the step before it, and in that behind it.
+    pub(super) fn halves(&self, i: usize) -> [f64; 2] {
+        let half = 0.5 * self.step();
+        let is_end = |end: usize| if i == end { 0.0 } else { half };
+        [is_end(0), is_end(self.samples() - 1)]
+    }
+
     /// # Errors
     /// [`Error::Request`] naming what does not fit the chain.
     pub(super) fn check(&self) -> Result<()> {
-        let refuse = |option, expected: String, found: String| {
-            Err(Error::Request {
-                option,
-                expected,
-                found,
-            })
-        };
         self.chain.check()?;
-        if self.samples() < 2 {
-            return refuse("samples", "2 or more".into(), self.samples().to_string());
+        let samples = self.samples();
+        if samples < 2 {
+            return Err(Error::request("samples", "2 or more", samples));
         }
         let step = self.step();
         let even =
             |(i, t): (usize, &f64)| (t - self.time[0] - step * i as f64).abs() <= 1e-6 * step;
         if !(step > 0.0 && self.time.iter().enumerate().all(even)) {
-            return refuse(
-                "time",
-                "rising, evenly spaced times".into(),
-                "others".into(),
-            );
-        }
-        let (n, m) = (self.chain.n_sites(), self.chain.n_contacts());
-        let shape = (self.samples(), n);
-        for (name, array, columns) in [
-            ("energy_passed", self.energy_passed, m),
-            ("energy_lost", self.energy_lost, n),
-        ] {
-            if let Some(array) = array.filter(|array| array.dim() != (self.samples(), columns)) {
-                let expected = format!("the shape ({}, {columns})", self.samples());
-                return refuse(name, expected, format!("{:?}", array.dim()));
-            }
-        }
-        if self
-            .energy_input
-            .is_some_and(|input| input.len() != self.samples())
-        {
-            return refuse(
-                "energy_input",
-                format!("{} values", self.samples()),
-                "others".into(),
-            );
+            let expected = "rising, evenly spaced times";
+            return Err(Error::request("time", expected, "others"));
         }
         if self.resonators.is_some() != self.chain.resonators().is_some() {
             let expected = "the motion of resonators for a chain that has them, and for no other";
-            return refuse("resonators", expected.into(), "otherwise".into());
+            return Err(Error::request("resonators", expected, "otherwise"));
         }
-        let resonators = ["resonator_displacement", "resonator_velocity"].into_iter();
-        let resonators = resonators.zip(self.resonators.into_iter().flatten());
-        let bodies = [
-            ("displacement", self.displacement),
-            ("velocity", self.velocity),
-        ];
-        for (name, array) in bodies.into_iter().chain(resonators) {
-            if array.dim() != shape {
-                return refuse(
-                    name,
-                    format!("the shape {shape:?}"),
-                    format!("{:?}", array.dim()),
-                );
+        let (n, m) = (self.chain.n_sites(), self.chain.n_contacts());
+        let [y, w] = self.resonators.map_or([None; 2], |both| both.map(Some));
+        let followed = |array: Option<&'a Array2<f64>>| array.map(|array| array.view());
+        let input = self.energy_input.map(|input| input.insert_axis(Axis(1)));
+        for (name, array, columns, is_motion) in [
+            ("energy_passed", followed(self.energy_passed), m, false),
+            ("energy_lost", followed(self.energy_lost), n, false),
+            ("energy_input", input, 1, false),
+            ("displacement", Some(self.displacement), n, true),
+            ("velocity", Some(self.velocity), n, true),
+            ("resonator_displacement", y, n, true),
+            ("resonator_velocity", w, n, true),
+        ] {
+            let Some(array) = array else { continue };
+            if array.dim() != (samples, columns) {
+                let expected = format!("the shape {:?}", (samples, columns));
+                return Err(Error::request(name, expected, format!("{:?}", array.dim())));
             }
-            if array.rows().into_iter().any(|row| row.to_slice().is_none()) {
-                return refuse(name, "rows in order in memory".into(), "others".into());
+            if is_motion && array.rows().into_iter().any(|row| row.to_slice().is_none()) {
+                return Err(Error::request(name, "rows in order in memory", "others"));
             }
-            if let Some(value) = array.iter().find(|value| !value.is_finite()) {
-                return refuse(name, "finite values".into(), value.to_string());
+            if let Some(value) = array.iter().find(|x| is_motion && !x.is_finite()) {
+                return Err(Error::request(name, "finite values", value));
             }
         }
         Ok(())

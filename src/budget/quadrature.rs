@@ -82,22 +82,6 @@ fn interval(points: usize, s: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// The weights of textbooks (Adams-Moulton and its mirror image, the central ones).
-    #[test]
-    fn val_textbook_weights_of_cubics() {
-        let expected = [
-            [9.0, 19.0, -5.0, 1.0],
-            [-1.0, 13.0, 13.0, -1.0],
-            [1.0, -5.0, 19.0, 9.0],
-        ];
-        for (s, expected) in expected.iter().enumerate() {
-            for (found, expected) in interval(4, s).iter().zip(expected) {
-                assert!((found - expected / 24.0).abs() < 1e-15);
-            }
-        }
-        assert_eq!(interval(2, 0), [0.5, 0.5]);
-    }
-
     #[test]
     fn val_calculus_polynomials_are_integrated_exactly() {
         for samples in [1, 2, 3, 4, 7, 8, 9, 20] {

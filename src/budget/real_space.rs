@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
-use super::balance::worst_of;
+use super::balance::{RunningBalance, add};
 use super::contacts::{ContactState, Contacts};
-use super::motion::ChainState;
+use super::motion::{ChainState, Motion};
 use crate::chain::Ends;
 
 /// Energies and rates at one instant.
@@ -132,31 +132,55 @@ pub(super) struct Exchanged {
     pub(super) input: f64,
 }
 
-/// Follows what each site gained against what came, went and was lost, over a window.
+impl Exchanged {
+    /// Adds a node of a quadrature.
+    pub(super) fn add(&mut self, weight: f64, rates: &SiteTerms) {
+        add(&mut self.passed, weight, &rates.flux);
+        add(&mut self.lost, weight, &rates.loss);
+        self.input += weight * rates.input;
+    }
+
+    /// Takes what the motion followed inside its steps up to sample i.
+    pub(super) fn set(&mut self, motion: &Motion, i: usize) {
+        let followed = [
+            (&mut self.passed, motion.energy_passed),
+            (&mut self.lost, motion.energy_lost),
+        ];
+        for (sums, array) in followed {
+            if let Some(array) = array {
+                sums.clear();
+                sums.extend(&array.row(i));
+            }
+        }
+        self.input = motion.energy_input.map_or(self.input, |input| input[i]);
+    }
+}
+
+/// Follows what each site holds less what came, plus what went and was lost, over a window: it is constant.
 #[derive(Debug)]
-pub(super) struct Balance {
+pub(super) struct SiteBalance {
     times: Range<usize>,
     sites: Range<usize>,
     periodic: bool,
-    /// The site inside the chain that a force drives.
-    pushed: Option<usize>,
-    start: Option<(Vec<f64>, Exchanged)>,
-    came: Vec<f64>,
-    off: Vec<f64>,
-    worst: f64,
+    /// The site at which a drive puts energy in.
+    driven: usize,
+    kept: Vec<f64>,
+    balance: RunningBalance,
 }
 
-impl Balance {
-    pub(super) fn new(times: Range<usize>, sites: Range<usize>, contacts: &Contacts) -> Balance {
-        Balance {
+impl SiteBalance {
+    pub(super) fn new(
+        times: Range<usize>,
+        sites: Range<usize>,
+        contacts: &Contacts,
+    ) -> SiteBalance {
+        SiteBalance {
             times,
             sites,
-            pushed: contacts.pushed_inside(),
+            driven: contacts.pushed(),
             periodic: contacts.chain().ends == Ends::Periodic,
-            start: None,
-            came: Vec::new(),
-            off: Vec::new(),
-            worst: 0.0,
+            kept: Vec::new(),
+            balance: RunningBalance::default(),
         }
     }
 
@@ -165,46 +189,32 @@ impl Balance {
         if !self.times.contains(&i) {
             return;
         }
-        let Some((first, then)) = &self.start else {
-            self.start = Some((energy.to_vec(), now.clone()));
-            return;
-        };
-        let passed = |j: usize| now.passed[j] - then.passed[j];
-        let (sites, contacts) = (self.sites.clone(), now.passed.len());
-        // What came to each site from the left, and last what left behind them all.
-        let came = &mut self.came;
-        came.clear();
-        came.push(match sites.start.checked_sub(1) {
-            Some(left) => passed(left),
-            None if self.periodic => passed(contacts - 1),
-            None if self.pushed.is_none() => now.input - then.input,
-            None => 0.0,
-        });
-        came.extend((sites.start..sites.end.min(contacts)).map(passed));
-        came.resize(sites.len() + 1, 0.0);
-        let changes = energy[sites.clone()].iter().zip(&first[sites.clone()]);
-        let off = &mut self.off;
-        off.clear();
-        off.extend(
-            changes
-                .zip(came.windows(2))
-                .map(|((now, first), came)| now - first - came[0] + came[1]),
-        );
-        if let Some(site) = self.pushed.filter(|site| sites.contains(site)) {
-            off[site - sites.start] -= now.input - then.input;
-        }
-        if !now.lost.is_empty() {
-            let lost = now.lost[sites.clone()].iter().zip(&then.lost[sites]);
-            for (off, (now, then)) in off.iter_mut().zip(lost) {
-                *off += now - then;
+        let (sites, kept) = (self.sites.clone(), &mut self.kept);
+        kept.clear();
+        kept.extend_from_slice(&energy[sites.clone()]);
+        // The contact right of each site, then the one left of it.
+        let right = sites.start..sites.end.min(now.passed.len());
+        add(kept, 1.0, &now.passed[right]);
+        match sites.start.checked_sub(1) {
+            Some(left) => add(kept, -1.0, &now.passed[left..sites.end - 1]),
+            None => {
+                add(&mut kept[1..], -1.0, &now.passed[..sites.end - 1]);
+                if self.periodic {
+                    kept[0] -= now.passed[now.passed.len() - 1];
+                }
             }
         }
-        off.iter_mut().for_each(|off| *off = off.abs());
-        self.worst = worst_of(self.worst, off);
+        if sites.contains(&self.driven) {
+            kept[self.driven - sites.start] -= now.input;
+        }
+        if !now.lost.is_empty() {
+            add(kept, 1.0, &now.lost[sites]);
+        }
+        self.balance.compare(kept);
     }
 
     /// The largest residual, in units of energy.
     pub(super) fn worst(&self) -> f64 {
-        self.worst
+        self.balance.worst()
     }
 }

@@ -2,13 +2,10 @@
 
 use std::ops::Range;
 
-use super::contacts::Contacts;
 use super::filter::Filter;
 use super::motion::Motion;
 use super::result::Integration;
-use super::scale::Scales;
 use super::units::BudgetUnits;
-use crate::chain::Chain;
 use crate::error::{Error, Result};
 
 /// Which views of the energy are computed.
@@ -82,59 +79,42 @@ impl BudgetRequest {
     /// # Errors
     /// [`Error::Request`] for the option that does not fit the motion.
     pub(super) fn check(&self, motion: &Motion) -> Result<()> {
-        let refuse = |option, expected: String, found: String| {
-            Err(Error::Request {
-                option,
-                expected,
-                found,
-            })
-        };
-        if !(self.pitch > 0.0 && self.pitch.is_finite()) {
-            return refuse("pitch", "a positive length".into(), self.pitch.to_string());
-        }
-        for (option, edge) in [
-            ("band-edge-frequency", self.band_edge_frequency),
-            ("band-edge-wavenumber", self.band_edge_wavenumber),
+        let (above, length) = (f64::MIN_POSITIVE, "a positive length");
+        for (option, value, least, expected) in [
+            ("pitch", Some(self.pitch), above, length),
+            ("map-scale", self.map_scale, above, length),
+            (
+                "band-edge-frequency",
+                self.band_edge_frequency,
+                0.0,
+                "0 or more",
+            ),
+            (
+                "band-edge-wavenumber",
+                self.band_edge_wavenumber,
+                0.0,
+                "0 or more",
+            ),
         ] {
-            if let Some(edge) = edge.filter(|edge| !(edge.is_finite() && *edge >= 0.0)) {
-                return refuse(option, "0 or more".into(), edge.to_string());
+            let fits = |value: &f64| value.is_finite() && *value >= least;
+            if let Some(value) = value.filter(|value| !fits(value)) {
+                return Err(Error::request(option, expected, value));
             }
         }
-        if let Some(scale) = self.map_scale.filter(|l| !(l.is_finite() && *l > 0.0)) {
-            return refuse("map-scale", "a positive length".into(), scale.to_string());
-        }
         let contacts = motion.chain.n_contacts();
-        if let Some([a, b]) = self
-            .between
-            .iter()
-            .find(|pair| pair.iter().any(|j| *j >= contacts))
-        {
+        let outside = |pair: &&[usize; 2]| pair.iter().any(|j| *j >= contacts);
+        if let Some([a, b]) = self.between.iter().find(outside) {
             let expected = format!("contacts 0 to {}", contacts.saturating_sub(1));
-            return refuse("between", expected, format!("{a}:{b}"));
+            return Err(Error::request("between", expected, format!("{a}:{b}")));
         }
-        let Some([times, sites]) = &self.window else {
-            return Ok(());
-        };
         let lengths = [motion.samples(), motion.chain.n_sites()];
-        for (window, length) in [times, sites].into_iter().zip(lengths) {
+        for (window, length) in self.window.iter().flatten().zip(lengths) {
             if window.start >= window.end || window.end > length {
                 let expected = format!("FIRST:END within 0:{length}");
-                return refuse(
-                    "window",
-                    expected,
-                    format!("{}:{}", window.start, window.end),
-                );
+                let found = format!("{}:{}", window.start, window.end);
+                return Err(Error::request("window", expected, found));
             }
         }
         Ok(())
-    }
-
-    /// Plans the filters of all scales; the unit cell is that of the chain `stated`.
-    pub(super) fn scales_of<'a>(
-        &self,
-        contacts: &'a Contacts<'a>,
-        stated: &Chain,
-    ) -> Result<Scales<'a>> {
-        Scales::new(contacts, stated, self.filter, &self.scales, self.pitch)
     }
 }

@@ -1,6 +1,5 @@
 //! Results of a budget other than its large arrays.
 
-use super::branches::BranchSplit;
 use super::curves::Curves;
 use super::equipartition::ModeBudget;
 use super::filter::ScaleOf;
@@ -46,6 +45,12 @@ pub struct Budget {
 }
 
 impl Budget {
+    /// Energy of the chain at each sample.
+    pub(super) fn energies(&self) -> Vec<f64> {
+        let parts = self.kinetic.iter().zip(&self.contact);
+        parts.map(|(kinetic, contact)| kinetic + contact).collect()
+    }
+
     /// A residual relative to [`Budget::scale`].
     pub(super) fn relative(&self, worst: f64) -> Residual {
         let relative = if worst == 0.0 {
@@ -192,18 +197,6 @@ pub enum Direction {
     Unresolved,
 }
 
-impl Direction {
-    /// The name used in JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Direction::TowardsHighK => "towards high k",
-            Direction::TowardsLowK => "towards low k",
-            Direction::None => "none",
-            Direction::Unresolved => "unresolved",
-        }
-    }
-}
-
 /// Acoustic and optical energy.
 #[derive(Debug, Clone)]
 pub struct BranchBudget {
@@ -213,14 +206,6 @@ pub struct BranchBudget {
     pub optical_energy: Vec<f64>,
     /// Rate of energy transfer from the acoustic to the optical branch, at each sample.
     pub optical_transfer: Vec<f64>,
-}
-
-impl BranchBudget {
-    pub(super) fn keep(&mut self, split: &BranchSplit) {
-        self.optical_energy
-            .push(crate::numeric::sum(&split.optical_energy));
-        self.optical_transfer.push(split.optical_transfer);
-    }
 }
 
 /// The budget over scales.
@@ -275,13 +260,15 @@ pub struct IntegratedFluxCheck {
 }
 
 impl IntegratedFluxCheck {
+    /// In units of [`Budget::scale`]; `None` where that is 0.
     pub(super) fn relative_to(self, scale: f64) -> Option<IntegratedFluxCheck> {
-        let relative = IntegratedFluxCheck {
-            at_largest_wavenumber: self.at_largest_wavenumber / scale,
-            two_ways: self.two_ways / scale,
-        };
-        let finite = relative.at_largest_wavenumber.is_finite() && relative.two_ways.is_finite();
-        finite.then_some(relative)
+        let [at_largest_wavenumber, two_ways] =
+            [self.at_largest_wavenumber, self.two_ways].map(|off| off / scale);
+        let finite = at_largest_wavenumber.is_finite() && two_ways.is_finite();
+        finite.then_some(IntegratedFluxCheck {
+            at_largest_wavenumber,
+            two_ways,
+        })
     }
 }
 

@@ -10,8 +10,9 @@ use std::ops::Range;
 
 use super::contacts::Contacts;
 use super::filter::{Filter, ScaleOf};
+use super::request::BudgetRequest;
 use super::sublattices::Sublattices;
-use crate::chain::{Chain, Ends, Laws};
+use crate::chain::{Chain, Ends};
 use crate::error::{Error, Result};
 
 /// Longest unit cell tried, in sites.
@@ -36,15 +37,6 @@ pub(super) struct PlannedFilter {
     pub(super) sites: Range<usize>,
 }
 
-impl std::fmt::Debug for Scales<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Scales")
-            .field("scales", &self.scales)
-            .field("cell", &self.sublattices.cell())
-            .finish_non_exhaustive()
-    }
-}
-
 impl<'a> Scales<'a> {
     /// Plans the filters; the unit cell is that of the chain `stated`.
     ///
@@ -54,34 +46,33 @@ impl<'a> Scales<'a> {
     pub(super) fn new(
         contacts: &'a Contacts<'a>,
         stated: &Chain,
-        filter: Filter,
-        scales: &[f64],
-        pitch: f64,
+        request: &BudgetRequest,
     ) -> Result<Scales<'a>> {
-        let refuse = |option, expected: &str, found: String| Error::Request {
-            option,
-            expected: expected.into(),
-            found,
-        };
+        let BudgetRequest {
+            filter,
+            ref scales,
+            pitch,
+            ..
+        } = *request;
         let chain = contacts.chain();
         let n = chain.n_sites();
         let cell = unit_cell(stated).ok_or_else(|| {
             let expected =
                 "bodies and contacts that repeat every eight sites or less, for a filter";
-            refuse("scale", expected, "a chain that does not repeat".into())
+            Error::request("scale", expected, "a chain that does not repeat")
         })?;
         let periodic = chain.ends == Ends::Periodic;
         if filter == Filter::Sharp && !periodic {
             let expected =
                 "`gaussian` or `box` on a chain with ends, through which `sharp` reaches";
-            return Err(refuse("filter", expected, "sharp".into()));
+            return Err(Error::request("filter", expected, "sharp"));
         }
         if periodic && !n.is_multiple_of(cell) {
             let found = format!("{n} sites in cells of {cell}");
-            return Err(refuse("scale", "a ring of whole cells", found));
+            return Err(Error::request("scale", "a ring of whole cells", found));
         }
         if let Some(scale) = scales.iter().find(|l| !(l.is_finite() && **l > 0.0)) {
-            return Err(refuse("scale", "positive lengths", scale.to_string()));
+            return Err(Error::request("scale", "positive lengths", scale));
         }
         let cells = n.div_ceil(cell);
         let length = pitch * cell as f64;
@@ -89,18 +80,18 @@ impl<'a> Scales<'a> {
         let whole = length * cells as f64;
         if let Some(scale) = scales.iter().find(|l| **l > whole || **l < 1e-6 * length) {
             let expected = format!("lengths between a cell, {length}, and the chain, {whole}");
-            return Err(refuse("scale", &expected, scale.to_string()));
+            return Err(Error::request("scale", expected, scale));
         }
-        let chosen = match scales {
-            [] => default_scales(cells).map(|l| l * length).collect(),
-            given => given.to_vec(),
+        let chosen = match scales.is_empty() {
+            true => default_scales(cells).map(|l| l * length).collect(),
+            false => scales.clone(),
         };
         let m = chain.n_contacts();
         let sublattices = Sublattices::new(cell, cells);
         let plan = |scale: f64| {
             let of = ScaleOf::new(filter, scale, length, cells);
             // Sites and contacts next to an end may differ from the unit cell; they are excluded.
-            let inside = |count: usize| {
+            let fitting = |count: usize| {
                 let edge = (cell * of.reach + 1).min(count);
                 // The filter must also fit at the site right of a contact.
                 edge..count.saturating_sub(edge + 1).max(edge)
@@ -108,7 +99,7 @@ impl<'a> Scales<'a> {
             let (contacts, sites) = match periodic {
                 true => (0..m, 0..n),
                 false => {
-                    let contacts = inside(m.min(n));
+                    let contacts = fitting(m.min(n));
                     // The balance of a site needs the fluxes of both contacts.
                     let sites = contacts.start + 1..contacts.end.max(contacts.start + 1);
                     (contacts, sites)
@@ -124,16 +115,18 @@ impl<'a> Scales<'a> {
         let all = chosen.into_iter().map(plan);
         let fits =
             |planned: &PlannedFilter| !planned.contacts.is_empty() && !planned.sites.is_empty();
-        let scales: Vec<PlannedFilter> = match scales {
-            [] => all.filter(fits).collect(),
-            _ => all.collect(),
-        };
+        let is_default = scales.is_empty();
+        let scales: Vec<PlannedFilter> = all.filter(|of| !is_default || fits(of)).collect();
         if let Some(planned) = scales.iter().find(|planned| !fits(planned)) {
             let ScaleOf { scale, reach, .. } = planned.of;
             let expected = format!(
                 "scales whose filter fits into the chain: {scale} reaches {reach} cells to either side"
             );
-            return Err(refuse("scale", &expected, format!("{cells} cells")));
+            return Err(Error::request("scale", expected, format!("{cells} cells")));
+        }
+        if scales.is_empty() {
+            let expected = "a chain longer than the reach of the smallest filter";
+            return Err(Error::request("scale", expected, format!("{cells} cells")));
         }
         Ok(Scales {
             scales,
@@ -141,40 +134,36 @@ impl<'a> Scales<'a> {
             sublattices,
         })
     }
+}
 
-    /// The filter of this scale.
-    pub(super) fn at(&self, scale: f64) -> Option<&PlannedFilter> {
-        self.scales.iter().find(|planned| planned.of.scale == scale)
+/// Of so many sites or contacts those away from the ends, where a striker or a wall may differ from the rest.
+pub(super) fn inside(ends: Ends, count: usize) -> Range<usize> {
+    match ends {
+        Ends::Periodic => 0..count,
+        _ => 1.min(count)..count.saturating_sub(1).max(1).min(count),
     }
 }
 
 /// Number of sites in the unit cell, found away from the ends.
 fn unit_cell(chain: &Chain) -> Option<usize> {
-    let inside = |values: &'_ [f64]| match chain.ends {
-        Ends::Periodic => values.to_vec(),
-        _ => values[1.min(values.len())..values.len().saturating_sub(1).max(1).min(values.len())]
-            .to_vec(),
-    };
     let ground = chain.on_site.ground.as_ref();
-    let mut rows = vec![inside(&chain.mass), inside(&chain.coefficient)];
-    rows.extend(ground.map(|ground| inside(&ground.coefficient)));
+    let mut rows = vec![&chain.mass, &chain.coefficient];
+    rows.extend(ground.map(|ground| &ground.coefficient));
     if let Some(all) = chain.resonators() {
-        rows.extend([&all.mass, &all.stiffness, &all.damping].map(|values| inside(values)));
+        rows.extend([&all.mass, &all.stiffness, &all.damping]);
     }
     let repeats = |values: &[f64], cell: usize| {
         let mut pairs = values.iter().zip(values.iter().skip(cell));
         pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs())
     };
-    let cells = |laws: &Laws| match laws.only() {
-        Some(_) => 1,
-        None => laws.each().len(),
-    };
-    let laws = [&chain.law]
-        .into_iter()
-        .chain(ground.map(|ground| &ground.law));
-    let laws: Vec<usize> = laws.map(cells).collect();
+    let laws = [&chain.law].into_iter();
+    let laws = laws.chain(ground.map(|ground| &ground.law));
+    let laws: Vec<usize> = laws
+        .map(|laws| laws.only().map_or(laws.each().len(), |_| 1))
+        .collect();
     (1..=LONGEST_CELL).find(|&cell| {
-        rows.iter().all(|row| repeats(row, cell))
+        rows.iter()
+            .all(|row| repeats(&row[inside(chain.ends, row.len())], cell))
             && laws.iter().all(|laws| cell.is_multiple_of(*laws))
     })
 }

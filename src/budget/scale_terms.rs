@@ -21,19 +21,9 @@ pub(super) struct ScaleScratch {
     ground: Vec<f64>,
     /// Force of the contact law at the filtered overlaps.
     law_force: Vec<f64>,
-    at_sites: AtSites,
-}
-
-/// Values of the contacts. Entry j is the contact left of site j; the last entry is right of the
-/// last site.
-#[derive(Debug, Clone, Default)]
-struct AtSites {
-    /// Energy of the contact law at the filtered overlaps.
-    energy: Vec<f64>,
-    /// Power that the filtered force transmits.
-    passes: Vec<f64>,
-    /// Power that the filtered force extracts from the motion and the contact law does not store.
-    taken: Vec<f64>,
+    /// Of the contact left of each site, and last of the one right of the last site: energy of the law at the filtered
+    /// overlaps, power that the filtered force transmits, power that it takes from the motion and the law does not store.
+    at_sites: [Vec<f64>; 3],
 }
 
 /// Fluxes, energies and their rates at one scale.
@@ -121,10 +111,6 @@ impl Scales<'_> {
         scratch: &mut ScaleScratch,
         terms: &mut ScaleTerms,
     ) {
-        if planned.contacts.is_empty() {
-            *terms = ScaleTerms::default();
-            return;
-        }
         let chain = self.contacts.chain();
         let (n, m) = (chain.n_sites(), chain.n_contacts());
         let ScaleScratch {
@@ -147,16 +133,14 @@ impl Scales<'_> {
         let ground = row(on_site.ground.is_some());
         let resonators = [(); 2].map(|()| row(on_site.resonators.is_some()));
         law_force.resize(m, 0.0);
-        let AtSites {
-            energy,
-            passes,
-            taken,
-        } = at_sites;
-        for row in [&mut *energy, passes, taken] {
+        for row in at_sites.iter_mut() {
             row.resize(m + 1, 0.0);
         }
+        let [energy, passes, taken] = at_sites;
+        let inside = self.contacts.offset..self.contacts.len();
+        let out = [&mut law_force[..], &mut energy[1..]];
         self.contacts
-            .forces_and_energies(&overlap[..m], [law_force, &mut energy[1..]]);
+            .forces_and_energies(inside, &overlap[..m], out);
         let inner = m.min(n - 1);
         widest(ContactPowers {
             speed: &speed[..inner + 1],
@@ -178,13 +162,13 @@ impl Scales<'_> {
             energy_rate,
         } = terms;
         let contacts = planned.contacts.clone();
+        let right_of = |j: usize| if j + 1 < n { j + 1 } else { 0 };
         flux.clear();
         flux.extend_from_slice(&taken[1..][contacts.clone()]);
         if !damping.is_empty() {
             // The power of the filtered damper is heat, not flux.
             for (flux, j) in flux.iter_mut().zip(contacts) {
-                let right = if j + 1 < n { j + 1 } else { 0 };
-                *flux -= damping[j] * (speed[j] - speed[right]);
+                *flux -= damping[j] * (speed[j] - speed[right_of(j)]);
             }
         }
         let sites = planned.sites.clone();
@@ -219,8 +203,7 @@ impl Scales<'_> {
             // Half of what the spring of a site takes counts at either contact.
             let taken = |j: usize| (ground[j] - springs.force(j, x[j])) * speed[j];
             for (flux, j) in flux.iter_mut().zip(planned.contacts.clone()) {
-                let right = if j + 1 < n { j + 1 } else { 0 };
-                *flux += 0.5 * (taken(j) + taken(right));
+                *flux += 0.5 * (taken(j) + taken(right_of(j)));
             }
         }
     }
@@ -256,7 +239,7 @@ struct Balance<'a> {
     mass: &'a [f64],
     speed: &'a [f64],
     drag: f64,
-    /// Energy, passed and taken power of [`AtSites`]; one entry more than sites.
+    /// Energy, passed and taken power of the contacts; one entry more than sites.
     beside: [&'a [f64]; 3],
     energy: &'a mut [f64],
     rate: &'a mut [f64],

@@ -2,17 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::balance::{RunningBalance, energy_rates, worst_of};
+use super::balance::{GivenRate, Passage, RunningBalance, energy_rates, worst_of};
 use super::contacts::Contacts;
+use super::filter::ScaleOf;
+use super::frequency;
 use super::modes::{Basis, Modes};
 use super::motion::{ChainState, Motion};
-use super::passage::{GivenRate, Passage};
-use super::refined;
 use super::request::BudgetRequest;
-use super::result::{Budget, IntegratedFluxCheck, Integration, PassedError};
+use super::result::{Budget, Integration, PassedError};
 use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
-use super::waiting::{ShownArray, Waiting};
+use super::waiting::{BATCH, Waiting};
 use super::wavenumber::{Terms, Transfers};
 use crate::arrays::{LargeArray, Sink};
 use crate::chain::{Node, NodeState, NodeVisitor, Quintic, Scheme, Simulation, openings};
@@ -31,9 +31,6 @@ const SITES_TOGETHER: usize = 1 << 15;
 /// Share of the energy from which on a filtered contact's opening counts.
 const NOTICED: f64 = 1e-20;
 
-/// Samples whose rows are handed on together.
-const BATCH: usize = 64;
-
 /// Puts integrals along the stepping, and their residuals, in place of those from samples.
 pub(super) fn close(
     motion: &Motion,
@@ -44,22 +41,17 @@ pub(super) fn close(
     budget: &mut Budget,
 ) -> Result<()> {
     let wavenumbers = budget.wavenumber.as_ref().map(|of| of.wavenumber.len());
-    let mut waiting = Waiting::default();
+    let mut waiting = Waiting::new(sink);
     if let Some(count) = wavenumbers {
         let shape = (motion.samples(), count);
-        waiting.reserve(
-            sink,
-            LargeArray::INTEGRATED_SPECTRAL_FLUX,
-            shape,
-            ShownArray::Not,
-        )?;
+        waiting.reserve(LargeArray::INTEGRATED_SPECTRAL_FLUX, shape, None)?;
     }
     if budget.scale == 0.0 {
         // Nothing moves, and there is no speed to measure errors of steps by.
         let row = vec![0.0; wavenumbers.unwrap_or(0)];
         for i in 0..motion.samples() {
             waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, &row);
-            waiting.hand_on(sink, i)?;
+            waiting.hand_on(i + 1)?;
         }
         return Ok(());
     }
@@ -77,35 +69,32 @@ pub(super) fn close(
     }
     let modes = Modes::new(Basis::of(chain.ends), chain.n_sites());
     let transfers = Transfers::new(contacts, modes, None, motion.drive.is_some());
-    let scales = match &budget.scales {
-        Some(_) => Some(request.scales_of(contacts, motion.chain)?),
-        None => None,
-    };
+    let scales = budget.scales.as_ref();
+    let scales = scales.map(|_| Scales::new(contacts, chain, request));
+    let scales = scales.transpose()?;
     let mut followed = Followed {
         motion,
-        start: motion.time[0],
-        contacts,
         spectral: wavenumbers.map(|count| SpectralFlux {
             rates: Vec::new(),
             transfers: &transfers,
             balance: RunningBalance::default(),
             passage: Passage::new(GivenRate::Transfer, motion.samples(), count),
-            rows: FluxRows {
-                sink,
-                waiting,
-                first: 0,
-                outcome: Ok(()),
-            },
+            waiting,
+            outcome: Ok(()),
             departure: 0.0,
         }),
         scale: match (&scales, &budget.scales) {
-            (Some(scales), Some(found)) => scales.at(found.map_scale).map(|planned| ScaleFlux {
-                scratch: ScaleScratch::default(),
-                scales,
-                planned,
-                balance: RunningBalance::default(),
-                noticed: NOTICED * budget.scale,
-            }),
+            (Some(scales), Some(found)) => {
+                let mut all = scales.scales.iter();
+                let planned = all.find(|planned| planned.of.scale == found.map_scale);
+                planned.map(|planned| ScaleFlux {
+                    scratch: ScaleScratch::default(),
+                    scales,
+                    planned,
+                    balance: RunningBalance::default(),
+                    noticed: NOTICED * budget.scale,
+                })
+            }
             _ => None,
         },
         places: Vec::new(),
@@ -120,34 +109,27 @@ pub(super) fn close(
             followed.evaluate();
             Ok(())
         },
-        || match low_band {
-            Some(edge) => {
-                let span = [edge, motion.duration()];
-                let watch = CancelOnly(observer);
-                refined::refine(&simulation, contacts, LOCAL_ERROR, request, span, &watch)
-            }
-            None => Ok(Vec::new()),
+        || {
+            let Some(edge) = low_band else {
+                return Ok(Vec::new());
+            };
+            let (span, watch) = ([edge, motion.duration()], CancelOnly(observer));
+            frequency::refine(&simulation, contacts, LOCAL_ERROR, request, span, &watch)
         },
     );
     followed_to_end?;
     let Followed {
         spectral, scale, ..
     } = followed;
-    refined::put_into(budget, flows?);
+    frequency::put_into(budget, flows?);
     if let Some(spectral) = spectral {
         spectral.put_into(budget)?;
     }
     if let Some(scale) = scale {
         let residual = budget.relative(scale.balance.worst());
         if let Some(found) = &mut budget.scales {
-            let of = |l: f64| {
-                if l == found.map_scale {
-                    residual.value()
-                } else {
-                    None
-                }
-            };
-            found.residual = found.scales.iter().map(|scale| of(scale.scale)).collect();
+            let followed = |of: &ScaleOf| residual.value().filter(|_| of.scale == found.map_scale);
+            found.residual = found.scales.iter().map(followed).collect();
         }
         budget.closure.scale = residual;
     }
@@ -157,8 +139,6 @@ pub(super) fn close(
 
 struct Followed<'a, 'm> {
     motion: &'a Motion<'m>,
-    start: f64,
-    contacts: &'a Contacts<'a>,
     spectral: Option<SpectralFlux<'a>>,
     scale: Option<ScaleFlux<'a>>,
     /// Places on the way, of which the first ones wait to be evaluated.
@@ -175,8 +155,8 @@ struct Visited {
     v: Vec<f64>,
     resonators: [Vec<f64>; 2],
     spectral: Terms,
-    /// Those of the record, at a sample.
-    recorded: Terms,
+    /// `E(k)` of the record, at a sample.
+    recorded: Vec<f64>,
     scale: ScaleTerms,
 }
 
@@ -185,46 +165,48 @@ struct SpectralFlux<'a> {
     rates: Vec<f64>,
     balance: RunningBalance,
     passage: Passage,
-    rows: FluxRows<'a>,
+    waiting: Waiting<'a>,
+    /// What the sink yielded first that is no success.
+    outcome: Result<()>,
     /// The largest difference of E(k) from that of the record.
     departure: f64,
 }
 
 impl SpectralFlux<'_> {
+    fn add(&mut self, place: &Visited, samples: usize) {
+        let terms = &place.spectral;
+        match place.visit {
+            Node::Node(weight) => {
+                energy_rates(terms, &mut self.rates);
+                self.balance.add(weight, &self.rates);
+                self.passage.add(weight, terms);
+            }
+            Node::Sample(i) => {
+                self.balance.compare(&terms.energy);
+                let row = self.passage.sample(i, &terms.energy);
+                self.waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, row);
+                let end = i + 1;
+                if self.outcome.is_ok() && (end == samples || end % BATCH == 0) {
+                    self.outcome = self.waiting.hand_on(end);
+                }
+                let pairs = terms.energy.iter().zip(&place.recorded);
+                let off: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
+                self.departure = worst_of(self.departure, &off);
+            }
+        }
+    }
+
     fn put_into(self, budget: &mut Budget) -> Result<()> {
-        self.rows.outcome?;
-        let check = IntegratedFluxCheck {
-            at_largest_wavenumber: self.passage.top(),
-            two_ways: self.passage.apart(),
-        };
+        self.outcome?;
+        let (flux, check) = self.passage.finish();
         budget.closure.wavenumber = budget.relative(self.balance.worst());
         budget.closure.departure = budget.relative(self.departure).value();
         budget.closure.integrated_flux = check.relative_to(budget.scale);
         if let Some(found) = &mut budget.wavenumber {
-            [found.integrated_flux, found.late_flux] = self.passage.whole_and_late();
+            [found.integrated_flux, found.late_flux] = flux;
             found.passed_error = PassedError::numerical(check.two_ways, budget.scale);
         }
         Ok(())
-    }
-}
-
-/// Rows of the integrated flux, buffered for a sink.
-struct FluxRows<'a> {
-    sink: &'a dyn Sink,
-    waiting: Waiting,
-    /// The sample of the first row that waits.
-    first: usize,
-    /// What the sink yielded first that is no success.
-    outcome: Result<()>,
-}
-
-impl FluxRows<'_> {
-    fn push(&mut self, i: usize, row: &[f64], last: bool) {
-        self.waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, row);
-        if self.outcome.is_ok() && (last || i + 1 - self.first == BATCH) {
-            self.outcome = self.waiting.hand_on(self.sink, self.first);
-            self.first = i + 1;
-        }
     }
 }
 
@@ -242,7 +224,6 @@ impl Followed<'_, '_> {
     fn evaluate(&mut self) {
         let Followed {
             motion,
-            start,
             spectral,
             scale,
             places,
@@ -260,7 +241,7 @@ impl Followed<'_, '_> {
             scratch,
             |(of_spectra, of_scales), place| {
                 let at = ChainState {
-                    t: *start + place.t,
+                    t: motion.time[0] + place.t,
                     x: &place.x,
                     v: &place.v,
                     resonators: place.resonators.each_ref().map(|row| &row[..]),
@@ -268,7 +249,7 @@ impl Followed<'_, '_> {
                 if let (Some(transfers), Some(scratch)) = (transfers, of_spectra) {
                     transfers.evaluate(at, scratch, &mut place.spectral);
                     if let Node::Sample(i) = place.visit {
-                        transfers.evaluate(motion.at(i), scratch, &mut place.recorded);
+                        place.recorded = transfers.energies(motion.at(i));
                     }
                 }
                 if let Some((scales, planned)) = scales {
@@ -291,28 +272,6 @@ impl Followed<'_, '_> {
     }
 }
 
-impl SpectralFlux<'_> {
-    fn add(&mut self, place: &Visited, samples: usize) {
-        let terms = &place.spectral;
-        match place.visit {
-            Node::Node(weight) => {
-                energy_rates(terms, &mut self.rates);
-                self.balance.add(weight, &self.rates);
-                self.passage.add(weight, terms);
-            }
-            Node::Sample(i) => {
-                self.balance.compare(&terms.energy);
-                let last = i + 1 == samples;
-                self.rows
-                    .push(i, self.passage.sample(i, &terms.energy), last);
-                let pairs = terms.energy.iter().zip(&place.recorded.energy);
-                let off: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
-                self.departure = worst_of(self.departure, &off);
-            }
-        }
-    }
-}
-
 impl NodeVisitor for Followed<'_, '_> {
     fn visit(&mut self, visit: Node, place: NodeState) {
         if self.waiting == self.places.len() {
@@ -323,7 +282,7 @@ impl NodeVisitor for Followed<'_, '_> {
                 v: Vec::new(),
                 resonators: Default::default(),
                 spectral: Terms::default(),
-                recorded: Terms::default(),
+                recorded: Vec::new(),
                 scale: ScaleTerms::default(),
             });
         }
@@ -354,13 +313,13 @@ impl NodeVisitor for Followed<'_, '_> {
             scratch,
             ..
         } = scale;
-        let h = to.t - from.t;
-        let start = scales.overlaps(planned, instant(self.start, from), scratch);
-        let end = scales.overlaps(planned, instant(self.start, to), scratch);
-        let offset = self.contacts.offset;
+        let (h, t0) = (to.t - from.t, self.motion.time[0]);
+        let [start, end] =
+            [from, to].map(|place| scales.overlaps(planned, instant(t0, place), scratch));
+        let (contacts, offset) = (scales.contacts, scales.contacts.offset);
         let mut cusps = Vec::new();
         for j in planned.contacts.clone() {
-            let Some(opening) = self.contacts.opens_at(j + offset) else {
+            let Some(opening) = contacts.opens_at(j + offset) else {
                 return cusps;
             };
             let of =
@@ -370,7 +329,7 @@ impl NodeVisitor for Followed<'_, '_> {
                 .abs()
                 .max(end[0].abs())
                 .max(start[1].abs() + end[1].abs());
-            if self.contacts.energy(j + offset, most + opening) < scale.noticed {
+            if contacts.contact(j + offset).energy(most + opening) < scale.noticed {
                 continue;
             }
             let near = start[0].abs().min(end[0].abs()) < start[1].abs() + end[1].abs();
@@ -383,7 +342,8 @@ impl NodeVisitor for Followed<'_, '_> {
     }
 }
 
-fn instant(start: f64, place: NodeState<'_>) -> ChainState<'_> {
+/// The chain at a place whose time counts from `start`.
+pub(super) fn instant(start: f64, place: NodeState<'_>) -> ChainState<'_> {
     ChainState {
         t: start + place.t,
         x: place.x,

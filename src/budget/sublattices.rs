@@ -38,10 +38,6 @@ impl Sublattices {
         }
     }
 
-    pub(super) fn cell(&self) -> usize {
-        self.cell
-    }
-
     /// Sites of a row, in whole cells.
     pub(super) fn sites(&self) -> usize {
         self.cells * self.cell

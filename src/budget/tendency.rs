@@ -19,6 +19,7 @@ use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use super::balance::worst_of;
 use super::modes::{Basis, Modes};
 use super::quadrature::{Quadrature, SMOOTH};
 use super::result::{Identities, Residual};
@@ -100,10 +101,8 @@ pub fn tendency_budget(
     let rates = &transfer + &dissipation;
     let integrated = Quadrature::new(samples, SMOOTH).running(rates.view(), dt);
     let change = &energy - &energy.row(0);
-    let (off, scale) = (
-        largest((&change - &integrated).iter().copied()),
-        largest(change.iter().copied()),
-    );
+    let off = largest((&change - &integrated).iter().copied());
+    let scale = largest(change.iter().copied());
     let relative = |off: f64, of: f64| if off == 0.0 { 0.0 } else { off / of };
     let lines = || (0..samples).map(|i| (u.row(i).to_vec(), transfer.row(i).to_vec()));
     let identities = Identities {
@@ -120,7 +119,7 @@ pub fn tendency_budget(
     };
     Ok(TendencyBudget {
         wavenumber: modes.wavenumbers(length / n as f64),
-        closure: Residual::Closed(if off == 0.0 { 0.0 } else { off / scale }),
+        closure: Residual::Closed(relative(off, scale)),
         energy,
         transfer,
         dissipation,
@@ -132,39 +131,31 @@ pub fn tendency_budget(
 
 /// The largest magnitude; NaN if any value is NaN.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |most: f64, value| {
-        if most.is_nan() || value.is_nan() {
-            f64::NAN
-        } else {
-            most.max(value.abs())
-        }
-    })
+    let values: Vec<f64> = values.map(f64::abs).collect();
+    worst_of(0.0, &values)
 }
 
 fn check(u: ArrayView2<f64>, [t0, dt]: [f64; 2], length: f64) -> Result<()> {
-    let refuse = |option, expected: &str, found: String| {
-        Err(Error::Request {
-            option,
-            expected: expected.into(),
-            found,
-        })
-    };
     if u.nrows() < 2 || u.ncols() < 3 {
         let found = format!("{} by {}", u.nrows(), u.ncols());
-        return refuse("field", "two times and three places or more", found);
+        let expected = "two times and three places or more";
+        return Err(Error::request("field", expected, found));
     }
     if let Some(value) = u.iter().find(|value| !value.is_finite()) {
-        return refuse("field", "finite values", value.to_string());
+        return Err(Error::request("field", "finite values", value));
     }
     if !t0.is_finite() {
-        return refuse("t0", "a finite time", t0.to_string());
+        return Err(Error::request("t0", "a finite time", t0));
     }
-    for (option, value) in [("dt", dt), ("length", length)] {
-        if !(value > 0.0 && value.is_finite()) {
-            return refuse(option, "a positive number", value.to_string());
-        }
+    check_positive([("dt", dt), ("length", length)])
+}
+
+fn check_positive<const N: usize>(values: [(&'static str, f64); N]) -> Result<()> {
+    let is_wrong = |value: f64| !(value > 0.0 && value.is_finite());
+    match values.into_iter().find(|(_, value)| is_wrong(*value)) {
+        Some((option, value)) => Err(Error::request(option, "a positive number", value)),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Burgers' equation `u_t + u u_x = nu u_xx`: `c = - (u^2 / 2)_x`, `d = nu u_xx`.
@@ -199,22 +190,13 @@ impl Burgers {
     /// [`Error::Request`] for fewer than three points, a length that is not positive, or a negative
     /// viscosity.
     pub fn new(viscosity: f64, length: f64, places: usize) -> Result<Burgers> {
-        let refuse = |option, expected: &str, found: String| {
-            Err(Error::Request {
-                option,
-                expected: expected.into(),
-                found,
-            })
-        };
         if places < 3 {
-            return refuse("places", "3 or more", places.to_string());
+            return Err(Error::request("places", "3 or more", places));
         }
         if !(viscosity >= 0.0 && viscosity.is_finite()) {
-            return refuse("viscosity", "0 or more", viscosity.to_string());
+            return Err(Error::request("viscosity", "0 or more", viscosity));
         }
-        if !(length > 0.0 && length.is_finite()) {
-            return refuse("length", "a positive number", length.to_string());
-        }
+        check_positive([("length", length)])?;
         let fine = (3 * places).div_ceil(2);
         Ok(Burgers {
             viscosity,
@@ -237,11 +219,9 @@ impl Tendency for Burgers {
         let mut padded = vec![Complex::default(); fine / 2 + 1];
         for (m, z) in spectrum.iter().enumerate() {
             // The Nyquist component has no phase, so it is left out.
-            padded[m] = if Some(m) == nyquist {
-                Complex::default()
-            } else {
-                z / n as f64
-            };
+            if Some(m) != nyquist {
+                padded[m] = z / n as f64;
+            }
         }
         let mut product = vec![0.0; fine];
         backward(&*self.fine_backward, &mut padded, &mut product);
@@ -264,7 +244,8 @@ impl Tendency for Burgers {
     }
 }
 
-fn forward(plan: &dyn RealToComplex<f64>, row: &[f64]) -> Vec<Complex<f64>> {
+/// The transform of a row.
+pub(super) fn forward(plan: &dyn RealToComplex<f64>, row: &[f64]) -> Vec<Complex<f64>> {
     let (mut input, mut output) = (plan.make_input_vec(), plan.make_output_vec());
     input.copy_from_slice(row);
     // The lengths are the plan's own, so this cannot fail.

@@ -1,5 +1,7 @@
 //! Names of a budget's axes and quantities, with their units.
 
+use crate::measure::cycles_per;
+use crate::sheet::number;
 use crate::unit::{compose, label};
 
 /// Units of a chain; none for a chain without dimensions.
@@ -31,16 +33,23 @@ impl BudgetUnits {
         }
     }
 
+    fn per_length(&self) -> String {
+        let length = self.length.as_ref();
+        length.map_or("rad per site".into(), |unit| format!("rad/{unit}"))
+    }
+
     pub(crate) fn wavenumber(&self) -> String {
-        match &self.length {
-            Some(unit) => label("wavenumber k", &format!("rad/{unit}")),
-            None => "wavenumber k (rad per site)".into(),
-        }
+        label("wavenumber k", &self.per_length())
+    }
+
+    /// `k = 12.5 rad/m`.
+    pub(super) fn at_wavenumber(&self, k: f64) -> String {
+        format!("k = {} {}", number(k), self.per_length())
     }
 
     pub(crate) fn frequency(&self) -> String {
         match self.time.as_deref() {
-            Some(unit) => label("frequency", &crate::measure::cycles_per(unit)),
+            Some(unit) => label("frequency", &cycles_per(unit)),
             None => "frequency (cycles per unit of time)".into(),
         }
     }
@@ -52,38 +61,26 @@ impl BudgetUnits {
 
     /// `what (J/Hz)`.
     pub(crate) fn energy_per_frequency(&self, what: &str) -> String {
-        match (&self.energy, &self.time) {
-            (Some(energy), Some(time)) => label(
-                what,
-                &compose(&[energy], &[&crate::measure::cycles_per(time)]),
-            ),
-            _ => what.into(),
-        }
+        let cycles = self.time.as_deref().map(cycles_per);
+        ratio(what, &self.energy, &cycles)
     }
 
     /// `what (m/s)`.
     pub(crate) fn velocity(&self, what: &str) -> String {
-        match (&self.length, &self.time) {
-            (Some(length), Some(time)) => label(what, &compose(&[length], &[time])),
-            _ => what.into(),
-        }
+        ratio(what, &self.length, &self.time)
     }
 
     /// `what (N)`.
     pub(crate) fn force(&self, what: &str) -> String {
         match (self.energy.as_deref(), self.length.as_deref()) {
             (Some("J"), Some("m")) => label(what, "N"),
-            (Some(energy), Some(length)) => label(what, &compose(&[energy], &[length])),
-            _ => what.into(),
+            _ => ratio(what, &self.energy, &self.length),
         }
     }
 
     /// `what (J/s)`.
     pub(crate) fn power(&self, what: &str) -> String {
-        match (&self.energy, &self.time) {
-            (Some(energy), Some(time)) => label(what, &compose(&[energy], &[time])),
-            _ => what.into(),
-        }
+        ratio(what, &self.energy, &self.time)
     }
 }
 
@@ -91,21 +88,10 @@ fn named(what: &str, unit: &Option<String>) -> String {
     label(what, unit.as_deref().unwrap_or_default())
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_of_a_chain_are_composed() {
-        let si = BudgetUnits::si();
-        assert_eq!(si.energy("energy"), "energy (J)");
-        assert_eq!(si.power("flux"), "flux (J/s)");
-        assert_eq!(si.energy_per_frequency("power flow"), "power flow (J/Hz)");
-        assert_eq!(si.wavenumber(), "wavenumber k (rad/m)");
-        assert_eq!(si.velocity("velocity"), "velocity (m/s)");
-        assert_eq!(si.force("force"), "force (N)");
-        let none = BudgetUnits::default();
-        assert_eq!(none.power("flux"), "flux");
-        assert_eq!(none.frequency(), "frequency (cycles per unit of time)");
+/// With the unit of one over another, where both are known.
+fn ratio(what: &str, over: &Option<String>, under: &Option<String>) -> String {
+    match (over, under) {
+        (Some(over), Some(under)) => label(what, &compose(&[over], &[under])),
+        _ => what.into(),
     }
 }

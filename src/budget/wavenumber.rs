@@ -14,10 +14,8 @@ use super::branches::{BranchSplit, Branches};
 use super::contacts::{ContactState, Contacts};
 use super::modes::{Modes, ModesScratch};
 use super::motion::ChainState;
-use crate::chain::{Ground, Resonators};
 
-/// Scratch and constants used at every instant.
-#[derive(Debug)]
+/// Constants used at every instant.
 pub(super) struct Transfers<'a> {
     pub(super) contacts: &'a Contacts<'a>,
     pub(super) modes: Modes,
@@ -26,7 +24,7 @@ pub(super) struct Transfers<'a> {
     weights: Vec<f64>,
     lossy: bool,
     driven: bool,
-    branches: Option<Branches>,
+    pub(super) branches: Option<Branches>,
 }
 
 /// The terms of the balance, one value for each component with both signs of k; terms that a chain
@@ -42,6 +40,14 @@ pub(super) struct Terms {
     pub(super) rounding: f64,
 }
 
+/// A transformed row whose squares are energies, `factor |root|^2`, and its rate of change.
+#[derive(Debug, Clone)]
+struct Square {
+    factor: f64,
+    root: Vec<Complex<f64>>,
+    rate: Vec<Complex<f64>>,
+}
+
 /// Working space of one thread.
 #[derive(Debug, Clone)]
 pub(super) struct TransferScratch {
@@ -50,11 +56,11 @@ pub(super) struct TransferScratch {
     /// Squares of the sizes that transfers are differences of.
     size: Vec<f64>,
     pub(super) contacts: ContactState,
-    q: Vec<Complex<f64>>,
-    f: Vec<Complex<f64>>,
-    phi: Vec<Complex<f64>>,
-    rate: Vec<Complex<f64>>,
+    /// Of the motion of sites, of contacts, then of [`Transfers::springs`].
+    squares: Vec<Square>,
+    springs: Vec<[Vec<f64>; 2]>,
     other: Vec<Complex<f64>>,
+    another: Vec<Complex<f64>>,
 }
 
 impl<'a> Transfers<'a> {
@@ -77,23 +83,39 @@ impl<'a> Transfers<'a> {
         }
     }
 
-    pub(super) fn branches(&self) -> Option<&Branches> {
-        self.branches.as_ref()
-    }
-
     pub(super) fn scratch(&self) -> TransferScratch {
         let line = || vec![Complex::default(); self.modes.len()];
+        let chain = self.contacts.chain();
+        let springs = usize::from(chain.on_site.ground.is_some())
+            + 2 * usize::from(chain.resonators().is_some());
+        let square = |i: usize| Square {
+            factor: if i == 0 { 0.5 } else { 1.0 },
+            root: line(),
+            rate: line(),
+        };
         TransferScratch {
             modes: self.modes.scratch(),
             row: Vec::new(),
             size: Vec::new(),
             contacts: ContactState::default(),
-            q: line(),
-            f: line(),
-            phi: line(),
-            rate: line(),
+            squares: (0..2 + springs).map(square).collect(),
+            springs: Vec::new(),
             other: line(),
+            another: line(),
         }
+    }
+
+    /// `E(k)` alone.
+    pub(super) fn energies(&self, at: ChainState) -> Vec<f64> {
+        let mut scratch = self.scratch();
+        self.load_roots(at, &mut scratch);
+        let mut energies = vec![0.0; self.modes.len()];
+        for Square { factor, root, .. } in &scratch.squares {
+            for ((energy, weight), root) in energies.iter_mut().zip(&self.weights).zip(root) {
+                *energy += weight * factor * root.norm_sqr();
+            }
+        }
+        energies
     }
 
     /// All terms of the balance. The contacts of `scratch` are those at this instant.
@@ -103,35 +125,107 @@ impl<'a> Transfers<'a> {
         scratch: &mut TransferScratch,
         terms: &mut Terms,
     ) {
+        self.load_roots(at, scratch);
+        self.load_rates(at, scratch);
+        let TransferScratch { size, squares, .. } = &mut *scratch;
+        for row in [&mut terms.energy, &mut terms.transfer, size] {
+            row.clear();
+            row.resize(self.modes.len(), 0.0);
+        }
+        for Square { factor, root, rate } in squares.iter() {
+            let out = terms.energy.iter_mut().zip(&mut terms.transfer);
+            let out = out.zip(&mut *size).zip(&self.weights);
+            for ((((energy, transfer), size), weight), (root, rate)) in
+                out.zip(root.iter().zip(rate))
+            {
+                let (square, slope) = (root.norm_sqr(), 2.0 * factor * weight);
+                *energy += weight * factor * square;
+                *transfer += slope * dot(*root, *rate);
+                *size += slope * slope * square * rate.norm_sqr();
+            }
+        }
+        terms.rounding = reconcile(&mut terms.transfer, size);
+        let branches = self.branches.as_ref();
+        terms.split = branches.map(|branches| {
+            let [sites, contacts] = [&squares[0], &squares[1]];
+            branches.split(&sites.root, &sites.rate, &contacts.root, &contacts.rate)
+        });
+        if self.lossy {
+            self.losses(at, scratch, &mut terms.loss);
+        }
+        if self.driven {
+            self.inputs(scratch, &mut terms.input);
+        }
+    }
+
+    /// Roots of the energies of springs to the ground, of resonators' motions and of their springs, with their rates;
+    /// one value a site.
+    fn springs(&self, at: ChainState) -> Vec<[Vec<f64>; 2]> {
+        let chain = self.contacts.chain();
+        let mut all = Vec::new();
+        if let Some(ground) = &chain.on_site.ground {
+            let sites = at.x.iter().zip(at.v).enumerate();
+            let roots = sites.map(|(j, (x, v))| {
+                let (root, slope) = ground.root_energy(j, *x);
+                (root, slope * v)
+            });
+            all.push(<[_; 2]>::from(roots.unzip::<_, _, Vec<f64>, Vec<f64>>()));
+        }
+        if let Some(resonators) = chain.resonators() {
+            let [y, w] = at.resonators;
+            let push = |j: usize| match resonators.mass[j] > 0.0 {
+                true => {
+                    -resonators.force(j, y[j] - at.x[j], 0.0) / (2.0 * resonators.mass[j]).sqrt()
+                }
+                false => 0.0,
+            };
+            let grow = |j: usize| (0.5 * resonators.stiffness[j]).sqrt() * (w[j] - at.v[j]);
+            let [moving, held] = resonators.root_energies(at.x, at.resonators);
+            all.push([moving, (0..y.len()).map(push).collect()]);
+            all.push([held, (0..y.len()).map(grow).collect()]);
+        }
+        all
+    }
+
+    fn load_roots(&self, at: ChainState, scratch: &mut TransferScratch) {
         let TransferScratch {
             modes: work,
             row,
-            size,
             contacts: state,
-            q,
-            f,
-            phi,
-            rate,
-            other,
+            squares,
+            springs,
+            ..
         } = scratch;
         self.contacts.evaluate(at, state);
         self.contacts.evaluate_roots(state);
-        let state = &*state;
-        let (n, modes, contacts) = (at.v.len(), &self.modes, self.contacts);
-        row.resize(n, 0.0);
-        for ((q, root), v) in row.iter_mut().zip(&self.root_mass).zip(at.v) {
-            *q = root * v;
+        *springs = self.springs(at);
+        row.clear();
+        row.extend(self.root_mass.iter().zip(at.v).map(|(root, v)| root * v));
+        self.modes.of_sites(row, work, &mut squares[0].root);
+        self.modes
+            .of_contacts(&state.phi, work, &mut squares[1].root);
+        for (square, [root, _]) in squares[2..].iter_mut().zip(springs) {
+            self.modes.of_sites(root, work, &mut square.root);
         }
-        modes.of_sites(row, work, q);
+    }
+
+    fn load_rates(&self, at: ChainState, scratch: &mut TransferScratch) {
+        let TransferScratch {
+            modes: work,
+            row,
+            contacts: state,
+            squares,
+            springs,
+            ..
+        } = scratch;
+        let (modes, contacts) = (&self.modes, self.contacts);
         contacts.push_all(&state.elastic, row);
-        let ground = contacts.chain().on_site.ground.as_ref();
-        if let Some(ground) = ground {
+        if let Some(ground) = &contacts.chain().on_site.ground {
             for (j, (f, x)) in row.iter_mut().zip(at.x).enumerate() {
                 *f -= ground.force(j, *x);
             }
         }
-        let resonators = contacts.chain().resonators();
-        if let Some(all) = resonators {
+        if let Some(all) = contacts.chain().resonators() {
             let [y, _] = at.resonators;
             for (j, f) in row.iter_mut().enumerate() {
                 *f += all.force(j, y[j] - at.x[j], 0.0);
@@ -140,8 +234,7 @@ impl<'a> Transfers<'a> {
         for (f, root) in row.iter_mut().zip(&self.root_mass) {
             *f /= root;
         }
-        modes.of_sites(row, work, f);
-        modes.of_contacts(&state.phi, work, phi);
+        modes.of_sites(row, work, &mut squares[0].rate);
         row.clear();
         let slopes = state.phi_slope.iter().zip(&state.closing);
         row.extend(slopes.map(|(slope, closing)| slope * closing));
@@ -149,171 +242,84 @@ impl<'a> Transfers<'a> {
             // The wall's own motion is an input.
             row[0] -= state.phi_slope[0] * state.wall_velocity;
         }
-        modes.of_contacts(row, work, rate);
-
-        let Terms {
-            energy,
-            transfer,
-            loss,
-            input,
-            split,
-            rounding,
-        } = terms;
-        for row in [&mut *energy, transfer] {
-            row.resize(self.modes.len(), 0.0);
-        }
-        size.resize(self.modes.len(), 0.0);
-        let parts = q.iter().zip(&*f).zip(phi.iter().zip(&*rate));
-        let out = energy.iter_mut().zip(&mut *transfer).zip(&mut *size);
-        for ((((energy, transfer), size), weight), ((q, f), (phi, rate))) in
-            out.zip(&self.weights).zip(parts)
-        {
-            let (kinetic, held) = (q.norm_sqr(), phi.norm_sqr());
-            *energy = weight * (0.5 * kinetic + held);
-            *transfer = weight * (dot(*q, *f) + 2.0 * dot(*phi, *rate));
-            *size = weight * weight * (kinetic * f.norm_sqr() + 4.0 * held * rate.norm_sqr());
-        }
-        if let Some(ground) = ground {
-            self.add_ground(ground, at, work, [&mut *energy, &mut *transfer, &mut *size]);
-        }
-        if let Some(all) = resonators {
-            self.add_resonators(all, at, work, [energy, transfer, size]);
-        }
-        *rounding = reconcile(transfer, size);
-        *split = self
-            .branches
-            .as_ref()
-            .map(|branches| branches.split(q, f, phi, rate));
-        if self.lossy {
-            row.resize(n, 0.0);
-            contacts.push_all(&state.damping, row);
-            let drag = contacts.chain().losses.drag;
-            for ((force, root), v) in row.iter_mut().zip(&self.root_mass).zip(at.v) {
-                *force = (*force - drag * v) / root;
-            }
-            if let Some(all) = resonators {
-                let [_, w] = at.resonators;
-                for (j, (force, root)) in row.iter_mut().zip(&self.root_mass).enumerate() {
-                    *force += all.force(j, 0.0, w[j] - at.v[j]) / root;
-                }
-            }
-            modes.of_sites(row, work, other);
-            let parts = self.weights.iter().zip(q.iter().zip(&*other));
-            loss.clear();
-            loss.extend(parts.map(|(weight, (q, damped))| -weight * dot(*q, *damped)));
-            if let Some(all) = resonators {
-                self.add_resonator_losses(all, at, work, loss);
-            }
-        }
-        if self.driven {
-            row.clear();
-            row.resize(n, 0.0);
-            let pushed = contacts.pushed();
-            row[pushed] = state.push / self.root_mass[pushed];
-            modes.of_sites(row, work, other);
-            let parts = self.weights.iter().zip(q.iter().zip(&*other));
-            input.clear();
-            input.extend(parts.map(|(weight, (q, push))| weight * dot(*q, *push)));
-            row.clear();
-            row.resize(contacts.len(), 0.0);
-            if contacts.offset == 1 {
-                row[0] = state.phi_slope[0] * state.wall_velocity;
-            }
-            modes.of_contacts(row, work, other);
-            let parts = self.weights.iter().zip(phi.iter().zip(&*other));
-            for (input, (weight, (phi, moved))) in input.iter_mut().zip(parts) {
-                *input += 2.0 * weight * dot(*phi, *moved);
-            }
-        }
-    }
-}
-
-impl Transfers<'_> {
-    /// Adds the springs to the ground: their energies are squares at the sites.
-    fn add_ground(
-        &self,
-        ground: &Ground,
-        at: ChainState,
-        work: &mut ModesScratch,
-        [energy, transfer, size]: [&mut Vec<f64>; 3],
-    ) {
-        let roots = at.x.iter().enumerate();
-        let roots = roots.map(|(j, x)| ground.root_energy(j, *x));
-        let (root, slope): (Vec<f64>, Vec<f64>) = roots.unzip();
-        let rate: Vec<f64> = slope.iter().zip(at.v).map(|(slope, v)| slope * v).collect();
-        let line = || vec![Complex::default(); self.modes.len()];
-        let (mut held, mut grown) = (line(), line());
-        self.modes.of_sites(&root, work, &mut held);
-        self.modes.of_sites(&rate, work, &mut grown);
-        let out = energy.iter_mut().zip(transfer).zip(size);
-        let parts = held.iter().zip(&grown).zip(&self.weights);
-        for (((energy, transfer), size), ((held, grown), weight)) in out.zip(parts) {
-            *energy += weight * held.norm_sqr();
-            *transfer += 2.0 * weight * dot(*held, *grown);
-            *size += 4.0 * weight * weight * held.norm_sqr() * grown.norm_sqr();
-        }
-    }
-}
-
-impl Transfers<'_> {
-    /// Adds resonators: their velocities are rows of sites, the energies of their springs squares there.
-    fn add_resonators(
-        &self,
-        all: &Resonators,
-        at: ChainState,
-        work: &mut ModesScratch,
-        [energy, transfer, size]: [&mut Vec<f64>; 3],
-    ) {
-        let [y, w] = at.resonators;
-        let n = at.x.len();
-        let pull = |j: usize| all.force(j, y[j] - at.x[j], 0.0);
-        let push = |j: usize| match all.mass[j] > 0.0 {
-            true => -pull(j) / (2.0 * all.mass[j]).sqrt(),
-            false => 0.0,
-        };
-        let grow = |j: usize| (0.5 * all.stiffness[j]).sqrt() * (w[j] - at.v[j]);
-        let rates = [
-            (0..n).map(push).collect::<Vec<_>>(),
-            (0..n).map(grow).collect(),
-        ];
-        let line = || vec![Complex::default(); self.modes.len()];
-        let (mut root, mut rate) = (line(), line());
-        for (roots, rates) in all.root_energies(at.x, at.resonators).iter().zip(&rates) {
-            self.modes.of_sites(roots, work, &mut root);
-            self.modes.of_sites(rates, work, &mut rate);
-            let out = energy.iter_mut().zip(&mut *transfer).zip(&mut *size);
-            let parts = root.iter().zip(&rate).zip(&self.weights);
-            for (((energy, transfer), size), ((root, rate), weight)) in out.zip(parts) {
-                *energy += weight * root.norm_sqr();
-                *transfer += 2.0 * weight * dot(*root, *rate);
-                *size += 4.0 * weight * weight * root.norm_sqr() * rate.norm_sqr();
-            }
+        modes.of_contacts(row, work, &mut squares[1].rate);
+        for (square, [_, rate]) in squares[2..].iter_mut().zip(springs) {
+            modes.of_sites(rate, work, &mut square.rate);
         }
     }
 
-    /// Adds what their dashpots take from the resonators themselves.
-    fn add_resonator_losses(
-        &self,
-        all: &Resonators,
-        at: ChainState,
-        work: &mut ModesScratch,
-        loss: &mut [f64],
-    ) {
+    /// `L(k)`: what dampers and drag take from the sites, and the dashpots of resonators from these.
+    fn losses(&self, at: ChainState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
+        let TransferScratch {
+            modes: work,
+            row,
+            contacts: state,
+            squares,
+            other,
+            another,
+            ..
+        } = scratch;
+        let chain = self.contacts.chain();
+        row.resize(at.v.len(), 0.0);
+        self.contacts.push_all(&state.damping, row);
+        for ((force, root), v) in row.iter_mut().zip(&self.root_mass).zip(at.v) {
+            *force = (*force - chain.losses.drag * v) / root;
+        }
         let [_, w] = at.resonators;
-        let n = at.x.len();
-        let root = |j: usize| all.mass[j].sqrt();
-        let momentum: Vec<f64> = (0..n).map(|j| root(j) * w[j]).collect();
-        let damped = |j: usize| match all.mass[j] > 0.0 {
-            true => all.force(j, 0.0, w[j] - at.v[j]) / root(j),
-            false => 0.0,
-        };
-        let damped: Vec<f64> = (0..n).map(damped).collect();
-        let line = || vec![Complex::default(); self.modes.len()];
-        let (mut q, mut f) = (line(), line());
-        self.modes.of_sites(&momentum, work, &mut q);
-        self.modes.of_sites(&damped, work, &mut f);
-        for ((loss, weight), (q, f)) in loss.iter_mut().zip(&self.weights).zip(q.iter().zip(&f)) {
-            *loss += weight * dot(*q, *f);
+        if let Some(all) = chain.resonators() {
+            for (j, (force, root)) in row.iter_mut().zip(&self.root_mass).enumerate() {
+                *force += all.force(j, 0.0, w[j] - at.v[j]) / root;
+            }
+        }
+        self.modes.of_sites(row, work, other);
+        loss.clear();
+        loss.resize(self.weights.len(), 0.0);
+        self.add_power(-1.0, [&squares[0].root, other], loss);
+        if let Some(all) = chain.resonators() {
+            let root = |j: usize| all.mass[j].sqrt();
+            let momentum: Vec<f64> = (0..w.len()).map(|j| root(j) * w[j]).collect();
+            let damped = |j: usize| match all.mass[j] > 0.0 {
+                true => all.force(j, 0.0, w[j] - at.v[j]) / root(j),
+                false => 0.0,
+            };
+            let damped: Vec<f64> = (0..w.len()).map(damped).collect();
+            self.modes.of_sites(&momentum, work, other);
+            self.modes.of_sites(&damped, work, another);
+            self.add_power(1.0, [other, another], loss);
+        }
+    }
+
+    /// `I(k)`: the power of the external force, and of a moving wall on its contact.
+    fn inputs(&self, scratch: &mut TransferScratch, input: &mut Vec<f64>) {
+        let TransferScratch {
+            modes: work,
+            row,
+            contacts: state,
+            squares,
+            other,
+            ..
+        } = scratch;
+        let pushed = self.contacts.pushed();
+        row.clear();
+        row.resize(self.root_mass.len(), 0.0);
+        row[pushed] = state.push / self.root_mass[pushed];
+        self.modes.of_sites(row, work, other);
+        input.clear();
+        input.resize(self.weights.len(), 0.0);
+        self.add_power(1.0, [&squares[0].root, other], input);
+        row.clear();
+        row.resize(self.contacts.len(), 0.0);
+        if self.contacts.offset == 1 {
+            row[0] = state.phi_slope[0] * state.wall_velocity;
+        }
+        self.modes.of_contacts(row, work, other);
+        self.add_power(2.0, [&squares[1].root, other], input);
+    }
+
+    /// Adds `factor Re(conj(a) b)` of all wavenumbers that a component counts.
+    fn add_power(&self, factor: f64, [a, b]: [&[Complex<f64>]; 2], out: &mut [f64]) {
+        for ((out, weight), (a, b)) in out.iter_mut().zip(&self.weights).zip(a.iter().zip(b)) {
+            *out += factor * weight * dot(*a, *b);
         }
     }
 }

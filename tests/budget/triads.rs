@@ -82,7 +82,7 @@ fn val_waves_that_add_up_to_a_turn() {
     let wave = |x: f64| 0.4 * (6.0 * TAU * x).sin() + 0.3 * (4.0 * TAU * x).cos();
     let run = run(alpha_chain(Ends::Periodic, 16), wave, 3.0, 601);
     let found = triads(&run, &TriadsRequest::default());
-    let umklapp = found.umklapp.as_ref().unwrap();
+    let umklapp = &found.umklapp;
     // 6 + 6 + 4 = 16.
     let of_six = umklapp[[4, 6]];
     assert!(of_six.abs() > 1e-3 * found.energy);

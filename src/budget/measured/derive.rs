@@ -1,6 +1,6 @@
 //! What follows from velocities: displacements, forces, fluxes, energies, momentum.
 
-use ndarray::{Array1, Array2, ArrayView1, Axis, s};
+use ndarray::{Array1, Array2, ArrayView1, Axis};
 
 use super::missing;
 use crate::budget::contacts::{ContactState, Contacts};
@@ -71,8 +71,8 @@ impl Derived {
             given: Vec::new(),
             unbalanced: Array2::zeros((samples, n)),
             impulse: Array2::zeros((samples, contacts.len())),
-            velocity: Array2::zeros((0, 0)),
-            displacement: Array2::zeros((0, 0)),
+            velocity: Array2::default((0, 0)),
+            displacement: Array2::default((0, 0)),
         };
         let mut state = ContactState::default();
         let mut sites = SiteTerms::default();
@@ -84,25 +84,17 @@ impl Derived {
             out.energy[[i, 0]] = sites.kinetic + sites.contact;
             lost[[i, 0]] = crate::numeric::sum(&sites.loss);
             out.flux.row_mut(i).assign(&ArrayView1::from(&sites.flux));
-            let force: Vec<f64> = state
-                .elastic
-                .iter()
-                .zip(&state.damping)
-                .map(|(e, d)| e + d)
-                .collect();
+            let forces = state.elastic.iter().zip(&state.damping);
+            let force: Vec<f64> = forces.map(|(e, d)| e + d).collect();
             for j in 0..m {
                 out.overlap[[i, j]] = state.overlap[j + offset];
                 out.force[[i, j]] = force[j + offset];
             }
             for j in 0..n {
-                let ground = chain.on_site.ground.as_ref();
-                let held = ground.map_or(0.0, |ground| ground.force(j, at.x[j]));
-                let pull = chain.losses.drag * at.v[j] + held;
-                out.unbalanced[[i, j]] = contacts.push_on(j, &force) - pull;
+                out.unbalanced[[i, j]] = contacts.push_on(j, &force) - contacts.pull(j, at);
             }
-            out.impulse
-                .row_mut(i)
-                .assign(&ArrayView1::from(&state.elastic));
+            let elastic = ArrayView1::from(&state.elastic);
+            out.impulse.row_mut(i).assign(&elastic);
         }
         out.passed = Quadrature::new(samples, 2).running(out.flux.view(), dt);
         let lost = quadrature.running(lost.view(), dt);
@@ -128,21 +120,6 @@ impl Derived {
         let mut displacement = quadrature.running(velocity.view(), dt);
         missing::fill(chain, dt, missing, &mut displacement, &mut velocity);
         (displacement, velocity)
-    }
-
-    /// The same from every other sample.
-    pub(super) fn halved(
-        chain: &Chain,
-        dt: f64,
-        velocity: &Array2<f64>,
-        missing: &[bool],
-    ) -> Derived {
-        Derived::of(
-            chain,
-            2.0 * dt,
-            velocity.slice(s![..;2, ..]).to_owned(),
-            missing,
-        )
     }
 
     /// Mean velocity of the sites that contact j joins.

@@ -78,31 +78,19 @@ impl Drifting {
         variance: f64,
         prior: [f64; 2],
     ) -> Drifting {
-        let [b, s] = prior;
-        let Some(line) = line else {
-            return Drifting {
-                offset: 0.0,
-                slope: 0.0,
-                covariance: [b, 0.0, s],
-            };
-        };
-        if b == 0.0 && s == 0.0 {
-            return Drifting {
-                offset: 0.0,
-                slope: 0.0,
-                covariance: [0.0; 3],
-            };
-        }
+        let mut covariance = [prior[0], 0.0, prior[1]];
+        let mut at = [0.0, 0.0];
         // The gain of a Kalman filter, with offset and slope at the middle of the line measured
         // apart, since their errors are independent.
-        let lever = 0.5 * (line.count - 1.0) - start as f64;
-        let mut covariance = [b, 0.0, s];
-        let mut at = [0.0, 0.0];
-        let mean = line.offset + line.slope * lever;
-        for (row, measured, error) in [
-            ([1.0, lever], mean, variance / line.count),
-            ([0.0, 1.0], line.slope, variance * line.slope_share),
-        ] {
+        let measured = line.map(|line| {
+            let lever = 0.5 * (line.count - 1.0) - start as f64;
+            let mean = line.offset + line.slope * lever;
+            [
+                ([1.0, lever], mean, variance / line.count),
+                ([0.0, 1.0], line.slope, variance * line.slope_share),
+            ]
+        });
+        for (row, measured, error) in measured.into_iter().flatten() {
             let [p, c, q] = covariance;
             let along = [p * row[0] + c * row[1], c * row[0] + q * row[1]];
             let total = row[0] * along[0] + row[1] * along[1] + error;

@@ -24,23 +24,16 @@ const MOST_STEPS: usize = 2000;
 /// [`Error::Request`] for a site that nothing holds on the left, whose velocity at t0 is unknown,
 /// and for more than half of all sites missing.
 pub(super) fn check(chain: &Chain, missing: &[bool]) -> Result<()> {
-    let refuse = |expected: &str, found: String| {
-        Err(Error::Request {
-            option: "missing",
-            expected: expected.into(),
-            found,
-        })
-    };
     if missing.first() == Some(&true) && !chain.has_left_wall() {
-        return refuse(
-            "sites with neighbours or walls on both sides, at rest at the start",
-            "site 0, which has none on its left".into(),
-        );
+        let expected = "sites with neighbours or walls on both sides, at rest at the start";
+        let found = "site 0, which has none on its left";
+        return Err(Error::request("missing", expected, found));
     }
     let count = missing.iter().filter(|m| **m).count();
     if 2 * count > missing.len() {
         let found = format!("{count} of {} missing", missing.len());
-        return refuse("half of the sites or more with a record", found);
+        let expected = "half of the sites or more with a record";
+        return Err(Error::request("missing", expected, found));
     }
     Ok(())
 }
@@ -58,7 +51,11 @@ pub(super) fn fill(
         let end = (from..missing.len())
             .find(|j| !missing[*j])
             .unwrap_or(missing.len());
-        let (x, v) = Gap::new(chain, from..end).motion(dt, displacement, velocity);
+        let gap = Gap {
+            chain,
+            sites: from..end,
+        };
+        let (x, v) = gap.motion(dt, displacement, velocity);
         for j in from..end {
             displacement.column_mut(j).assign(&x.column(j - from));
             velocity.column_mut(j).assign(&v.column(j - from));
@@ -73,42 +70,30 @@ struct Gap<'a> {
     sites: Range<usize>,
 }
 
-/// Positions and velocities of the sites of a gap, and those beside it, at one time.
+/// Positions and velocities of the sites of a gap at one time.
 #[derive(Clone)]
 struct GapState {
     x: Vec<f64>,
     v: Vec<f64>,
 }
 
-impl<'a> Gap<'a> {
-    fn new(chain: &'a Chain, sites: Range<usize>) -> Gap<'a> {
-        Gap { chain, sites }
-    }
-
+impl Gap<'_> {
     fn motion(
         &self,
         dt: f64,
         displacement: &Array2<f64>,
         velocity: &Array2<f64>,
     ) -> (Array2<f64>, Array2<f64>) {
-        let (samples, n) = displacement.dim();
-        let count = self.sites.len();
+        let (samples, count) = (displacement.nrows(), self.sites.len());
         let time = Array1::zeros(samples);
         let of = motion(self.chain, time.view(), displacement, velocity);
         let contacts = Contacts::of(&of);
         // Contact i of these is left of the site i of the gap.
-        let ids: Vec<usize> = (0..=count)
-            .map(|i| self.sites.start + contacts.offset + i)
-            .collect();
-        let present = |i: usize| ids[i] >= 1 && ids[i] - 1 < contacts.len();
-        let ids: Vec<Option<usize>> = (0..=count)
-            .map(|i| present(i).then(|| ids[i] - 1))
-            .collect();
-        let beside = |right: bool| -> Option<usize> {
-            let id = ids[if right { count } else { 0 }]?;
-            contacts.sites(id)[usize::from(right)]
-        };
-        let (left, right) = (beside(false), beside(true).filter(|j| *j < n));
+        let first = self.sites.start + contacts.offset;
+        let id = |i: usize| (first + i).checked_sub(1).filter(|id| *id < contacts.len());
+        let ids: Vec<Option<usize>> = (0..=count).map(id).collect();
+        let left = ids[0].and_then(|id| contacts.sites(id)[0]);
+        let right = ids[count].and_then(|id| contacts.sites(id)[1]);
         let at = |site: Option<usize>, i: usize| match site {
             Some(j) => (displacement[[i, j]], velocity[[i, j]]),
             None => (0.0, 0.0),
@@ -116,7 +101,7 @@ impl<'a> Gap<'a> {
 
         let squeezed = (0..samples).map(|i| at(left, i).0 - at(right, i).0);
         let most = squeezed.fold(0.0, |m: f64, r| m.max(r.abs()));
-        let stiffest = |i: usize| ids[i].map_or(0.0, |id| contacts.stiffness_at(id, most));
+        let stiffest = |i: usize| ids[i].map_or(0.0, |id| contacts.contact(id).stiffness(most));
         let fastest = (0..count).map(|i| {
             ((stiffest(i) + stiffest(i + 1)) * 2.0 / self.chain.mass[self.sites.start + i]).sqrt()
         });
@@ -146,10 +131,7 @@ impl<'a> Gap<'a> {
             }
         };
 
-        let (mut x, mut v) = (
-            Array2::zeros((samples, count)),
-            Array2::zeros((samples, count)),
-        );
+        let [mut x, mut v] = [0, 1].map(|_| Array2::zeros((samples, count)));
         let mut state = GapState {
             x: vec![0.0; count],
             v: vec![0.0; count],

@@ -7,8 +7,7 @@
 //! channel records noise and drift. Both, and the stated uncertainties of gains, coefficients and
 //! masses ([`Uncertainty`]), are propagated to all results: to [`Errors`], and by
 //! [`MeasuredMotion::run`] to every number over wavenumbers, frequencies and scales.
-//! [`MeasuredMotion::check_contact`] refuses a result that is smaller than its error, and
-//! [`from_field`] a measurement that is all below noise.
+//! [`from_field`] refuses a measurement that is all below noise; a warning names contacts whose force is.
 //!
 //! [`MeasuredReport::energy`] is the energy put into the chain: the median over the record of total
 //! energy plus losses, less the bias that noise adds to squares. The largest energy over time would
@@ -17,7 +16,6 @@
 mod derive;
 mod drift;
 mod estimate;
-mod given;
 mod missing;
 mod momentum;
 mod noise;
@@ -26,7 +24,8 @@ mod quiet;
 mod repetitions;
 mod report;
 mod spectral;
-mod warning;
+
+use std::collections::BTreeSet;
 
 use ndarray::{Array1, Array2, ArrayView2, s};
 
@@ -42,8 +41,7 @@ use noise::Channels;
 pub use noise::SiteNoise;
 pub use options::{Drift, MeasuredOptions, Noise, Uncertainty};
 use repetitions::Repetitions;
-pub use report::{ContactEstimate, Estimate, MeasuredReport, MissingSite};
-pub use warning::MeasuredWarning;
+pub use report::{ContactEstimate, Estimate, Lack, MeasuredReport, MeasuredWarning, MissingSite};
 
 /// A measured motion of a chain; arrays are `(time, site)` or `(time, contact)`.
 #[derive(Debug, Clone)]
@@ -83,27 +81,6 @@ impl MeasuredMotion {
             &self.velocity,
         )
     }
-
-    /// The estimate of contact j, if its force is more than twice its error.
-    ///
-    /// # Errors
-    /// [`Error::BelowNoise`] if it is not; [`Error::Request`] for a contact that does not exist.
-    pub fn check_contact(&self, j: usize) -> Result<&ContactEstimate> {
-        let contact = self.report.contacts.get(j).ok_or_else(|| Error::Request {
-            option: "contact",
-            expected: format!("0 to {}", self.report.contacts.len().saturating_sub(1)),
-            found: j.to_string(),
-        })?;
-        let Estimate { value, error } = contact.force;
-        if contact.force.is_resolved() || (value == 0.0 && error == 0.0) {
-            return Ok(contact);
-        }
-        Err(Error::BelowNoise {
-            what: format!("the force in contact {j}"),
-            signal: value.abs(),
-            error,
-        })
-    }
 }
 
 /// The motion of `chain` that a field of velocities `(time, site)` is the record of, in units in
@@ -117,21 +94,16 @@ pub fn from_field(
     options: &MeasuredOptions,
 ) -> Result<MeasuredMotion> {
     if field.quantity != Quantity::Velocity {
-        return Err(Error::Request {
-            option: "quantity",
-            expected: "velocities, which displacements are the integrals of".into(),
-            found: format!("{:?}", field.quantity).to_lowercase(),
-        });
+        let expected = "velocities, which displacements are the integrals of";
+        let found = format!("{:?}", field.quantity).to_lowercase();
+        return Err(Error::request("quantity", expected, found));
     }
     let (samples, n) = (field.n_times(), field.n_sites());
     options::check_memory(samples, chain)?;
     let mut values = vec![0.0; samples * n];
     field.read_time_major(0..samples, 0..n, &mut values);
-    let record = ArrayView2::from_shape((samples, n), &values).map_err(|e| Error::Request {
-        option: "field",
-        expected: "times by sites".into(),
-        found: e.to_string(),
-    })?;
+    let record = ArrayView2::from_shape((samples, n), &values)
+        .map_err(|error| Error::request("field", "times by sites", error))?;
     from_velocities(record, [field.time.origin, field.time.step], chain, options)
 }
 
@@ -149,16 +121,6 @@ pub fn from_velocities(
     options: &MeasuredOptions,
 ) -> Result<MeasuredMotion> {
     options.check(record, [t0, dt], chain)?;
-    if chain.resonators().is_some() {
-        return Err(Error::Request {
-            option: "resonator_mass",
-            expected:
-                "a chain without resonators, whose motion velocities of the bodies do not tell"
-                    .into(),
-            found: "resonators".into(),
-        });
-    }
-    options::check_memory(record.nrows(), chain)?;
     let (record, missing, channels) = channels(record, chain, options)?;
     crate::system::threads::in_pool(options.threads, || {
         let mut velocity = record.slice(s![options.start.., ..]).to_owned();
@@ -217,31 +179,22 @@ fn channels(
     options: &MeasuredOptions,
 ) -> Result<(Array2<f64>, Vec<bool>, Channels)> {
     let n = record.ncols();
-    let mut missing = vec![false; n];
-    for site in &options.missing {
-        missing[*site] = true;
-    }
-    let silent: Vec<bool> = (0..n)
-        .map(|j| record.column(j).iter().all(|v| *v == 0.0))
-        .collect();
-    for j in 0..n {
-        let gap = record.column(j).iter().all(|v| v.is_nan());
+    let all = |j: usize, is: fn(&f64) -> bool| record.column(j).iter().all(is);
+    let silent: Vec<bool> = (0..n).map(|j| all(j, |v| *v == 0.0)).collect();
+    let dead = |j: usize| {
         // A channel of zeros is dead if a later channel records the wave.
         let passed = silent[j] && silent[j + 1..].contains(&false);
-        missing[j] |= gap || passed;
-    }
+        passed || options.missing.contains(&j) || all(j, |v| v.is_nan())
+    };
+    let mut missing: Vec<bool> = (0..n).map(dead).collect();
     let mut record = record.to_owned();
     for j in (0..n).filter(|j| missing[*j]) {
         record.column_mut(j).fill(0.0);
     }
-    let broken: Vec<(usize, usize)> = record
-        .indexed_iter()
-        .filter_map(|(at, v)| (!v.is_finite()).then_some(at))
-        .collect();
+    let broken = record.indexed_iter().filter(|(_, v)| !v.is_finite());
+    let broken: Vec<(usize, usize)> = broken.map(|(at, _)| at).collect();
     if let Some(&first) = broken.first() {
-        let mut sites: Vec<usize> = broken.iter().map(|(_, site)| *site).collect();
-        sites.sort_unstable();
-        sites.dedup();
+        let sites: BTreeSet<usize> = broken.iter().map(|(_, site)| *site).collect();
         return Err(Error::NonFinite {
             name: "the velocities".into(),
             count: broken.len() as u64,
@@ -252,26 +205,21 @@ fn channels(
     }
     let mut channels = Channels::of(record.view(), &missing, options)?;
     // If others record noise, a channel of zeros is not a site at rest.
-    let noisy = channels
-        .sites
-        .iter()
-        .zip(&silent)
-        .any(|(site, silent)| !silent && site.deviation > 0.0);
-    let late: Vec<usize> = (0..n).filter(|j| silent[*j] && !missing[*j]).collect();
-    if noisy && !late.is_empty() {
-        for j in late {
-            missing[j] = true;
-        }
+    let is_noisy = |j: usize| !silent[j] && channels.sites[j].deviation > 0.0;
+    let is_late = |j: usize| silent[j] && !missing[j];
+    if (0..n).any(is_noisy) && (0..n).any(is_late) {
+        missing = (0..n).map(|j| missing[j] || silent[j]).collect();
         channels = Channels::of(record.view(), &missing, options)?;
     }
     missing::check(chain, &missing)?;
-    let reached = |(site, missing): (&SiteNoise, &bool)| !missing && site.arrival.is_some();
-    if options.noise == Noise::Quiet && !channels.sites.iter().zip(&missing).any(reached) {
-        return Err(Error::Request {
-            option: "field",
-            expected: "a wave above the noise of at least one channel".into(),
-            found: "none that chance does not explain".into(),
-        });
+    let is_reached = |j: usize| !missing[j] && channels.sites[j].arrival.is_some();
+    if options.noise == Noise::Quiet && !(0..n).any(is_reached) {
+        let expected = "a wave above the noise of at least one channel";
+        return Err(Error::request(
+            "field",
+            expected,
+            "none that chance does not explain",
+        ));
     }
     Ok((record, missing, channels))
 }

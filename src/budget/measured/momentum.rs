@@ -12,6 +12,7 @@ use ndarray::{Array1, Array2, s};
 use super::derive::Derived;
 use super::estimate::{Errors, raised};
 use crate::budget::contacts::Contacts;
+use crate::numeric::median;
 
 /// Standard errors beyond which a deviation is none of chance.
 const SIGNIFICANT: f64 = 4.0;
@@ -97,17 +98,18 @@ impl Fitter {
         }
         // Momenta known to rounding must not outweigh all others together.
         let most = open.iter().fold(0.0, |m: f64, e| m.max(*e));
+        let weight = |open: f64| {
+            if most > 0.0 {
+                most / open.max(1e-9 * most)
+            } else {
+                1.0
+            }
+        };
         Fitter {
             pushes,
             contacts: contacts.len(),
             offset: contacts.offset,
-            weight: open.mapv(|open| {
-                if most > 0.0 {
-                    most / open.max(1e-9 * most)
-                } else {
-                    1.0
-                }
-            }),
+            weight: open.mapv(weight),
         }
     }
 
@@ -139,27 +141,26 @@ impl Fitter {
         let each = solve(&normal, &right);
         Fit {
             each: each.into_iter().skip(self.offset).collect(),
-            all: if common_left > 0.0 {
-                common_right / common_left
-            } else {
-                0.0
-            },
+            all: Some(common_right / common_left)
+                .filter(|_| common_left > 0.0)
+                .unwrap_or(0.0),
         }
     }
 }
 
 /// Solves the normal equations by conjugate gradients; `None` for unknowns that do not occur.
 fn solve(rows: &[Vec<(usize, f64)>], right: &[f64]) -> Vec<Option<f64>> {
-    let diagonal: Vec<f64> = rows
-        .iter()
-        .enumerate()
-        .map(|(i, row)| row.iter().filter(|(k, _)| *k == i).map(|(_, a)| a).sum())
-        .collect();
     // Unknowns are scaled so that the diagonal is 1.
-    let scale: Vec<f64> = diagonal
-        .iter()
-        .map(|d| if *d > 0.0 { d.sqrt().recip() } else { 0.0 })
-        .collect();
+    let scale = rows.iter().enumerate().map(|(i, row)| {
+        let own = row.iter().filter(|(k, _)| *k == i);
+        let diagonal: f64 = own.map(|(_, a)| a).sum();
+        if diagonal > 0.0 {
+            diagonal.sqrt().recip()
+        } else {
+            0.0
+        }
+    });
+    let scale: Vec<f64> = scale.collect();
     let apply = |x: &[f64]| -> Vec<f64> {
         let sum = |(i, row): (usize, &Vec<(usize, f64)>)| {
             scale[i] * row.iter().map(|(k, a)| a * scale[*k] * x[*k]).sum::<f64>()
@@ -219,11 +220,7 @@ impl Momentum {
             .map(|(here, half)| (here.unwrap_or(0.0) - half.unwrap_or(0.0)).abs())
             .collect();
         // One difference may be small by chance.
-        let typical = {
-            let mut sorted = sampling.clone();
-            sorted.sort_by(f64::total_cmp);
-            sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-        };
+        let typical = median(sampling.iter().copied()).unwrap_or(0.0);
         let factors = fit.each.iter().enumerate().map(|(i, here)| {
             let mut again = fits.iter().filter_map(|fit| fit.each[i]);
             Some(factor((*here)?, &mut again, sampling[i].max(typical)))

@@ -32,7 +32,7 @@ const CLEAN: f64 = 1e-6;
 const FLIGHT: f64 = 0.2;
 
 /// Noise and drift of a channel.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct SiteNoise {
     /// Sample of the record at which the wave arrives; `None` where it does not.
     pub arrival: Option<usize>,
@@ -71,19 +71,11 @@ impl Channels {
         missing: &[bool],
         options: &MeasuredOptions,
     ) -> Result<Channels> {
-        let samples = record.nrows();
         if let Noise::Stated { deviation, offset } = options.noise {
             let site = SiteNoise {
-                arrival: None,
-                quiet_samples: 0,
-                rest_samples: 0,
                 deviation,
-                borrowed: false,
-                offset: 0.0,
                 offset_error: offset,
-                slope: 0.0,
-                slope_error: 0.0,
-                covariance: 0.0,
+                ..SiteNoise::default()
             };
             return Ok(Channels {
                 sites: vec![site; record.ncols()],
@@ -92,84 +84,72 @@ impl Channels {
         }
         let columns: Vec<Vec<f64>> = record.columns().into_iter().map(|c| c.to_vec()).collect();
         let scale = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let quiet: Vec<QuietPart> = columns
-            .iter()
-            .map(|column| {
-                let quiet = quiet_part(column);
-                let level = column[..quiet.samples].iter().sum::<f64>().abs();
-                match level > FLIGHT * scale * quiet.samples as f64 {
-                    true => QuietPart::NONE,
-                    false => quiet,
-                }
-            })
-            .collect();
-        let lines: Vec<Option<LinearTrend>> = columns
-            .iter()
-            .zip(&quiet)
-            .map(|(column, quiet)| LinearTrend::through(&column[..quiet.samples], options.start))
-            .collect();
+        let quiet = columns.iter().map(|column| {
+            let quiet = quiet_part(column);
+            let level = column[..quiet.samples].iter().sum::<f64>().abs();
+            match level > FLIGHT * scale * quiet.samples as f64 {
+                true => QuietPart::NONE,
+                false => quiet,
+            }
+        });
+        let quiet: Vec<QuietPart> = quiet.collect();
+        let part = |j: usize| &columns[j][..quiet[j].samples];
+        let all = 0..columns.len();
+        let line = |j| LinearTrend::through(part(j), options.start);
+        let lines: Vec<Option<LinearTrend>> = all.clone().map(line).collect();
         let live = |j: &usize| !missing[*j];
-        let own = |j: &usize| quiet[*j].samples >= LEAST_QUIET;
-        let known: Vec<(usize, LinearTrend)> = (0..columns.len())
-            .filter(live)
-            .filter(own)
-            .filter_map(|j| Some((j, lines[j]?)))
-            .collect();
+        let own = |j: &usize| live(j) && quiet[*j].samples >= LEAST_QUIET;
+        let known = all.clone().filter(own);
+        let known: Vec<(usize, LinearTrend)> = known.filter_map(|j| Some((j, lines[j]?))).collect();
         if known.is_empty() {
-            let longest = (0..columns.len()).filter(live).map(|j| quiet[j].samples);
-            return Err(Error::Request {
-                option: "noise",
-                expected: format!(
-                    "a channel with {LEAST_QUIET} samples or more before the wave arrives, or \
-                     stated noise"
-                ),
-                found: format!("at most {} of {samples}", longest.max().unwrap_or(0)),
-            });
+            let longest = all.filter(live).map(|j| quiet[j].samples).max();
+            let expected = format!(
+                "a channel with {LEAST_QUIET} samples or more before the wave arrives, or stated noise"
+            );
+            let found = format!("at most {} of {}", longest.unwrap_or(0), record.nrows());
+            return Err(Error::request("noise", expected, found));
         }
         let parts = known
             .iter()
-            .map(|(j, line)| (&columns[*j][..quiet[*j].samples], *line, options.start));
+            .map(|(j, line)| (part(*j), *line, options.start));
         let correlation = correlation_time(parts, scale);
-        let freedom: f64 = known.iter().map(|(_, line)| line.count - 2.0).sum();
-        let pooled = known
-            .iter()
-            .map(|(_, l)| l.variance * (l.count - 2.0))
-            .sum::<f64>()
-            / freedom;
-        let offsets = known
-            .iter()
-            .map(|(_, l)| (l.offset, correlation * l.variance * l.offset_share));
-        let slopes = known
-            .iter()
-            .map(|(_, l)| (l.slope, correlation * l.variance * l.slope_share));
+        let sum = |of: fn(&LinearTrend) -> f64| known.iter().map(|(_, line)| of(line)).sum::<f64>();
+        let pooled = sum(|l| l.variance * (l.count - 2.0)) / sum(|l| l.count - 2.0);
+        let spread = |of: fn(&LinearTrend) -> [f64; 2]| {
+            let values = known.iter().map(|(_, line)| {
+                let [value, share] = of(line);
+                (value, correlation * line.variance * share)
+            });
+            spread_of(values.collect())
+        };
+        let offsets = || spread(|line| [line.offset, line.offset_share]);
+        let slopes = || spread(|line| [line.slope, line.slope_share]);
         let prior = match options.drift {
             Drift::None => [0.0; 2],
-            Drift::Constant => [spread_of(offsets.collect()), 0.0],
-            Drift::Linear => [spread_of(offsets.collect()), spread_of(slopes.collect())],
+            Drift::Constant => [offsets(), 0.0],
+            Drift::Linear => [offsets(), slopes()],
         };
-
-        let sites = (0..columns.len()).map(|j| {
-            let borrowed = !own(&j) || missing[j];
-            let variance = match lines[j] {
-                Some(line) if !borrowed => line.variance,
-                _ => pooled,
-            };
-            let line = lines[j].filter(|_| !missing[j]);
+        let sites = all.map(|j| {
+            let line = lines[j].filter(|_| live(&j));
+            let variance = line
+                .filter(|_| own(&j))
+                .map_or(pooled, |line| line.variance);
             let drift = Drifting::of(line, options.start, correlation * variance, prior);
+            let [offset_variance, covariance, slope_variance] = drift.covariance;
             SiteNoise {
-                arrival: quiet[j].arrival.filter(|_| !missing[j]),
-                quiet_samples: if missing[j] { 0 } else { quiet[j].samples },
+                arrival: quiet[j].arrival.filter(|_| live(&j)),
+                quiet_samples: if live(&j) { quiet[j].samples } else { 0 },
                 rest_samples: match variance.sqrt() > CLEAN * scale {
                     true => rest(&quiet, missing, j),
                     false => 0,
                 },
                 deviation: variance.sqrt(),
-                borrowed,
+                borrowed: !own(&j),
                 offset: drift.offset,
-                offset_error: drift.covariance[0].max(0.0).sqrt(),
+                offset_error: offset_variance.max(0.0).sqrt(),
                 slope: drift.slope,
-                slope_error: drift.covariance[2].max(0.0).sqrt(),
-                covariance: drift.covariance[1],
+                slope_error: slope_variance.max(0.0).sqrt(),
+                covariance,
             }
         });
         Ok(Channels {

@@ -51,21 +51,13 @@ impl Uncertainty {
             ("coefficient-error", &self.coefficient, contacts),
             ("mass-error", &self.mass, sites),
         ] {
-            let refuse = |expected: String, found: String| {
-                Err(Error::Request {
-                    option,
-                    expected,
-                    found,
-                })
-            };
             if list.len() > 1 && list.len() != count {
-                return refuse(
-                    format!("one value for all, or {count}"),
-                    list.len().to_string(),
-                );
+                let expected = format!("one value for all, or {count}");
+                return Err(Error::request(option, expected, list.len()));
             }
             if let Some(share) = list.iter().find(|share| !(0.0..1.0).contains(*share)) {
-                return refuse("shares of 0 or more, below 1".into(), share.to_string());
+                let expected = "shares of 0 or more, below 1";
+                return Err(Error::request(option, expected, share));
             }
         }
         Ok(())
@@ -115,45 +107,45 @@ impl MeasuredOptions {
         [t0, dt]: [f64; 2],
         chain: &Chain,
     ) -> Result<()> {
-        let refuse = |option, expected: String, found: String| {
-            Err(Error::Request {
-                option,
-                expected,
-                found,
-            })
-        };
         chain.check()?;
+        if chain.resonators().is_some() {
+            let expected =
+                "a chain without resonators, whose motion velocities of the bodies do not tell";
+            return Err(Error::request("resonator_mass", expected, "resonators"));
+        }
         let (samples, n) = record.dim();
+        let refuse =
+            |option, expected: &str, found: String| Err(Error::request(option, expected, found));
         if n != chain.n_sites() {
             let expected = format!("{} sites, as the chain has", chain.n_sites());
-            return refuse("field", expected, n.to_string());
+            return refuse("field", &expected, n.to_string());
         }
         if samples < self.start.saturating_add(4) {
-            let expected = "4 samples or more from the start of the motion on".into();
+            let found = format!("{samples}, start {}", self.start);
             return refuse(
                 "field",
-                expected,
-                format!("{samples}, start {}", self.start),
+                "4 samples or more from the start of the motion on",
+                found,
             );
         }
         if !(dt > 0.0 && dt.is_finite() && t0.is_finite()) {
-            return refuse("dt", "a positive step of time".into(), dt.to_string());
+            return refuse("dt", "a positive step of time", dt.to_string());
         }
         if self.repetitions < 8 {
-            let found = self.repetitions.to_string();
-            return refuse("repetitions", "8 or more".into(), found);
+            return refuse("repetitions", "8 or more", self.repetitions.to_string());
         }
         if let Noise::Stated { deviation, offset } = self.noise
             && !(deviation >= 0.0 && deviation.is_finite() && offset >= 0.0 && offset.is_finite())
         {
             let found = format!("{deviation}, {offset}");
-            return refuse("noise", "deviations of 0 or more".into(), found);
+            return refuse("noise", "deviations of 0 or more", found);
         }
         self.uncertainty.check(chain)?;
         if let Some(site) = self.missing.iter().find(|site| **site >= n) {
-            return refuse("missing", format!("sites 0 to {}", n - 1), site.to_string());
+            let expected = format!("sites 0 to {}", n - 1);
+            return refuse("missing", &expected, site.to_string());
         }
-        Ok(())
+        check_memory(samples, chain)
     }
 }
 
@@ -163,13 +155,9 @@ pub(super) fn check_memory(samples: usize, chain: &Chain) -> Result<()> {
     let needed = (samples as u64)
         .saturating_mul(columns)
         .saturating_mul(8 * 7);
-    let allowed = available_memory();
-    if needed > allowed {
-        return Err(Error::Memory {
-            what: "the measured motion with its errors",
-            needed,
-            allowed,
-        });
-    }
-    Ok(())
+    Error::beyond_memory(
+        "the measured motion with its errors",
+        needed,
+        available_memory(),
+    )
 }

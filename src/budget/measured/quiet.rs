@@ -38,11 +38,12 @@ pub(super) fn quiet_part(record: &[f64]) -> QuietPart {
     let middle = sorted.get(n / 2).copied().unwrap_or(0.0);
     let off = |i: usize| (record[i] - middle).abs();
     let peak = (0..n).fold(0, |best, i| if off(i) > off(best) { i } else { best });
+    let none = QuietPart {
+        arrival: None,
+        samples: n,
+    };
     if n == 0 || off(peak) == 0.0 {
-        return QuietPart {
-            arrival: None,
-            samples: n,
-        };
+        return none;
     }
     // So early a peak is indistinguishable from the motion of a site that is struck at once.
     if peak < 2 * LEAST_PART {
@@ -66,16 +67,10 @@ pub(super) fn quiet_part(record: &[f64]) -> QuietPart {
             Cut::Louder | Cut::None => break,
         }
     }
-    let Some(arrival) = arrival else {
-        return QuietPart {
-            arrival: None,
-            samples: n,
-        };
-    };
-    QuietPart {
-        arrival: Some(arrival),
-        samples: arrival.saturating_sub(foot(record, arrival, end)),
-    }
+    arrival.map_or(none, |at| QuietPart {
+        arrival,
+        samples: at.saturating_sub(foot(record, at, end)),
+    })
 }
 
 /// Samples by which a wave that is found at `arrival`, and over by `end`, may have begun before.
@@ -180,34 +175,19 @@ mod tests {
             assert_eq!(quiet_part(&noise).arrival, None);
         }
         let moving: Vec<f64> = (0..400).map(|i| (-0.05 * f64::from(i)).exp()).collect();
-        assert_eq!(
-            quiet_part(&moving),
-            QuietPart {
-                arrival: Some(0),
-                samples: 0
-            }
-        );
+        assert_eq!(quiet_part(&moving), QuietPart::NONE);
+        let level = |i: i32| if i < 150 { 1.0 } else { 0.0 };
         let flight: Vec<f64> = (0..400)
-            .map(|i| f64::from(u8::from(i < 150)) + 1e-3 * random.normal())
+            .map(|i| level(i) + 1e-3 * random.normal())
             .collect();
-        assert!(
-            quiet_part(&flight)
-                .arrival
-                .is_some_and(|i| (140..160).contains(&i))
-        );
-        assert_eq!(
-            quiet_part(&[0.0; 9]),
-            QuietPart {
-                arrival: None,
-                samples: 9
-            }
-        );
-        assert_eq!(
-            quiet_part(&[]),
-            QuietPart {
-                arrival: None,
-                samples: 0
-            }
-        );
+        let arrival = quiet_part(&flight).arrival;
+        assert!(arrival.is_some_and(|i| (140..160).contains(&i)));
+        for samples in [0, 9] {
+            let arrival = None;
+            assert_eq!(
+                quiet_part(&vec![0.0; samples]),
+                QuietPart { arrival, samples }
+            );
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The measurement repeated: the same motion with other noise, drift and gains, and a chain as it
 //! may as well be.
 
-use ndarray::{Array2, Axis};
+use ndarray::{Array2, Axis, s};
 use rayon::prelude::*;
 
 use super::MeasuredOptions;
@@ -46,6 +46,17 @@ impl Repetitions<'_> {
             self.spoil(number, j, |i, added| column[i] = gain * column[i] + added);
         }
         (self.chain_again(number), velocity)
+    }
+
+    /// The velocities of every other sample; columns of missing sites are zero.
+    pub(super) fn every_other_sample(&self) -> Array2<f64> {
+        let mut half = self.velocity.slice(s![..;2, ..]).to_owned();
+        for (mut column, missing) in half.columns_mut().into_iter().zip(self.missing) {
+            if *missing {
+                column.fill(0.0);
+            }
+        }
+        half
     }
 
     /// Noise and drift of channel j from where it is not at rest.

@@ -6,7 +6,6 @@ use super::derive::Derived;
 use super::estimate::Errors;
 use super::momentum::Momentum;
 use super::noise::{Channels, SiteNoise};
-use super::warning::MeasuredWarning;
 use crate::error::{Error, Result};
 
 /// What a measurement yields beside its arrays.
@@ -69,7 +68,7 @@ pub(super) fn of(
     let last = derived.velocity.nrows() - 1;
     let largest = |array: &Array2<f64>, j: usize| {
         let column = array.column(j);
-        let better = |best: usize, i: usize| {
+        let better = |best, i: usize| {
             if column[i].abs() > column[best].abs() {
                 i
             } else {
@@ -78,78 +77,168 @@ pub(super) fn of(
         };
         (0..column.len()).fold(0, better)
     };
-    let contacts: Vec<ContactEstimate> = (0..derived.force.ncols())
-        .map(|j| {
-            let at = largest(&derived.force, j);
-            ContactEstimate {
-                force: Estimate {
-                    value: derived.force[[at, j]],
-                    error: errors.force[[at, j]],
-                },
-                passed: Estimate {
-                    value: derived.passed[[last, j]],
-                    error: errors.passed[[last, j]],
-                },
-            }
-        })
-        .collect();
+    let estimate = |values: &Array2<f64>, errors: &Array2<f64>, at: (usize, usize)| Estimate {
+        value: values[at],
+        error: errors[at],
+    };
+    let contacts = (0..derived.force.ncols()).map(|j| ContactEstimate {
+        force: estimate(
+            &derived.force,
+            &errors.force,
+            (largest(&derived.force, j), j),
+        ),
+        passed: estimate(&derived.passed, &errors.passed, (last, j)),
+    });
+    let contacts: Vec<ContactEstimate> = contacts.collect();
     // Of the whole record: at its end, too, energy is to be left.
     let worst = Estimate {
         value: derived.energy[[largest(&derived.energy, 0), 0]],
         error: errors.energy[[largest(&errors.energy, 0), 0]],
     };
-    for energy in [worst, given] {
-        if !energy.is_resolved() {
+    let forces = contacts.iter().map(|contact| contact.force);
+    let share = |e: &Estimate| e.value.abs() / e.error;
+    let reached = forces.filter(|force| force.value != 0.0);
+    let strongest = reached.max_by(|a, b| share(a).total_cmp(&share(b)));
+    for (what, found) in [
+        ("the total energy", Some(worst)),
+        ("the total energy", Some(given)),
+        ("the force in every contact, at best", strongest),
+    ] {
+        if !found.is_some_and(|found| found.is_resolved()) {
             return Err(Error::BelowNoise {
-                what: "the total energy".into(),
-                signal: energy.value,
-                error: energy.error,
+                what: what.into(),
+                signal: found.map_or(0.0, |found| found.value.abs()),
+                error: found.map_or(0.0, |found| found.error),
             });
         }
     }
-    let reached = || contacts.iter().filter(|c| c.force.value != 0.0);
-    if !reached().any(|c| c.force.is_resolved()) {
-        let most = reached().map(|c| c.force).max_by(|a, b| {
-            let share = |e: &Estimate| e.value.abs() / e.error;
-            share(a).total_cmp(&share(b))
-        });
-        let Estimate { value, error } = most.unwrap_or(Estimate {
-            value: 0.0,
-            error: 0.0,
-        });
-        return Err(Error::BelowNoise {
-            what: "the force in every contact, at best".into(),
-            signal: value.abs(),
-            error,
-        });
-    }
-    let missing: Vec<MissingSite> = (0..missing.len())
-        .filter(|j| missing[*j])
-        .map(|site| {
-            let error = errors.velocity.column(site);
-            MissingSite {
-                site,
-                velocity: Estimate {
-                    value: derived.velocity[[largest(&derived.velocity, site), site]],
-                    error: (error.dot(&error) / error.len() as f64).sqrt(),
-                },
-            }
-        })
-        .collect();
-    let warnings = super::warning::find(
-        &channels.sites,
-        channels.correlation,
-        &missing,
-        &contacts,
-        &momentum,
-    );
-    Ok(MeasuredReport {
+    let missing = (0..missing.len()).filter(|j| missing[*j]).map(|site| {
+        let error = errors.velocity.column(site);
+        MissingSite {
+            site,
+            velocity: Estimate {
+                value: derived.velocity[[largest(&derived.velocity, site), site]],
+                error: (error.dot(&error) / error.len() as f64).sqrt(),
+            },
+        }
+    });
+    let mut report = MeasuredReport {
         noise_correlation: channels.correlation,
         sites: channels.sites.clone(),
-        missing,
+        missing: missing.collect(),
         contacts,
         energy: given,
         momentum,
-        warnings,
-    })
+        warnings: Vec::new(),
+    };
+    report.warnings = warnings_of(&report);
+    Ok(report)
+}
+
+/// What a measured field, or the chain stated for it, lacks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Lack {
+    /// Sites whose momentum does not balance: forces leave more of it unexplained than noise explains.
+    MomentumOpen,
+    /// All coefficients together contradict the momenta.
+    Coefficients,
+    /// Contacts whose coefficient the momenta contradict.
+    Coefficient,
+    /// Contacts whose force is not twice its error.
+    BelowNoise,
+    /// Sites whose motion follows from their neighbours.
+    Missing,
+    /// Sites with no quiet part of their own, or too short a one.
+    NoQuietPart,
+    /// Noise that is correlated from sample to sample, at all sites.
+    CorrelatedNoise,
+}
+
+/// A finding that its user should know; its numbers are those of the [`MeasuredReport`].
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct MeasuredWarning {
+    pub code: Lack,
+    /// The sites or contacts it is about.
+    pub at: Vec<usize>,
+}
+
+/// Those of a report.
+fn warnings_of(report: &MeasuredReport) -> Vec<MeasuredWarning> {
+    let MeasuredReport {
+        momentum, contacts, ..
+    } = report;
+    let (n, m) = (report.sites.len(), contacts.len());
+    let is_missing = |site: usize| report.missing.iter().any(|missing| missing.site == site);
+    let is_borrowed = |site: usize| report.sites[site].borrowed && !is_missing(site);
+    let is_off = |i: usize| momentum.factors[i].is_some_and(|factor| factor.is_off());
+    let is_drowned = |i: usize| {
+        let force = contacts[i].force;
+        force.value != 0.0 && !force.is_resolved()
+    };
+    let all: [(Lack, usize, &dyn Fn(usize) -> bool); 7] = [
+        (Lack::MomentumOpen, n, &|j| !momentum.sites[j].is_closed()),
+        (Lack::Coefficients, m, &|_| momentum.common.is_off()),
+        (Lack::Coefficient, m, &is_off),
+        (Lack::BelowNoise, m, &is_drowned),
+        (Lack::Missing, n, &is_missing),
+        (Lack::NoQuietPart, n, &is_borrowed),
+        (Lack::CorrelatedNoise, n, &|_| {
+            report.noise_correlation > 1.0
+        }),
+    ];
+    let found = all.map(|(code, count, is_one)| MeasuredWarning {
+        code,
+        at: (0..count).filter(|i| is_one(*i)).collect(),
+    });
+    found
+        .into_iter()
+        .filter(|found| !found.at.is_empty())
+        .collect()
+}
+
+impl MeasuredWarning {
+    /// One sentence, and what to do about it.
+    pub fn words(&self) -> (String, &'static str) {
+        const CHAIN: &str = "check masses, contact law and coefficients of the chain and the gains of the channels, or \
+                             state how uncertain they are, and that the contacts just touched at the start";
+        let (said, what, advice) = match self.code {
+            Lack::MomentumOpen => ("forces do not explain the momentum of", "site", CHAIN),
+            Lack::Coefficients | Lack::Coefficient => (
+                "the momenta contradict the coefficient of",
+                "contact",
+                CHAIN,
+            ),
+            Lack::BelowNoise => (
+                "the force is less than twice its error in",
+                "contact",
+                "leave these contacts out of what is concluded",
+            ),
+            Lack::Missing => (
+                "the motion follows from the neighbours at",
+                "site",
+                "none is needed where the stated error is small enough",
+            ),
+            Lack::NoQuietPart => (
+                "noise and drift are taken to be those of the other channels at",
+                "site",
+                "record some time before the impact, and state the sample at which it begins",
+            ),
+            Lack::CorrelatedNoise => (
+                "noise is correlated from sample to sample, which errors allow for, at",
+                "site",
+                "look for hum or a filter in the measuring chain",
+            ),
+        };
+        const SHOWN: usize = 8;
+        let shown = self.at.iter().take(SHOWN).map(usize::to_string);
+        let plural = if self.at.len() == 1 { "" } else { "s" };
+        let more = match self.at.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let places = shown.collect::<Vec<String>>().join(", ");
+        (format!("{said} {what}{plural} {places}{more}"), advice)
+    }
 }

@@ -7,6 +7,8 @@
 //! changes it by: the largest within a few hundredths of the record, or from the highest frequency
 //! down, since a difference that changes sign is no smaller error there.
 
+use std::ops::Range;
+
 use ndarray::{Array2, Axis};
 
 use super::derive::Derived;
@@ -20,6 +22,7 @@ use crate::budget::result::PassedError;
 use crate::budget::{Budget, BudgetRequest, Integration, run_beside};
 use crate::chain::Chain;
 use crate::error::{Error, Result};
+use crate::numeric::pieces;
 use crate::observer::{Observer, Silent};
 use crate::system::memory::available_memory;
 
@@ -41,11 +44,9 @@ impl MeasuredMotion {
         observer: &dyn Observer,
     ) -> Result<(Budget, Arrays)> {
         if request.integration == Integration::Stepping {
-            return Err(Error::Request {
-                option: "integration",
-                expected: "that of samples: nothing was stepped".into(),
-                found: "that inside the stepping".into(),
-            });
+            let expected = "that of samples: nothing was stepped";
+            let found = "that inside the stepping";
+            return Err(Error::request("integration", expected, found));
         }
         let mut budget = crate::budget::run(&self.motion(), request, sink, observer)?;
         let request = pinned(request, &budget);
@@ -85,27 +86,26 @@ impl MeasuredMotion {
     ) -> Result<(Curves, Arrays)> {
         let made = |chain: &Chain, displacement: &Array2<f64>, velocity: &Array2<f64>| {
             let motion = derive::motion(chain, self.time.view(), displacement, velocity);
-            let collect = Only::default();
+            let collect = Collect::default();
             let budget = run_beside(&motion, &self.chain, request, &collect, &Silent)?;
-            Ok::<_, Error>((Curves::of(&budget), collect.0.into_arrays()))
+            let mut arrays = collect.into_arrays();
+            // [`super::Errors`] has these.
+            for known in [LargeArray::ENERGY_FLUX, LargeArray::ENERGY_PASSED] {
+                arrays.remove(&known);
+            }
+            Ok::<_, Error>((Curves::of(&budget), arrays))
         };
-        let (here, arrays) = made(&self.chain, &self.displacement, &self.velocity)?;
+        let (mut here, arrays) = made(&self.chain, &self.displacement, &self.velocity)?;
         let values: usize = arrays.values().map(Array2::len).sum();
         let needed = (values as u64).saturating_mul(8 * HELD);
-        let allowed = available_memory();
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "the budgets of repeated measurements",
-                needed,
-                allowed,
-            });
-        }
+        let what = "the budgets of repeated measurements";
+        Error::beyond_memory(what, needed, available_memory())?;
         let mut squares: Arrays = arrays
             .iter()
             .map(|(name, array)| (*name, Array2::zeros(array.dim())))
             .collect();
         let mut curves = here.clone();
-        for sums in curves.each_mut() {
+        for sums in curves.each() {
             sums.fill(0.0);
         }
         let repetitions = Repetitions {
@@ -125,34 +125,32 @@ impl MeasuredMotion {
             made(&chain, &displacement, &velocity)
         };
         repetitions.each(again, |found| {
-            let (again, found) = found?;
+            let (mut again, found) = found?;
             for (name, sum) in &mut squares {
                 add_squares(sum, &found[name], &arrays[name]);
             }
-            let pairs = again.each().into_iter().zip(here.each());
-            for (sums, (again, here)) in curves.each_mut().into_iter().zip(pairs) {
-                for (sum, (again, here)) in sums.iter_mut().zip(again.iter().zip(here)) {
-                    *sum += (again - here).powi(2);
-                }
-            }
+            curves.combine(&mut again, &mut here, |sum, again, here| {
+                sum + (again - here).powi(2)
+            });
             observer.advance(1);
             Ok::<(), Error>(())
         })?;
-        let (sampled, sampled_arrays) = {
-            let [displacement, velocity] = self.sampled_otherwise();
-            made(&self.chain, &displacement, &velocity)?
-        };
+        let half = repetitions.every_other_sample();
+        let (displacement, velocity) =
+            Derived::moved(&self.chain, 2.0 * self.dt, half, &self.missing);
+        let [displacement, velocity] = [
+            shifted(&self.displacement, &displacement),
+            shifted(&self.velocity, &velocity),
+        ];
+        let (mut sampled, sampled_arrays) = made(&self.chain, &displacement, &velocity)?;
         for (name, sum) in &mut squares {
             finish_squares(sum, count);
             add_sampling(*name, sum, &sampled_arrays[name], &arrays[name]);
         }
         let raised = raised(count);
-        let pairs = sampled.each().into_iter().zip(here.each());
-        for (sums, (sampled, here)) in curves.each_mut().into_iter().zip(pairs) {
-            for (sum, (sampled, here)) in sums.iter_mut().zip(sampled.iter().zip(here)) {
-                *sum = (raised * (*sum / count as f64).sqrt()).hypot(sampled - here);
-            }
-        }
+        curves.combine(&mut sampled, &mut here, |squares, sampled, here| {
+            (raised * (squares / count as f64).sqrt()).hypot(sampled - here)
+        });
         Ok((curves, squares))
     }
 
@@ -175,24 +173,6 @@ impl MeasuredMotion {
                 *error = error.hypot(off);
             }
         }
-    }
-
-    /// Displacements and velocities as far off as their sampling may be, by those from every other
-    /// sample.
-    fn sampled_otherwise(&self) -> [Array2<f64>; 2] {
-        let mut record = self.velocity.clone();
-        for (mut column, missing) in record.columns_mut().into_iter().zip(&self.missing) {
-            if *missing {
-                column.fill(0.0);
-            }
-        }
-        let half = record.slice(ndarray::s![..;2, ..]).to_owned();
-        let (displacement, velocity) =
-            Derived::moved(&self.chain, 2.0 * self.dt, half, &self.missing);
-        [
-            shifted(&self.displacement, &displacement),
-            shifted(&self.velocity, &velocity),
-        ]
     }
 }
 
@@ -249,41 +229,11 @@ fn add_sampling(
             }
             continue;
         }
-        let parts = (0..rows).step_by(part);
-        let most: Vec<f64> = parts
-            .map(|first| {
-                (first..(first + part).min(rows))
-                    .map(off)
-                    .fold(0.0, f64::max)
-            })
-            .collect();
+        let largest = |part: Range<usize>| part.map(off).fold(0.0, f64::max);
+        let most: Vec<f64> = pieces(rows, part).map(largest).collect();
         for (i, error) in column.iter_mut().enumerate() {
             let nearby = (i / part).saturating_sub(1)..(i / part + 2).min(most.len());
             *error = error.hypot(most[nearby].iter().copied().fold(0.0, f64::max));
         }
-    }
-}
-
-/// Collects arrays but those whose errors [`super::Errors`] has.
-#[derive(Default)]
-struct Only(Collect);
-
-impl Sink for Only {
-    fn reserve(&self, array: LargeArray, shape: (usize, usize)) -> Result<()> {
-        match array {
-            LargeArray::ENERGY_FLUX | LargeArray::ENERGY_PASSED => Ok(()),
-            _ => self.0.reserve(array, shape),
-        }
-    }
-
-    fn put(
-        &self,
-        array: LargeArray,
-        row: usize,
-        column: usize,
-        block: ndarray::ArrayView2<f64>,
-    ) -> Result<()> {
-        // Arrays that were not reserved are dropped.
-        self.0.put(array, row, column, block)
     }
 }

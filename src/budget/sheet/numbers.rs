@@ -4,37 +4,31 @@ use serde_json::{Map, Value, json};
 
 use super::RESIDUALS;
 use crate::budget::{
-    Budget, Closure, FrequencyFlow, Integration, ModeBudget, ScaleBudget, WavenumberBudget,
+    Budget, Closure, Curves, FrequencyFlow, Integration, ModeBudget, ScaleBudget, WavenumberBudget,
     usual_pairs,
 };
 
 /// Gathers what is known; computes nothing new.
 pub(super) fn of(budget: &Budget) -> Value {
     let last = budget.time.len() - 1;
-    let errors = budget.errors.as_deref();
-    let total = |i: usize| budget.kinetic[i] + budget.contact[i];
     // Through the last contact between two sites.
     let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
-    let passed = |values: &[f64]| inner.checked_sub(1).map(|j| values[j]);
-    let mut energy = json!({
-        "start": total(0),
-        "end": total(last),
-        "kinetic_end": budget.kinetic[last],
-        "contact_end": budget.contact[last],
-        "lost": budget.lost[last],
-        "put_in": budget.input[last],
-        "passed": passed(&budget.passed),
-        "followed_inside_the_steps": budget.followed,
-    });
-    if let Some(errors) = errors {
-        energy["errors"] = json!({
-            "start": errors.energy[0],
-            "end": errors.energy[last],
-            "kinetic_end": errors.kinetic[last],
-            "contact_end": errors.contact[last],
-            "lost": errors.lost[last],
-            "passed": passed(&errors.passed),
-        });
+    let energies = |curves: &Curves| {
+        json!({
+            "start": curves.energy[0],
+            "end": curves.energy[last],
+            "kinetic_end": curves.kinetic[last],
+            "contact_end": curves.contact[last],
+            "lost": curves.lost[last],
+            "passed": inner.checked_sub(1).map(|j| curves.passed[j]),
+            "passed_middle": curves.passed.get(budget.n_contacts / 2),
+        })
+    };
+    let mut energy = energies(&Curves::of(budget));
+    energy["put_in"] = json!(budget.input[last]);
+    energy["followed_inside_the_steps"] = json!(budget.followed);
+    if let Some(errors) = &budget.errors {
+        energy["errors"] = energies(errors);
     }
     json!({
         "sites": budget.n_sites,
@@ -119,6 +113,7 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> Value {
             Some(share_of_all(*error, i))
         };
         all["errors"] = json!({
+            "share_passed": passed.map(|_| passed_error / budget.scale),
             "rate": passed.map(|_| passed_error / duration),
             "largest_passage": most.map(|most| most.error),
             "centroid_start": errors.centroid.first(),
@@ -138,11 +133,9 @@ fn frequency(budget: &Budget, flow: &FrequencyFlow) -> Value {
     let between = between.map(|(i, of)| {
         let mut of = json!(of);
         if let Some(errors) = budget.errors.as_deref() {
-            for (part, name) in ["low_error", "high_error", "behind_error"]
-                .iter()
-                .enumerate()
-            {
-                of[*name] = json!(errors.between.get(3 * i + part));
+            let names = ["low_error", "high_error", "behind_error"];
+            for (part, name) in names.into_iter().enumerate() {
+                of[name] = json!(errors.between.get(3 * i + part));
             }
         }
         of

@@ -2,104 +2,68 @@
 
 use serde_json::{Map, Value, json};
 
-use super::RESIDUALS;
-use crate::budget::{Budget, Curves};
+use crate::budget::BudgetUnits;
 use crate::sheet::Table;
 
-/// Name, a value a budget, and the standard error of the first.
-type Row = (String, Vec<Option<f64>>, Option<f64>);
+/// Energies: name, and where it is in the numbers.
+const ENERGIES: [(&str, &str); 6] = [
+    ("energy at the start", "/energy/start"),
+    ("of motion, at the end", "/energy/kinetic_end"),
+    ("of contacts, at the end", "/energy/contact_end"),
+    ("lost", "/energy/lost"),
+    ("put in", "/energy/put_in"),
+    ("passed the middle", "/energy/passed_middle"),
+];
 
-/// Where the energy is, and what has passed.
-pub(super) fn energies(budgets: &[(&str, &Budget)]) -> Table {
-    let first = budgets[0].1;
-    let row = |name: String, value: &dyn Fn(&Budget) -> Option<f64>, error: Option<f64>| -> Row {
-        (
-            name,
-            budgets.iter().map(|(_, budget)| value(budget)).collect(),
-            error,
-        )
-    };
-    let error_of = |of: &dyn Fn(&Curves) -> Option<f64>| of(first.errors.as_deref()?);
-    let last = |values: &[f64]| values.last().copied();
-    let energy = |what: &str| first.units.energy(what);
-    let share_error = || {
-        first.errors.as_ref()?;
-        Some(first.wavenumber.as_ref()?.passed_error.value() / first.scale)
-    };
-    let rows = vec![
-        row(
-            energy("energy at the start"),
-            &|b| Some(b.kinetic[0] + b.contact[0]),
-            error_of(&|e| e.energy.first().copied()),
-        ),
-        row(
-            energy("of motion, at the end"),
-            &|b| last(&b.kinetic),
-            error_of(&|e| last(&e.kinetic)),
-        ),
-        row(
-            energy("of contacts, at the end"),
-            &|b| last(&b.contact),
-            error_of(&|e| last(&e.contact)),
-        ),
-        row(
-            energy("lost"),
-            &|b| last(&b.lost),
-            error_of(&|e| last(&e.lost)),
-        ),
-        row(energy("put in"), &|b| last(&b.input), None),
-        row(
-            energy("passed the middle"),
-            &|b| b.passed.get(b.n_contacts / 2).copied(),
-            error_of(&|e| e.passed.get(first.n_contacts / 2).copied()),
-        ),
-        row(
-            "share passed from low to high k (net)".into(),
-            &|b| Some(b.wavenumber.as_ref()?.passed_edge()? / b.scale),
-            share_error(),
-        ),
-    ];
-    table("Energies", budgets, rows)
+/// What has passed, residuals and checks.
+const SHARES: [(&str, &str); 7] = [
+    (
+        "share passed from low to high k",
+        "/wavenumber/share_passed",
+    ),
+    ("residual, real space", "/closure/real_space"),
+    ("residual, wavenumber", "/closure/wavenumber"),
+    ("residual, frequency", "/closure/frequency"),
+    ("residual, scale", "/closure/scale"),
+    (
+        "integrated flux at the largest k, over the energy",
+        "/closure/integrated_flux/at_largest_wavenumber",
+    ),
+    (
+        "integrated flux made two ways, difference",
+        "/closure/integrated_flux/two_ways",
+    ),
+];
+
+/// Energies with their unit, and shares of the energy, of one budget or of two.
+pub(super) fn tables(budgets: &[(&str, Value)], units: &BudgetUnits) -> Vec<Table> {
+    let energies = ENERGIES.map(|(name, place)| (units.energy(name), place));
+    let shares = SHARES.map(|(name, place)| (name.to_owned(), place));
+    vec![
+        table("Energies", budgets, &energies),
+        table("Balances", budgets, &shares),
+    ]
 }
 
-/// Residuals and checks.
-pub(super) fn balances(budgets: &[(&str, &Budget)]) -> Table {
-    let row = |name: String, value: &dyn Fn(&Budget) -> Option<f64>| -> Row {
-        (
-            name,
-            budgets.iter().map(|(_, budget)| value(budget)).collect(),
-            None,
-        )
-    };
-    let mut rows: Vec<Row> = RESIDUALS
-        .iter()
-        .map(|(_, name, of)| row(format!("residual, {name}"), &|b| of(&b.closure).value()))
-        .collect();
-    rows.push(row(
-        "integrated flux at the largest k, over the energy".into(),
-        &|b| Some(b.closure.integrated_flux?.at_largest_wavenumber),
-    ));
-    rows.push(row(
-        "integrated flux made two ways, difference".into(),
-        &|b| Some(b.closure.integrated_flux?.two_ways),
-    ));
-    table("Balances", budgets, rows)
-}
-
-fn table(title: &str, budgets: &[(&str, &Budget)], rows: Vec<Row>) -> Table {
-    let names = budgets.iter().map(|(name, _)| (*name).to_owned());
-    let mut head: Vec<String> = [String::new()].into_iter().chain(names).collect();
-    let is_measured = budgets.len() == 1 && rows.iter().any(|row| row.2.is_some());
-    head.extend((budgets.len() == 2).then(|| "second less first".into()));
-    head.extend(is_measured.then(|| "standard error".into()));
-    let rows = rows.into_iter().map(|(name, values, error)| {
-        let numbers = values.iter().map(|value| number(*value));
-        let mut cells: Vec<String> = [name].into_iter().chain(numbers).collect();
-        if let [a, b] = values[..] {
-            cells.push(number(a.zip(b).map(|(a, b)| b - a)));
+fn table(title: &str, budgets: &[(&str, Value)], rows: &[(String, &str)]) -> Table {
+    let mut head = vec![String::new()];
+    head.extend(budgets.iter().map(|(name, _)| (*name).to_owned()));
+    let is_measured = budgets[0].1["energy"].get("errors").is_some();
+    head.extend(match budgets.len() {
+        1 => is_measured.then(|| "standard error".into()),
+        _ => Some("second less first".into()),
+    });
+    let rows = rows.iter().map(|(name, place)| {
+        let value = |i: usize, place: &str| budgets[i].1.pointer(place)?.as_f64();
+        let mut values = vec![value(0, place)];
+        if budgets.len() > 1 {
+            let (a, b) = (values[0], value(1, place));
+            values.extend([b, a.zip(b).map(|(a, b)| b - a)]);
+        } else if let Some((of, key)) = place.rsplit_once('/').filter(|_| is_measured) {
+            values.push(value(0, &format!("{of}/errors/{key}")));
         }
-        cells.extend(is_measured.then(|| number(error)));
-        cells
+        let cells = values.into_iter().map(number);
+        [name.clone()].into_iter().chain(cells).collect()
     });
     Table {
         title: title.into(),

@@ -11,8 +11,6 @@ pub(super) struct Grid {
     pub points: usize,
     /// Components 0 up to the largest wavenumber.
     pub components: usize,
-    /// Whether wavenumbers that add up to a full turn couple too.
-    pub wraps: bool,
 }
 
 /// Coefficients and rates at one sample.
@@ -56,11 +54,7 @@ impl Grid {
 pub(super) fn add_pairs(grid: &Grid, k: usize, at: &Components, weight: f64, row: &mut [f64]) {
     let own = Own::of(at, k);
     // The largest component has the sums of both signs.
-    let sign = if grid.has_largest(k) {
-        2.0
-    } else {
-        grid.weight(k)
-    };
+    let sign = if k == 0 { 1.0 } else { 2.0 };
     let scale = weight * sign * at.scale / 3.0;
     let half = k.div_ceil(2);
     for (p, cell) in (half..).zip(&mut row[half..=k]) {
@@ -70,11 +64,8 @@ pub(super) fn add_pairs(grid: &Grid, k: usize, at: &Components, weight: f64, row
     }
     for (p, cell) in (k + 1..).zip(&mut row[k + 1..]) {
         let (value, rate) = at.pair(p, p - k, -1.0);
-        let orders = if k == 0 && grid.has_largest(p) {
-            1.0
-        } else {
-            2.0
-        };
+        let is_own = k == 0 && grid.has_largest(p);
+        let orders = if is_own { 1.0 } else { 2.0 };
         *cell += orders * scale * own.transfer(value, rate);
     }
 }
@@ -157,4 +148,66 @@ pub(super) fn detailed(transfer: &Array2<f64>) -> f64 {
         }
     }
     worst
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Random;
+    use num_complex::Complex;
+
+    /// Against the defining sum over all pairs of a ring.
+    #[test]
+    fn val_defining_sums_over_a_ring() {
+        for points in [7, 8, 12] {
+            let n = points / 2 + 1;
+            let grid = Grid {
+                points,
+                components: n,
+            };
+            let mut random = Random::new(points as u64);
+            let mut row = |is_real: fn(usize, usize) -> bool| -> Vec<f64> {
+                let value = |k| {
+                    if is_real(k, points) {
+                        0.0
+                    } else {
+                        random.normal()
+                    }
+                };
+                (0..n).map(value).collect()
+            };
+            let mut rows = || [row(|_, _| false), row(|k, n| 2 * k % n == 0)];
+            let at = Components {
+                value: rows(),
+                rate: rows(),
+                scale: 3.0,
+                ..Components::default()
+            };
+            let ring = |[re, im]: &[Vec<f64>; 2], m: usize| match points - m {
+                mirrored if mirrored < m => Complex::new(re[mirrored], -im[mirrored]),
+                _ => Complex::new(re[m], im[m]),
+            };
+            let [mut found, mut expected] = [0, 1].map(|_| [0, 1].map(|_| vec![0.0; n * n]));
+            for k in 0..n {
+                let [pairs, wrapped] = &mut found;
+                add_pairs(&grid, k, &at, 1.0, &mut pairs[k * n..][..n]);
+                add_wrapped(&grid, k, &at, 1.0, &mut wrapped[k * n..][..n]);
+            }
+            for (k, p) in (0..points).flat_map(|k| (0..points).map(move |p| (k, p))) {
+                let three = [k, p, (points + k - p) % points];
+                let [[a, b, c], [da, db, dc]] =
+                    [&at.value, &at.rate].map(|of| three.map(|m| ring(of, m)));
+                let transfer = a.conj() * (db * c + b * dc) - 2.0 * da.conj() * b * c;
+                let [k, p, q] = three.map(|m| m.min(points - m));
+                let adds_up = k == p + q || p == k + q || q == k + p;
+                expected[usize::from(!adds_up)][k * n + p.max(q)] += transfer.re;
+            }
+            for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+                assert!(
+                    (found - expected).abs() < 1e-13,
+                    "{points}: {found} {expected}"
+                );
+            }
+        }
+    }
 }

@@ -3,32 +3,24 @@
 use ndarray::Array2;
 
 use super::kernel::Grid;
-
-/// Triads by the ratio s of their largest to their smallest wavenumber, from 2 on, in octaves.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Disparity {
-    /// `from <= s < 2 from`.
-    Octave { from: f64 },
-    /// One of the three is wavenumber 0.
-    WithMean,
-    /// The three add up to a full turn per site.
-    Umklapp,
-}
+use crate::budget::balance::running;
 
 /// The flux past each wavenumber, by the disparity of the triads that carry it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Locality {
     /// Number of the wavenumber past which the flux is largest in magnitude, without 0 and the last.
     pub at: usize,
-    /// Groups of triads, with the energy that each carried past each wavenumber.
-    pub flux: Vec<(Disparity, Vec<f64>)>,
+    /// Groups of triads by the ratio s of their largest to their smallest wavenumber, `from <= s < 2 from`, with the
+    /// energy that each carried past each wavenumber. From 0: with wavenumber 0; from NaN: umklapp, whose wavenumbers
+    /// add up to a full turn per site.
+    pub flux: Vec<(f64, Vec<f64>)>,
 }
 
 impl Locality {
     pub(super) fn of(
         grid: &Grid,
         transfer: &Array2<f64>,
-        umklapp: Option<&Array2<f64>>,
+        umklapp: &Array2<f64>,
         flux: &[f64],
     ) -> Locality {
         let n = grid.components;
@@ -44,23 +36,17 @@ impl Locality {
             };
             gained[group][k] += energy;
         }
-        let mut groups: Vec<(Disparity, Vec<f64>)> = gained
-            .into_iter()
-            .enumerate()
-            .map(|(group, gained)| {
-                let disparity = match group {
-                    _ if group == octaves => Disparity::WithMean,
-                    _ => Disparity::Octave {
-                        from: f64::from(2 << group),
-                    },
-                };
-                (disparity, past(gained))
-            })
-            .collect();
-        if let Some(map) = umklapp {
-            let gained = map.rows().into_iter().map(|row| row.sum()).collect();
-            groups.push((Disparity::Umklapp, past(gained)));
-        }
+        let from = |group| {
+            if group == octaves {
+                0.0
+            } else {
+                f64::from(2 << group)
+            }
+        };
+        let groups = gained.iter().enumerate();
+        let mut groups: Vec<_> = groups.map(|(i, gained)| (from(i), past(gained))).collect();
+        let wrapped: Vec<f64> = umklapp.rows().into_iter().map(|row| row.sum()).collect();
+        groups.push((f64::NAN, past(&wrapped)));
         let inner = 1..n.saturating_sub(1).max(2).min(n);
         let at = inner
             .max_by(|a, b| flux[*a].abs().total_cmp(&flux[*b].abs()))
@@ -72,20 +58,15 @@ impl Locality {
     pub fn share_below(&self, most: f64) -> f64 {
         let carried = |group: &Vec<f64>| group[self.at];
         let all: f64 = self.flux.iter().map(|(_, flux)| carried(flux)).sum();
-        let local = self.flux.iter().filter(|(disparity, _)| match disparity {
-            Disparity::Octave { from } => 2.0 * from <= most,
-            _ => false,
-        });
+        let local = self.flux.iter();
+        let local = local.filter(|(from, _)| *from > 0.0 && 2.0 * from <= most);
         local.map(|(_, flux)| carried(flux)).sum::<f64>() / all
     }
 }
 
 /// `- sum up to k`.
-fn past(gained: Vec<f64>) -> Vec<f64> {
-    let mut past = 0.0;
-    let flux = gained.into_iter().map(|gained| {
-        past -= gained;
-        past
-    });
-    flux.collect()
+pub(super) fn past(gained: &[f64]) -> Vec<f64> {
+    let mut past = Vec::new();
+    running(&mut past, gained.iter().map(|gained| -gained));
+    past
 }

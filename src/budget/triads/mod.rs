@@ -4,23 +4,20 @@
 //! transfer to a wavenumber splits into parts `T(k | p, q)` from pairs `p + q = k`, and the flux past a
 //! wavenumber into parts from triads of near and of far wavenumbers: how local the cascade is.
 
-#[cfg(test)]
-mod burgers;
 mod kernel;
 mod locality;
 mod motions;
 mod sheet;
-mod source;
 
 use std::ops::Range;
 
 use ndarray::Array2;
 use rayon::prelude::*;
 
-use self::kernel::Components;
-pub use self::locality::{Disparity, Locality};
+use self::kernel::{Components, Grid};
+pub use self::locality::Locality;
+use self::locality::past;
 use self::motions::QuadraticChain;
-use self::source::Source;
 use super::motion::Motion;
 use super::units::BudgetUnits;
 use crate::error::{Error, Result};
@@ -64,14 +61,13 @@ pub struct Triads {
     /// Energy that k gained with the larger partner p: `q = k - p` for `p <= k`, a sum; `q = p - k` beyond, a
     /// difference.
     pub transfer: Array2<f64>,
-    /// The same where the three wavenumbers add up to a full turn per site, `q = 2 pi - k - p`; `None` where there is
-    /// no lattice.
-    pub umklapp: Option<Array2<f64>>,
+    /// The same where the three wavenumbers add up to a full turn per site, `q = 2 pi - k - p`.
+    pub umklapp: Array2<f64>,
     /// Energy that k gained from all pairs.
     pub gained: Vec<f64>,
     /// Energy at k: at the end less at the start.
     pub change: Vec<f64>,
-    /// Energy that the terms of the law beyond the quadratic one gave; of a chain.
+    /// Energy that the terms of the law beyond the quadratic one gave; `None` of a law without.
     pub beyond: Option<Vec<f64>>,
     /// Energy that went past k towards larger wavenumbers: `- sum of gained up to k`.
     pub flux: Vec<f64>,
@@ -96,12 +92,11 @@ pub struct TriadIdentities {
 impl Triads {
     /// What the change has beside the quadratic transfer and the rest of the law: losses, drives, ends, sampling.
     pub fn unexplained(&self) -> Vec<f64> {
-        let explained = |k: usize| {
-            let beyond = self.beyond.as_ref().map_or(0.0, |beyond| beyond[k]);
-            self.gained[k] + beyond
-        };
-        let change = self.change.iter().enumerate();
-        change.map(|(k, change)| change - explained(k)).collect()
+        let beyond = |k: usize| self.beyond.as_ref().map_or(0.0, |beyond| beyond[k]);
+        let change = self.change.iter().zip(&self.gained).enumerate();
+        change
+            .map(|(k, (change, gained))| change - (gained + beyond(k)))
+            .collect()
     }
 
     /// What terms beyond the quadratic one moved, as a share of what it moved.
@@ -172,64 +167,48 @@ pub fn chain_triads(
 ) -> Result<Triads> {
     motion.check()?;
     let chain = QuadraticChain::of(motion)?;
-    run(&chain, pitch, request, observer)
-}
-
-/// Samples whose coefficients are at hand at once.
-const BLOCK: usize = 16;
-
-fn run(
-    source: &dyn Source,
-    pitch: f64,
-    request: &TriadsRequest,
-    observer: &dyn Observer,
-) -> Result<Triads> {
     if !(pitch > 0.0 && pitch.is_finite()) {
         return refuse("pitch", "a positive length", pitch);
     }
-    let samples = source.samples();
+    let samples = motion.samples();
     let window = request.window.clone().unwrap_or(0..samples);
     if window.end > samples || window.len() < 3 {
         let expected = format!("three samples or more within 0:{samples}");
         let found = format!("{}:{}", window.start, window.end);
         return refuse("window-samples", &expected, found);
     }
-    let grid = source.grid();
-    let cells = grid.components * grid.components;
-    let maps = if grid.wraps { 2 } else { 1 };
-    let needed = 8 * (cells * maps + BLOCK * 6 * grid.components) as u64;
+    let n = chain.grid.components;
+    let needed = 8 * (2 * n * n + BLOCK * 6 * n) as u64;
     let allowed = request.memory.unwrap_or_else(half_of_free_memory);
-    if needed > allowed {
-        return Err(Error::Memory {
-            what: "the transfers of all pairs",
-            needed,
-            allowed,
-        });
-    }
+    let what = "the transfers of all pairs";
+    Error::beyond_memory(what, needed, allowed)?;
     let full = |_| Error::Memory {
-        what: "the transfers of all pairs",
+        what,
         needed,
         allowed,
     };
-    let pairs = try_filled(cells, 0.0).map_err(full)?;
-    let wrapped = try_filled(cells * (maps - 1), 0.0).map_err(full)?;
+    let map = || try_filled(n * n, 0.0).map_err(full);
+    let maps = [map()?, map()?];
     in_pool(request.threads, || {
-        integrate(source, [pairs, wrapped], window, pitch, request, observer)
+        integrate(&chain, maps, window, pitch, request, observer)
     })
 }
 
+/// Samples whose coefficients are at hand at once.
+const BLOCK: usize = 16;
+
 fn integrate(
-    source: &dyn Source,
+    source: &QuadraticChain,
     [mut transfer, mut umklapp]: [Vec<f64>; 2],
     window: Range<usize>,
     pitch: f64,
     request: &TriadsRequest,
     observer: &dyn Observer,
 ) -> Result<Triads> {
-    let grid = &source.grid();
+    let grid = &source.grid;
     let n = grid.components;
     observer.stage("triads", window.len() as u64);
-    let [t0, dt] = source.time();
+    let (t0, dt) = (source.motion.time[0], source.motion.step());
     let last = window.len() - 1;
     let weight = |i: usize| if i == 0 || i == last { 0.5 * dt } else { dt };
     // An odd number of steps has no half of them; its last one counts in full for both.
@@ -265,55 +244,41 @@ fn integrate(
             }
         }
         let weights: Vec<f64> = (0..block.len()).map(|j| weight(b * BLOCK + j)).collect();
-        let row = |(k, row): (usize, &mut [f64])| {
-            for (one, weight) in at.iter().zip(&weights) {
-                kernel::add_pairs(grid, k, one, *weight, row);
-            }
-        };
-        transfer.par_chunks_mut(n).enumerate().for_each(row);
-        let row = |(k, row): (usize, &mut [f64])| {
-            for (one, weight) in at.iter().zip(&weights) {
-                kernel::add_wrapped(grid, k, one, *weight, row);
-            }
-        };
-        umklapp.par_chunks_mut(n).enumerate().for_each(row);
+        type Add = fn(&Grid, usize, &Components, f64, &mut [f64]);
+        let kinds: [(_, Add); 2] = [
+            (&mut transfer, kernel::add_pairs),
+            (&mut umklapp, kernel::add_wrapped),
+        ];
+        for (map, add) in kinds {
+            map.par_chunks_mut(n).enumerate().for_each(|(k, row)| {
+                for (one, weight) in at.iter().zip(&weights) {
+                    add(grid, k, one, *weight, row);
+                }
+            });
+        }
         observer.advance(block.len() as u64);
     }
     // Both have n rows of n.
     let matrix = |values| Array2::from_shape_vec((n, n), values).unwrap_or_default();
     let transfer = matrix(transfer);
-    let umklapp = grid.wraps.then(|| matrix(umklapp));
+    let umklapp = matrix(umklapp);
+    let sum = |map: &Array2<f64>, k: usize| crate::numeric::sum(&map.row(k).to_vec());
     let gained: Vec<f64> = (0..n)
-        .map(|k| {
-            let pairs = crate::numeric::sum(&transfer.row(k).to_vec());
-            let row = umklapp.as_ref().map(|map| map.row(k).to_vec());
-            pairs + row.map_or(0.0, |row| crate::numeric::sum(&row))
-        })
+        .map(|k| sum(&transfer, k) + sum(&umklapp, k))
         .collect();
-    let running = |values: &[f64]| -> Vec<f64> {
-        let mut past = 0.0;
-        let flux = values.iter().map(|value| {
-            past -= value;
-            past
-        });
-        flux.collect()
-    };
     let largest = |values: &[f64]| {
         values
             .iter()
             .fold(0.0, |most: f64, value| most.max(value.abs()))
     };
-    let flux = running(&gained);
-    let differences: Vec<f64> = total
-        .iter()
-        .zip(&coarser)
-        .map(|(a, b)| (a - b) / 3.0)
-        .collect();
+    let flux = past(&gained);
+    let pairs = total.iter().zip(&coarser);
+    let differences: Vec<f64> = pairs.map(|(a, b)| (a - b) / 3.0).collect();
     let relative = |off: f64, of: f64| if off == 0.0 { 0.0 } else { off / of };
     let off: Vec<f64> = gained.iter().zip(&total).map(|(a, b)| a - b).collect();
     let scale = largest(transfer.as_slice().unwrap_or_default());
     Ok(Triads {
-        law: source.law(),
+        law: source.law,
         units: request.units.clone(),
         window: [window.start, window.end - 1].map(|i| t0 + dt * i as f64),
         samples: window.len(),
@@ -322,14 +287,10 @@ fn integrate(
             detailed: relative(kernel::detailed(&transfer), scale),
             sums: relative(largest(&off), scale),
         },
-        locality: Locality::of(grid, &transfer, umklapp.as_ref(), &flux),
-        change: end
-            .iter()
-            .zip(&first)
-            .map(|(end, first)| end - first)
-            .collect(),
+        locality: Locality::of(grid, &transfer, &umklapp, &flux),
+        change: end.iter().zip(&first).map(|(a, b)| a - b).collect(),
         energy: crate::numeric::sum(&first),
-        sampling_error: largest(&running(&differences)),
+        sampling_error: largest(&past(&differences)),
         beyond,
         flux,
         gained,
@@ -339,9 +300,5 @@ fn integrate(
 }
 
 fn refuse<T>(option: &'static str, expected: &str, found: impl std::fmt::Display) -> Result<T> {
-    Err(Error::Request {
-        option,
-        expected: expected.to_owned(),
-        found: found.to_string(),
-    })
+    Err(Error::request(option, expected, found))
 }

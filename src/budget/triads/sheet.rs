@@ -5,10 +5,10 @@ use std::ops::Range;
 use ndarray::Array2;
 use serde_json::json;
 
-use super::{Disparity, Triads};
+use super::Triads;
 use crate::sheet::{
     BLUE, Chart, Colors, Describe, GREEN, HeatChart, Level, Look, Mark, PURPLE, PlotRow, Role, SKY,
-    Series, Sheet, Table, VERMILLION, number, percent,
+    Series, Sheet, VERMILLION, number, percent,
 };
 
 const DEFINITIONS: [[&str; 2]; 4] = [
@@ -49,7 +49,8 @@ impl Describe for Triads {
             about: format!("energy exchanged between wavenumbers from time {from} to {to}"),
             answer: self.answer(),
             note: format!(
-                "Energies as shares of that at the start, over {} samples. Identities hold to {:.0e}.",
+                "Energies as shares of that at the start, {}, over {} samples. Identities hold to {:.0e}.",
+                number(self.energy),
                 self.samples,
                 self.identities.detailed.max(self.identities.sums)
             ),
@@ -68,23 +69,6 @@ impl Describe for Triads {
                 "simulate with more samples",
             );
         }
-        let rows = [
-            ("samples", self.samples.to_string()),
-            ("energy at the start", number(self.energy)),
-            (
-                "error by sampling",
-                percent(self.sampling_error / self.energy),
-            ),
-            (
-                "each triad keeps its energy to",
-                number(self.identities.detailed),
-            ),
-            (
-                "sums over pairs are products to",
-                number(self.identities.sums),
-            ),
-        ];
-        sheet.tables.push(Table::of_values("Sums", rows));
         sheet.numbers(json!({
             "units": self.units,
             "law": self.law,
@@ -123,22 +107,12 @@ impl Triads {
         all.iter().fold(0.0, |m: f64, value| m.max(value.abs()))
     }
 
-    fn wavenumber_unit(&self) -> String {
-        match &self.units.length {
-            Some(unit) => format!("rad/{unit}"),
-            None => "rad per site".into(),
-        }
+    fn is_told(&self) -> bool {
+        self.is_quadratic() && self.is_resolved()
     }
 
     fn of_energy(&self, energy: f64) -> String {
         percent(energy.abs() / self.energy)
-    }
-
-    fn towards(&self) -> &'static str {
-        match self.flux[self.locality.at] > 0.0 {
-            true => "larger",
-            false => "smaller",
-        }
     }
 
     /// Which way energy goes among the wavenumbers, in words.
@@ -150,84 +124,58 @@ impl Triads {
             return "no flux is resolved: the largest is not ten times its error".into();
         }
         let at = self.locality.at;
+        let way = if self.flux[at] > 0.0 {
+            "larger"
+        } else {
+            "smaller"
+        };
         format!(
-            "{} of the energy passes k = {} {} towards {} wavenumbers",
+            "{} of the energy passes {} towards {way} wavenumbers",
             self.of_energy(self.flux[at]),
-            number(self.wavenumber[at]),
-            self.wavenumber_unit(),
-            self.towards()
+            self.units.at_wavenumber(self.wavenumber[at])
         )
     }
 
-    /// The flux, the triads that carry it, what is not of triads.
+    /// The triads that carry the flux, and what is not of triads.
     fn facts(&self, sheet: &mut Sheet) {
-        let at = self.locality.at;
-        let [flux, error] = [self.flux[at], self.flux_error()].map(|energy| self.of_energy(energy));
-        let beyond = percent(self.share_beyond());
-        if !self.is_quadratic() {
-            let text = format!(
-                "none are stated: terms beyond the quadratic one moved {beyond} as much energy as it did, so that the \
-                 law has no useful expansion at these amplitudes"
-            );
-            sheet.fact("triads", text);
-        } else if !self.is_resolved() {
-            let text = format!(
-                "none is resolved: the largest, {flux} of the energy, is not ten times its error, {error}"
-            );
-            sheet.fact("flux", text);
-        } else {
-            let text = format!(
-                "largest past k = {} {}: {flux} of the energy, towards {} wavenumbers (error {error})",
-                number(self.wavenumber[at]),
-                self.wavenumber_unit(),
-                self.towards()
-            );
-            sheet.fact("flux", text);
+        if self.is_told() {
             let [four, eight] = [4.0, 8.0].map(|factor| percent(self.locality.share_below(factor)));
             let text = format!(
                 "triads whose wavenumbers are within a factor of 4 carry {four} of it, within 8 {eight}"
             );
             sheet.fact("locality", text);
         }
-        if self.is_quadratic() {
-            let text = match self.beyond {
-                Some(_) => format!("terms beyond the quadratic one moved {beyond} as much energy"),
-                None => "the force has no other terms".into(),
-            };
-            sheet.detail("expansion", text);
-        }
+        let [error, unexplained] =
+            [self.flux_error(), self.largest_unexplained()].map(|energy| self.of_energy(energy));
         let text = format!(
-            "no wavenumber changed by more than {} of the energy for other reasons (losses, drives, ends, sampling)",
-            self.of_energy(self.largest_unexplained())
+            "the flux is uncertain by {error} of the energy; terms beyond the quadratic one moved {} as much energy as \
+             it did; no wavenumber changed by more than {unexplained} for other reasons (losses, drives, ends, sampling)",
+            percent(self.share_beyond())
         );
         sheet.fact("balance", text);
     }
 
     fn variables<'a>(&'a self, sheet: &mut Sheet<'a>) {
         let energy = self.units.energy.clone().unwrap_or_default();
-        let per_length = match &self.units.length {
-            Some(unit) => format!("rad/{unit}"),
-            None => String::new(),
-        };
+        let per_length = self.units.length.as_ref();
+        let per_length = per_length.map_or(String::new(), |unit| format!("rad/{unit}"));
         sheet.line("wavenumber", "wavenumber", &per_length, &self.wavenumber);
-        sheet.line("gained", "wavenumber", &energy, &self.gained);
-        sheet.line("change", "wavenumber", &energy, &self.change);
-        sheet.line("flux", "wavenumber", &energy, &self.flux);
-        if let Some(beyond) = &self.beyond {
-            sheet.line("beyond", "wavenumber", &energy, beyond);
+        for (name, values) in [
+            ("gained", Some(&self.gained)),
+            ("change", Some(&self.change)),
+            ("flux", Some(&self.flux)),
+            ("beyond", self.beyond.as_ref()),
+        ] {
+            if let Some(values) = values {
+                sheet.line(name, "wavenumber", &energy, values);
+            }
         }
         let axes = ["wavenumber", "partner"];
         sheet.plane("transfer", axes, &energy, &self.transfer);
-        if let Some(umklapp) = &self.umklapp {
-            sheet.plane("umklapp", axes, &energy, umklapp);
-        }
+        sheet.plane("umklapp", axes, &energy, &self.umklapp);
         let groups = &self.locality.flux;
-        let least = groups.iter().map(|(disparity, _)| match disparity {
-            Disparity::Octave { from } => *from,
-            Disparity::WithMean => 0.0,
-            Disparity::Umklapp => f64::NAN,
-        });
-        sheet.line("disparity", "group", "", least.collect::<Vec<f64>>());
+        let least: Vec<f64> = groups.iter().map(|(from, _)| *from).collect();
+        sheet.line("disparity", "group", "", least);
         let flux: Vec<f64> = groups.iter().flat_map(|(_, flux)| flux.clone()).collect();
         let axes = [
             ("group", groups.len()),
@@ -249,12 +197,9 @@ impl Triads {
     /// Energy that each wavenumber gained with each larger partner.
     fn map(&self) -> HeatChart {
         let n = self.shown();
-        let values = Array2::from_shape_fn((n, n), |(p, k)| {
-            let wrapped = self.umklapp.as_ref().map_or(0.0, |map| map[[k, p]]);
-            match 2 * p < k {
-                true => f64::NAN,
-                false => (self.transfer[[k, p]] + wrapped) / self.energy,
-            }
+        let values = Array2::from_shape_fn((n, n), |(p, k)| match 2 * p < k {
+            true => f64::NAN,
+            false => (self.transfer[[k, p]] + self.umklapp[[k, p]]) / self.energy,
         });
         let known = values.iter().filter(|v| v.is_finite());
         let largest = known.fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -311,8 +256,8 @@ impl Triads {
 
     /// The flux with the groups of triads that carry it: of near wavenumbers, of far ones, and the rest.
     fn flux_chart(&self) -> Chart {
-        let sum = |wanted: &dyn Fn(&Disparity) -> bool| -> Vec<f64> {
-            let groups = || self.locality.flux.iter().filter(|(d, _)| wanted(d));
+        let sum = |wanted: &dyn Fn(f64) -> bool| -> Vec<f64> {
+            let groups = || self.locality.flux.iter().filter(|(from, _)| wanted(*from));
             (0..self.flux.len())
                 .map(|k| groups().map(|(_, flux)| flux[k]).sum())
                 .collect()
@@ -323,16 +268,15 @@ impl Triads {
             ("4 to 8", GREEN, 4.0..8.0),
             ("8 and more", VERMILLION, 8.0..f64::INFINITY),
         ] {
-            let flux = sum(&|d| matches!(d, Disparity::Octave { from } if ratios.contains(from)));
+            let flux = sum(&|from| ratios.contains(&from));
             series.push(self.shares(label, colour, &flux));
         }
-        let others = sum(&|d| !matches!(d, Disparity::Octave { .. }));
+        let others = sum(&|from| from.is_nan() || from == 0.0);
         let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         if largest(&others) > 1e-3 * largest(&self.flux) {
             series.push(self.shares("with k = 0, umklapp", SKY, &others));
         }
-        let is_told = self.is_quadratic() && self.is_resolved();
-        let largest = is_told.then(|| Mark {
+        let largest = self.is_told().then(|| Mark {
             at: self.wavenumber[self.locality.at],
             label: "largest".into(),
         });
