@@ -31,7 +31,6 @@ pub(crate) use lattice::Contact;
 pub use lattice::{Chain, Ends, Ground, Losses, OnSite, Pattern};
 pub use law::{ContactLaw, Law, Laws};
 pub(crate) use law::{hertz_energies, hertz_roots};
-pub(crate) use many::runs_a_thread;
 pub use many::{run_each, run_many};
 pub use normal_modes::NormalModes;
 pub(crate) use path::{Node, NodeState, NodeVisitor};

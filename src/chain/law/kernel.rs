@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{ContactLaw, Law};
+use super::Law;
 use crate::numeric::lanes::Number;
 
 /// A law in the form the stepping is compiled for.
@@ -140,7 +140,15 @@ impl Kernel for Power {
     #[inline(always)]
     fn stiffness<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
         let p = self.exponent;
-        c.map3(d0, r, |c, d0, r| super::power::slope(p, c, d0 + r))
+        c.map3(d0, r, |c, d0, r| {
+            // 0^0 would be 1.
+            let d = d0 + r;
+            if d > 0.0 {
+                c * p * d.powf(p - 1.0)
+            } else {
+                0.0
+            }
+        })
     }
 
     #[inline(always)]
@@ -174,14 +182,11 @@ impl Kernel for Spring {
     }
 }
 
-/// A law and the power with which it opens.
-type Opening = (Arc<dyn ContactLaw>, Option<f64>);
-
 /// Any laws, contact by contact.
 #[derive(Debug, Clone)]
 pub(crate) struct General {
     /// At the place of each contact, its law and the power with which it opens.
-    contacts: Arc<[Option<Opening>]>,
+    contacts: Arc<[Option<(Law, Option<f64>)>]>,
     powers: Arc<[f64]>,
     all_open: bool,
 }
@@ -196,7 +201,7 @@ impl General {
             .collect();
         powers.sort_by(f64::total_cmp);
         powers.dedup();
-        let of = |law: &Law| (law.shared(), law.opens());
+        let of = |law: &Law| (law.clone(), law.opens());
         General {
             powers: powers.into(),
             all_open: laws.iter().flatten().all(|law| law.is_one_sided()),
@@ -204,8 +209,8 @@ impl General {
         }
     }
 
-    fn law(&self, at: usize) -> Option<&dyn ContactLaw> {
-        Some(&*self.contacts.get(at)?.as_ref()?.0)
+    fn law(&self, at: usize) -> Option<&Law> {
+        Some(&self.contacts.get(at)?.as_ref()?.0)
     }
 }
 
@@ -234,14 +239,14 @@ impl Kernel for General {
     fn force<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
         c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
             // Contacts outside an island are infinitely far apart.
-            Some(law) if c != 0.0 && r.is_finite() => c * law.excess_force(d0, r),
+            Some(law) if c != 0.0 && r.is_finite() => law.force(c, d0, r),
             _ => 0.0,
         })
     }
 
     fn stiffness<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
         c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
-            Some(law) if c != 0.0 && r.is_finite() => c * law.stiffness(d0 + r),
+            Some(law) if c != 0.0 && r.is_finite() => law.stiffness(c, d0, r),
             _ => 0.0,
         })
     }
@@ -253,7 +258,7 @@ impl Kernel for General {
     fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
         let of = self.law(at).zip(self.opens(at));
         delta.map3(node, node, |delta, node, _| match of {
-            Some((law, power)) => law.force(delta.max(0.0)) / node.powf(power),
+            Some((law, power)) => law.force(1.0, 0.0, delta.max(0.0)) / node.powf(power),
             None => 0.0,
         })
     }
