@@ -8,6 +8,7 @@
 //! A first argument that names no mode picks stiffness ratios: `-- 4.9272`. With `--test` small
 //! chains are run once.
 
+#[cfg(not(target_os = "linux"))]
 use std::time::Instant;
 
 use wavecascade::chain::{Accuracy, Chain, Record, Run, Scheme, Simulation};

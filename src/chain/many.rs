@@ -1,13 +1,11 @@
 //! Many chains at once, on all cores.
 
-use std::sync::OnceLock;
-
 use rayon::prelude::*;
 
 use super::result::Run;
 use super::simulation::Simulation;
+use crate::Result;
 use crate::observer::{CancelOnly, Observer};
-use crate::{Error, Result};
 
 /// Runs simulations on the threads of the current pool and passes on each result when it is
 /// finished, with its index in `simulations`, in any order.
@@ -15,7 +13,7 @@ use crate::{Error, Result};
 /// The bits of a result depend neither on the number of threads nor on the other simulations. No
 /// result is stored: a caller that needs only a summary of each run holds at most one run per
 /// thread. The observer gets one stage with one unit per simulation. After cancellation the
-/// remaining simulations yield [`Error::Cancelled`].
+/// remaining simulations yield [`crate::Error::Cancelled`].
 pub fn run_each(
     simulations: &[Simulation],
     observer: &dyn Observer,
@@ -31,16 +29,4 @@ pub fn run_each(
             observer.advance(1);
             sink(i, result);
         });
-}
-
-/// The same, with all results in the order of `simulations`.
-pub fn run_many(simulations: &[Simulation], observer: &dyn Observer) -> Vec<Result<Run>> {
-    let slots: Vec<OnceLock<Result<Run>>> = simulations.iter().map(|_| OnceLock::new()).collect();
-    run_each(simulations, observer, &|i, result| {
-        let _ = slots[i].set(result);
-    });
-    slots
-        .into_iter()
-        .map(|slot| slot.into_inner().unwrap_or(Err(Error::Cancelled)))
-        .collect()
 }

@@ -10,8 +10,8 @@ pub struct Jet {
     pub bend: f64,
 }
 
-/// What formulas are evaluated with: `f64`, or a [`Jet`].
-pub(crate) trait Real:
+/// What laws and formulas are evaluated with: `f64`, or a [`Jet`].
+pub trait Real:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -23,10 +23,12 @@ pub(crate) trait Real:
 
     fn value(self) -> f64;
 
-    /// `f` of this, from its value here and, where they are needed, its first two derivatives.
+    /// A function of this, from its value here and, where they are needed, its first two derivatives.
+    #[must_use]
     fn through(self, value: f64, slopes: impl FnOnce() -> [f64; 2]) -> Self;
 
     /// `self^p`; powers of 0 have the derivatives that they have as limits.
+    #[must_use]
     fn power(self, p: f64) -> Self {
         let x = self.value();
         let times = |factor: f64, p: f64| {
@@ -39,6 +41,13 @@ pub(crate) trait Real:
         self.through(power(x, p), || {
             [times(p, p - 1.0), times(p * (p - 1.0), p - 2.0)]
         })
+    }
+
+    /// `e^self - 1`.
+    #[must_use]
+    fn exp_m1(self) -> Self {
+        let value = self.value().exp_m1();
+        self.through(value, || [value + 1.0; 2])
     }
 }
 
@@ -66,7 +75,11 @@ impl Real for f64 {
 
 impl Real for Jet {
     fn constant(value: f64) -> Jet {
-        Jet::constant(value)
+        Jet {
+            value,
+            slope: 0.0,
+            bend: 0.0,
+        }
     }
 
     fn value(self) -> f64 {
@@ -87,14 +100,6 @@ impl Real for Jet {
 }
 
 impl Jet {
-    pub fn constant(value: f64) -> Jet {
-        Jet {
-            value,
-            slope: 0.0,
-            bend: 0.0,
-        }
-    }
-
     /// The variable itself.
     pub fn variable(value: f64) -> Jet {
         Jet {
@@ -102,29 +107,6 @@ impl Jet {
             slope: 1.0,
             bend: 0.0,
         }
-    }
-
-    /// A function of this, from its value here and its first two derivatives.
-    #[must_use]
-    pub fn map(self, value: f64, slopes: [f64; 2]) -> Jet {
-        self.through(value, || slopes)
-    }
-
-    #[must_use]
-    pub fn powf(self, p: f64) -> Jet {
-        self.power(p)
-    }
-
-    #[must_use]
-    pub fn exp(self) -> Jet {
-        let value = self.value.exp();
-        self.map(value, [value; 2])
-    }
-
-    #[must_use]
-    pub fn exp_m1(self) -> Jet {
-        let value = self.value.exp_m1();
-        self.map(value, [value + 1.0; 2])
     }
 }
 

@@ -1,12 +1,15 @@
 //! Contact laws against closed forms, against each other, and as scenes name them.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use test_support::contains_all;
 use test_support::fields::{chain, fixed, spring};
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::chain::{Accuracy, Chain, Ends, Law, Laws, Run, RunWarning, Scheme, Simulation};
+use wavecascade::chain::{
+    Accuracy, Chain, ContactLaw, Ends, Jet, Law, Laws, Run, RunWarning, Scheme, Simulation,
+};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 
@@ -246,6 +249,35 @@ fn val_theory_small_waves_follow_the_stiffness_of_each_law() {
     let last = run.velocity.row(64).to_vec();
     assert!((last[0] / speed - 1.0).abs() < 1e-6, "{last:?}");
     assert!(last[1].abs() < 1e-6 * speed, "{last:?}");
+}
+
+/// A law of the library's user: its force alone.
+#[derive(Debug)]
+struct Stiffening;
+
+impl ContactLaw for Stiffening {
+    fn text(&self) -> String {
+        "stiffening".into()
+    }
+
+    fn force(&self, delta: Jet) -> Jet {
+        delta + delta * delta * delta
+    }
+}
+
+#[test]
+fn val_same_force_an_own_law() {
+    let [own, known] = [
+        Law::Other(Arc::new(Stiffening)),
+        Law::polynomial(vec![1.0, 0.0, 1.0]),
+    ];
+    let run = |law: &Law| impact(free(12, law.clone()), 0.7, 20.0, 1e-10);
+    assert!(apart(&run(&own), &run(&known)) < 1e-10);
+    for (d0, r) in [(0.0, 0.4), (0.5, -0.3), (0.5, 1e-3)] {
+        let of = |law: &Law| [law.stiffness(1.0, d0, r), law.energy(1.0, d0, r)];
+        let pairs = of(&own).into_iter().zip(of(&known));
+        assert!(pairs.into_iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-14));
+    }
 }
 
 /// Energies of laws with kinks and of steep ones: closed forms, and those of the same law in other words.

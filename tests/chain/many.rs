@@ -1,11 +1,12 @@
 //! Many chains at once: the same bits as each alone, from any number of threads.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use test_support::changed;
 use wavecascade::Error;
 use wavecascade::chain::{
-    Accuracy, Chain, EndTime, Law, Losses, Record, Run, Scheme, Simulation, run_each, run_many,
+    Accuracy, Chain, EndTime, Law, Losses, Record, Run, Scheme, Simulation, run_each,
 };
 use wavecascade::observer::{Observer, Silent};
 
@@ -15,6 +16,18 @@ fn fixed(kappa: f64, scheme: Scheme) -> Simulation {
     simulation.accuracy = Accuracy::Step(0.03);
     simulation.record = changed(Record::ALL, |it| it.energy = false);
     simulation
+}
+
+/// The results in the order of the simulations.
+fn run_many(simulations: &[Simulation], observer: &dyn Observer) -> Vec<wavecascade::Result<Run>> {
+    let slots: Vec<OnceLock<_>> = simulations.iter().map(|_| OnceLock::new()).collect();
+    run_each(simulations, observer, &|i, result| {
+        assert!(slots[i].set(result).is_ok());
+    });
+    slots
+        .into_iter()
+        .map(|slot| slot.into_inner().unwrap())
+        .collect()
 }
 
 /// Chains of every kind.

@@ -3,7 +3,7 @@
 //! Sources: M. Toda, J. Phys. Soc. Japan 22 (1967) 431; P. M. Morse, Physical Review 34 (1929) 57.
 
 use super::ContactLaw;
-use crate::numeric::Jet;
+use crate::numeric::{Jet, Real};
 
 /// `F = (e^x - 1) / b`, `x = b delta`. About a static overlap it is the same law, `e^{b d0}` times as stiff.
 #[derive(Debug)]

@@ -46,8 +46,11 @@ pub(crate) trait Kernel: Clone + Send + Sync {
     }
 
     /// Force of one contact of unit coefficient that opens, over the power of `node` with which it does: `F(delta) / node^p`
-    /// for `delta >= 0`.
-    fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N;
+    /// for `delta >= 0`, which of a power is `F(delta / node)`.
+    #[inline(always)]
+    fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
+        self.force(at, N::splat(1.0), N::splat(0.0), delta / node)
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -68,12 +71,6 @@ impl Kernel for Hertz {
     #[inline(always)]
     fn stiffness<N: Number>(&self, _: usize, c: N, _: N, r: N) -> N {
         N::splat(1.5) * c * r.positive().sqrt()
-    }
-
-    #[inline(always)]
-    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
-        let ratio = (delta / node).positive();
-        ratio * ratio.sqrt()
     }
 }
 
@@ -104,9 +101,8 @@ impl Kernel for PressedHertz {
     }
 
     #[inline(always)]
-    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
-        let ratio = (delta / node).positive();
-        ratio * ratio.sqrt()
+    fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
+        Hertz.onset(at, delta, node)
     }
 }
 
@@ -150,12 +146,6 @@ impl Kernel for Power {
             }
         })
     }
-
-    #[inline(always)]
-    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
-        let power = |ratio: f64| ratio.max(0.0).powf(self.exponent);
-        delta.map3(node, node, |delta, node, _| power(delta / node))
-    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -175,10 +165,6 @@ impl Kernel for Spring {
     fn stiffness<N: Number>(&self, _: usize, c: N, _: N, r: N) -> N {
         let [alpha, beta] = [2.0 * self.alpha, 3.0 * self.beta].map(N::splat);
         c * (N::splat(1.0) + r * (beta * r - alpha))
-    }
-
-    fn onset<N: Number>(&self, _: usize, delta: N, _: N) -> N {
-        delta
     }
 }
 

@@ -22,7 +22,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::numeric::{Jet, integral, root};
+use crate::numeric::{Jet, Real, integral, root};
 pub(crate) use kernel::{General, Hertz, Kernel, Power, PressedHertz, Spring};
 pub use laws::Laws;
 pub(crate) use rows::{hertz_energies, hertz_roots};
@@ -184,7 +184,9 @@ impl Law {
         match *self {
             Law::Hertz => of(&Power { exponent: 1.5 }),
             Law::Power { exponent } => of(&Power { exponent }),
-            Law::Spring { alpha, beta } => of(&Spring { alpha, beta }),
+            Law::Spring { alpha, beta } => of(&polynomial::Polynomial {
+                terms: [1.0, -alpha, beta],
+            }),
             Law::Other(ref law) => of(&**law),
         }
     }
@@ -193,6 +195,8 @@ impl Law {
     pub fn text(&self) -> String {
         match self {
             Law::Hertz => "hertz".into(),
+            Law::Spring { alpha, beta } if *alpha == 0.0 && *beta == 0.0 => "spring".into(),
+            Law::Spring { alpha, beta } => format!("spring alpha={alpha} beta={beta}"),
             other => other.with(|law| law.text()),
         }
     }
@@ -343,7 +347,7 @@ mod tests {
             Law::polynomial(vec![-1.0, 0.3, 0.2, 0.1]),
             Law::expression("sinh(d) + 0.2*d^3").unwrap(),
             Law::expression("2*d + d^2").unwrap().one_sided().unwrap(),
-            Law::expression("1/(1 - min(d, 0.8))^2 - 1 + 2*abs(d)").unwrap(),
+            Law::expression("max(min(2*d, 0.9), d) + abs(d)").unwrap(),
             Law::table(
                 vec![-3.0, -0.02, 0.0, 1.35, 4.0],
                 vec![-2.0, -0.1, 0.0, 1.0, 5.0],

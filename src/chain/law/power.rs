@@ -2,7 +2,7 @@
 
 use super::ContactLaw;
 use super::kernel::{Hertz, Kernel, Power, PressedHertz};
-use crate::numeric::Jet;
+use crate::numeric::{Jet, Real};
 
 /// Excess energy of a one-sided contact at the overlap `d0 + r`.
 fn energy(p: f64, d0: f64, r: f64) -> f64 {
@@ -38,7 +38,7 @@ impl ContactLaw for Power {
 
     fn force(&self, delta: Jet) -> Jet {
         match delta.value > 0.0 {
-            true => delta.powf(self.exponent),
+            true => delta.power(self.exponent),
             false => Jet::constant(0.0),
         }
     }
@@ -92,8 +92,8 @@ impl ContactLaw for TwoSided {
 
     fn force(&self, delta: Jet) -> Jet {
         match delta.value < 0.0 {
-            true => -(-delta).powf(self.exponent),
-            false => delta.powf(self.exponent),
+            true => -(-delta).power(self.exponent),
+            false => delta.power(self.exponent),
         }
     }
 

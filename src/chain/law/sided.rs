@@ -3,7 +3,7 @@
 use super::{ContactLaw, Law};
 use crate::chain::lattice::refuse;
 use crate::error::Result;
-use crate::numeric::Jet;
+use crate::numeric::{Jet, Real};
 
 /// `F = f(delta)` for `delta > 0`, else 0.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use super::ContactLaw;
 use crate::chain::lattice::refuse;
 use crate::error::Result;
-use crate::numeric::Jet;
+use crate::numeric::{Jet, Real};
 
 /// A cubic between neighbouring points that is monotone where they are, with a continuous slope, and lines beyond the ends.
 ///
