@@ -20,39 +20,38 @@ pub(super) fn all_contacts(chain: &Chain) -> impl Iterator<Item = Contact<'_>> {
     chain.left_contact().into_iter().chain(chain.contacts())
 }
 
-pub(super) fn masses(simulation: &Simulation) -> Vec<f64> {
-    simulation.chain.mass.clone()
-}
-
-pub(super) fn coefficients(simulation: &Simulation) -> Vec<f64> {
-    all_contacts(&simulation.chain)
-        .map(|of| of.coefficient)
-        .collect()
-}
-
-pub(super) fn static_overlaps(simulation: &Simulation) -> Vec<f64> {
-    all_contacts(&simulation.chain)
-        .map(|of| of.static_overlap)
-        .collect()
-}
-
-/// Dashpot, tangent damping and drag.
-pub(super) fn losses(simulation: &Simulation) -> Vec<f64> {
-    let losses = simulation.chain.losses;
-    vec![losses.dashpot, losses.tangent, losses.drag]
-}
-
-/// Displacements and velocities at the start, those of resonators behind those of bodies.
-pub(super) fn start_of(simulation: &Simulation) -> [Vec<f64>; 2] {
-    let mut start = [simulation.displacement.clone(), simulation.velocity.clone()];
-    if simulation.chain.resonators().is_some() {
-        let bodies = start.clone();
-        let own = simulation.resonators.as_ref().unwrap_or(&bodies);
-        for (all, own) in start.iter_mut().zip(own) {
-            all.extend_from_slice(own);
-        }
+/// Rows of what a parameter may change: inverse masses; coefficients and static overlaps of contacts; dashpot, tangent damping and
+/// drag; velocities and displacements at the start, those of resonators behind those of bodies; coefficients of the ground; inverse
+/// masses, stiffnesses and damping of resonators.
+pub(super) fn data(simulation: &Simulation) -> [Vec<f64>; 12] {
+    let chain = &simulation.chain;
+    let contacts: Vec<Contact> = all_contacts(chain).collect();
+    let inverse = |masses: &[f64]| masses.iter().map(|mass| 1.0 / mass).collect();
+    let (mut x, mut v) = (simulation.displacement.clone(), simulation.velocity.clone());
+    let [mut mobility, mut stiffness, mut damping] = [const { Vec::new() }; 3];
+    if let Some(all) = chain.resonators() {
+        let bodies = || [x.clone(), v.clone()];
+        let [y, w] = simulation.resonators.clone().unwrap_or_else(bodies);
+        x.extend(y);
+        v.extend(w);
+        (mobility, stiffness) = (inverse(&all.mass), all.stiffness.clone());
+        damping = all.damping.clone();
     }
-    start
+    let ground = chain.on_site.ground.as_ref();
+    [
+        inverse(&chain.mass),
+        contacts.iter().map(|of| of.coefficient).collect(),
+        contacts.iter().map(|of| of.static_overlap).collect(),
+        vec![chain.losses.dashpot],
+        vec![chain.losses.tangent],
+        vec![chain.losses.drag],
+        v,
+        x,
+        ground.map_or(Vec::new(), |ground| ground.coefficient.clone()),
+        mobility,
+        stiffness,
+        damping,
+    ]
 }
 
 impl Direction {
@@ -85,41 +84,25 @@ impl Direction {
                 return Err(refuse("gradient", expected, "one that does"));
             }
         }
-        let amplitude = |of: &Simulation| {
+        let [mut low, mut high] = [below, above].map(|of| Vec::from(&data(of)[..7]));
+        for (rows, of) in [(&mut low, below), (&mut high, above)] {
+            rows[6].push(of.velocity_scale(0.0));
             let wave = of.drive.as_ref().map(Drive::waveform);
-            wave.map(Waveform::amplitude).into_iter().collect()
-        };
-        let relative = |values: &dyn Fn(&Simulation) -> Vec<f64>| {
-            let [below, above] = [below, above].map(values);
-            let pairs = below.iter().zip(&above);
+            rows.push(wave.map(Waveform::amplitude).into_iter().collect());
+        }
+        let relative = |(low, high): (&Vec<f64>, &Vec<f64>)| {
+            let pairs = low.iter().zip(high);
             let changed = pairs.fold(0.0, |most: f64, (a, b)| most.max((b - a).abs()));
-            let size = above
+            let size = high
                 .iter()
                 .fold(0.0, |most: f64, value| most.max(value.abs()));
             if size > 0.0 { changed / size } else { 0.0 }
         };
-        let speeds = relative(&|of| {
-            of.velocity
-                .iter()
-                .copied()
-                .chain([of.velocity_scale(0.0)])
-                .collect()
-        });
-        let loss = |which: usize| relative(&move |of| vec![losses(of)[which]]);
-        let all = [
-            relative(&masses),
-            relative(&coefficients),
-            relative(&static_overlaps),
-            speeds,
-            loss(0),
-            loss(1),
-            loss(2),
-            relative(&amplitude),
-        ];
+        let changes = low.iter().zip(&high).map(relative);
         Ok(Direction {
             ends: [below.clone(), above.clone()],
             length,
-            relative: all.into_iter().fold(0.0, f64::max) / length,
+            relative: changes.fold(0.0, f64::max) / length,
         })
     }
 }

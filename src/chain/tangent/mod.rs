@@ -176,8 +176,7 @@ impl<'a> Follower<'a> {
         directions: &'a [Direction],
         [scale, tolerance]: [f64; 2],
     ) -> Follower<'a> {
-        let rates = Rates::new(simulation, directions);
-        let at = rates.start(simulation);
+        let (rates, at) = Rates::new(simulation, directions);
         let places = at.places();
         let tableau = Tableau::runge_kutta_8_5();
         let losses = simulation.chain.losses;

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Range, Sub};
 
-use super::direction::{Direction, all_contacts, coefficients, losses, start_of, static_overlaps};
+use super::direction::{Direction, all_contacts, data};
 use crate::chain::drive::{Drive, Waveform};
 use crate::chain::lattice::{Chain, Ends};
 use crate::chain::law::Law;
@@ -77,10 +77,6 @@ impl Parameter {
     }
 }
 
-fn inverse(values: &[f64]) -> Vec<f64> {
-    values.iter().map(|value| 1.0 / value).collect()
-}
-
 /// The derivatives of a number by up to eight directions, from what it is at both ends of each.
 fn slopes(directions: &[Direction], of: impl Fn(&Simulation) -> f64) -> LaneBlock {
     let mut each = LaneBlock::default();
@@ -91,25 +87,20 @@ fn slopes(directions: &[Direction], of: impl Fn(&Simulation) -> f64) -> LaneBloc
     each
 }
 
-/// A row of data.
-fn row(
-    simulation: &Simulation,
-    directions: &[Direction],
-    of: impl Fn(&Simulation) -> Vec<f64>,
-) -> Vec<Parameter> {
-    let mut row: Vec<Parameter> = Vec::new();
-    let values = of(simulation).into_iter();
-    row.extend(values.map(|value| Parameter {
-        value,
-        ..Parameter::default()
-    }));
+/// The [`data`] of a simulation with their derivatives.
+fn parameters(simulation: &Simulation, directions: &[Direction]) -> [Vec<Parameter>; 12] {
+    let each = LaneBlock::default();
+    let constants = |row: Vec<f64>| row.into_iter().map(|value| Parameter { value, each });
+    let mut rows = data(simulation).map(|row| constants(row).collect::<Vec<_>>());
     for (lane, Direction { ends, length, .. }) in directions.iter().enumerate() {
-        let [below, above] = ends.each_ref().map(&of);
-        for (datum, (below, above)) in row.iter_mut().zip(below.iter().zip(&above)) {
-            datum.each.0[lane] = (above - below) / length;
+        let [below, above] = ends.each_ref().map(data);
+        for ((row, below), above) in rows.iter_mut().zip(below).zip(above) {
+            for ((datum, below), above) in row.iter_mut().zip(below).zip(above) {
+                datum.each.0[lane] = (above - below) / length;
+            }
         }
     }
-    row
+    rows
 }
 
 /// Displacement and velocity of each place, and their derivatives, a parameter a lane. Resonators are behind the bodies.
@@ -244,19 +235,31 @@ pub(super) struct Rates<'a> {
     /// Inverse mass, stiffness and damping.
     resonators: [Vec<Parameter>; 3],
     /// Dashpot, tangent damping and drag.
-    losses: Vec<Parameter>,
+    losses: [Parameter; 3],
     /// Whether laws of contacts, those to the ground, and the drive change with a parameter.
     changes: [bool; 3],
 }
 
 impl<'a> Rates<'a> {
-    /// For up to eight directions.
-    pub(super) fn new(simulation: &'a Simulation, directions: &'a [Direction]) -> Rates<'a> {
+    /// For up to eight directions, with the start.
+    pub(super) fn new(simulation: &'a Simulation, directions: &'a [Direction]) -> (Self, Motion) {
         let chain = &simulation.chain;
         let n = chain.n_sites();
         let offset = usize::from(chain.has_left_wall());
-        let coefficient = row(simulation, directions, coefficients);
-        let static_overlap = row(simulation, directions, static_overlaps);
+        let [
+            mobility,
+            coefficient,
+            static_overlap,
+            dashpot,
+            tangent,
+            drag,
+            v,
+            x,
+            ground,
+            resonator_mobility,
+            stiffness,
+            damping,
+        ] = parameters(simulation, directions);
         let links = all_contacts(chain).enumerate().map(|(i, contact)| Link {
             law: contact.law,
             opens: contact.law.is_one_sided() && contact.coefficient > 0.0,
@@ -269,53 +272,29 @@ impl<'a> Rates<'a> {
             coefficient: coefficient[i],
             static_overlap: static_overlap[i],
         });
-        let ground = |of: &Simulation| {
-            let ground = of.chain.on_site.ground.as_ref();
-            ground.map_or(Vec::new(), |ground| ground.coefficient.clone())
-        };
-        let resonators = |which: usize| {
-            row(simulation, directions, |of: &Simulation| {
-                let all = of.chain.resonators();
-                all.map_or(Vec::new(), |all| {
-                    [
-                        inverse(&all.mass),
-                        all.stiffness.clone(),
-                        all.damping.clone(),
-                    ][which]
-                        .clone()
-                })
-            })
-        };
         let ground_law = |of: &Simulation| Some(of.chain.on_site.ground.as_ref()?.law.clone());
         let ends = || directions.iter().map(|direction| &direction.ends);
-        Rates {
+        let rates = Rates {
             chain,
             drive: simulation.drive.as_ref(),
             directions,
             links: links.collect(),
-            mobility: row(simulation, directions, |of| inverse(&of.chain.mass)),
-            ground: row(simulation, directions, ground),
-            resonators: [0, 1, 2].map(resonators),
-            losses: row(simulation, directions, losses),
+            mobility,
+            ground,
+            resonators: [resonator_mobility, stiffness, damping],
+            losses: [dashpot[0], tangent[0], drag[0]],
             changes: [
                 ends().any(|[a, b]| a.chain.law != b.chain.law),
                 ends().any(|[a, b]| ground_law(a) != ground_law(b)),
                 ends().any(|[a, b]| a.drive != b.drive),
             ],
-        }
-    }
-
-    /// The start.
-    pub(super) fn start(&self, simulation: &Simulation) -> Motion {
-        let rows = [0, 1].map(|i| row(simulation, self.directions, |of| start_of(of)[i].clone()));
-        let mut start = Motion::zeros(rows[0].len());
-        for (i, row) in rows.iter().enumerate() {
-            for (s, datum) in row.iter().enumerate() {
-                (start.base[s][i], start.each[s][i]) = (datum.value, datum.each);
-            }
-        }
-        self.place(0.0, &mut start);
-        start
+        };
+        let mut start = Motion {
+            base: x.iter().zip(&v).map(|(x, v)| [x.value, v.value]).collect(),
+            each: x.iter().zip(&v).map(|(x, v)| [x.each, v.each]).collect(),
+        };
+        rates.place(0.0, &mut start);
+        (rates, start)
     }
 
     /// Value, rate and acceleration at time t of what the drive does.
@@ -504,9 +483,7 @@ impl<'a> Rates<'a> {
             value: link.law.force(1.0, d0.value, r.value),
             each: L::splat(here.slope) * r.each + L::splat(here.slope - rest) * d0.each,
         };
-        let [dashpot, tangent, _] = &self.losses[..] else {
-            return;
-        };
+        let [dashpot, tangent, _] = &self.losses;
         // An infinite bend times no damping is none.
         let bend = if tangent.value > 0.0 { here.bend } else { 0.0 };
         let mut stiffness = Dual {
