@@ -31,15 +31,17 @@ pub trait Real:
     #[must_use]
     fn power(self, p: f64) -> Self {
         let x = self.value();
-        let times = |factor: f64, p: f64| {
+        let value = if p == 1.5 { x * x.sqrt() } else { x.powf(p) };
+        let limit = |factor: f64, p: f64| {
             if factor == 0.0 {
                 0.0
             } else {
-                factor * power(x, p)
+                factor * x.powf(p)
             }
         };
-        self.through(power(x, p), || {
-            [times(p, p - 1.0), times(p * (p - 1.0), p - 2.0)]
+        self.through(value, || match x == 0.0 {
+            true => [limit(p, p - 1.0), limit(p * (p - 1.0), p - 2.0)],
+            false => [p * value / x, p * (p - 1.0) * (value / x) / x],
         })
     }
 
@@ -48,14 +50,6 @@ pub trait Real:
     fn exp_m1(self) -> Self {
         let value = self.value().exp_m1();
         self.through(value, || [value + 1.0; 2])
-    }
-}
-
-fn power(x: f64, p: f64) -> f64 {
-    match p {
-        1.5 => x * x.sqrt(),
-        0.5 => x.sqrt(),
-        _ => x.powf(p),
     }
 }
 

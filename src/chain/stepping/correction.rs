@@ -240,14 +240,6 @@ fn plus<N: Number, const M: usize>(mut a: [N; M], b: [N; M]) -> [N; M] {
 }
 
 #[inline(always)]
-fn less<N: Number, const M: usize>(mut a: [N; M], b: [N; M]) -> [N; M] {
-    for i in 0..M {
-        a[i] = a[i] - b[i];
-    }
-    a
-}
-
-#[inline(always)]
 fn times<N: Number, const M: usize>(factor: N, mut a: [N; M]) -> [N; M] {
     for value in &mut a {
         *value = factor * *value;
@@ -284,6 +276,7 @@ impl<K: Kernel> PressingForce<'_, K> {
         c: N,
         weigh: impl Fn(N) -> [N; M] + Copy,
     ) -> [N; M] {
+        let less = N::splat(-1.0);
         let later = |t: f64| (c - N::splat(t)).choose(c, N::splat(t));
         let earlier = |t: f64| (N::splat(t) - c).choose(c, N::splat(t));
         match span {
@@ -292,7 +285,10 @@ impl<K: Kernel> PressingForce<'_, K> {
             }
             Pressing::Beside { opening, end } => {
                 let whole = self.beside(opening, N::splat(end), weigh);
-                less(whole, self.beside(opening, earlier(opening), weigh))
+                plus(
+                    whole,
+                    times(less, self.beside(opening, earlier(opening), weigh)),
+                )
             }
             Pressing::Between { from, to } => {
                 let middle = N::splat(0.5 * (from + to));
@@ -313,8 +309,8 @@ impl<K: Kernel> PressingForce<'_, K> {
                     self.beside(opening, N::splat(0.0), weigh),
                 );
                 match opening < 0.0 {
-                    true => less(to, start),
-                    false => less(start, to),
+                    true => plus(to, times(less, start)),
+                    false => plus(start, times(less, to)),
                 }
             }
             Pressing::Near { .. } => {
