@@ -77,21 +77,6 @@ fn val_each_chain_alone_and_any_number_of_threads() {
     }
 }
 
-#[test]
-fn val_errors_are_those_of_the_chain_alone() {
-    let mut all: Vec<Simulation> = (0..3).map(|_| fixed(2.0, Scheme::VelocityVerlet)).collect();
-    all[0].chain.mass[0] = -1.0;
-    all[1].accuracy = Accuracy::Step(4.0);
-    all[1].chain.coefficient[1] = 1e9;
-    for (simulation, result) in all.iter().zip(run_many(&all, &Silent)) {
-        let alone = simulation
-            .run(&Silent)
-            .map(|_| ())
-            .map_err(|e| e.to_string());
-        assert_eq!(result.map(|_| ()).map_err(|e| e.to_string()), alone);
-    }
-}
-
 /// Asks to stop from its third question on.
 struct Impatient(AtomicUsize);
 

@@ -173,23 +173,14 @@ impl Kernel for Spring {
 pub(crate) struct General {
     /// At the place of each contact, its law and the power with which it opens.
     contacts: Arc<[Option<(Law, Option<f64>)>]>,
-    powers: Arc<[f64]>,
     all_open: bool,
 }
 
 impl General {
     /// The laws of contacts at these places.
     pub(crate) fn new(laws: Vec<Option<&Law>>) -> General {
-        let mut powers: Vec<f64> = laws
-            .iter()
-            .flatten()
-            .filter_map(|law| law.opens())
-            .collect();
-        powers.sort_by(f64::total_cmp);
-        powers.dedup();
         let of = |law: &Law| (law.clone(), law.opens());
         General {
-            powers: powers.into(),
             all_open: laws.iter().flatten().all(|law| law.is_one_sided()),
             contacts: laws.into_iter().map(|law| law.map(of)).collect(),
         }
@@ -210,7 +201,11 @@ impl Kernel for General {
     }
 
     fn powers(&self) -> Vec<f64> {
-        self.powers.to_vec()
+        let laws = self.contacts.iter().flatten();
+        let mut powers: Vec<f64> = laws.filter_map(|(_, opens)| *opens).collect();
+        powers.sort_by(f64::total_cmp);
+        powers.dedup();
+        powers
     }
 
     fn touching<N: Number>(&self, at: usize, overlap: N) -> N {
