@@ -233,8 +233,8 @@ impl<K: Kernel> SimdKernel for UpToStages<'_, K> {
 
 #[inline(always)]
 fn plus<N: Number, const M: usize>(mut a: [N; M], b: [N; M]) -> [N; M] {
-    for i in 0..M {
-        a[i] = a[i] + b[i];
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = *a + b;
     }
     a
 }
