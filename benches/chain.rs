@@ -4,14 +4,14 @@
 //! scheme and accuracy the largest error of a velocity at the samples relative to the impact speed
 //! (against a run of the default scheme with a local error of 3e-14), the shortest and the median
 //! processor time of the stepping alone (one pass, velocities recorded), and what was done for it.
-//! `-- pass` prints the same for the default, which records everything and checks itself, and
-//! `-- sweep` the throughput of chains of fixed steps, eight together and one by one.
+//! `-- pass` prints the same for the default, which records everything and checks itself.
 //! A first argument that names no mode picks stiffness ratios: `-- 4.9272`. With `--test` small
 //! chains are run once.
 
+#[cfg(not(target_os = "linux"))]
 use std::time::Instant;
 
-use wavecascade::chain::{Accuracy, Chain, Record, Run, Scheme, Simulation, run_many};
+use wavecascade::chain::{Accuracy, Chain, Record, Run, Scheme, Simulation};
 use wavecascade::observer::Silent;
 
 /// What is measured, and how often.
@@ -36,11 +36,7 @@ fn main() {
             ratios
         },
     };
-    if has("sweep") {
-        sweep(&plan);
-    } else {
-        work_precision(&plan, has("pass"));
-    }
+    work_precision(&plan, has("pass"));
 }
 
 fn work_precision(plan: &Plan, whole: bool) {
@@ -124,50 +120,6 @@ fn timed(simulation: &Simulation, repeats: usize) -> Option<(Vec<f64>, Run)> {
     }
     times.sort_by(f64::total_cmp);
     Some((times, found))
-}
-
-fn sweep(plan: &Plan) {
-    println!("scheme,together_per_s,alone_per_s,forces_together_per_s");
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
-    let pool = pool.build().expect("one thread");
-    for (scheme, step) in [
-        (Scheme::VelocityVerlet, 0.005),
-        (Scheme::Symplectic4, 0.02),
-        (Scheme::Symplectic6, 0.04),
-    ] {
-        let chains: Vec<Simulation> = (0..8)
-            .map(|i| {
-                let chain = Chain::dimer(plan.sites, 1.0 + 0.5 * f64::from(i));
-                let mut simulation = Simulation::impact(chain, 1.0, plan.end, 2);
-                simulation.record = Record::default();
-                simulation.scheme = scheme;
-                simulation.accuracy = Accuracy::Step(step);
-                simulation
-            })
-            .collect();
-        let (mut together, mut alone) = (f64::INFINITY, f64::INFINITY);
-        let mut steps = 0;
-        let mut forces = 0;
-        for _ in 0..plan.repeats {
-            let start = Instant::now();
-            let runs = pool.install(|| run_many(&chains, &Silent));
-            together = together.min(start.elapsed().as_secs_f64());
-            let cost = runs.into_iter().flatten().map(|run| run.report.cost);
-            (steps, forces) = cost.fold((0, 0), |(s, f), c| (s + c.steps, f + c.forces));
-            let start = Instant::now();
-            for chain in &chains {
-                run(chain);
-            }
-            alone = alone.min(start.elapsed().as_secs_f64());
-        }
-        let particle_steps = steps as f64 * plan.sites as f64;
-        println!(
-            "{scheme:?},{:.3e},{:.3e},{:.3e}",
-            particle_steps / together,
-            particle_steps / alone,
-            forces as f64 / together
-        );
-    }
 }
 
 /// Processor time of this thread where the system tells it, else the clock: other work of a shared

@@ -19,8 +19,9 @@
 //! crystals*, equation 1.
 
 use super::elliptic::ellipse_integrals;
+use super::lattice::refuse;
+use crate::Result;
 use crate::numeric::root;
-use crate::{Error, Result};
 
 /// An isotropic elastic material.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -68,11 +69,11 @@ impl Material {
         positive("young", self.young)?;
         positive("density", self.density)?;
         if !(self.poisson > -1.0 && self.poisson <= 0.5) {
-            return Err(Error::Request {
-                option: "poisson",
-                expected: "Poisson's ratio above -1, at most 0.5".into(),
-                found: self.poisson.to_string(),
-            });
+            return Err(refuse(
+                "poisson",
+                "Poisson's ratio above -1, at most 0.5",
+                self.poisson,
+            ));
         }
         Ok(())
     }
@@ -137,11 +138,6 @@ pub struct HertzContact {
     pub coefficient: f64,
     /// `b/a`, minor over major semi-axis.
     pub aspect: f64,
-    /// Relative principal curvatures `A <= B` in 1/m; the gap is `A x^2 + B y^2`.
-    pub curvature: [f64; 2],
-    /// `E*` in Pa.
-    pub modulus: f64,
-    rho: f64,
 }
 
 impl HertzContact {
@@ -150,7 +146,7 @@ impl HertzContact {
     /// Angles in degrees, any sign; beyond 90 they fold back.
     ///
     /// # Errors
-    /// [`Error::Request`] for a value that is not finite or not physical, and for surfaces that
+    /// [`crate::Error::Request`] for a value that is not finite or not physical, and for surfaces that
     /// touch along a line or conform.
     pub fn new(
         first: &Surface,
@@ -171,26 +167,22 @@ impl HertzContact {
                 + (p1 * q2 + q1 * p2) * cosine * cosine
                 + (p1 * p2 + q1 * q2) * sine * sine);
         if !(half_sum > 0.0 && product > 0.0 && product.is_finite()) {
-            return Err(Error::Request {
-                option: "curvature",
-                expected: "surfaces that touch in a point".into(),
-                found: format!(
+            return Err(refuse(
+                "curvature",
+                "surfaces that touch in a point",
+                format!(
                     "curvatures {p1:e}, {q1:e} and {p2:e}, {q2:e} at {angle_deg:e} degrees, \
                      which touch along a line or conform"
                 ),
-            });
+            ));
         }
         let mean = product.sqrt();
         let shape = CurvatureIntegrals::of(half_difference / mean, ellipse);
-        let larger = half_sum + half_difference;
         let compliance = |m: &Material| (1.0 - m.poisson * m.poisson) / m.young;
         let modulus = 1.0 / (compliance(&first.material) + compliance(&second.material));
         Ok(HertzContact {
             coefficient: 4.0 / 3.0 * modulus * (0.5 / mean).sqrt() * shape.form_factor(),
             aspect: (-shape.w).exp(),
-            curvature: [product / larger, larger],
-            modulus,
-            rho: shape.rho,
         })
     }
 
@@ -208,30 +200,20 @@ impl HertzContact {
         let surface = Surface::cylinder(radius, material);
         HertzContact::new(&surface, &surface, angle_deg, ellipse)
     }
-
-    /// Semi-axes `[a, b]` of the contact ellipse at an overlap, all in m:
-    /// `a^2 = delta D / (A K)`, `b^2 = delta (K - D) / (B K)`.
-    pub fn semi_axes(&self, overlap: f64) -> [f64; 2] {
-        let [a, b] = self.curvature;
-        [
-            (0.5 * overlap * (1.0 + self.rho) / a).sqrt(),
-            (0.5 * overlap * (1.0 - self.rho) / b).sqrt(),
-        ]
-    }
 }
 
 /// `beta(angle) / beta(90 degrees)` of two equal crossed cylinders; never below 1.
 ///
 /// # Errors
-/// [`Error::Request`] for an angle that is not finite or a multiple of 180 degrees.
+/// [`crate::Error::Request`] for an angle that is not finite or a multiple of 180 degrees.
 pub fn stiffness_ratio(angle_deg: f64, ellipse: Ellipse) -> Result<f64> {
     let (sine, cosine) = folded_sin_cos(angle_deg)?;
     if sine == 0.0 {
-        return Err(Error::Request {
-            option: "angle",
-            expected: "cylinders that are not parallel".into(),
-            found: format!("{angle_deg} degrees"),
-        });
+        return Err(refuse(
+            "angle",
+            "cylinders that are not parallel",
+            format!("{angle_deg} degrees"),
+        ));
     }
     Ok(CurvatureIntegrals::of(cosine / sine, ellipse).form_factor() / sine.sqrt())
 }
@@ -242,14 +224,14 @@ pub fn stiffness_ratio(angle_deg: f64, ellipse: Ellipse) -> Result<f64> {
 /// to 1, where the angle leaves 90 degrees like the square root of `ratio - 1`.
 ///
 /// # Errors
-/// [`Error::Request`] for a ratio below 1 or above 1e60.
+/// [`crate::Error::Request`] for a ratio below 1 or above 1e60.
 pub fn angle_of_stiffness_ratio(ratio: f64, ellipse: Ellipse) -> Result<f64> {
     if !(1.0..=1e60).contains(&ratio) {
-        return Err(Error::Request {
-            option: "stiffness-ratio",
-            expected: "a ratio of 1 to 1e60".into(),
-            found: format!("{ratio:e}"),
-        });
+        return Err(refuse(
+            "stiffness-ratio",
+            "a ratio of 1 to 1e60",
+            format!("{ratio:e}"),
+        ));
     }
     let target = (ratio - 1.0).ln_1p().sqrt();
     let excess = |w: f64| {
@@ -284,12 +266,9 @@ impl CurvatureIntegrals {
                 w - ellipse_integrals(w).rho.atanh() - lambda
             }),
         };
-        let integrals = ellipse_integrals(w);
         CurvatureIntegrals {
             lambda,
-            w,
-            mean_excess: integrals.mean_excess,
-            rho: integrals.rho,
+            ..CurvatureIntegrals::of_ellipse(w, ellipse)
         }
     }
 
@@ -319,11 +298,7 @@ impl CurvatureIntegrals {
 /// Sine and cosine of an angle in degrees folded to 0..90, exact at both ends.
 fn folded_sin_cos(angle_deg: f64) -> Result<(f64, f64)> {
     if !angle_deg.is_finite() {
-        return Err(Error::Request {
-            option: "angle",
-            expected: "a finite angle in degrees".into(),
-            found: angle_deg.to_string(),
-        });
+        return Err(refuse("angle", "a finite angle in degrees", angle_deg));
     }
     let angle = angle_deg.abs() % 180.0;
     let folded = if angle > 90.0 { 180.0 - angle } else { angle };
@@ -339,9 +314,5 @@ fn positive(option: &'static str, value: f64) -> Result<()> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(Error::Request {
-        option,
-        expected: "a positive number".into(),
-        found: value.to_string(),
-    })
+    Err(refuse(option, "a positive number", value))
 }

@@ -25,14 +25,14 @@ mod warning;
 mod watch;
 mod work;
 
+pub use crate::numeric::{Jet, Real};
 pub use dispersion::{NoBranches, UnitCell};
 pub use drive::{Curve, Drive, Waveform};
 pub(crate) use lattice::Contact;
 pub use lattice::{Chain, Ends, Ground, Losses, OnSite, Pattern};
 pub use law::{ContactLaw, Law, Laws};
 pub(crate) use law::{hertz_energies, hertz_roots};
-pub(crate) use many::runs_a_thread;
-pub use many::{run_each, run_many};
+pub use many::run_each;
 pub use normal_modes::NormalModes;
 pub(crate) use path::{Node, NodeState, NodeVisitor};
 pub use peak::Peak;

@@ -58,16 +58,14 @@ impl Resonators {
 
     /// Square roots of kinetic energies, with the signs of the velocities, and of those of the springs.
     pub(crate) fn root_energies(&self, x: &[f64], [y, w]: [&[f64]; 2]) -> [Vec<f64>; 2] {
-        let sites = 0..self.mass.len();
-        [
-            sites
-                .clone()
-                .map(|j| (0.5 * self.mass[j]).sqrt() * w[j])
-                .collect(),
-            sites
-                .map(|j| (0.5 * self.stiffness[j]).sqrt() * (y[j] - x[j]))
-                .collect(),
-        ]
+        let kinetic = self.mass.iter().zip(w).map(|(m, w)| (0.5 * m).sqrt() * w);
+        let ahead = y.iter().zip(x).map(|(y, x)| y - x);
+        let spring = self
+            .stiffness
+            .iter()
+            .zip(ahead)
+            .map(|(k, s)| (0.5 * k).sqrt() * s);
+        [kinetic.collect(), spring.collect()]
     }
 
     fn check(&self, n: usize) -> Result<()> {
@@ -81,21 +79,17 @@ impl Resonators {
             let expected = "masses, stiffnesses and dampings of 0 or more";
             return Err(refuse("resonator_mass", expected, value));
         }
-        let alone = |&j: &usize| {
-            let is_there = self.mass[j] > 0.0;
-            is_there != (self.stiffness[j] > 0.0) || !is_there && self.damping[j] > 0.0
-        };
-        match (0..n).find(alone) {
-            Some(j) => {
-                let found = format!("{} and {} at site {j}", self.mass[j], self.stiffness[j]);
-                Err(refuse(
+        for (j, [m, k, c]) in (0..n).map(|j| (j, all.map(|values| values[j]))) {
+            if (m > 0.0) != (k > 0.0) || m == 0.0 && c > 0.0 {
+                let found = format!("{m} and {k} at site {j}");
+                return Err(refuse(
                     "resonator_mass",
                     "a mass and a stiffness, or nothing",
                     found,
-                ))
+                ));
             }
-            None => Ok(()),
         }
+        Ok(())
     }
 }
 

@@ -1,4 +1,4 @@
-//! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots, medians,
+//! SIMD lanes, sums, integrals, derivatives, the logarithm, angles, bins of bands, random numbers, roots, medians,
 //! quantiles, Fresnel integrals, lines through points, complex least squares, eigenvalues of Hermitian matrices.
 
 use std::ops::Range;
@@ -9,6 +9,8 @@ mod fresnel;
 mod golden;
 pub(crate) mod gram;
 pub(crate) mod hermitian;
+mod integral;
+mod jet;
 pub(crate) mod lanes;
 pub(crate) mod least_squares;
 mod logarithm;
@@ -22,12 +24,14 @@ pub(crate) use angle::*;
 pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
 pub(crate) use fresnel::fresnel_auxiliary;
 pub(crate) use golden::GoldenSection;
+pub(crate) use integral::integral;
+pub use jet::{Jet, Real};
 pub use least_squares::LineFit;
 pub(crate) use logarithm::ln_normal;
 pub(crate) use order::{median, sorted};
 pub(crate) use quantile::{
-    chi_square_level, chi_square_quantile, fisher_level, fisher_tail, student_outside,
-    student_two_sided,
+    chi_square_level, chi_square_quantile, fisher_level, fisher_tail, stirling_remainder,
+    student_outside, student_two_sided,
 };
 pub(crate) use random::{Random, split_mix, unit_interval};
 pub(crate) use root::between as find_root;

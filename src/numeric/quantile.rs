@@ -79,7 +79,7 @@ fn increasing_root(f: impl Fn(f64) -> f64, mut step: f64) -> f64 {
 }
 
 /// `ln Gamma(a) - ((a - 1/2) ln a - a + ln(2 pi) / 2)`.
-fn stirling_remainder(a: f64) -> f64 {
+pub(crate) fn stirling_remainder(a: f64) -> f64 {
     if a < 12.0 {
         // From the recurrence of the gamma function.
         return stirling_remainder(a + 1.0) + (a + 0.5) * a.recip().ln_1p() - 1.0;

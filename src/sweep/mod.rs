@@ -28,7 +28,7 @@ pub use sheet::Swept;
 use rayon::prelude::*;
 
 use crate::chain::scene::{Kind, SceneSource, Setting, properties};
-use crate::chain::{Run, Simulation, run_each, runs_a_thread};
+use crate::chain::{Run, Simulation, run_each};
 use crate::observer::{CancelOnly, Observer};
 use crate::system::journal::{Journal, StoredRequest, write_whole};
 use crate::{Error, Result};
@@ -227,11 +227,7 @@ impl Sweep {
             .map(|member| {
                 observer.go_on()?;
                 let simulation = self.simulation(member)?;
-                let at_once = runs_a_thread(&simulation) as u64;
-                Ok((
-                    simulation.bytes().saturating_mul(at_once),
-                    simulation.memory,
-                ))
+                Ok((simulation.bytes(), simulation.memory))
             })
             .collect();
         let sizes = sizes?;

@@ -68,9 +68,6 @@ fn val_closed_form_spheres() {
             let contact = HertzContact::new(&sphere, &other, 33.0, ellipse).unwrap();
             assert!(relative(contact.coefficient, expected) < 1e-15);
             assert!((contact.aspect - 1.0).abs() < 1e-15);
-            let [a, b] = contact.semi_axes(1e-6);
-            let area_radius = (1e-6 / (2.0 * contact.curvature[0])).sqrt();
-            assert!(relative(a, area_radius) < 1e-15 && relative(b, area_radius) < 1e-15);
         }
     }
 }

@@ -1,12 +1,15 @@
 //! Contact laws against closed forms, against each other, and as scenes name them.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use test_support::contains_all;
 use test_support::fields::{chain, fixed, spring};
 use wavecascade::Error;
 use wavecascade::chain::scene::SceneSource;
-use wavecascade::chain::{Accuracy, Chain, Ends, Law, Laws, Run, RunWarning, Scheme, Simulation};
+use wavecascade::chain::{
+    Accuracy, Chain, ContactLaw, Ends, Jet, Law, Laws, Run, RunWarning, Scheme, Simulation,
+};
 use wavecascade::observer::Silent;
 use wavecascade::report::RunFile;
 
@@ -246,6 +249,81 @@ fn val_theory_small_waves_follow_the_stiffness_of_each_law() {
     let last = run.velocity.row(64).to_vec();
     assert!((last[0] / speed - 1.0).abs() < 1e-6, "{last:?}");
     assert!(last[1].abs() < 1e-6 * speed, "{last:?}");
+}
+
+/// A law of the library's user: its force alone.
+#[derive(Debug)]
+struct Stiffening;
+
+impl ContactLaw for Stiffening {
+    fn text(&self) -> String {
+        "stiffening".into()
+    }
+
+    fn force(&self, delta: Jet) -> Jet {
+        delta + delta * delta * delta
+    }
+}
+
+#[test]
+fn val_same_force_an_own_law() {
+    let [own, known] = [
+        Law::Other(Arc::new(Stiffening)),
+        Law::polynomial(vec![1.0, 0.0, 1.0]),
+    ];
+    let run = |law: &Law| impact(free(12, law.clone()), 0.7, 20.0, 1e-10);
+    assert!(apart(&run(&own), &run(&known)) < 1e-10);
+    for (d0, r) in [(0.0, 0.4), (0.5, -0.3), (0.5, 1e-3)] {
+        let of = |law: &Law| [law.stiffness(1.0, d0, r), law.energy(1.0, d0, r)];
+        let pairs = of(&own).into_iter().zip(of(&known));
+        assert!(pairs.into_iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-14));
+    }
+}
+
+/// Energies of laws with kinks and of steep ones: closed forms, and those of the same law in other words.
+#[test]
+fn val_closed_form_energies_of_formulas() {
+    let energy = |law: &str, d0: f64, r: f64| Law::expression(law).unwrap().energy(1.0, d0, r);
+    let close = |found: f64, known: f64| {
+        assert!((found / known - 1.0).abs() < 1e-13, "{found} {known}");
+    };
+    close(energy("min(d, 0.3)", 0.0, 1.0), 0.045 + 0.21);
+    close(energy("max(d, -0.2)", 0.0, -1.0), 0.02 + 0.16);
+    close(energy("max(d, 0)^1.5", 0.0, 0.7), 0.4 * 0.7f64.powf(2.5));
+    close(energy("d + abs(d)", 0.5, -2.0), -0.25 + 2.0);
+    let lennard_jones = |u: f64| u.powi(12) / 12.0 - u.powi(6) / 6.0 + 1.0 / 12.0;
+    for d in [-0.5, 0.1, 0.6, 0.9] {
+        let found = energy("(1/(1-d))^13 - (1/(1-d))^7", 0.0, d);
+        close(found, lennard_jones(1.0 / (1.0 - d)));
+    }
+    for (d0, r) in [(0.7, 0.01), (0.7, -0.05), (0.7, 0.4)] {
+        let terms = Law::polynomial(vec![1.0, -0.2, 0.3]);
+        close(
+            energy("d - 0.2*d^2 + 0.3*d^3", d0, r),
+            terms.energy(1.0, d0, r),
+        );
+        let formula = Law::expression("d - 0.2*d^2 + 0.3*d^3").unwrap();
+        close(formula.force(1.0, d0, r), terms.force(1.0, d0, r));
+    }
+}
+
+/// A motion that runs away in finite time ends with an error that says where.
+#[test]
+fn motions_that_run_away_are_refused() {
+    for (law, sites, speed) in [
+        (spring(0.25, 0.0), 8, 3.0),
+        (Law::polynomial(vec![1.0, 1.0]), 2, 3.0),
+        (Law::expression("d - d^3").unwrap(), 2, 3.0),
+    ] {
+        let mut simulation = Simulation::impact(free(sites, law), speed, 50.0, 65);
+        simulation.accuracy = Accuracy::Tolerance(1e-8);
+        let error = simulation.run(&Silent).unwrap_err().to_string();
+        println!("{error}");
+        assert!(
+            error.contains("contact ") && error.contains("overlap"),
+            "{error}"
+        );
+    }
 }
 
 fn setup(text: &str) -> Result<Laws, Error> {

@@ -3,6 +3,7 @@
 //! Sources: M. Toda, J. Phys. Soc. Japan 22 (1967) 431; P. M. Morse, Physical Review 34 (1929) 57.
 
 use super::ContactLaw;
+use crate::numeric::{Jet, Real};
 
 /// `F = (e^x - 1) / b`, `x = b delta`. About a static overlap it is the same law, `e^{b d0}` times as stiff.
 #[derive(Debug)]
@@ -15,20 +16,9 @@ impl ContactLaw for Toda {
         format!("toda {}", self.steepness)
     }
 
-    fn force(&self, delta: f64) -> f64 {
-        (self.steepness * delta).exp_m1() / self.steepness
-    }
-
-    fn stiffness(&self, delta: f64) -> f64 {
-        (self.steepness * delta).exp()
-    }
-
-    fn bend(&self, delta: f64) -> f64 {
-        self.steepness * (self.steepness * delta).exp()
-    }
-
-    fn energy(&self, delta: f64) -> f64 {
-        excess(self.steepness * delta) / (self.steepness * self.steepness)
+    fn force(&self, delta: Jet) -> Jet {
+        let b = Jet::constant(self.steepness);
+        (b * delta).exp_m1() / b
     }
 
     fn unit(&self) -> String {
@@ -36,11 +26,12 @@ impl ContactLaw for Toda {
     }
 
     fn excess_force(&self, d0: f64, r: f64) -> f64 {
-        self.stiffness(d0) * self.force(r)
+        (self.steepness * d0).exp() * self.force_at(r)
     }
 
     fn excess_energy(&self, d0: f64, r: f64) -> f64 {
-        self.stiffness(d0) * self.energy(r)
+        let grown = (self.steepness * d0).exp();
+        grown * excess(self.steepness * r) / (self.steepness * self.steepness)
     }
 }
 
@@ -69,23 +60,10 @@ impl ContactLaw for Morse {
         format!("morse {}", self.steepness)
     }
 
-    fn force(&self, delta: f64) -> f64 {
-        let excess = (self.steepness * delta).exp_m1();
-        (1.0 + excess) * excess / self.steepness
-    }
-
-    fn stiffness(&self, delta: f64) -> f64 {
-        let excess = (self.steepness * delta).exp_m1();
-        (1.0 + excess) * (1.0 + 2.0 * excess)
-    }
-
-    fn bend(&self, delta: f64) -> f64 {
-        let grown = (self.steepness * delta).exp();
-        self.steepness * grown * (4.0 * grown - 1.0)
-    }
-
-    fn energy(&self, delta: f64) -> f64 {
-        0.5 * ((self.steepness * delta).exp_m1() / self.steepness).powi(2)
+    fn force(&self, delta: Jet) -> Jet {
+        let b = Jet::constant(self.steepness);
+        let excess = (b * delta).exp_m1();
+        (Jet::constant(1.0) + excess) * excess / b
     }
 
     fn unit(&self) -> String {
@@ -98,11 +76,14 @@ impl ContactLaw for Morse {
         grown * excess * (grown * (excess + 2.0) - 1.0) / self.steepness
     }
 
-    /// With `u = e^{b r} - 1` and `s = e^{b d0}`, `V = [s^2 (u^2 / 2 + g) - s g] / b^2`, `g = u - b r`.
+    /// With `u = e^{b r} - 1` and `s = e^{b d0}`, `V = [s (s - 1) g + s^2 u^2 / 2] / b^2`, `g = u - b r`.
     fn excess_energy(&self, d0: f64, r: f64) -> f64 {
-        let grown = (self.steepness * d0).exp();
-        let (u, rest) = ((self.steepness * r).exp_m1(), excess(self.steepness * r));
-        let whole = grown * grown * (0.5 * u * u + rest) - grown * rest;
+        let (excess_d0, u) = (
+            (self.steepness * d0).exp_m1(),
+            (self.steepness * r).exp_m1(),
+        );
+        let grown = 1.0 + excess_d0;
+        let whole = grown * (excess_d0 * excess(self.steepness * r) + 0.5 * grown * u * u);
         whole / (self.steepness * self.steepness)
     }
 }

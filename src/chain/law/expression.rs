@@ -4,6 +4,7 @@ use super::ContactLaw;
 use crate::chain::lattice::refuse;
 use crate::error::Result;
 use crate::formula::{self, Node, Words};
+use crate::numeric::Jet;
 
 const WORDS: Words = Words {
     variable: "d",
@@ -23,14 +24,11 @@ impl Expression {
         let constants = formula::parse_constants(constants, WORDS)?;
         let force = formula::parse(typed.trim(), &constants, WORDS)?;
         let text = text.trim().to_owned();
-        let [value, slope, _] = force.jet_at(0.0);
+        let Jet { value, slope, .. } = force.at(Jet::variable(0.0));
         if value != 0.0 || slope.is_nan() {
             let expected = "a formula of the overlap d that is 0 and has a slope at d = 0";
-            return Err(refuse(
-                "law",
-                expected,
-                format!("{value}, slope {slope}, of `{text}`"),
-            ));
+            let found = format!("{value}, slope {slope}, of `{text}`");
+            return Err(refuse("law", expected, found));
         }
         Ok(Expression { text, force })
     }
@@ -41,15 +39,15 @@ impl ContactLaw for Expression {
         self.text.clone()
     }
 
-    fn force(&self, delta: f64) -> f64 {
+    fn force(&self, delta: Jet) -> Jet {
         self.force.at(delta)
     }
 
-    fn stiffness(&self, delta: f64) -> f64 {
-        self.force.jet_at(delta)[1]
+    fn force_at(&self, delta: f64) -> f64 {
+        self.force.at(delta)
     }
 
-    fn bend(&self, delta: f64) -> f64 {
-        self.force.jet_at(delta)[2]
+    fn breaks(&self, from: f64, to: f64) -> Vec<f64> {
+        self.force.breaks(from, to)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{ContactLaw, Law};
+use super::Law;
 use crate::numeric::lanes::Number;
 
 /// A law in the form the stepping is compiled for.
@@ -46,8 +46,11 @@ pub(crate) trait Kernel: Clone + Send + Sync {
     }
 
     /// Force of one contact of unit coefficient that opens, over the power of `node` with which it does: `F(delta) / node^p`
-    /// for `delta >= 0`.
-    fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N;
+    /// for `delta >= 0`, which of a power is `F(delta / node)`.
+    #[inline(always)]
+    fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
+        self.force(at, N::splat(1.0), N::splat(0.0), delta / node)
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -68,12 +71,6 @@ impl Kernel for Hertz {
     #[inline(always)]
     fn stiffness<N: Number>(&self, _: usize, c: N, _: N, r: N) -> N {
         N::splat(1.5) * c * r.positive().sqrt()
-    }
-
-    #[inline(always)]
-    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
-        let ratio = (delta / node).positive();
-        ratio * ratio.sqrt()
     }
 }
 
@@ -104,9 +101,8 @@ impl Kernel for PressedHertz {
     }
 
     #[inline(always)]
-    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
-        let ratio = (delta / node).positive();
-        ratio * ratio.sqrt()
+    fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
+        Hertz.onset(at, delta, node)
     }
 }
 
@@ -140,13 +136,15 @@ impl Kernel for Power {
     #[inline(always)]
     fn stiffness<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
         let p = self.exponent;
-        c.map3(d0, r, |c, d0, r| super::power::slope(p, c, d0 + r))
-    }
-
-    #[inline(always)]
-    fn onset<N: Number>(&self, _: usize, delta: N, node: N) -> N {
-        let power = |ratio: f64| ratio.max(0.0).powf(self.exponent);
-        delta.map3(node, node, |delta, node, _| power(delta / node))
+        c.map3(d0, r, |c, d0, r| {
+            // 0^0 would be 1.
+            let d = d0 + r;
+            if d > 0.0 {
+                c * p * d.powf(p - 1.0)
+            } else {
+                0.0
+            }
+        })
     }
 }
 
@@ -168,44 +166,28 @@ impl Kernel for Spring {
         let [alpha, beta] = [2.0 * self.alpha, 3.0 * self.beta].map(N::splat);
         c * (N::splat(1.0) + r * (beta * r - alpha))
     }
-
-    fn onset<N: Number>(&self, _: usize, delta: N, _: N) -> N {
-        delta
-    }
 }
-
-/// A law and the power with which it opens.
-type Opening = (Arc<dyn ContactLaw>, Option<f64>);
 
 /// Any laws, contact by contact.
 #[derive(Debug, Clone)]
 pub(crate) struct General {
     /// At the place of each contact, its law and the power with which it opens.
-    contacts: Arc<[Option<Opening>]>,
-    powers: Arc<[f64]>,
+    contacts: Arc<[Option<(Law, Option<f64>)>]>,
     all_open: bool,
 }
 
 impl General {
     /// The laws of contacts at these places.
     pub(crate) fn new(laws: Vec<Option<&Law>>) -> General {
-        let mut powers: Vec<f64> = laws
-            .iter()
-            .flatten()
-            .filter_map(|law| law.opens())
-            .collect();
-        powers.sort_by(f64::total_cmp);
-        powers.dedup();
-        let of = |law: &Law| (law.shared(), law.opens());
+        let of = |law: &Law| (law.clone(), law.opens());
         General {
-            powers: powers.into(),
             all_open: laws.iter().flatten().all(|law| law.is_one_sided()),
             contacts: laws.into_iter().map(|law| law.map(of)).collect(),
         }
     }
 
-    fn law(&self, at: usize) -> Option<&dyn ContactLaw> {
-        Some(&*self.contacts.get(at)?.as_ref()?.0)
+    fn law(&self, at: usize) -> Option<&Law> {
+        Some(&self.contacts.get(at)?.as_ref()?.0)
     }
 }
 
@@ -219,7 +201,11 @@ impl Kernel for General {
     }
 
     fn powers(&self) -> Vec<f64> {
-        self.powers.to_vec()
+        let laws = self.contacts.iter().flatten();
+        let mut powers: Vec<f64> = laws.filter_map(|(_, opens)| *opens).collect();
+        powers.sort_by(f64::total_cmp);
+        powers.dedup();
+        powers
     }
 
     fn touching<N: Number>(&self, at: usize, overlap: N) -> N {
@@ -234,14 +220,14 @@ impl Kernel for General {
     fn force<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
         c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
             // Contacts outside an island are infinitely far apart.
-            Some(law) if c != 0.0 && r.is_finite() => c * law.excess_force(d0, r),
+            Some(law) if c != 0.0 && r.is_finite() => law.force(c, d0, r),
             _ => 0.0,
         })
     }
 
     fn stiffness<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
         c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
-            Some(law) if c != 0.0 && r.is_finite() => c * law.stiffness(d0 + r),
+            Some(law) if c != 0.0 && r.is_finite() => law.stiffness(c, d0, r),
             _ => 0.0,
         })
     }
@@ -253,7 +239,7 @@ impl Kernel for General {
     fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
         let of = self.law(at).zip(self.opens(at));
         delta.map3(node, node, |delta, node, _| match of {
-            Some((law, power)) => law.force(delta.max(0.0)) / node.powf(power),
+            Some((law, power)) => law.force(1.0, 0.0, delta.max(0.0)) / node.powf(power),
             None => 0.0,
         })
     }

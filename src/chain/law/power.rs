@@ -1,23 +1,16 @@
 //! Powers of the overlap, one-sided and two-sided.
 
 use super::ContactLaw;
-
-/// `c p delta^{p-1}` in compression, else 0.
-pub(super) fn slope(p: f64, c: f64, delta: f64) -> f64 {
-    // 0^0 would be 1.
-    if delta > 0.0 {
-        c * p * delta.powf(p - 1.0)
-    } else {
-        0.0
-    }
-}
+use super::kernel::{Hertz, Kernel, Power, PressedHertz};
+use crate::numeric::{Jet, Real};
 
 /// Excess energy of a one-sided contact at the overlap `d0 + r`.
-pub(super) fn energy(p: f64, coefficient: f64, d0: f64, r: f64) -> f64 {
+fn energy(p: f64, d0: f64, r: f64) -> f64 {
     if d0 == 0.0 {
-        return coefficient * r.max(0.0).powf(p + 1.0) / (p + 1.0);
+        let d = r.max(0.0);
+        return Power { exponent: p }.force_at(d) * d / (p + 1.0);
     }
-    let static_force = coefficient * d0.powf(p);
+    let static_force = d0.powf(p);
     if d0 + r <= 0.0 {
         return static_force * (-r - d0 / (p + 1.0));
     }
@@ -38,41 +31,16 @@ fn power_excess(p: f64, q: f64) -> f64 {
     sum
 }
 
-/// `F = max(delta, 0)^p`, among other laws of a chain.
-#[derive(Debug)]
-pub(super) struct OneSided {
-    pub(super) exponent: f64,
-}
-
-impl ContactLaw for OneSided {
+impl ContactLaw for Power {
     fn text(&self) -> String {
         format!("power {}", self.exponent)
     }
 
-    fn force(&self, delta: f64) -> f64 {
-        match self.exponent == 1.5 {
-            true => delta.max(0.0) * delta.max(0.0).sqrt(),
-            false => delta.max(0.0).powf(self.exponent),
+    fn force(&self, delta: Jet) -> Jet {
+        match delta.value > 0.0 {
+            true => delta.power(self.exponent),
+            false => Jet::constant(0.0),
         }
-    }
-
-    fn stiffness(&self, delta: f64) -> f64 {
-        match self.exponent == 1.5 {
-            true => 1.5 * delta.max(0.0).sqrt(),
-            false => slope(self.exponent, 1.0, delta),
-        }
-    }
-
-    fn bend(&self, delta: f64) -> f64 {
-        let p = self.exponent;
-        match delta > 0.0 && p > 1.0 {
-            true => p * (p - 1.0) * delta.powf(p - 2.0),
-            false => 0.0,
-        }
-    }
-
-    fn energy(&self, delta: f64) -> f64 {
-        energy(self.exponent, 1.0, 0.0, delta)
     }
 
     fn opens(&self) -> Option<f64> {
@@ -84,17 +52,21 @@ impl ContactLaw for OneSided {
     }
 
     fn excess_force(&self, d0: f64, r: f64) -> f64 {
-        if d0 == 0.0 {
-            return self.force(r);
+        match self.exponent == 1.5 {
+            true if d0 == 0.0 => Kernel::force(&Hertz, 0, 1.0, d0, r),
+            true => Kernel::force(&PressedHertz, 0, 1.0, d0, r),
+            false => Kernel::force(self, 0, 1.0, d0, r),
         }
-        super::Law::Power {
-            exponent: self.exponent,
-        }
-        .force(1.0, d0, r)
     }
 
+    /// For the power 3/2, with the roots `s0` and `s` of both overlaps, a polynomial of `s0` and of `u = s - s0 = r / (s + s0)`.
     fn excess_energy(&self, d0: f64, r: f64) -> f64 {
-        energy(self.exponent, 1.0, d0, r)
+        if self.exponent != 1.5 || d0 == 0.0 || d0 + r <= 0.0 {
+            return energy(self.exponent, d0, r);
+        }
+        let s0 = d0.sqrt();
+        let u = r / ((d0 + r).sqrt() + s0);
+        0.4 * u * u * (s0 * s0 * (7.5 * s0 + 10.0 * u) + u * u * (5.0 * s0 + u))
     }
 }
 
@@ -104,29 +76,25 @@ pub(super) struct TwoSided {
     pub(super) exponent: f64,
 }
 
+impl TwoSided {
+    /// The law where the overlap is above 0.
+    fn pressed(&self) -> Power {
+        Power {
+            exponent: self.exponent,
+        }
+    }
+}
+
 impl ContactLaw for TwoSided {
     fn text(&self) -> String {
         format!("two-sided power {}", self.exponent)
     }
 
-    fn force(&self, delta: f64) -> f64 {
-        delta.abs().powf(self.exponent).copysign(delta)
-    }
-
-    fn stiffness(&self, delta: f64) -> f64 {
-        self.exponent * delta.abs().powf(self.exponent - 1.0)
-    }
-
-    fn bend(&self, delta: f64) -> f64 {
-        let p = self.exponent;
-        match delta == 0.0 || p == 1.0 {
-            true => 0.0,
-            false => p * (p - 1.0) * delta.abs().powf(p - 2.0).copysign(delta),
+    fn force(&self, delta: Jet) -> Jet {
+        match delta.value < 0.0 {
+            true => -(-delta).power(self.exponent),
+            false => delta.power(self.exponent),
         }
-    }
-
-    fn energy(&self, delta: f64) -> f64 {
-        delta.abs().powf(self.exponent + 1.0) / (self.exponent + 1.0)
     }
 
     fn unit(&self) -> String {
@@ -134,19 +102,17 @@ impl ContactLaw for TwoSided {
     }
 
     fn excess_force(&self, d0: f64, r: f64) -> f64 {
-        if d0 + r > 0.0 {
-            return super::Law::Power {
-                exponent: self.exponent,
-            }
-            .force(1.0, d0, r);
+        match d0 + r > 0.0 {
+            true => self.pressed().excess_force(d0, r),
+            false => self.force_at(d0 + r) - self.force_at(d0),
         }
-        self.force(d0 + r) - self.force(d0)
     }
 
     fn excess_energy(&self, d0: f64, r: f64) -> f64 {
-        if d0 + r > 0.0 {
-            return energy(self.exponent, 1.0, d0, r);
+        let p = self.exponent;
+        match d0 + r > 0.0 {
+            true => energy(p, d0, r),
+            false => energy(p, 0.0, -(d0 + r)) - energy(p, 0.0, d0) - self.force_at(d0) * r,
         }
-        self.energy(d0 + r) - self.energy(d0) - self.force(d0) * r
     }
 }

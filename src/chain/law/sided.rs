@@ -1,28 +1,27 @@
 //! A law in compression alone.
 
-use std::sync::Arc;
-
-use super::ContactLaw;
+use super::{ContactLaw, Law};
 use crate::chain::lattice::refuse;
 use crate::error::Result;
+use crate::numeric::{Jet, Real};
 
 /// `F = f(delta)` for `delta > 0`, else 0.
 #[derive(Debug)]
 pub(super) struct OneSided {
-    law: Arc<dyn ContactLaw>,
+    law: Law,
     opens: f64,
 }
 
 impl OneSided {
-    pub(super) fn new(law: Arc<dyn ContactLaw>) -> Result<OneSided> {
+    pub(super) fn new(law: Law) -> Result<OneSided> {
         // The power of a force that begins as one: the limit of `delta F' / F`.
         let at = f64::exp2(-100.0);
-        let force = law.force(at);
-        let opens = match law.stiffness(0.0) > 0.0 {
+        let Jet { value, slope, .. } = law.jet(at);
+        let opens = match law.jet(0.0).slope > 0.0 {
             true => 1.0,
-            false => (at * law.stiffness(at) / force * 1e3).round() / 1e3,
+            false => (at * slope / value * 1e3).round() / 1e3,
         };
-        if !(opens >= 1.0 && force >= 0.0) {
+        if !(opens >= 1.0 && value >= 0.0) {
             let expected = "a force that grows from 0 on, as a power of 1 or more of the overlap";
             return Err(refuse("law", expected, format!("`{}`", law.text())));
         }
@@ -35,35 +34,17 @@ impl ContactLaw for OneSided {
         format!("one-sided {}", self.law.text())
     }
 
-    fn force(&self, delta: f64) -> f64 {
-        if delta > 0.0 {
-            self.law.force(delta)
-        } else {
-            0.0
+    fn force(&self, delta: Jet) -> Jet {
+        match delta.value > 0.0 {
+            true => self.law.with(|law| law.force(delta)),
+            false => Jet::constant(0.0),
         }
     }
 
-    fn stiffness(&self, delta: f64) -> f64 {
-        if delta > 0.0 {
-            self.law.stiffness(delta)
-        } else {
-            0.0
-        }
-    }
-
-    fn bend(&self, delta: f64) -> f64 {
-        if delta > 0.0 {
-            self.law.bend(delta)
-        } else {
-            0.0
-        }
-    }
-
-    fn energy(&self, delta: f64) -> f64 {
-        if delta > 0.0 {
-            self.law.energy(delta)
-        } else {
-            0.0
+    fn force_at(&self, delta: f64) -> f64 {
+        match delta > 0.0 {
+            true => self.law.with(|law| law.force_at(delta)),
+            false => 0.0,
         }
     }
 
@@ -72,7 +53,7 @@ impl ContactLaw for OneSided {
     }
 
     fn unit(&self) -> String {
-        self.law.unit()
+        self.law.coefficient_unit()
     }
 
     fn range(&self) -> [f64; 2] {
@@ -80,18 +61,17 @@ impl ContactLaw for OneSided {
     }
 
     fn excess_force(&self, d0: f64, r: f64) -> f64 {
-        if d0 + r > 0.0 {
-            self.law.excess_force(d0, r)
-        } else {
-            -self.force(d0)
+        match d0 + r > 0.0 {
+            true => self.law.force(1.0, d0, r),
+            false => -self.force_at(d0),
         }
     }
 
     fn excess_energy(&self, d0: f64, r: f64) -> f64 {
         if d0 + r > 0.0 {
-            return self.law.excess_energy(d0, r);
+            return self.law.energy(1.0, d0, r);
         }
         // Up to the opening, and from there on against the static force alone.
-        self.law.excess_energy(d0, -d0) - self.force(d0) * (d0 + r)
+        self.law.energy(1.0, d0, -d0) - self.force_at(d0) * (d0 + r)
     }
 }

@@ -3,111 +3,97 @@
 use super::ContactLaw;
 use crate::chain::lattice::refuse;
 use crate::error::Result;
+use crate::numeric::{Jet, Real};
 
 /// A cubic between neighbouring points that is monotone where they are, with a continuous slope, and lines beyond the ends.
 ///
 /// Source: F. N. Fritsch, J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300-304.
 #[derive(Debug)]
 pub(super) struct Table {
-    overlap: Vec<f64>,
-    force: Vec<f64>,
-    slope: Vec<f64>,
-    /// Integral of the force from the first point to each, less that to 0.
-    energy: Vec<f64>,
+    /// The line before the first point, and a piece from each point on, of which the last is a line.
+    pieces: Vec<Piece>,
+}
+
+/// A cubic of the distance from a point.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    point: f64,
+    terms: [f64; 4],
+    /// Integral of the force from 0 to the point.
+    energy: f64,
+}
+
+impl Piece {
+    fn force(&self, delta: Jet) -> Jet {
+        let s = delta - Jet::constant(self.point);
+        let [a, b, c, d] = self.terms.map(Jet::constant);
+        a + s * (b + s * (c + s * d))
+    }
+
+    fn energy(&self, delta: f64) -> f64 {
+        let (s, [a, b, c, d]) = (delta - self.point, self.terms);
+        self.energy + s * (a + s * (b / 2.0 + s * (c / 3.0 + s * d / 4.0)))
+    }
 }
 
 impl Table {
     pub(super) fn new(overlap: Vec<f64>, force: Vec<f64>) -> Result<Table> {
-        if overlap.len() != force.len() || overlap.len() < 2 {
-            let found = format!("{} overlaps and {} forces", overlap.len(), force.len());
-            return Err(refuse(
-                "law",
-                "a table of two rows or more, overlap and force",
-                found,
-            ));
+        let n = overlap.len();
+        if n != force.len() || n < 2 {
+            let found = format!("{n} overlaps and {} forces", force.len());
+            let expected = "a table of two rows or more, overlap and force";
+            return Err(refuse("law", expected, found));
         }
-        if let Some(value) = overlap
-            .iter()
-            .chain(&force)
-            .find(|value| !value.is_finite())
-        {
+        let mut all = overlap.iter().chain(&force);
+        if let Some(value) = all.find(|value| !value.is_finite()) {
             return Err(refuse("law", "a table of finite numbers", value));
         }
         if let Some(pair) = overlap.windows(2).find(|pair| pair[1] <= pair[0]) {
             let found = format!("{} after {}", pair[1], pair[0]);
             return Err(refuse("law", "a table of overlaps that grow", found));
         }
-        let Some(zero) = overlap.iter().position(|&delta| delta == 0.0) else {
-            return Err(refuse("law", "a table with a row at the overlap 0", "none"));
-        };
-        if force[zero] != 0.0 {
+        let zero = overlap.iter().position(|delta| *delta == 0.0);
+        let Some(zero) = zero.filter(|zero| force[*zero] == 0.0) else {
+            let found = zero.map_or("no such row".into(), |zero| force[zero].to_string());
             return Err(refuse(
                 "law",
                 "a table with no force at the overlap 0",
-                force[zero],
+                found,
             ));
-        }
+        };
         let slope = slopes(&overlap, &force);
-        let mut table = Table {
-            energy: vec![0.0; overlap.len()],
-            overlap,
-            force,
-            slope,
+        let line = |i: usize| Piece {
+            point: overlap[i],
+            terms: [force[i], slope[i], 0.0, 0.0],
+            energy: 0.0,
         };
-        let mut sum = 0.0;
-        for i in 1..table.overlap.len() {
-            sum += table
-                .piece(i - 1)
-                .integral(table.overlap[i] - table.overlap[i - 1]);
-            table.energy[i] = sum;
-        }
-        let at_rest = table.energy[zero];
-        table
-            .energy
-            .iter_mut()
-            .for_each(|energy| *energy -= at_rest);
-        Ok(table)
-    }
-
-    /// The piece from point i on.
-    fn piece(&self, i: usize) -> Piece {
-        let h = self.overlap[i + 1] - self.overlap[i];
-        let rise = (self.force[i + 1] - self.force[i]) / h;
-        let [d, e] = [self.slope[i], self.slope[i + 1]];
-        Piece([
-            self.force[i],
-            d,
-            (3.0 * rise - 2.0 * d - e) / h,
-            (d + e - 2.0 * rise) / (h * h),
-        ])
-    }
-
-    /// The piece in which an overlap is, the point that it begins at, and how far into it.
-    fn at(&self, delta: f64) -> (Piece, usize, f64) {
-        let last = self.overlap.len() - 1;
-        let line = |i: usize| {
-            (
-                Piece([self.force[i], self.slope[i], 0.0, 0.0]),
-                i,
-                delta - self.overlap[i],
-            )
+        let cubic = |i: usize| {
+            let h = overlap[i + 1] - overlap[i];
+            let rise = (force[i + 1] - force[i]) / h;
+            let [d, e] = [slope[i], slope[i + 1]];
+            let terms = [
+                force[i],
+                d,
+                (3.0 * rise - 2.0 * d - e) / h,
+                (d + e - 2.0 * rise) / (h * h),
+            ];
+            Piece { terms, ..line(i) }
         };
-        match self.overlap.partition_point(|&point| point <= delta) {
-            0 => line(0),
-            i if i > last => line(last),
-            i => (self.piece(i - 1), i - 1, delta - self.overlap[i - 1]),
+        let mut pieces = vec![line(0)];
+        pieces.extend((0..n - 1).map(cubic));
+        pieces.push(line(n - 1));
+        for i in 2..=n {
+            pieces[i].energy = pieces[i - 1].energy(pieces[i].point);
         }
+        let at_rest = pieces[zero + 1].energy;
+        pieces.iter_mut().for_each(|piece| piece.energy -= at_rest);
+        Ok(Table { pieces })
     }
-}
 
-/// A cubic of the distance from its first point.
-#[derive(Debug, Clone, Copy)]
-struct Piece([f64; 4]);
-
-impl Piece {
-    fn integral(self, s: f64) -> f64 {
-        let [a, b, c, d] = self.0;
-        s * (a + s * (b / 2.0 + s * (c / 3.0 + s * d / 4.0)))
+    /// The piece in which an overlap is.
+    fn at(&self, delta: f64) -> &Piece {
+        let points = &self.pieces[1..];
+        &self.pieces[points.partition_point(|piece| piece.point <= delta)]
     }
 }
 
@@ -146,51 +132,39 @@ fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
 
 impl ContactLaw for Table {
     fn text(&self) -> String {
-        let rows = self.overlap.iter().zip(&self.force);
-        let rows: Vec<String> = rows.map(|(d, f)| format!("{d} {f}")).collect();
+        let rows = self.pieces[1..].iter();
+        let rows: Vec<String> = rows
+            .map(|at| format!("{} {}", at.point, at.terms[0]))
+            .collect();
         format!("table {}", rows.join(", "))
     }
 
-    fn force(&self, delta: f64) -> f64 {
-        let (Piece([a, b, c, d]), _, s) = self.at(delta);
-        a + s * (b + s * (c + s * d))
-    }
-
-    fn stiffness(&self, delta: f64) -> f64 {
-        let (Piece([_, b, c, d]), _, s) = self.at(delta);
-        b + s * (2.0 * c + s * 3.0 * d)
-    }
-
-    fn bend(&self, delta: f64) -> f64 {
-        let (Piece([_, _, c, d]), _, s) = self.at(delta);
-        2.0 * c + 6.0 * d * s
-    }
-
-    fn energy(&self, delta: f64) -> f64 {
-        let (piece, i, s) = self.at(delta);
-        self.energy[i] + piece.integral(s)
+    fn force(&self, delta: Jet) -> Jet {
+        self.at(delta.value).force(delta)
     }
 
     fn range(&self) -> [f64; 2] {
-        [self.overlap[0], self.overlap[self.overlap.len() - 1]]
+        [
+            self.pieces[0].point,
+            self.pieces[self.pieces.len() - 1].point,
+        ]
     }
 
     fn excess_force(&self, d0: f64, r: f64) -> f64 {
-        let (Piece([_, b, c, d]), i, s) = self.at(d0);
-        let (_, other, _) = self.at(d0 + r);
-        if i != other {
-            return self.force(d0 + r) - self.force(d0);
+        let piece = self.at(d0);
+        if !std::ptr::eq(piece, self.at(d0 + r)) {
+            return self.force_at(d0 + r) - self.force_at(d0);
         }
-        r * (b + s * (2.0 * c + s * 3.0 * d) + r * (c + 3.0 * d * s + r * d))
+        let Jet { slope, bend, .. } = piece.force(Jet::variable(d0));
+        r * (slope + r * (bend / 2.0 + r * piece.terms[3]))
     }
 
     fn excess_energy(&self, d0: f64, r: f64) -> f64 {
-        let (Piece([_, b, c, d]), i, s) = self.at(d0);
-        let (_, other, _) = self.at(d0 + r);
-        if i != other {
-            return self.energy(d0 + r) - self.energy(d0) - self.force(d0) * r;
+        let [piece, far] = [d0, d0 + r].map(|delta| self.at(delta));
+        if !std::ptr::eq(piece, far) {
+            return far.energy(d0 + r) - piece.energy(d0) - self.force_at(d0) * r;
         }
-        let slope = b + s * (2.0 * c + s * 3.0 * d);
-        r * r * (slope / 2.0 + r * ((c + 3.0 * d * s) / 3.0 + r * d / 4.0))
+        let Jet { slope, bend, .. } = piece.force(Jet::variable(d0));
+        r * r * (slope / 2.0 + r * (bend / 6.0 + r * piece.terms[3] / 4.0))
     }
 }

@@ -72,14 +72,13 @@ pub(super) fn advance<K: Kernel>(
         *input = state.input;
     }
     let push = |time: f64, t: f64, force: &AlignedRow, v: &mut AlignedRow| {
-        Kick {
+        widest(Kick {
             mobility: &system.mobility,
             island,
             time,
             force,
             v,
-        }
-        .work();
+        });
         if let Some(place) = driven {
             v[place] += time * system.mobility[place] * system.outer_force(place, t, force, 0.0);
         }
@@ -88,15 +87,14 @@ pub(super) fn advance<K: Kernel>(
     for (i, kick) in splitting.kicks.iter().enumerate() {
         if let Some(drift) = i.checked_sub(1).and_then(|i| splitting.drifts.get(i)) {
             let time = drift * h;
-            Drift {
+            widest(Drift {
                 system,
                 island,
                 time,
                 v,
                 x,
                 force,
-            }
-            .work();
+            });
             t += time;
             if has_placed {
                 system.place(t, x, v);
@@ -113,15 +111,14 @@ pub(super) fn advance<K: Kernel>(
             if has_placed {
                 system.place(t, &mut scratch.x, middle);
             }
-            PassOn {
+            widest(PassOn {
                 island,
                 weight: time,
                 share: &system.flux_share,
                 force,
                 v: middle,
                 passed,
-            }
-            .work();
+            });
             if let Some(place) = driven {
                 *input += time * system.outer_force(place, t, force, 0.0) * middle[place];
             }
@@ -133,7 +130,7 @@ pub(super) fn advance<K: Kernel>(
     }
     StepOutcome {
         // A speed that is not finite is an error that no tolerance accepts.
-        error: 0.0 * Largest { island, row: v }.find(),
+        error: 0.0 * widest(Largest { island, row: v }),
         leaked,
         ..StepOutcome::default()
     }
@@ -147,12 +144,6 @@ struct Drift<'a, K> {
     v: &'a AlignedRow,
     x: &'a mut AlignedRow,
     force: &'a mut AlignedRow,
-}
-
-impl<K: Kernel> Drift<'_, K> {
-    fn work(self) {
-        widest(self);
-    }
 }
 
 impl<K: Kernel> SimdKernel for Drift<'_, K> {
@@ -184,12 +175,6 @@ struct Kick<'a> {
     time: f64,
     force: &'a AlignedRow,
     v: &'a mut AlignedRow,
-}
-
-impl Kick<'_> {
-    fn work(self) {
-        widest(self);
-    }
 }
 
 impl SimdKernel for Kick<'_> {

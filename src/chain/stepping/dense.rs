@@ -18,7 +18,7 @@ use super::rates::{Blend, Defects, Derive, NodeRows, Press, Rates};
 use super::system::State;
 use super::{StepControl, Stepping};
 use crate::Result;
-use crate::numeric::lanes::WIDTH;
+use crate::numeric::lanes::{WIDTH, widest};
 use crate::observer::Observer;
 
 /// The largest estimated error of an interpolant, in units of the tolerance of a step, of which runs have
@@ -140,7 +140,7 @@ impl<K: Kernel> Driver<K> {
                 for blocks in
                     islands.flat_map(|island| common(wanted.iter().cloned(), &island.blocks))
                 {
-                    Blend {
+                    widest(Blend {
                         island: &Island::part(blocks),
                         nodes: NodeRows {
                             states: [&self.next, start, &self.state],
@@ -148,8 +148,7 @@ impl<K: Kernel> Driver<K> {
                         },
                         weights: &weights,
                         to: sample,
-                    }
-                    .work();
+                    });
                 }
                 for part in patches.iter() {
                     well &= self.step_inside(&part.island, &part.places, [from, t], start, patch);
@@ -205,13 +204,12 @@ impl<K: Kernel> Driver<K> {
     fn press_inside(&self, sample: &mut State, t: f64) {
         let State { x, v, force, .. } = sample;
         for island in &self.islands.active {
-            Press {
+            widest(Press {
                 system: &self.system,
                 island,
                 x,
                 force,
-            }
-            .work();
+            });
         }
         if self.system.has_placed() {
             super::pair::press_placed(&self.system, t, [x, v], force);
@@ -245,13 +243,12 @@ impl<K: Kernel> Driver<K> {
                 continue;
             }
             for island in &self.islands.active {
-                Derive {
+                widest(Derive {
                     system: &self.system,
                     island,
                     state,
                     rates,
-                }
-                .work();
+                });
             }
             rates.survey = Some(self.surveys);
         }
@@ -268,13 +265,12 @@ impl<K: Kernel> Driver<K> {
             .map(|s| s.saturating_sub(BESIDE)..s + BESIDE)
             .collect();
         for island in &self.islands.active {
-            Blend {
+            widest(Blend {
                 island,
                 nodes,
                 weights: &weights,
                 to: sample,
-            }
-            .work();
+            });
         }
         if self.system.has_placed() {
             self.system.place(checked, &mut sample.x, &mut sample.v);
@@ -286,15 +282,14 @@ impl<K: Kernel> Driver<K> {
         self.press_inside(sample, checked);
         for island in &self.islands.active {
             largest.clear();
-            Defects {
+            widest(Defects {
                 system: &self.system,
                 island,
                 nodes,
                 weights: &weights,
                 at: sample,
                 largest,
-            }
-            .work();
+            });
             for (b, off) in island.blocks.clone().zip(largest.iter()) {
                 let follows = off
                     .iter()

@@ -6,7 +6,7 @@ use super::dense::Dense;
 use super::islands::Islands;
 use super::pair::press_placed;
 use super::pair::{PairStep, Span, StepOutcome, StepScratch};
-use super::system::{State, System};
+use super::system::{FIRST_CONTACT, State, System};
 use super::tableau::Tableau;
 use super::{Cost, Mark, Samples, StepControl, Stepping, Task};
 use crate::chain::drive::Drive;
@@ -37,6 +37,9 @@ const GROWTH: f64 = 1.04;
 /// The same where the error is below this share of the tolerance: after a flight, and at the start.
 const FAST_GROWTH: f64 = 4.0;
 const HARDLY_ANY: f64 = 1e-3;
+
+/// Rounding of the largest velocity, over the tolerance, from which on no step can meet that: the motion runs away.
+const ROUNDING: f64 = 1e3;
 
 #[derive(Debug)]
 pub(super) enum Method {
@@ -306,6 +309,43 @@ impl<K: Kernel> Driver<K> {
         Ok((!accepted).then_some(Shorter::Steps(h * factor.min(0.9))))
     }
 
+    /// Whether velocities have grown so large that their rounding alone exceeds the tolerance by far.
+    fn runs_away(&self) -> bool {
+        let StepControl::LocalError(tolerance) = self.control else {
+            return false;
+        };
+        let fastest = self
+            .state
+            .v
+            .iter()
+            .fold(0.0, |most: f64, v| most.max(v.abs()));
+        f64::EPSILON * fastest > ROUNDING * tolerance
+    }
+
+    /// The error of a motion that no step follows any more, with the contact that is farthest from rest.
+    fn lost(&self) -> Error {
+        let overlap = |s: usize| self.system.overlap(s, &self.state.x);
+        let by = |a: &usize, b: &usize| overlap(*a).abs().total_cmp(&overlap(*b).abs());
+        let found = match self.system.contacts.clone().max_by(by) {
+            Some(0 | 1) => format!(
+                "the contact with the first wall at the overlap {:e}",
+                overlap(1)
+            ),
+            Some(s) => format!(
+                "contact {} at the overlap {:e}",
+                s - FIRST_CONTACT,
+                overlap(s)
+            ),
+            None => "another".into(),
+        };
+        let expected = "motion that steps of finite length can follow";
+        refuse(
+            "tolerance",
+            expected,
+            format!("{found} at time {:e}", self.time),
+        )
+    }
+
     /// Accepts a step, and chooses the length of the next one.
     fn accept(&mut self, NextStep { h, end }: NextStep, outcome: &StepOutcome) {
         self.caution = 1.0;
@@ -362,8 +402,7 @@ impl<K: Kernel> Stepping for Driver<K> {
                 return Ok(self.time);
             };
             if end <= self.time || h.is_nan() {
-                let expected = "motion that steps of finite length can follow";
-                return Err(refuse("tolerance", expected, format!("a step of {h:e}")));
+                return Err(self.lost());
             }
             self.shut_stale();
             if self.time + h > self.surveyed {
@@ -391,6 +430,9 @@ impl<K: Kernel> Stepping for Driver<K> {
                 }
             }
             self.cost.rejected_steps += 1;
+            if self.runs_away() {
+                return Err(self.lost());
+            }
         }
     }
 

@@ -55,15 +55,14 @@ pub(super) fn pass_on<K: Kernel>(
         }
         events.correct_velocities(system, h, stage, v);
         let weight = weight * h;
-        PassOn {
+        widest(PassOn {
             island,
             weight,
             share: &system.flux_share,
             force: &force[stage],
             v,
             passed: &mut next.passed,
-        }
-        .work();
+        });
         if let Some(place) = driven {
             let at = t + tableau.c[stage] * h;
             let outer = system.outer_force(place, at, &force[stage], pull[stage][place]);
@@ -111,12 +110,6 @@ pub(super) struct PassOn<'a> {
     pub(super) force: &'a AlignedRow,
     pub(super) v: &'a AlignedRow,
     pub(super) passed: &'a mut AlignedRow,
-}
-
-impl PassOn<'_> {
-    pub(super) fn work(self) {
-        widest(self);
-    }
 }
 
 impl SimdKernel for PassOn<'_> {

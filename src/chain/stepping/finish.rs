@@ -4,7 +4,7 @@
 use super::correction::NEAR;
 use super::islands::Island;
 use super::stage::{StageSums, walk};
-use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, widest};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel};
 
 /// `v1 = v + (S_s - S_{s+1} - P_s) / m`, and the error estimate likewise with its own weights.
 pub(super) struct Finish<'a> {
@@ -22,13 +22,6 @@ pub(super) struct Finish<'a> {
     pub(super) error: &'a mut AlignedRow,
     /// Gets the blocks in which a contact may have opened or closed.
     pub(super) openings: &'a mut Vec<usize>,
-}
-
-impl Finish<'_> {
-    /// The largest error; NaN where one is not finite.
-    pub(super) fn work(self) -> f64 {
-        widest(self)
-    }
 }
 
 impl SimdKernel for Finish<'_> {
@@ -100,12 +93,6 @@ impl SimdKernel for Finish<'_> {
 pub(super) struct Largest<'a> {
     pub(super) island: &'a Island,
     pub(super) row: &'a AlignedRow,
-}
-
-impl Largest<'_> {
-    pub(super) fn find(self) -> f64 {
-        widest(self)
-    }
 }
 
 impl SimdKernel for Largest<'_> {

@@ -135,7 +135,7 @@ impl Islands {
         reached: usize,
     ) {
         let mut masks = std::mem::take(&mut self.masks);
-        Reaches {
+        widest(Reaches {
             system,
             x: &state.x,
             v: &state.v,
@@ -143,8 +143,7 @@ impl Islands {
             horizon,
             blocks: reached.div_ceil(WIDTH),
             masks: &mut masks,
-        }
-        .find();
+        });
         if system.drives_end() {
             masks[0] |= 2;
         }
@@ -215,12 +214,6 @@ struct Reaches<'a, K> {
     horizon: f64,
     blocks: usize,
     masks: &'a mut Vec<u8>,
-}
-
-impl<K: Kernel> Reaches<'_, K> {
-    fn find(self) {
-        widest(self);
-    }
 }
 
 impl<K: Kernel> SimdKernel for Reaches<'_, K> {

@@ -16,7 +16,6 @@ mod resolved;
 mod stage;
 mod system;
 mod tableau;
-mod together;
 
 use std::ops::Range;
 
@@ -36,7 +35,6 @@ pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
 use system::{System, resonator_place};
 use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 pub(crate) use tableau::{MOST_STAGES, Tableau, Weights};
-pub(crate) use together::Together;
 
 /// An integration method; [`Scheme::citation`] names the source of each.
 #[derive(
@@ -284,44 +282,6 @@ fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn St
         return Err(refuse("step", "a step length for this scheme", "none"));
     }
     Ok(Box::new(Driver::new(task, system, method, state)))
-}
-
-/// Prepares up to [`Together`]'s number of checked chains to be stepped at once; `None` where they
-/// must be stepped one by one: with losses, drives, periodic ends, energies, other laws, or schemes
-/// that choose their steps. The tasks must differ in chains and initial states alone, and their
-/// chains have equally many sites.
-pub(crate) fn prepare_together(tasks: &[Task]) -> Option<(Together<law::Hertz>, State)> {
-    let first = tasks.first()?;
-    let StepControl::Fixed(step) = first.control else {
-        return None;
-    };
-    let composition = first.scheme.composition()?;
-    let chains: Vec<_> = tasks
-        .iter()
-        .filter(|task| task.goes_together())
-        .map(|task| {
-            let system = System::new(task.chain, law::Hertz, None);
-            let state = initial_state(task, &system);
-            (system, state)
-        })
-        .collect();
-    if chains.len() < tasks.len() {
-        return None;
-    }
-    let state = chains[0].1.clone();
-    let splitting = Splitting::new(composition);
-    Some((Together::new(&chains, law::Hertz, splitting, step), state))
-}
-
-impl Task<'_> {
-    fn goes_together(&self) -> bool {
-        self.chain.law.only() == Some(&Law::Hertz)
-            && !self.chain.is_pressed()
-            && !self.chain.has_pulls()
-            && self.chain.ends != Ends::Periodic
-            && self.drive.is_none()
-            && !self.energy
-    }
 }
 
 fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {

@@ -10,7 +10,7 @@ use super::islands::Island;
 use super::stage::{self, StageSums};
 use super::system::{FIRST_SITE, State, System, resonator_place};
 use super::tableau::{Tableau, Weights};
-use crate::numeric::lanes::AlignedRow;
+use crate::numeric::lanes::{AlignedRow, widest};
 
 /// Scratch of a step, a row a stage where there are many.
 #[derive(Debug)]
@@ -135,7 +135,7 @@ impl<K: Kernel> PairStep<'_, K> {
         let rows = |weights, rows| StageSums::new(weights, h, rows, island);
         let lossy = system.has_pulls();
         let pulls = lossy.then(|| [rows(&tableau.bp, pull), rows(&tableau.error, pull)]);
-        let mut largest = Finish {
+        let mut largest = widest(Finish {
             mobility: &system.mobility,
             static_overlap: &system.static_overlap,
             island,
@@ -148,8 +148,7 @@ impl<K: Kernel> PairStep<'_, K> {
             v1: &mut next.v,
             error,
             openings: events.openings(),
-        }
-        .work();
+        });
         if system.has_placed_in(island) {
             system.place(t + h, &mut next.x, &mut next.v);
         }
@@ -160,7 +159,7 @@ impl<K: Kernel> PairStep<'_, K> {
             if !events.is_empty() {
                 events.correct(self, island, next, force, error);
                 leaked |= island.leaks(&next.force) || events.reach_guards(island);
-                largest = Largest { island, row: error }.find();
+                largest = widest(Largest { island, row: error });
             }
         }
         let corrected = events.count();
@@ -232,7 +231,7 @@ impl<K: Kernel> PairStep<'_, K> {
                 damp(system, t + ch, island, [positions, v], rows);
             } else {
                 let (before, from) = force.split_at_mut(stage);
-                stage::MoveAndPress {
+                widest(stage::MoveAndPress {
                     system,
                     island,
                     x: &state.x,
@@ -241,8 +240,7 @@ impl<K: Kernel> PairStep<'_, K> {
                     sums: &StageSums::new(&tableau.a[stage], h * h, before, island),
                     positions,
                     force: &mut from[0],
-                }
-                .work();
+                });
                 if has_placed {
                     system.place(t + ch, positions, v);
                     press_placed(system, t + ch, [positions, v], &mut from[0]);
@@ -265,7 +263,7 @@ pub(super) fn push<K>(
     out: &mut AlignedRow,
 ) {
     let pulls = (!pull.is_empty()).then(|| StageSums::new(weights, scale, pull, island));
-    stage::Push {
+    widest(stage::Push {
         mobility: &system.mobility,
         island,
         base,
@@ -273,8 +271,7 @@ pub(super) fn push<K>(
         sums: &StageSums::new(weights, scale, force, island),
         pulls: pulls.as_ref(),
         out,
-    }
-    .work();
+    });
 }
 
 /// Forces, damping and drag of a stage.
@@ -285,7 +282,7 @@ fn damp<K: Kernel>(
     [x, v]: [&AlignedRow; 2],
     [force, damping, pull]: [&mut AlignedRow; 3],
 ) {
-    stage::Damp {
+    widest(stage::Damp {
         system,
         island,
         x,
@@ -293,8 +290,7 @@ fn damp<K: Kernel>(
         force,
         damping,
         pull,
-    }
-    .work();
+    });
     if system.ground.is_some() {
         for s in island.places() {
             pull[s] += system.held(s, x[s]);

@@ -4,7 +4,7 @@ use super::super::law::Kernel;
 use super::hermite::Weights;
 use super::islands::Island;
 use super::system::{State, System};
-use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH};
 
 /// Derivatives at a node: of each place, and of the energy that each contact passes on.
 #[derive(Debug)]
@@ -38,12 +38,6 @@ pub(super) struct Derive<'a, K> {
     pub(super) island: &'a Island,
     pub(super) state: &'a State,
     pub(super) rates: &'a mut Rates,
-}
-
-impl<K: Kernel> Derive<'_, K> {
-    pub(super) fn work(self) {
-        widest(self);
-    }
 }
 
 impl<K: Kernel> SimdKernel for Derive<'_, K> {
@@ -151,12 +145,6 @@ pub(super) struct Blend<'a> {
     pub(super) to: &'a mut State,
 }
 
-impl Blend<'_> {
-    pub(super) fn work(self) {
-        widest(self);
-    }
-}
-
 impl SimdKernel for Blend<'_> {
     type Output = ();
 
@@ -215,12 +203,6 @@ pub(super) struct Press<'a, K> {
     pub(super) force: &'a mut AlignedRow,
 }
 
-impl<K: Kernel> Press<'_, K> {
-    pub(super) fn work(self) {
-        widest(self);
-    }
-}
-
 impl<K: Kernel> SimdKernel for Press<'_, K> {
     type Output = ();
 
@@ -250,12 +232,6 @@ pub(super) struct Defects<'a, K> {
     pub(super) at: &'a State,
     /// Gets a pair for each block of the island.
     pub(super) largest: &'a mut Vec<[f64; 2]>,
-}
-
-impl<K: Kernel> Defects<'_, K> {
-    pub(super) fn work(self) {
-        widest(self);
-    }
 }
 
 impl<K: Kernel> SimdKernel for Defects<'_, K> {

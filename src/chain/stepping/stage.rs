@@ -9,7 +9,7 @@ use super::super::law::Kernel;
 use super::islands::Island;
 use super::system::System;
 use super::tableau::{MOST_STAGES, Weights};
-use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH};
 
 /// Sums over stages of weighted rows.
 #[derive(Debug, Clone, Copy)]
@@ -172,12 +172,6 @@ pub(super) struct MoveAndPress<'a, K> {
     pub(super) force: &'a mut AlignedRow,
 }
 
-impl<K: Kernel> MoveAndPress<'_, K> {
-    pub(super) fn work(self) {
-        widest(self);
-    }
-}
-
 impl<K: Kernel> SimdKernel for MoveAndPress<'_, K> {
     type Output = ();
 
@@ -263,12 +257,6 @@ pub(super) struct Push<'a> {
     pub(super) out: &'a mut AlignedRow,
 }
 
-impl Push<'_> {
-    pub(super) fn work(self) {
-        widest(self);
-    }
-}
-
 impl SimdKernel for Push<'_> {
     type Output = ();
 
@@ -313,12 +301,6 @@ pub(super) struct Damp<'a, K> {
     pub(super) force: &'a mut AlignedRow,
     pub(super) damping: &'a mut AlignedRow,
     pub(super) pull: &'a mut AlignedRow,
-}
-
-impl<K: Kernel> Damp<'_, K> {
-    pub(super) fn work(self) {
-        widest(self);
-    }
 }
 
 impl<K: Kernel> SimdKernel for Damp<'_, K> {

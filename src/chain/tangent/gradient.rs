@@ -77,27 +77,17 @@ impl Simulation {
         let at = |local: f64| self.tangents(directions, times, local, observer);
         let (fine, coarse) = rayon::join(|| at(local), || at(COARSER * local));
         let (fine, coarse) = (fine?, coarse?);
-        let rows = |p: usize, of: fn(&Tangents) -> &Vec<Vec<f64>>, from: &[Tangents]| {
-            let all = from.iter().flat_map(|at| of(at)[p].iter().copied());
-            all.collect::<Vec<f64>>()
-        };
         let error = |p: usize| {
-            let [a, b] = [&fine, &coarse].map(|from| rows(p, |at| &at.velocity, from));
-            let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-            let off = a
-                .iter()
-                .zip(&b)
-                .fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+            let [mut off, mut largest] = [0.0f64; 2];
+            for (a, b) in fine.iter().zip(&coarse) {
+                for (a, b) in a.velocity[p].iter().zip(&b.velocity[p]) {
+                    (off, largest) = (off.max((a - b).abs()), largest.max(a.abs()));
+                }
+            }
             (2.0 * off / largest.max(f64::MIN_POSITIVE)).max(LEAST)
         };
         let array = |of: fn(&Tangents) -> &Vec<Vec<f64>>| {
-            let mut array = Array3::zeros(shape);
-            for (p, mut plane) in array.outer_iter_mut().enumerate() {
-                for (to, value) in plane.iter_mut().zip(rows(p, of, &fine)) {
-                    *to = value;
-                }
-            }
-            array
+            Array3::from_shape_fn(shape, |(p, time, site)| of(&fine[time])[p][site])
         };
         Ok(Gradient {
             parameters,

@@ -22,7 +22,6 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 pub use direction::Direction;
-use direction::start_of;
 pub use gradient::Gradient;
 use rates::{Active, Motion, Rates};
 
@@ -31,7 +30,7 @@ use super::stepping::{
     self, FIRST_SITE, MOST_STAGES, Quintic, State, StepControl, Tableau, Weights, openings,
 };
 use crate::Result;
-use crate::numeric::lanes::WIDTH;
+use crate::numeric::lanes::{LaneBlock, Lanes, WIDTH};
 use crate::observer::Observer;
 
 /// The error estimated of derivatives, of order 5, over their largest so far, as a power of the local error of velocities: that of
@@ -48,15 +47,12 @@ const NEAR: f64 = 8.0;
 const MOST_STEPS: usize = 200;
 
 /// Derivatives at one time.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Tangents {
     /// Of displacements and velocities, parameter by parameter, site by site.
     pub displacement: Vec<Vec<f64>>,
     pub velocity: Vec<Vec<f64>>,
 }
-
-/// Derivatives of displacements and of velocities by parameter and site.
-type Rows = [Vec<Vec<f64>>; 2];
 
 impl Simulation {
     /// Derivatives of displacements and velocities at rising times, along a run of this local error.
@@ -74,31 +70,30 @@ impl Simulation {
     ) -> Result<Vec<Tangents>> {
         self.check()?;
         let n = self.chain.n_sites();
-        let passes: Result<Vec<Vec<Rows>>> = directions
+        let passes: Result<Vec<Vec<Tangents>>> = directions
             .par_chunks(WIDTH)
             .map(|directions| {
                 let mut rows = Vec::with_capacity(times.len());
                 self.pass(directions, times, local_error, observer, &mut |at| {
                     let of = |i: usize, p: usize| (0..n).map(|s| at.each[s][i].0[p]).collect();
                     let all = |i: usize| (0..directions.len()).map(|p| of(i, p)).collect();
-                    rows.push([all(0), all(1)]);
+                    rows.push(Tangents {
+                        displacement: all(0),
+                        velocity: all(1),
+                    });
                 })?;
                 Ok(rows)
             })
             .collect();
-        let mut passes: Vec<_> = passes?.into_iter().map(Vec::into_iter).collect();
-        let row = |_| {
-            let (mut displacement, mut velocity) = (Vec::new(), Vec::new());
-            for [x, v] in passes.iter_mut().filter_map(Iterator::next) {
-                displacement.extend(x);
-                velocity.extend(v);
-            }
-            Tangents {
-                displacement,
-                velocity,
-            }
-        };
-        Ok(times.iter().map(row).collect())
+        let mut all = vec![Tangents::default(); times.len()];
+        for (at, more) in passes?
+            .into_iter()
+            .flat_map(|pass| pass.into_iter().enumerate())
+        {
+            all[at].displacement.extend(more.displacement);
+            all[at].velocity.extend(more.velocity);
+        }
+        Ok(all)
     }
 
     fn pass(
@@ -151,37 +146,27 @@ struct Follower<'a> {
     rows: Vec<Range<usize>>,
 }
 
-/// Times within a step, even in s: `t = origin + sign s^power`, or `t = s`.
+/// Times within a step: `t = origin + sign s^power`. Beside a time at which stiffnesses are singular they are even in s.
 #[derive(Debug, Clone, Copy)]
 struct Clock {
-    /// Where stiffnesses are singular, and on which side.
-    origin: Option<(f64, f64)>,
+    origin: f64,
+    sign: f64,
     power: i32,
 }
 
 impl Clock {
     fn time(&self, s: f64) -> f64 {
-        match self.origin {
-            Some((origin, sign)) => origin + sign * s.powi(self.power),
-            None => s,
-        }
+        self.origin + self.sign * s.powi(self.power)
     }
 
     /// dt/ds.
     fn speed(&self, s: f64) -> f64 {
-        match self.origin {
-            Some((_, sign)) => sign * f64::from(self.power) * s.powi(self.power - 1),
-            None => 1.0,
-        }
+        self.sign * f64::from(self.power) * s.powi(self.power - 1)
     }
 
     fn of(&self, t: f64) -> f64 {
-        match self.origin {
-            Some((origin, sign)) => (sign * (t - origin))
-                .max(0.0)
-                .powf(1.0 / f64::from(self.power)),
-            None => t,
-        }
+        let share = (self.sign * (t - self.origin)).max(0.0);
+        share.powf(1.0 / f64::from(self.power))
     }
 }
 
@@ -191,19 +176,9 @@ impl<'a> Follower<'a> {
         directions: &'a [Direction],
         [scale, tolerance]: [f64; 2],
     ) -> Follower<'a> {
-        let start = start_of(simulation);
-        let places = start[0].len();
-        let mut at = Motion::zeros(places);
-        for (s, (x, v)) in start[0].iter().zip(&start[1]).enumerate() {
-            at.base[s] = [*x, *v];
-            for (i, each) in at.each[s].iter_mut().enumerate() {
-                for (value, direction) in each.0.iter_mut().zip(directions) {
-                    *value = direction.start[i][s];
-                }
-            }
-        }
+        let (rates, at) = Rates::new(simulation, directions);
+        let places = at.places();
         let tableau = Tableau::runge_kutta_8_5();
-        let rates = Rates::new(simulation, directions);
         let losses = simulation.chain.losses;
         let mut follower = Follower {
             stages: vec![Motion::zeros(places); tableau.stages() - 1],
@@ -226,7 +201,6 @@ impl<'a> Follower<'a> {
             active: Active::default(),
             rows: Vec::new(),
         };
-        follower.rates.place(0.0, &mut follower.at);
         for (least, direction) in follower.largest.iter_mut().zip(directions) {
             *least = SMALL * scale * direction.relative;
         }
@@ -289,16 +263,13 @@ impl<'a> Follower<'a> {
         let (mut found, mut soon) = (Vec::new(), f64::INFINITY);
         for &i in &self.active.links {
             let link = &self.rates.links[i];
-            if !link.opens() {
+            if !link.opens {
                 continue;
             }
             let node = |t: f64, at: &Motion, rate: &Motion| {
-                let [r, closing] = self.rates.across(link, t, at);
-                [
-                    link.overlap(r),
-                    h * closing,
-                    h * h * self.rates.bend(link, t, rate),
-                ]
+                let [overlap, closing] = self.rates.overlap(link, t, at);
+                let bend = self.rates.bend(link, t, rate);
+                [overlap.value, h * closing.value, h * h * bend]
             };
             let (a, b) = (node(from, &self.at, &start), node(to, next, &end));
             let path = Quintic::hermite(a, b);
@@ -321,19 +292,18 @@ impl<'a> Follower<'a> {
             return;
         }
         let link = &self.rates.links[i];
-        let [_, closing] = self.rates.across(link, t, &self.at);
+        let [overlap, closing] = self.rates.overlap(link, t, &self.at);
+        if closing.value == 0.0 {
+            return;
+        }
         // The jump is the dashpot times the speed, which cancels.
-        let jump = -self.dashpot
-            * if closing == 0.0 {
-                0.0
-            } else {
-                closing.signum()
-            };
-        let grows = self.rates.overlap_each(link, t, &self.at).0;
+        let jump = -self.dashpot * closing.value.signum();
+        let mut grows = LaneBlock::default();
+        overlap.each.store(&mut grows);
         for (place, sign) in [(link.left, 1.0), (link.right, -1.0)] {
             let Some(s) = place else { continue };
             let share = sign * jump / self.masses[s];
-            let pairs = self.at.each[s][1].0.iter_mut().zip(grows);
+            let pairs = self.at.each[s][1].0.iter_mut().zip(grows.0);
             pairs.for_each(|(v, grows)| *v += share * grows);
         }
         self.rates.place(t, &mut self.at);
@@ -347,17 +317,26 @@ impl<'a> Follower<'a> {
         }
         let before = Some(self.last).filter(|t| from - t < NEAR * h);
         let after = next.filter(|t| *t >= to && t - to < NEAR * h);
-        let power = self.power;
-        let clock = |origin| Clock { origin, power };
+        let beside = |origin: f64, sign: f64| Clock {
+            origin,
+            sign,
+            power: self.power,
+        };
+        let even = Clock {
+            origin: 0.0,
+            sign: 1.0,
+            power: 1,
+        };
         match (before, after) {
             (Some(a), Some(b)) => {
                 let middle = 0.5 * (from + to);
-                self.run(clock(Some((a, 1.0))), [from, middle]);
-                self.run(clock(Some((b, -1.0))), [middle, to]);
+                let clocks = [beside(a, 1.0), beside(b, -1.0)];
+                self.run(clocks[0], [from, middle]);
+                self.run(clocks[1], [middle, to]);
             }
-            (Some(a), None) => self.run(clock(Some((a, 1.0))), [from, to]),
-            (None, Some(b)) => self.run(clock(Some((b, -1.0))), [from, to]),
-            (None, None) => self.run(clock(None), [from, to]),
+            (Some(a), None) => self.run(beside(a, 1.0), [from, to]),
+            (None, Some(b)) => self.run(beside(b, -1.0), [from, to]),
+            (None, None) => self.run(even, [from, to]),
         }
     }
 

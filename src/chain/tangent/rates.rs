@@ -1,14 +1,107 @@
 //! Rates of a chain's state, and of its derivatives with respect to up to eight parameters.
 
-use std::ops::Range;
-use std::sync::Arc;
+use std::ops::{Add, Mul, Range, Sub};
 
-use super::direction::{Direction, all_contacts};
+use super::direction::{Direction, all_contacts, data};
 use crate::chain::drive::{Drive, Waveform};
 use crate::chain::lattice::{Chain, Ends};
-use crate::chain::law::ContactLaw;
+use crate::chain::law::Law;
 use crate::chain::simulation::Simulation;
-use crate::numeric::lanes::{LaneBlock, Lanes, SimdKernel, widest};
+use crate::numeric::lanes::{LaneBlock, Lanes, Portable, SimdKernel, widest};
+
+/// A value with its derivatives, a parameter a lane.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Dual<L> {
+    pub(super) value: f64,
+    pub(super) each: L,
+}
+
+impl<L: Lanes> Dual<L> {
+    #[inline(always)]
+    fn constant(value: f64) -> Dual<L> {
+        let each = L::splat(0.0);
+        Dual { value, each }
+    }
+
+    /// With derivatives by what else changes.
+    #[inline(always)]
+    fn changed(self, more: LaneBlock) -> Dual<L> {
+        let (value, each) = (self.value, self.each + L::load(&more));
+        Dual { value, each }
+    }
+}
+
+impl<L: Lanes> Add for Dual<L> {
+    type Output = Dual<L>;
+
+    #[inline(always)]
+    fn add(self, b: Dual<L>) -> Dual<L> {
+        let (value, each) = (self.value + b.value, self.each + b.each);
+        Dual { value, each }
+    }
+}
+
+impl<L: Lanes> Sub for Dual<L> {
+    type Output = Dual<L>;
+
+    #[inline(always)]
+    fn sub(self, b: Dual<L>) -> Dual<L> {
+        let (value, each) = (self.value - b.value, self.each - b.each);
+        Dual { value, each }
+    }
+}
+
+impl<L: Lanes> Mul for Dual<L> {
+    type Output = Dual<L>;
+
+    #[inline(always)]
+    fn mul(self, b: Dual<L>) -> Dual<L> {
+        let value = self.value * b.value;
+        let each = self.each * L::splat(b.value) + L::splat(self.value) * b.each;
+        Dual { value, each }
+    }
+}
+
+/// A datum of a chain with its derivatives.
+#[derive(Debug, Clone, Copy, Default)]
+struct Parameter {
+    value: f64,
+    each: LaneBlock,
+}
+
+impl Parameter {
+    #[inline(always)]
+    fn here<L: Lanes>(&self) -> Dual<L> {
+        let (value, each) = (self.value, L::load(&self.each));
+        Dual { value, each }
+    }
+}
+
+/// The derivatives of a number by up to eight directions, from what it is at both ends of each.
+fn slopes(directions: &[Direction], of: impl Fn(&Simulation) -> f64) -> LaneBlock {
+    let mut each = LaneBlock::default();
+    for (slope, Direction { ends, length, .. }) in each.0.iter_mut().zip(directions) {
+        let [below, above] = ends.each_ref().map(&of);
+        *slope = (above - below) / length;
+    }
+    each
+}
+
+/// The [`data`] of a simulation with their derivatives.
+fn parameters(simulation: &Simulation, directions: &[Direction]) -> [Vec<Parameter>; 12] {
+    let each = LaneBlock::default();
+    let constants = |row: Vec<f64>| row.into_iter().map(|value| Parameter { value, each });
+    let mut rows = data(simulation).map(|row| constants(row).collect::<Vec<_>>());
+    for (lane, Direction { ends, length, .. }) in directions.iter().enumerate() {
+        let [below, above] = ends.each_ref().map(data);
+        for ((row, below), above) in rows.iter_mut().zip(below).zip(above) {
+            for ((datum, below), above) in row.iter_mut().zip(below).zip(above) {
+                datum.each.0[lane] = (above - below) / length;
+            }
+        }
+    }
+    rows
+}
 
 /// Displacement and velocity of each place, and their derivatives, a parameter a lane. Resonators are behind the bodies.
 #[derive(Debug, Clone, Default)]
@@ -47,10 +140,27 @@ impl Motion {
         });
     }
 
+    /// Displacement and velocity of a place.
     #[inline(always)]
-    fn push<L: Lanes>(&mut self, s: usize, force: f64, each: L) {
-        self.base[s][1] += force;
-        (L::load(&self.each[s][1]) + each).store(&mut self.each[s][1]);
+    fn read<L: Lanes>(&self, s: usize) -> [Dual<L>; 2] {
+        [0, 1].map(|i| Dual {
+            value: self.base[s][i],
+            each: L::load(&self.each[s][i]),
+        })
+    }
+
+    #[inline(always)]
+    fn write<L: Lanes>(&mut self, s: usize, values: [Dual<L>; 2]) {
+        for (i, Dual { value, each }) in values.into_iter().enumerate() {
+            self.base[s][i] = value;
+            each.store(&mut self.each[s][i]);
+        }
+    }
+
+    #[inline(always)]
+    fn push<L: Lanes>(&mut self, s: usize, force: Dual<L>) {
+        let [x, v] = self.read(s);
+        self.write(s, [x, v + force]);
     }
 }
 
@@ -67,21 +177,17 @@ impl SimdKernel for Sum<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         for place in self.rows.iter().cloned().flatten() {
-            let mut base = self.start.map_or([0.0; 2], |start| start.base[place]);
-            let mut each = match self.start {
-                Some(start) => [0, 1].map(|i| L::load(&start.each[place][i])),
-                None => [L::splat(0.0); 2],
+            let mut sum = match self.start {
+                Some(start) => start.read::<L>(place),
+                None => [Dual::constant(0.0); 2],
             };
             for (weight, rates) in self.terms {
-                for i in [0, 1] {
-                    base[i] += weight * rates.base[place][i];
-                    each[i] = each[i] + L::splat(*weight) * L::load(&rates.each[place][i]);
+                for (sum, rate) in sum.iter_mut().zip(rates.read::<L>(place)) {
+                    sum.value += weight * rate.value;
+                    sum.each = sum.each + L::splat(*weight) * rate.each;
                 }
             }
-            self.to.base[place] = base;
-            for (each, to) in each.into_iter().zip(&mut self.to.each[place]) {
-                each.store(to);
-            }
+            self.to.write(place, sum);
         }
     }
 }
@@ -101,29 +207,20 @@ impl Active {
     }
 }
 
-/// A parameter, the laws at both ends of its difference, and the length of that.
-type ChangedLaw = (usize, [Arc<dyn ContactLaw>; 2], f64);
-
 /// A contact with the places that it joins; `None` for a wall.
 pub(super) struct Link<'a> {
-    law: Arc<dyn ContactLaw>,
-    contact: crate::chain::lattice::Contact<'a>,
+    law: &'a Law,
+    pub(super) opens: bool,
+    /// Where there is one, also the number of the contact.
     pub(super) left: Option<usize>,
     pub(super) right: Option<usize>,
-    coefficient: LaneBlock,
-    static_overlap: LaneBlock,
-    /// Laws at both ends of the difference, for the parameters that change them.
-    laws: Vec<ChangedLaw>,
+    coefficient: Parameter,
+    static_overlap: Parameter,
 }
 
-impl Link<'_> {
-    pub(super) fn overlap(&self, r: f64) -> f64 {
-        self.contact.static_overlap + r
-    }
-
-    pub(super) fn opens(&self) -> bool {
-        self.contact.law.is_one_sided() && self.contact.coefficient > 0.0
-    }
+/// The law of a contact, that before site 0 without index.
+fn law_at(chain: &Chain, index: Option<usize>) -> &Law {
+    index.map_or(chain.law.before_first(), |j| chain.law.of(j))
 }
 
 /// The equations of motion and their linearization.
@@ -132,93 +229,91 @@ pub(super) struct Rates<'a> {
     drive: Option<&'a Drive>,
     directions: &'a [Direction],
     pub(super) links: Vec<Link<'a>>,
-    mass: Vec<LaneBlock>,
-    ground: Vec<LaneBlock>,
-    resonators: [Vec<LaneBlock>; 3],
-    losses: [LaneBlock; 3],
-    drives: bool,
-}
-
-/// The same entry of each direction.
-fn gather(directions: &[Direction], of: impl Fn(&Direction) -> f64) -> LaneBlock {
-    let mut each = LaneBlock::default();
-    for (value, direction) in each.0.iter_mut().zip(directions) {
-        *value = of(direction);
-    }
-    each
+    /// Inverse masses.
+    mobility: Vec<Parameter>,
+    ground: Vec<Parameter>,
+    /// Inverse mass, stiffness and damping.
+    resonators: [Vec<Parameter>; 3],
+    /// Dashpot, tangent damping and drag.
+    losses: [Parameter; 3],
+    /// Whether laws of contacts, those to the ground, and the drive change with a parameter.
+    changes: [bool; 3],
 }
 
 impl<'a> Rates<'a> {
-    /// For up to eight directions.
-    pub(super) fn new(simulation: &'a Simulation, directions: &'a [Direction]) -> Rates<'a> {
+    /// For up to eight directions, with the start.
+    pub(super) fn new(simulation: &'a Simulation, directions: &'a [Direction]) -> (Self, Motion) {
         let chain = &simulation.chain;
         let n = chain.n_sites();
-        let offset = usize::from(chain.left_contact().is_some());
-        let row = |of: fn(&Direction) -> &Vec<f64>, count: usize| -> Vec<LaneBlock> {
-            let at = |j: usize| gather(directions, |d| of(d).get(j).copied().unwrap_or(0.0));
-            (0..count).map(at).collect()
-        };
-        let links = all_contacts(chain).enumerate().map(|(i, contact)| {
-            let right = i + 1 - offset;
-            let index = i.checked_sub(offset);
-            let changed = directions.iter().enumerate().filter_map(|(p, d)| {
-                let laws = d.laws.as_ref()?.each_ref().map(|laws| match index {
-                    Some(j) => laws.of(j).shared(),
-                    None => laws.before_first().shared(),
-                });
-                Some((p, laws, d.length))
-            });
-            Link {
-                law: contact.law.shared(),
-                contact,
-                left: index,
-                right: match chain.ends {
-                    _ if right < n => Some(right),
-                    Ends::Periodic => Some(0),
-                    _ => None,
-                },
-                coefficient: gather(directions, |d| d.coefficient[i]),
-                static_overlap: gather(directions, |d| d.static_overlap[i]),
-                laws: changed.collect(),
-            }
+        let offset = usize::from(chain.has_left_wall());
+        let [
+            mobility,
+            coefficient,
+            static_overlap,
+            dashpot,
+            tangent,
+            drag,
+            v,
+            x,
+            ground,
+            resonator_mobility,
+            stiffness,
+            damping,
+        ] = parameters(simulation, directions);
+        let links = all_contacts(chain).enumerate().map(|(i, contact)| Link {
+            law: contact.law,
+            opens: contact.law.is_one_sided() && contact.coefficient > 0.0,
+            left: i.checked_sub(offset),
+            right: match chain.ends {
+                _ if i + 1 - offset < n => Some(i + 1 - offset),
+                Ends::Periodic => Some(0),
+                _ => None,
+            },
+            coefficient: coefficient[i],
+            static_overlap: static_overlap[i],
         });
-        Rates {
+        let ground_law = |of: &Simulation| Some(of.chain.on_site.ground.as_ref()?.law.clone());
+        let ends = || directions.iter().map(|direction| &direction.ends);
+        let rates = Rates {
             chain,
             drive: simulation.drive.as_ref(),
             directions,
             links: links.collect(),
-            mass: row(|d| &d.mass, n),
-            ground: row(|d| &d.ground, n),
-            resonators: [
-                row(|d| &d.resonators[0], n),
-                row(|d| &d.resonators[1], n),
-                row(|d| &d.resonators[2], n),
+            mobility,
+            ground,
+            resonators: [resonator_mobility, stiffness, damping],
+            losses: [dashpot[0], tangent[0], drag[0]],
+            changes: [
+                ends().any(|[a, b]| a.chain.law != b.chain.law),
+                ends().any(|[a, b]| ground_law(a) != ground_law(b)),
+                ends().any(|[a, b]| a.drive != b.drive),
             ],
-            losses: [
-                gather(directions, |d| d.dashpot),
-                gather(directions, |d| d.tangent),
-                gather(directions, |d| d.drag),
-            ],
-            drives: directions.iter().any(|d| d.drive.is_some()),
-        }
+        };
+        let mut start = Motion {
+            base: x.iter().zip(&v).map(|(x, v)| [x.value, v.value]).collect(),
+            each: x.iter().zip(&v).map(|(x, v)| [x.each, v.each]).collect(),
+        };
+        rates.place(0.0, &mut start);
+        (rates, start)
     }
 
-    /// Value, rate and acceleration at time t of what the drive does, and their derivatives.
-    fn driven(&self, t: f64) -> ([f64; 3], [LaneBlock; 3]) {
-        let mut each = [LaneBlock::default(); 3];
+    /// Value, rate and acceleration at time t of what the drive does.
+    fn driven(&self, t: f64) -> [Parameter; 3] {
         let Some(drive) = self.drive else {
-            return ([0.0; 3], each);
+            return Default::default();
         };
         let of = |wave: &Waveform| [wave.at(t), wave.rate_at(t), wave.acceleration_at(t)];
-        if self.drives {
-            for (p, d) in self.directions.iter().enumerate() {
-                if let Some(waves) = &d.drive {
-                    let [a, b] = waves.each_ref().map(of);
-                    (0..3).for_each(|i| each[i].0[p] = (b[i] - a[i]) / d.length);
-                }
+        let mut driven = of(drive.waveform()).map(|value| Parameter {
+            value,
+            ..Parameter::default()
+        });
+        if self.changes[2] {
+            let end = |end: &Simulation| end.drive.as_ref().map(|drive| of(drive.waveform()));
+            for (i, datum) in driven.iter_mut().enumerate() {
+                datum.each = slopes(self.directions, |at| end(at).map_or(0.0, |of| of[i]));
             }
         }
-        (of(drive.waveform()), each)
+        driven
     }
 
     /// Whether stiffnesses go with multiples of 1/2 of the overlap where contacts open.
@@ -227,76 +322,45 @@ impl<'a> Rates<'a> {
         powers.all(|power| (2.0 * power).fract() == 0.0)
     }
 
-    /// Whether the wall before the first body is moved.
-    fn moves_wall(&self) -> bool {
-        matches!(self.drive, Some(Drive::Wall(_)))
-    }
-
-    /// The excess overlap of a link and its rate.
+    /// The overlap of a link beyond the static one, and its rate.
     #[inline(always)]
-    pub(super) fn across(&self, link: &Link, t: f64, at: &Motion) -> [f64; 2] {
-        let left = match link.left {
-            Some(s) => at.base[s],
-            None if self.moves_wall() => {
-                let ([x, v, _], _) = self.driven(t);
-                [x, v]
-            }
-            None => [0.0; 2],
-        };
-        let right = link.right.map_or([0.0; 2], |s| at.base[s]);
-        [left[0] - right[0], left[1] - right[1]]
+    fn across<L: Lanes>(&self, link: &Link, t: f64, at: &Motion) -> [Dual<L>; 2] {
+        let [left, right] = [link.left, link.right].map(|place| place.map(|s| at.read(s)));
+        let [x, v] = left.unwrap_or_else(|| {
+            let [x, v, _] = self.wall(t);
+            [x.here(), v.here()]
+        });
+        let [x1, v1] = right.unwrap_or([Dual::constant(0.0); 2]);
+        [x - x1, v - v1]
     }
 
-    /// Their derivatives.
-    #[inline(always)]
-    pub(super) fn across_each<L: Lanes>(&self, link: &Link, t: f64, at: &Motion) -> [L; 2] {
-        let [left, right] = self.beside_each(link, t, at);
-        [
-            L::load(&left[0]) - L::load(&right[0]),
-            L::load(&left[1]) - L::load(&right[1]),
-        ]
+    /// The overlap of a link and its rate.
+    pub(super) fn overlap(&self, link: &Link, t: f64, at: &Motion) -> [Dual<Portable>; 2] {
+        let [r, closing] = self.across(link, t, at);
+        [link.static_overlap.here() + r, closing]
     }
 
-    /// Derivatives of the overlap of a link.
-    pub(super) fn overlap_each(&self, link: &Link, t: f64, at: &Motion) -> LaneBlock {
-        let [[left, _], [right, _]] = self.beside_each(link, t, at);
-        let mut each = link.static_overlap;
-        for ((each, left), right) in each.0.iter_mut().zip(left.0).zip(right.0) {
-            *each += left - right;
+    /// What the wall before the first body does.
+    fn wall(&self, t: f64) -> [Parameter; 3] {
+        match self.drive {
+            Some(Drive::Wall(_)) => self.driven(t),
+            _ => Default::default(),
         }
-        each
-    }
-
-    /// Derivatives of displacement and velocity on both sides of a link.
-    #[inline(always)]
-    fn beside_each(&self, link: &Link, t: f64, at: &Motion) -> [[LaneBlock; 2]; 2] {
-        let still = [LaneBlock::default(); 2];
-        let left = match link.left {
-            Some(s) => at.each[s],
-            None if self.moves_wall() => {
-                let (_, [x, v, _]) = self.driven(t);
-                [x, v]
-            }
-            None => still,
-        };
-        [left, link.right.map_or(still, |s| at.each[s])]
     }
 
     /// Second derivative of the overlap of a link in time.
     pub(super) fn bend(&self, link: &Link, t: f64, rates: &Motion) -> f64 {
-        let left = match link.left {
-            Some(s) => rates.base[s][1],
-            None if self.moves_wall() => self.driven(t).0[2],
-            None => 0.0,
-        };
+        let left = link
+            .left
+            .map_or_else(|| self.wall(t)[2].value, |s| rates.base[s][1]);
         left - link.right.map_or(0.0, |s| rates.base[s][1])
     }
 
     /// Sets a body whose motion is prescribed.
     pub(super) fn place(&self, t: f64, at: &mut Motion) {
         if let Some((site, _)) = self.drive.and_then(Drive::motion) {
-            let ([x, v, _], [dx, dv, _]) = self.driven(t);
-            (at.base[site], at.each[site]) = ([x, v], [dx, dv]);
+            let [x, v, _] = self.driven(t);
+            (at.base[site], at.each[site]) = ([x.value, v.value], [x.each, v.each]);
         }
     }
 
@@ -306,24 +370,16 @@ impl<'a> Rates<'a> {
         let (mut links, mut bodies) = (Vec::new(), Vec::<Range<usize>>::new());
         for (i, link) in self.links.iter().enumerate() {
             let nearest = link.left.unwrap_or(0).min(link.right.unwrap_or(usize::MAX));
-            let acts = everywhere || !link.opens() || link.contact.static_overlap > 0.0;
-            if nearest >= moved || !(acts || self.presses(link, [from, to], ends)) {
-                continue;
-            }
-            links.push(i);
-            for s in [link.left, link.right].into_iter().flatten() {
-                match bodies.last_mut() {
-                    Some(last) if (last.start..=last.end).contains(&s) => {
-                        last.end = last.end.max(s + 1);
-                    }
-                    _ => bodies.push(s..s + 1),
-                }
+            let acts = everywhere || !link.opens || link.static_overlap.value > 0.0;
+            if nearest < moved && (acts || self.presses(link, [from, to], ends)) {
+                links.push(i);
+                let both = [link.left, link.right].into_iter().flatten();
+                bodies.extend(both.map(|s| s..s + 1));
             }
         }
         if everywhere {
             bodies = std::iter::once(0..moved).collect();
         }
-        // The last link of a ring leads to the first body.
         bodies.sort_by_key(|bodies| bodies.start);
         bodies.dedup_by(|next, last| {
             let joined = next.start <= last.end;
@@ -338,8 +394,8 @@ impl<'a> Rates<'a> {
     /// Whether a link may press within a step.
     fn presses(&self, link: &Link, times: [f64; 2], ends: [&Motion; 2]) -> bool {
         let node = |i: usize| {
-            let [r, closing] = self.across(link, times[i], ends[i]);
-            [link.overlap(r), closing]
+            let [overlap, closing] = self.overlap(link, times[i], ends[i]);
+            [overlap.value, closing.value]
         };
         let ([a, closing], [b, parting]) = (node(0), node(1));
         let half = 0.5 * (times[1] - times[0]);
@@ -368,121 +424,91 @@ impl<'a> Rates<'a> {
         for i in &active.links {
             self.press::<L>(&self.links[*i], t, at, out);
         }
-        let (push, pushes) = self.driven(t);
-        let drag = chain.losses.drag;
+        let push = self.driven(t).map(|datum| datum.here::<L>());
+        let (drag, zero) = (self.losses[2].here(), Dual::constant(0.0));
         for j in active.bodies.iter().cloned().flatten() {
-            let [x, v] = at.base[j];
-            let [dx, dv]: [L; 2] = [L::load(&at.each[j][0]), L::load(&at.each[j][1])];
-            let mut force = out.base[j][1] - drag * v;
-            let mut forces = L::load(&out.each[j][1])
-                - L::splat(drag) * dv
-                - L::splat(v) * L::load(&self.losses[2]);
+            let ([x, v], [_, contacts]) = (at.read::<L>(j), out.read::<L>(j));
+            let mut force = contacts - drag * v;
             if let Some(ground) = &chain.on_site.ground {
-                let (law, c) = (ground.law.of(j), ground.coefficient[j]);
-                force -= law.force(c, 0.0, x);
-                let (stiffness, one) = (law.stiffness(c, 0.0, x), law.force(1.0, 0.0, x));
+                let law = ground.law.of(j);
+                let spring = Dual {
+                    value: law.force(1.0, 0.0, x.value),
+                    each: L::splat(law.jet(x.value).slope) * x.each,
+                };
                 let mut changed = LaneBlock::default();
-                for (value, d) in changed.0.iter_mut().zip(self.directions) {
-                    if let Some(laws) = &d.ground_laws {
-                        let [a, b] = laws.each_ref().map(|laws| laws.of(j).force(c, 0.0, x));
-                        *value = (b - a) / d.length;
-                    }
+                if self.changes[1] {
+                    changed = slopes(self.directions, |end| {
+                        let ground = end.chain.on_site.ground.as_ref();
+                        ground.map_or(0.0, |of| of.law.of(j).force(1.0, 0.0, x.value))
+                    });
                 }
-                forces = forces
-                    - L::splat(stiffness) * dx
-                    - L::splat(one) * L::load(&self.ground[j])
-                    - L::load(&changed);
+                force = force - self.ground[j].here() * spring.changed(changed);
             }
             if let Some(drive @ (Drive::Force(_) | Drive::Body(..))) = self.drive
                 && drive.site() == j
             {
-                force += push[0];
-                forces = forces + L::load(&pushes[0]);
+                force = force + push[0];
             }
-            if let Some(all) = chain.resonators().filter(|all| all.mass[j] > 0.0) {
-                let ([y, w], own) = (at.base[n + j], &at.each[n + j]);
-                let (ahead, faster, m) = (y - x, w - v, all.mass[j]);
-                let pull = all.force(j, ahead, faster);
-                let of = |i: usize| L::load(&self.resonators[i][j]);
-                let pulls = L::splat(all.stiffness[j]) * (L::load(&own[0]) - dx)
-                    + L::splat(all.damping[j]) * (L::load(&own[1]) - dv)
-                    + L::splat(ahead) * of(1)
-                    + L::splat(faster) * of(2);
-                force += pull;
-                forces = forces + pulls;
-                out.base[n + j] = [w, -pull / m];
-                out.each[n + j][0] = own[1];
-                let slowed = (L::splat(pull / m) * of(0) - pulls) / L::splat(m);
-                slowed.store(&mut out.each[n + j][1]);
+            if chain.resonators().is_some_and(|all| all.mass[j] > 0.0) {
+                let [y, w] = at.read(n + j);
+                let [mobility, stiffness, damping] =
+                    self.resonators.each_ref().map(|of| of[j].here());
+                let pull = stiffness * (y - x) + damping * (w - v);
+                force = force + pull;
+                out.write(n + j, [w, mobility * (zero - pull)]);
             }
-            let m = chain.mass[j];
-            out.base[j] = [v, force / m];
-            out.each[j][0] = at.each[j][1];
-            let faster = (forces - L::splat(force / m) * L::load(&self.mass[j])) / L::splat(m);
-            faster.store(&mut out.each[j][1]);
+            out.write(j, [v, self.mobility[j].here() * force]);
         }
         if let Some((site, _)) = self.drive.and_then(Drive::motion) {
-            out.base[site] = [push[1], push[2]];
-            out.each[site] = [pushes[1], pushes[2]];
+            out.write(site, [push[1], push[2]]);
         }
     }
 
     /// Adds the force of a link to the places beside it.
     #[inline(always)]
     fn press<L: Lanes>(&self, link: &Link, t: f64, at: &Motion, out: &mut Motion) {
-        let losses = &self.chain.losses;
-        let [r, closing] = self.across(link, t, at);
-        let contact = &link.contact;
-        let overlap = link.overlap(r);
-        let is_open = link.opens() && overlap <= 0.0;
-        if is_open && contact.static_overlap == 0.0 {
+        let [r, closing] = self.across::<L>(link, t, at);
+        let (c, d0) = (link.coefficient.here(), link.static_overlap.here());
+        let overlap = d0 + r;
+        let is_open = link.opens && overlap.value <= 0.0;
+        if is_open && d0.value == 0.0 {
             return;
         }
-        let [dr, dclosing]: [L; 2] = self.across_each(link, t, at);
-        let (c, d0) = (contact.coefficient, contact.static_overlap);
-        let (one, stiffness) = (link.law.excess_force(d0, r), link.law.stiffness(overlap));
-        let bend = match losses.tangent > 0.0 {
-            true => losses.tangent * c * link.law.bend(overlap) * closing,
-            false => 0.0,
+        let here = link.law.jet(overlap.value);
+        let rest = match d0.value > 0.0 {
+            true => link.law.jet(d0.value).slope,
+            false => here.slope,
         };
-        let (dashpot, felt) = match is_open {
-            true => (0.0, 0.0),
-            false => (losses.dashpot, closing),
+        let mut elastic = Dual {
+            value: link.law.force(1.0, d0.value, r.value),
+            each: L::splat(here.slope) * r.each + L::splat(here.slope - rest) * d0.each,
         };
-        let damper = dashpot + losses.tangent * c * stiffness;
-        let force = c * one + damper * closing;
-        let rest = match d0 > 0.0 {
-            true => link.law.stiffness(d0),
-            false => 0.0,
+        let [dashpot, tangent, _] = &self.losses;
+        // An infinite bend times no damping is none.
+        let bend = if tangent.value > 0.0 { here.bend } else { 0.0 };
+        let mut stiffness = Dual {
+            value: here.slope,
+            each: L::splat(bend) * overlap.each,
         };
-        let mut forces = L::splat(c * stiffness + bend) * dr
-            + L::splat(damper) * dclosing
-            + L::splat(one + losses.tangent * stiffness * closing) * L::load(&link.coefficient);
-        if d0 > 0.0 {
-            let of_overlap = c * (stiffness - rest) + bend;
-            forces = forces + L::splat(of_overlap) * L::load(&link.static_overlap);
+        if self.changes[0] {
+            let (d0, r, index) = (d0.value, r.value, link.left);
+            let slopes = |of: fn(&Law, f64, f64) -> f64| {
+                slopes(self.directions, |end| of(law_at(&end.chain, index), d0, r))
+            };
+            let forces = slopes(|law, d0, r| law.force(1.0, d0, r));
+            let stiffnesses = slopes(|law, d0, r| law.stiffness(1.0, d0, r));
+            (elastic, stiffness) = (elastic.changed(forces), stiffness.changed(stiffnesses));
         }
-        if losses.any() {
-            forces = forces
-                + L::splat(felt) * L::load(&self.losses[0])
-                + L::splat(c * stiffness * closing) * L::load(&self.losses[1]);
+        let mut damper = tangent.here() * c * stiffness;
+        if !is_open {
+            damper = damper + dashpot.here();
         }
-        if !link.laws.is_empty() {
-            let mut changed = LaneBlock::default();
-            for (p, [a, b], length) in &link.laws {
-                let of = |law: &Arc<dyn ContactLaw>| {
-                    let damping = losses.tangent * law.stiffness(overlap) * closing;
-                    c * (law.excess_force(d0, r) + damping)
-                };
-                changed.0[*p] = (of(b) - of(a)) / length;
-            }
-            forces = forces + L::load(&changed);
-        }
+        let force = c * elastic + damper * closing;
         if let Some(s) = link.left {
-            out.push(s, -force, L::splat(0.0) - forces);
+            out.push(s, Dual::constant(0.0) - force);
         }
         if let Some(s) = link.right {
-            out.push(s, force, forces);
+            out.push(s, force);
         }
     }
 }
