@@ -84,7 +84,7 @@ pub(super) fn first_with_energy(energies: &[f64], share: f64) -> Option<usize> {
 /// than the rounding of a node of a standing wave.
 fn behind_the_struck(plan: &Plan, prepared: &Prepared, scans: &[ChannelScan]) -> Option<usize> {
     const ROUNDING: f64 = 1e-12;
-    let site = within(plan, prepared.struck()? + 1)?;
+    let site = within(plan, prepared.field.struck? + 1)?;
     let largest = scans.iter().fold(0.0, |m: f64, scan| m.max(scan.largest));
     if scans[site].largest < ROUNDING * largest {
         return None;
@@ -95,8 +95,8 @@ fn behind_the_struck(plan: &Plan, prepared: &Prepared, scans: &[ChannelScan]) ->
 /// Of a run, when the front arrives at the tenth body behind those that are struck or driven, or
 /// after a quarter of the chain.
 fn front_has_passed(plan: &Plan, prepared: &Prepared) -> Option<usize> {
-    let passed = PASSED.min(prepared.sites_in_file() / 4).max(1);
-    let site = within(plan, prepared.struck()? + passed)?;
+    let passed = PASSED.min(prepared.field.n_sites() / 4).max(1);
+    let site = within(plan, prepared.field.struck? + passed)?;
     arrival_at(plan, prepared, site)
 }
 

@@ -34,16 +34,14 @@ pub(crate) fn survey_bytes(field: &Field, n_sites: usize) -> u64 {
 impl Prepared<'_> {
     /// What each record holds; keeps account of its gaps.
     pub(super) fn scan(&mut self, gaps: Gaps, observer: &dyn Observer) -> Result<Vec<ChannelScan>> {
-        let mut passed = match self.field.is_time_major() {
+        let mut scans = match self.field.is_time_major() {
             true => self.extremes(observer)?.scans(),
             false => vec![None; self.n_sites()],
         };
-        for (passed, left_out) in passed.iter_mut().zip(&self.left_out) {
-            if *left_out {
-                *passed = Some(ChannelScan::NOTHING);
-            }
+        for (scan, _) in scans.iter_mut().zip(&self.left_out).filter(|of| *of.1) {
+            *scan = Some(ChannelScan::NOTHING);
         }
-        let is_open = |j: usize| passed[j].is_none();
+        let is_open = |j: usize| scans[j].is_none();
         if (0..self.n_sites()).any(is_open) {
             observer.stage("looking at the samples", self.n_sites() as u64);
         }
@@ -52,27 +50,24 @@ impl Prepared<'_> {
         let found = self.each_record_of(is_open, observer, |j, record, _| {
             let scan = ChannelScan::of(record);
             // Past the limit gaps are still counted, but no longer kept.
-            if kept.fetch_add(scan.gaps, Ordering::Relaxed) + scan.gaps > room {
-                return (scan, Vec::new());
-            }
-            let mut filled = Vec::new();
-            if scan.gaps > 0 && gaps != Gaps::Refuse {
-                scan::fill(record, j, gaps, &mut filled);
-            }
+            let is_kept = kept.fetch_add(scan.gaps, Ordering::Relaxed) + scan.gaps <= room;
+            let filled = match scan.gaps > 0 && gaps != Gaps::Refuse && is_kept {
+                true => scan::fill(record, j, gaps),
+                false => Vec::new(),
+            };
             (scan, filled)
         })?;
         let looked_at = found.iter().map(|of| of.as_ref().map(|(scan, _)| *scan));
-        let scans = passed.into_iter().zip(looked_at);
+        let scans = scans.into_iter().zip(looked_at);
         let scans: Vec<ChannelScan> = scans.filter_map(|(scan, of)| scan.or(of)).collect();
         let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
         if count > 0 && gaps == Gaps::Refuse {
-            let gaps = scans.iter().enumerate();
-            let gaps = gaps.filter_map(|(j, s)| Some((s.first_gap?, j)));
-            let first = gaps.min().unwrap_or_default();
+            let gaps = scans.iter().zip(self.sites.clone());
+            let gaps = gaps.filter_map(|(s, j)| Some((self.times.start + s.first_gap?, j)));
             return Err(Error::NonFinite {
                 name: self.field.name.clone(),
                 count,
-                first: (self.times.start + first.0, self.sites.start + first.1),
+                first: gaps.min().unwrap_or_default(),
                 sites: scans.iter().filter(|s| s.gaps > 0).count(),
                 n_sites: scans.len(),
             });
