@@ -393,21 +393,16 @@ impl<'a> Table<'a> {
             .filter_map(name);
         let channels: Vec<String> = channels.collect();
         let unit = rows_are_times.then(|| self.unit(&channels)).flatten();
+        let storage = Storage::from_values(self.values, n_columns, rows_are_times);
         Ok(Contents {
-            struck: None,
-            masses: None,
-            dispersion: None,
-            storage: Storage::from_values(self.values, n_columns, rows_are_times),
-            n_times,
-            n_sites,
             time: time.even,
             space: space.even,
             resampling: [time.resampling, space.resampling],
             quantity: quantity("", None, unit.as_deref()),
             unit,
-            axis_names: [None, None],
             channels,
             notes: self.notes,
+            ..Contents::of(storage, [n_times, n_sites])
         })
     }
 }

@@ -163,7 +163,8 @@ impl Field {
             fault,
         };
         let stated = options.over(Sidecar::default());
-        let [n_times, n_sites] = samples.shape;
+        let samples_shape = samples.shape;
+        let [n_times, n_sites] = samples_shape;
         if n_times == 0 || n_sites == 0 {
             return Err(fault(InputFault::Empty));
         }
@@ -189,9 +190,6 @@ impl Field {
         let named = labels.quantity.as_deref().unwrap_or_default();
         let quantity = labelled::quantity(named, None, labels.unit.as_deref());
         let mut contents = Contents {
-            storage,
-            n_times,
-            n_sites,
             time: time.even,
             space: space.even,
             resampling: [time.resampling, space.resampling],
@@ -199,10 +197,8 @@ impl Field {
             unit: labels.unit,
             notes,
             axis_names: labels.axis_names,
-            channels: Vec::new(),
             struck: labels.struck.filter(|site| *site < n_sites),
-            masses: None,
-            dispersion: None,
+            ..Contents::of(storage, samples_shape)
         };
         contents.note_doubts(labels.is_layout_known || stated.layout.is_some());
         completed(contents, stated, options, &labels.name, &fault)

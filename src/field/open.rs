@@ -9,11 +9,12 @@ use super::coordinates::{Coordinates, StatedAxis};
 use super::file_bytes::FileBytes;
 use super::interpolate::Interpolant;
 use super::options::{At, Header, OpenOptions, ReadMode, TimeColumn};
+use super::resample::resampled;
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::state::FileState;
 use super::storage::{Arrangement, Bytes, Storage};
-use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz, resample};
+use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz};
 use crate::error::{DimensionName, Error, ForeignFormat, InputFault, Result};
 use crate::measure::{Dimension, Length, quotient};
 
@@ -234,7 +235,7 @@ impl Contents {
     }
 
     /// Samples without axes.
-    fn of(storage: Storage, [n_times, n_sites]: [usize; 2]) -> Contents {
+    pub(super) fn of(storage: Storage, [n_times, n_sites]: [usize; 2]) -> Contents {
         Contents {
             storage,
             n_times,
@@ -257,10 +258,10 @@ impl Contents {
     fn resampled(mut self, options: &OpenOptions) -> Result<Contents> {
         let [time, space] = &self.resampling;
         if let Some(time) = time {
-            self.storage = resample::along_time(&self.storage, self.n_sites, time, options)?;
+            self.storage = resampled(&self.storage, self.n_sites, time, options, true)?;
         }
         if let Some(space) = space {
-            self.storage = resample::along_space(&self.storage, self.n_times, space, options)?;
+            self.storage = resampled(&self.storage, self.n_times, space, options, false)?;
         }
         Ok(self)
     }
@@ -405,10 +406,6 @@ pub(super) fn completed(
     let unit = stated.unit.or(contents.unit).map(|unit| quotient(&unit));
     notes.extend(Note::on_units(quantity, unit.as_deref(), [&time, &space]));
     let field = Field {
-        storage: contents.storage,
-        opened: None,
-        n_times: contents.n_times,
-        n_sites: contents.n_sites,
         name: name.to_owned(),
         time,
         space,
@@ -419,8 +416,8 @@ pub(super) fn completed(
         struck: contents.struck,
         masses: contents.masses,
         dispersion: stated.dispersion.or(contents.dispersion),
-        content_hash: None,
         notes,
+        ..Field::of_storage(contents.storage, (contents.n_times, contents.n_sites))
     };
     field.selected(&options.select)
 }

@@ -13,7 +13,8 @@ use super::align::Alignment;
 use super::assembly::Assembly;
 use super::coordinates::{Coordinates, Listed, StatedAxis};
 use super::options::OpenOptions;
-use super::{Field, Note, resample};
+use super::resample::resampled;
+use super::{Field, Note};
 use crate::error::{Error, Result, ScanFault};
 use position::{Positions, factor, fault_of};
 use records::Head;
@@ -191,7 +192,7 @@ impl Scan {
         notes.extend(records::notes(&heads));
         let mut storage = assembly.finish(false)?;
         if let Some(space) = &listed.resampling {
-            storage = resample::along_space(&storage, alignment.n_times, space, options)?;
+            storage = resampled(&storage, alignment.n_times, space, options, false)?;
         }
         let even = Coordinates {
             unit: positions.unit,
@@ -210,22 +211,15 @@ impl Scan {
         let mut time = first.time.clone();
         time.origin += alignment.start as f64 * time.step;
         let field = Field {
-            storage,
-            opened: None,
-            n_times: alignment.n_times,
-            n_sites,
             name: name(&first.path),
             time,
             space,
             quantity: first.quantity,
             unit: first.unit.clone(),
-            axis_names: [None, None],
-            channels: Vec::new(),
-            struck: None,
-            masses: None,
             dispersion: first.dispersion.clone(),
             content_hash: Some(hash),
             notes,
+            ..Field::of_storage(storage, (alignment.n_times, n_sites))
         };
         Ok(Scanned { field, records })
     }

@@ -94,8 +94,11 @@ impl<'a> Look<'a> {
             let own = first..look.sites.end.min(first + TILE);
             // The first of the next tile, too.
             let with_next = first..look.sites.end.min(own.end + 1);
-            let records = look.read(with_next).into_iter();
-            let found = records.map(|record| Record::of(record, &transform, hop));
+            let records = with_next.clone().zip(look.read(with_next));
+            let found = records.map(|(j, record)| match left_out.contains(&j) {
+                true => (Record::NOTHING, Vec::new()),
+                false => Record::of(record, &transform, hop),
+            });
             let (mut found, spectra): (Vec<Record>, Vec<_>) = found.unzip();
             for (record, pair) in found.iter_mut().zip(spectra.windows(2)) {
                 record.next = cross_spectrum(&pair[0], &pair[1], transform.bins());
@@ -107,13 +110,6 @@ impl<'a> Look<'a> {
         let firsts: Vec<usize> = look.sites.clone().step_by(TILE).collect();
         let tiles: Result<Vec<Vec<Record>>> = firsts.into_par_iter().map(of_tile).collect();
         look.records = tiles?.concat();
-        for j in left_out.iter().filter(|j| look.sites.contains(j)) {
-            let row = j - look.sites.start;
-            look.records[row] = Record::NOTHING;
-            if let Some(before) = row.checked_sub(1) {
-                look.records[before].next.clear();
-            }
-        }
         if let Some(known) = known {
             look.samples = n;
             let records = look.records.iter_mut().zip(known);
