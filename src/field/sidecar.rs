@@ -31,55 +31,28 @@ const LENGTH_LIMIT: u64 = 65_536;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sidecar {
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<Layout>,
     /// Time step, above 0.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "positive"
-    )]
+    #[serde(serialize_with = "typed", deserialize_with = "positive")]
     pub dt: Option<Measure<Time>>,
     /// Sampling rate, above 0; excludes `dt`.
-    #[serde(
-        alias = "fs",
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "positive"
-    )]
+    #[serde(alias = "fs", serialize_with = "typed", deserialize_with = "positive")]
     pub rate: Option<Measure<Frequency>>,
     /// Site spacing, above 0.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "positive"
-    )]
+    #[serde(serialize_with = "typed", deserialize_with = "positive")]
     pub dx: Option<Measure<Length>>,
     /// Time of the first sample.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "finite"
-    )]
+    #[serde(serialize_with = "typed", deserialize_with = "finite")]
     pub t0: Option<Measure<Time>>,
     /// Position of the first site.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "finite"
-    )]
+    #[serde(serialize_with = "typed", deserialize_with = "finite")]
     pub x0: Option<Measure<Length>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub space_unit: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<Quantity>,
     /// Unit of the samples.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Dispersion relation that spectra are held against, as `--dispersion` takes it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dispersion: Option<String>,
 }
 
