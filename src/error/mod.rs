@@ -306,6 +306,14 @@ impl Error {
         }
     }
 
+    /// A fault of what the file at `path` holds.
+    pub(crate) fn input(path: &Path) -> impl Fn(InputFault) -> Error + Copy {
+        move |fault| Error::Input {
+            path: path.to_owned(),
+            fault,
+        }
+    }
+
     /// For `map_err` on reading: adds the path and the action.
     pub(crate) fn read<'a>(
         action: &'static str,

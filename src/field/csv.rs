@@ -505,11 +505,12 @@ fn axis_column(
     let stated = matches!(asked, TimeColumn::Index(_) | TimeColumn::Name(_));
     let layout = source.layout();
     if stated && layout == Layout::SiteTime {
-        return Err(Error::Request {
-            option: "time-column",
-            expected: "a table whose rows are times".into(),
-            found: "the layout site-time".into(),
-        });
+        let expected = "a table whose rows are times";
+        return Err(Error::request(
+            "time-column",
+            expected,
+            "the layout site-time",
+        ));
     }
     let names: Vec<String> = match header {
         Some(header) => header.iter().map(excerpt).collect(),

@@ -158,10 +158,7 @@ impl Field {
     ) -> Result<Field> {
         options.check()?;
         let path = std::path::PathBuf::from(&labels.name);
-        let fault = |fault: InputFault| Error::Input {
-            path: path.clone(),
-            fault,
-        };
+        let fault = Error::input(&path);
         let stated = options.over(Sidecar::default());
         let samples_shape = samples.shape;
         let [n_times, n_sites] = samples_shape;

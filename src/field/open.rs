@@ -33,10 +33,7 @@ impl FileSource<'_> {
     }
 
     pub(super) fn fault(&self, fault: InputFault) -> Error {
-        Error::Input {
-            path: self.path.to_owned(),
-            fault,
-        }
+        Error::input(self.path)(fault)
     }
 
     /// Checks that `needed` bytes are within the memory limit, with a copy of the file.
@@ -53,11 +50,11 @@ impl FileSource<'_> {
     /// Checks that an array of NumPy has a further dimension where one is stated.
     pub(super) fn check_at(&self, header: &npy::Header) -> Result<()> {
         match header.shape.len() {
-            found @ 0..=2 if !self.options.at.is_empty() => Err(Error::Request {
-                option: "at",
-                expected: "an array of three dimensions or more".into(),
-                found: format!("one of {found}"),
-            }),
+            found @ 0..=2 if !self.options.at.is_empty() => Err(Error::request(
+                "at",
+                "an array of three dimensions or more",
+                format!("one of {found}"),
+            )),
             _ => Ok(()),
         }
     }
@@ -83,10 +80,7 @@ impl Opened {
         }
         let allow = |length| options.allow("a copy of the file", length);
         let (bytes, state) = FileBytes::open(path, options.read, allow)?;
-        let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
-            path: path.to_owned(),
-            fault,
-        })?;
+        let format = Format::detect(path, &bytes).map_err(Error::input(path))?;
         Ok(Opened {
             bytes,
             state: Some(state),
@@ -445,10 +439,7 @@ pub(super) fn header_numbers(
     asked: Option<&str>,
 ) -> Result<Vec<NamedNumber>> {
     let bytes = map(path)?;
-    let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
-        path: path.to_owned(),
-        fault,
-    })?;
+    let format = Format::detect(path, &bytes).map_err(Error::input(path))?;
     let sidecar = Sidecar::find_for(path, false)?.map(|(_, sidecar)| sidecar);
     let sidecar = sidecar.unwrap_or_default();
     let x0 = sidecar.x0.map(|x0| NamedNumber {
@@ -592,11 +583,11 @@ impl Format {
         ];
         match useless.into_iter().find(|(_, is_useless, _)| *is_useless) {
             None => Ok(()),
-            Some((option, _, expected)) => Err(Error::Request {
+            Some((option, _, expected)) => Err(Error::request(
                 option,
-                expected: format!("{expected}, which alone it is for"),
-                found: format!("{}, {}", path.display(), self.name()),
-            }),
+                format!("{expected}, which alone it is for"),
+                format!("{}, {}", path.display(), self.name()),
+            )),
         }
     }
 

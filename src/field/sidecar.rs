@@ -81,13 +81,10 @@ impl Sidecar {
             (false, true) => appended,
             (true, true) => {
                 let name = |path: &Path| path.to_string_lossy().into_owned();
-                return Err(Error::Input {
-                    path: field.to_owned(),
-                    fault: InputFault::TwoSidecars {
-                        first: name(&replaced),
-                        second: name(&appended),
-                    },
-                });
+                return Err(Error::input(field)(InputFault::TwoSidecars {
+                    first: name(&replaced),
+                    second: name(&appended),
+                }));
             }
         };
         let sidecar = Sidecar::read(&path)?;
@@ -95,10 +92,7 @@ impl Sidecar {
     }
 
     fn read(path: &Path) -> Result<Sidecar> {
-        let fault = |fault| Error::Input {
-            path: path.to_owned(),
-            fault,
-        };
+        let fault = Error::input(path);
         let found = regular_file(path)?.len();
         if found > LENGTH_LIMIT {
             let limit = LENGTH_LIMIT;
