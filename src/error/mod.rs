@@ -22,7 +22,7 @@ pub(crate) use wavecascade_system::memory::size;
 use wavecascade_system::publish::final_path;
 
 /// A result whose error is [`Error`].
-pub type Result<T> = std::result::Result<T, Error>;
+pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong in the library.
 #[derive(Debug, thiserror::Error)]

@@ -156,7 +156,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    fn push(&mut self, record: &ByteRecord) -> std::result::Result<(), InputFault> {
+    fn push(&mut self, record: &ByteRecord) -> Result<(), InputFault> {
         // A separator behind the last cell of a row ends no cell.
         let is_longer = record.len() > self.width && length(record, |_| false) > self.width;
         if record.len() < self.width || is_longer {
@@ -202,7 +202,7 @@ impl<'a> Table<'a> {
     /// # Errors
     /// If it may hold either coordinates or samples: other columns rise evenly too, or it rises
     /// unevenly.
-    fn judge_first_column(&mut self) -> std::result::Result<(), InputFault> {
+    fn judge_first_column(&mut self) -> Result<(), InputFault> {
         // Two rows always rise evenly or fall, and a few rise by chance.
         const EVENLY: usize = 3;
         const UNEVENLY: usize = 8;

@@ -79,7 +79,7 @@ pub struct MemoryLabels {
 
 impl MemorySamples {
     /// The samples in rows, if they lie so; otherwise by their strides.
-    fn storage(self) -> std::result::Result<Storage, InputFault> {
+    fn storage(self) -> Result<Storage, InputFault> {
         let MemorySamples {
             bytes,
             sample,
@@ -225,7 +225,7 @@ impl ListedAxis {
         name: &'static str,
         is_stated: bool,
         options: &OpenOptions,
-    ) -> std::result::Result<Listed, InputFault> {
+    ) -> Result<Listed, InputFault> {
         let by_step = self.step.and_then(|step| {
             let origin = *self.values.first()?;
             let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;

@@ -120,7 +120,7 @@ impl Contents {
         bytes: Bytes,
         start: usize,
         layout: Layout,
-    ) -> std::result::Result<Contents, InputFault> {
+    ) -> Result<Contents, InputFault> {
         let (n_times, n_sites) = header.field_lengths(layout)?;
         let storage = Storage::new(bytes, header.arrangement(start, layout)?);
         Ok(Contents::of(storage, [n_times, n_sites]))
@@ -135,7 +135,7 @@ impl Contents {
         layout: Layout,
         at: &[At],
         coordinate: &mut dyn FnMut(&str) -> Option<labelled::Places>,
-    ) -> std::result::Result<Contents, InputFault> {
+    ) -> Result<Contents, InputFault> {
         if at.is_empty() && header.shape.len() <= 2 {
             return Contents::from_npy(header, bytes, start, layout);
         }
@@ -601,7 +601,7 @@ impl Format {
     }
 
     /// Detects the format from the magic bytes, else from the extension.
-    pub(super) fn detect(path: &Path, bytes: &[u8]) -> std::result::Result<Format, InputFault> {
+    pub(super) fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
         if bytes.starts_with(npy::MAGIC) {
             return Ok(Format::Npy);
         }

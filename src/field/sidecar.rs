@@ -106,7 +106,7 @@ impl Sidecar {
     ///
     /// # Errors
     /// [`InputFault::Sidecar`] with the line and the offending key.
-    pub fn parse(text: &str) -> std::result::Result<Sidecar, InputFault> {
+    pub fn parse(text: &str) -> Result<Sidecar, InputFault> {
         let line_of = |error: &toml::de::Error| {
             let before = text.get(..error.span()?.start)?;
             Some(before.matches('\n').count() + 1)
@@ -117,8 +117,7 @@ impl Sidecar {
                 key: None,
                 reason: error.message().to_owned(),
             })?;
-        let parsed: std::result::Result<Sidecar, _> =
-            serde_path_to_error::deserialize(deserializer);
+        let parsed: Result<Sidecar, _> = serde_path_to_error::deserialize(deserializer);
         let sidecar = parsed.map_err(|error| InputFault::Sidecar {
             line: line_of(error.inner()),
             key: Some(error.path().to_string()).filter(|key| key != "."),
@@ -142,13 +141,13 @@ impl Sidecar {
 
 fn positive<'de, R: Deserializer<'de>, D: Dimension>(
     deserializer: R,
-) -> std::result::Result<Option<Measure<D>>, R::Error> {
+) -> Result<Option<Measure<D>>, R::Error> {
     number(deserializer, "a finite number above 0", |value| value > 0.0)
 }
 
 fn finite<'de, R: Deserializer<'de>, D: Dimension>(
     deserializer: R,
-) -> std::result::Result<Option<Measure<D>>, R::Error> {
+) -> Result<Option<Measure<D>>, R::Error> {
     number(deserializer, "a finite number", |_| true)
 }
 
@@ -164,7 +163,7 @@ fn number<'de, R: Deserializer<'de>, D: Dimension>(
     deserializer: R,
     expected: &str,
     accept: impl Fn(f64) -> bool,
-) -> std::result::Result<Option<Measure<D>>, R::Error> {
+) -> Result<Option<Measure<D>>, R::Error> {
     let refuse = |found: &dyn std::fmt::Display| {
         serde::de::Error::custom(format_args!(
             "expected {expected}, or a text of number and unit ({}), found {found}",
@@ -186,7 +185,7 @@ fn number<'de, R: Deserializer<'de>, D: Dimension>(
 fn typed<S: Serializer, D: Dimension>(
     stated: &Option<Measure<D>>,
     serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
+) -> Result<S::Ok, S::Error> {
     match stated {
         Some(measure) if measure.has_unit => {
             serializer.serialize_str(&format!("{} {}", measure.value, D::UNITS[0].0))
