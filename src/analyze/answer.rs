@@ -45,9 +45,8 @@ pub(super) fn find(
 ) -> Result<Answer> {
     let (plan, prepared) = (all.plan, all.prepared);
     let (request, axes) = (&plan.request, &plan.axes);
-    let struck = prepared
-        .struck()
-        .map(|site| site.saturating_sub(plan.sites.start));
+    let struck = prepared.field.struck;
+    let struck = struck.map(|site| site.saturating_sub(plan.sites.start));
     let toward_minus = spacetime.is_some_and(|found| {
         let (plus, minus) = by_sign(&found.directions);
         minus > ONE_WAY * (plus + minus)

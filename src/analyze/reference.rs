@@ -49,7 +49,7 @@ impl References {
                 (moves(site) && is_known(site)).then_some(site)
             }
         };
-        let passed = PASSED.min(prepared.sites_in_file() / 4).max(1);
+        let passed = PASSED.min(prepared.field.n_sites() / 4).max(1);
         let time = || match plan.request.reference_time {
             Some(t) => Some(nearest(&plan.axes.time, t, plan.axes.n_times)),
             None => behind_the_struck(plan, prepared, passed).map(|(_, arrival)| arrival),
@@ -95,7 +95,7 @@ pub(super) fn first_with_energy(energies: &[f64], share: f64) -> Option<usize> {
 /// Of a run, the body so many behind those that are struck or driven, if it is analyzed, and when the front arrives
 /// there, if it moves.
 fn behind_the_struck(plan: &Plan, prepared: &Prepared, bodies: usize) -> Option<(usize, usize)> {
-    let site = prepared.struck()? + bodies;
+    let site = prepared.field.struck? + bodies;
     let site = plan.sites.clone().position(|analyzed| analyzed == site)?;
     let mut record = vec![0.0; plan.axes.n_times];
     prepared.record(site, &mut record);

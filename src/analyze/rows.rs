@@ -182,13 +182,7 @@ impl<T: Real> SpatialPass<'_, T> {
         worker: &mut Worker<T>,
     ) -> Vec<SnapshotFindings> {
         let (nx, nk) = (profiles.len() / times.len(), self.scales.len());
-        let profiles = match self.prepared.stored_profiles(times.clone()) {
-            Some(stored) => stored,
-            None => {
-                self.prepared.profiles(times, profiles);
-                profiles
-            }
-        };
+        let profiles = self.prepared.snapshots(times, profiles);
         let ends = profiles.chunks_exact(nx).map(Ends::of);
         let Some(transform) = &self.transform else {
             return ends.map(|ends| (ends, None)).collect();

@@ -25,7 +25,7 @@ use crate::estimates::NoiseFloor;
 use crate::field::Field;
 use crate::numeric::{in_band, sum, sum_of, sum_of_squares};
 use crate::observer::{Observer, Silent};
-use crate::prepare::{Prepared, Sites, channels};
+use crate::prepare::{GAIN_STEPS, Prepared, Sites, channels};
 use crate::sheet::number;
 use crate::transform::Real;
 
@@ -117,6 +117,7 @@ fn passes<T: Real>(
     let simulated = field.struck.is_some();
     let known = (&plan.request.without_sites[..], Some(&scans[..]));
     let channels = channels(field, range, known, observer)?;
+    let has_steps = channels.iter().any(|warning| warning.code == GAIN_STEPS);
     let found = Findings {
         all: &stages,
         scans: &scans,
@@ -126,11 +127,11 @@ fn passes<T: Real>(
         columns,
         spacetime,
     };
-    let mut warnings = warnings(field, &found, channels.warnings);
+    let mut warnings = warnings(field, &found, channels);
     let bins = plan.axes.frequency.len();
     warnings.extend(noise_left.as_ref().and_then(|of| below_noise(of, bins)));
     if let Some(answer) = answer.as_mut().filter(|_| !simulated) {
-        let (space, has_steps) = (&field.space, channels.has_steps);
+        let space = &field.space;
         warnings.extend(answer::gains(answer, plan, space, has_steps));
     }
     let direction = spacetime.map(|s| direction(plan, &s.directions));

@@ -22,7 +22,7 @@ pub(crate) use wavecascade_system::memory::size;
 use wavecascade_system::publish::final_path;
 
 /// A result whose error is [`Error`].
-pub type Result<T> = std::result::Result<T, Error>;
+pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong in the library.
 #[derive(Debug, thiserror::Error)]
@@ -316,6 +316,14 @@ impl Error {
     pub(crate) fn scene(fault: SceneFault) -> Error {
         Error::Scene {
             fault: Box::new(fault),
+        }
+    }
+
+    /// A fault of what the file at `path` holds.
+    pub(crate) fn input(path: &Path) -> impl Fn(InputFault) -> Error + Copy {
+        move |fault| Error::Input {
+            path: path.to_owned(),
+            fault,
         }
     }
 

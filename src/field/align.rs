@@ -20,19 +20,16 @@ impl Shift {
         let rest = shift - whole;
         let whole = (whole.abs() < 1e15).then_some(whole as i64)?;
         let is_whole = rest.abs() <= jitter.max(1e-6);
-        match (is_whole, method) {
-            (true, _) => Some(Shift {
-                whole,
-                fraction: 0.0,
-                left: rest,
-            }),
-            (false, Some(_)) => Some(Shift {
-                whole,
-                fraction: rest,
-                left: 0.0,
-            }),
-            (false, None) => None,
-        }
+        let (fraction, left) = match (is_whole, method) {
+            (true, _) => (0.0, rest),
+            (false, Some(_)) => (rest, 0.0),
+            (false, None) => return None,
+        };
+        Some(Shift {
+            whole,
+            fraction,
+            left,
+        })
     }
 
     pub(super) fn total(self) -> f64 {

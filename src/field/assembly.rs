@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::file_bytes::FileBytes;
 use super::options::OpenOptions;
-use super::storage::{Arrangement, ByteOrder, Bytes, SampleType, Storage};
+use super::storage::{Bytes, Storage};
 use crate::error::{Error, Result};
 use crate::system::file_io::{allocate, read_at, write_at};
 use crate::system::memory::{half_of_free_memory, try_filled};
@@ -42,14 +42,8 @@ impl ScratchFile {
 
     /// What was written, as rows of `row_len` samples, of times or of sites.
     pub(crate) fn storage(self, row_len: usize, rows_are_times: bool) -> Result<Storage> {
-        let arrangement = Arrangement {
-            sample: SampleType::F64,
-            order: ByteOrder::NATIVE,
-            start: 0,
-            row_len,
-            rows_are_times,
-        };
-        Ok(Storage::new(Bytes::Spilled(self.finish()?), arrangement))
+        let bytes = Bytes::Spilled(self.finish()?);
+        Ok(Storage::of_numbers(bytes, row_len, rows_are_times))
     }
 }
 

@@ -7,6 +7,7 @@ use super::resample::Resample;
 use super::{Axis, Note};
 use crate::error::InputFault;
 use crate::measure::{self, Dimension, Measure};
+use crate::numeric::median;
 
 /// Deviation from even spacing that is taken for rounding, relative to the length of the axis.
 const EVENNESS: f64 = 1e-9;
@@ -102,26 +103,35 @@ impl Coordinates {
     /// length of the axis, and in no case by more than a twentieth of a step; or what leaves the line of
     /// least squares by no more than about half of `rounding`, of which a step has at least four.
     pub(crate) fn fit(values: &[f64], rounding: f64) -> Result<Coordinates, Uneven> {
-        Coordinates::fit_coarse(values, rounding).map(|(even, _)| even)
+        Coordinates::fit_within(values, rounding, 0.0).map(|(even, _)| even)
     }
 
     /// As [`Coordinates::fit`], with the largest deviation where the rounding of the values is more than a
-    /// twentieth of a step.
-    fn fit_coarse(values: &[f64], rounding: f64) -> Result<(Coordinates, Option<Jitter>), Uneven> {
+    /// twentieth of a step; values that are not exact but deviate from the line through the first and
+    /// the last by at most `share` of a step are even with a jitter.
+    pub(crate) fn fit_within(
+        values: &[f64],
+        rounding: f64,
+        share: f64,
+    ) -> Result<(Coordinates, Option<Jitter>), Uneven> {
         let (&[first, .., last], n) = (values, values.len()) else {
             return Ok((Coordinates::from_first(values), None));
         };
         let step = (last - first) / (n - 1) as f64;
-        let tolerance = (EVENNESS * (last - first) + rounding).min(step / 20.0);
-        let is_even =
-            |(i, &value): (usize, &f64)| (value - (first + i as f64 * step)).abs() <= tolerance;
         if !(step > 0.0 && step.is_finite()) {
             return Err(worst_step(values));
         }
+        let tolerance = (EVENNESS * (last - first) + rounding).min(step / 20.0);
+        let apart = |i: usize| values[i] - (first + i as f64 * step);
+        let even = |step: f64| Coordinates {
+            origin: Some(first),
+            step: Some(step),
+            unit: None,
+        };
         let line = Line::through(values);
         let mut coarse = None;
-        if !values.iter().enumerate().all(is_even) {
-            let index = line.farthest(values);
+        if !(0..n).all(|i| apart(i).abs() <= tolerance) {
+            let index = largest(n, |i| line.deviation(i, values[i]).abs());
             let deviation = line.deviation(index, values[index]);
             // Half of the rounding from the line that was meant, which this one is near. Numbers of many
             // printed digits are rounded once more.
@@ -130,7 +140,15 @@ impl Coordinates {
                 |rounding: f64| step >= 4.0 * rounding && deviation.abs() <= 0.9 * rounding;
             let is_rounding = n >= FEW && roundings.into_iter().any(explains);
             if !is_rounding || !values.is_sorted_by(|a, b| a < b) {
-                return Err(worst_step(values));
+                let index = largest(n, |i| apart(i).abs());
+                let jitter = Jitter {
+                    share: apart(index) / step,
+                    index,
+                };
+                return match jitter.share.abs() <= share {
+                    true => Ok((even(step), Some(jitter))),
+                    false => Err(worst_step(values)),
+                };
             }
             let share = deviation / line.step;
             coarse = Some(Jitter { share, index });
@@ -141,47 +159,8 @@ impl Coordinates {
             true => step,
             false => line.step,
         };
-        let even = Coordinates {
-            origin: Some(first),
-            step: Some(meant(found, 1.5 * rounding / (n - 1) as f64)),
-            unit: None,
-        };
-        Ok((even, coarse))
-    }
-
-    /// As [`Coordinates::fit`]; values that are not exact but deviate from the line through the first and
-    /// the last by at most `share` of a step are even with a jitter.
-    pub(crate) fn fit_within(
-        values: &[f64],
-        rounding: f64,
-        share: f64,
-    ) -> Result<(Coordinates, Option<Jitter>), Uneven> {
-        let uneven = match Coordinates::fit_coarse(values, rounding) {
-            Ok(even) => return Ok(even),
-            Err(uneven) => uneven,
-        };
-        let (&[first, .., last], n) = (values, values.len()) else {
-            return Err(uneven);
-        };
-        let step = (last - first) / (n - 1) as f64;
-        let deviation = |i: usize| (values[i] - (first + i as f64 * step)) / step;
-        let worst = (0..n).max_by(|&a, &b| deviation(a).abs().total_cmp(&deviation(b).abs()));
-        let worst = worst.unwrap_or(0);
-        // Steps that are not numbers compare as false.
-        let is_even = step > 0.0 && deviation(worst).abs() <= share;
-        if !is_even {
-            return Err(uneven);
-        }
-        let even = Coordinates {
-            origin: Some(first),
-            step: Some(step),
-            unit: None,
-        };
-        let jitter = Jitter {
-            share: deviation(worst),
-            index: worst,
-        };
-        Ok((even, Some(jitter)))
+        let found = meant(found, 1.5 * rounding / (n - 1) as f64);
+        Ok((even(found), coarse))
     }
 
     /// As [`Coordinates::fit_within`]; other values that increase are resampled if `rules` has a method.
@@ -220,8 +199,7 @@ impl Coordinates {
         let step = (last - first) / (values.len() - 1) as f64;
         let place = |i: usize| (first + i as f64 * step).min(last);
         let shift = |i: usize| (values[i] - place(i)) / step;
-        let worst = (0..values.len()).max_by(|&a, &b| shift(a).abs().total_cmp(&shift(b).abs()));
-        let index = worst.unwrap_or(0);
+        let index = largest(values.len(), |i| shift(i).abs());
         let places = (0..values.len()).map(place);
         let resampling = Interpolant::new(method, values.to_vec(), places);
         Ok(Listed {
@@ -335,13 +313,12 @@ impl Line {
     fn deviation(&self, index: usize, value: f64) -> f64 {
         (value - self.first) - (self.middle + (index as f64 - self.centre) * self.step)
     }
+}
 
-    /// The index of the value that is farthest from it.
-    fn farthest(&self, values: &[f64]) -> usize {
-        let distance = |&i: &usize| self.deviation(i, values[i]).abs();
-        let farthest = (0..values.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
-        farthest.unwrap_or(0)
-    }
+/// The last index below `n` of the largest value.
+fn largest(n: usize, of: impl Fn(usize) -> f64) -> usize {
+    let largest = (0..n).max_by(|&a, &b| of(a).total_cmp(&of(b)));
+    largest.unwrap_or(0)
 }
 
 /// The step that was meant where `step` was found: of `0, 1e-5, ..` in single precision 1e-5, not
@@ -370,18 +347,13 @@ fn meant(step: f64, rounding: f64) -> f64 {
 /// The first step that does not increase, else the one farthest from the median step.
 fn worst_step(values: &[f64]) -> Uneven {
     let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mut sorted = steps.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let median = sorted[sorted.len() / 2].abs();
+    let expected = median(steps.iter().copied()).unwrap_or(0.0).abs();
     let increases = |step: f64| step > 0.0 && step < f64::INFINITY;
-    let worst = steps.iter().position(|&step| !increases(step)).or_else(|| {
-        let distance = |i: &usize| (steps[*i] - median).abs();
-        (0..steps.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)))
-    });
-    let at = worst.unwrap_or(0);
+    let at = steps.iter().position(|&step| !increases(step));
+    let at = at.unwrap_or_else(|| largest(steps.len(), |i| (steps[i] - expected).abs()));
     Uneven {
         index: at + 1,
-        expected: median,
+        expected,
         found: steps[at],
         is_gap: false,
     }
@@ -389,15 +361,12 @@ fn worst_step(values: &[f64]) -> Uneven {
 
 /// The longest step beside the median one, of values that increase.
 fn longest_step(values: &[f64]) -> Uneven {
-    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let longest = (0..steps.len()).max_by(|&a, &b| steps[a].total_cmp(&steps[b]));
-    let at = longest.unwrap_or(0);
-    let found = steps[at];
-    steps.sort_unstable_by(f64::total_cmp);
+    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let at = largest(steps.len(), |i| steps[i]);
     Uneven {
         index: at + 1,
-        expected: steps[steps.len() / 2],
-        found,
+        expected: median(steps.iter().copied()).unwrap_or(0.0),
+        found: steps[at],
         is_gap: true,
     }
 }

@@ -156,7 +156,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    fn push(&mut self, record: &ByteRecord) -> std::result::Result<(), InputFault> {
+    fn push(&mut self, record: &ByteRecord) -> Result<(), InputFault> {
         // A separator behind the last cell of a row ends no cell.
         let is_longer = record.len() > self.width && length(record, |_| false) > self.width;
         if record.len() < self.width || is_longer {
@@ -202,7 +202,7 @@ impl<'a> Table<'a> {
     /// # Errors
     /// If it may hold either coordinates or samples: other columns rise evenly too, or it rises
     /// unevenly.
-    fn judge_first_column(&mut self) -> std::result::Result<(), InputFault> {
+    fn judge_first_column(&mut self) -> Result<(), InputFault> {
         // Two rows always rise evenly or fall, and a few rise by chance.
         const EVENLY: usize = 3;
         const UNEVENLY: usize = 8;
@@ -393,21 +393,16 @@ impl<'a> Table<'a> {
             .filter_map(name);
         let channels: Vec<String> = channels.collect();
         let unit = rows_are_times.then(|| self.unit(&channels)).flatten();
+        let storage = Storage::from_values(self.values, n_columns, rows_are_times);
         Ok(Contents {
-            struck: None,
-            masses: None,
-            dispersion: None,
-            storage: Storage::from_values(self.values, n_columns, rows_are_times),
-            n_times,
-            n_sites,
             time: time.even,
             space: space.even,
             resampling: [time.resampling, space.resampling],
             quantity: quantity("", None, unit.as_deref()),
             unit,
-            axis_names: [None, None],
             channels,
             notes: self.notes,
+            ..Contents::of(storage, [n_times, n_sites])
         })
     }
 }
@@ -510,11 +505,12 @@ fn axis_column(
     let stated = matches!(asked, TimeColumn::Index(_) | TimeColumn::Name(_));
     let layout = source.layout();
     if stated && layout == Layout::SiteTime {
-        return Err(Error::Request {
-            option: "time-column",
-            expected: "a table whose rows are times".into(),
-            found: "the layout site-time".into(),
-        });
+        let expected = "a table whose rows are times";
+        return Err(Error::request(
+            "time-column",
+            expected,
+            "the layout site-time",
+        ));
     }
     let names: Vec<String> = match header {
         Some(header) => header.iter().map(excerpt).collect(),

@@ -56,10 +56,7 @@ impl FileBytes {
         let is_empty = regular_file(path)?.len() == 0;
         let file = File::open(path).map_err(Error::read("open", path))?;
         if is_empty {
-            return Err(Error::Input {
-                path: path.to_owned(),
-                fault: InputFault::Empty,
-            });
+            return Err(Error::input(path)(InputFault::Empty));
         }
         let opened = FileState::opened(&file, path)?;
         let bytes = match mode {
@@ -166,10 +163,7 @@ pub(crate) fn regular_file(path: &Path) -> Result<Metadata> {
     let metadata = std::fs::metadata(path).map_err(Error::read("read", path))?;
     match irregular_kind(&metadata) {
         None => Ok(metadata),
-        Some(found) => Err(Error::Input {
-            path: path.to_owned(),
-            fault: InputFault::NotAFile { found },
-        }),
+        Some(found) => Err(Error::input(path)(InputFault::NotAFile { found })),
     }
 }
 

@@ -79,7 +79,7 @@ pub struct MemoryLabels {
 
 impl MemorySamples {
     /// The samples in rows, if they lie so; otherwise by their strides.
-    fn storage(self) -> std::result::Result<Storage, InputFault> {
+    fn storage(self) -> Result<Storage, InputFault> {
         let MemorySamples {
             bytes,
             sample,
@@ -158,12 +158,10 @@ impl Field {
     ) -> Result<Field> {
         options.check()?;
         let path = std::path::PathBuf::from(&labels.name);
-        let fault = |fault: InputFault| Error::Input {
-            path: path.clone(),
-            fault,
-        };
+        let fault = Error::input(&path);
         let stated = options.over(Sidecar::default());
-        let [n_times, n_sites] = samples.shape;
+        let samples_shape = samples.shape;
+        let [n_times, n_sites] = samples_shape;
         if n_times == 0 || n_sites == 0 {
             return Err(fault(InputFault::Empty));
         }
@@ -189,9 +187,6 @@ impl Field {
         let named = labels.quantity.as_deref().unwrap_or_default();
         let quantity = labelled::quantity(named, None, labels.unit.as_deref());
         let mut contents = Contents {
-            storage,
-            n_times,
-            n_sites,
             time: time.even,
             space: space.even,
             resampling: [time.resampling, space.resampling],
@@ -199,10 +194,8 @@ impl Field {
             unit: labels.unit,
             notes,
             axis_names: labels.axis_names,
-            channels: Vec::new(),
             struck: labels.struck.filter(|site| *site < n_sites),
-            masses: None,
-            dispersion: None,
+            ..Contents::of(storage, samples_shape)
         };
         contents.note_doubts(labels.is_layout_known || stated.layout.is_some());
         completed(contents, stated, options, &labels.name, &fault)
@@ -232,7 +225,7 @@ impl ListedAxis {
         name: &'static str,
         is_stated: bool,
         options: &OpenOptions,
-    ) -> std::result::Result<Listed, InputFault> {
+    ) -> Result<Listed, InputFault> {
         let by_step = self.step.and_then(|step| {
             let origin = *self.values.first()?;
             let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;

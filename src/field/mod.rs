@@ -198,13 +198,10 @@ impl Field {
     pub(crate) fn check_axes(&self) -> Result<()> {
         for (option, axis) in [("dt", &self.time), ("dx", &self.space)] {
             if !(axis.step > 0.0 && axis.step.is_finite() && axis.origin.is_finite()) {
-                return Err(Error::Request {
-                    option,
-                    expected:
-                        "a step above 0 and a finite origin: set `Field::time` and `Field::space`"
-                            .into(),
-                    found: format!("a step of {} from {} on", axis.step, axis.origin),
-                });
+                let expected =
+                    "a step above 0 and a finite origin: set `Field::time` and `Field::space`";
+                let found = format!("a step of {} from {} on", axis.step, axis.origin);
+                return Err(Error::request(option, expected, found));
             }
         }
         Ok(())

@@ -117,8 +117,6 @@ pub enum Note {
         what: &'static str,
         unit: String,
         of: &'static str,
-        /// What samples in that unit measure.
-        quantity: Option<Quantity>,
     },
 }
 
@@ -138,30 +136,14 @@ impl Note {
                 "if it holds times, save the array without it and state `--dt`, or save the times \
                  apart: `numpy.savez(path, v=array, t=times)`",
             ),
-            Note::UnknownUnit { what: "times", .. } => {
-                Some("state a unit of time, such as `--time-unit s`")
-            }
-            Note::UnknownUnit {
-                what: "positions", ..
-            } => Some("state a unit of length, such as `--space-unit m`"),
-            Note::UnknownUnit { .. } => Some("state another unit, such as `--unit m/s`"),
-            Note::OtherUnit { what: "times", .. } => {
-                Some("state `--layout` if the axes are exchanged, or `--time-unit`")
-            }
-            Note::OtherUnit {
-                what: "positions", ..
-            } => Some("state `--layout` if the axes are exchanged, or `--space-unit`"),
-            Note::OtherUnit { quantity, .. } => Some(match quantity {
-                Some(Quantity::Velocity) => "state `--quantity velocity`, or another `--unit`",
-                Some(Quantity::Displacement) => {
-                    "state `--quantity displacement`, or another `--unit`"
+            Note::UnknownUnit { what, .. } | Note::OtherUnit { what, .. } => Some(match *what {
+                "times" => {
+                    "state `--time-unit`, such as s, or `--layout` if the axes are exchanged"
                 }
-                Some(Quantity::Acceleration) => {
-                    "state `--quantity acceleration`, or another `--unit`"
+                "positions" => {
+                    "state `--space-unit`, such as m, or `--layout` if the axes are exchanged"
                 }
-                Some(Quantity::StrainRate) => "state `--quantity strain-rate`, or another `--unit`",
-                Some(Quantity::Force) => "state `--quantity force`, or another `--unit`",
-                None => "state the unit of the samples, such as `--unit m/s`",
+                _ => "state `--unit`, such as m/s, or `--quantity`",
             }),
             _ => None,
         }
@@ -198,24 +180,14 @@ impl Note {
     /// The inference as one sentence.
     pub fn message(&self) -> String {
         match self {
-            Note::Members { field, time, space } => {
-                let mut text = format!("member `{field}` is the field");
-                for (member, what) in [(time, "times"), (space, "positions")] {
-                    if let Some(member) = member {
-                        text += &format!(", `{member}` its {what}");
-                    }
-                }
-                text
-            }
-            Note::Variable { path, time, space } => {
-                let mut text = format!("variable `{path}` is the field");
-                for (name, what) in [(time, "times"), (space, "sites")] {
-                    if let Some(name) = name {
-                        text += &format!(", `{name}` its {what}");
-                    }
-                }
-                text
-            }
+            Note::Members { field, time, space } => named(
+                &format!("member `{field}`"),
+                [(time, "times"), (space, "positions")],
+            ),
+            Note::Variable { path, time, space } => named(
+                &format!("variable `{path}`"),
+                [(time, "times"), (space, "sites")],
+            ),
             Note::Start { time } => format!("times count from {time}"),
             Note::Delays => {
                 "the traces begin at different times and are read as if they began at one".into()
@@ -239,9 +211,7 @@ impl Note {
                 of_file,
                 unit,
             } => {
-                let unit = unit
-                    .as_deref()
-                    .map_or(String::new(), |unit| format!(" {unit}"));
+                let unit = spaced(unit);
                 format!(
                     "the stated step of {axis}, {}{unit}, takes the place of that of the file, {}{unit}",
                     digits(*step),
@@ -256,9 +226,7 @@ impl Note {
                 unit,
                 stated,
             } => {
-                let unit = unit
-                    .as_ref()
-                    .map_or(String::new(), |unit| format!(" {unit}"));
+                let unit = spaced(unit);
                 let value = digits(*value);
                 format!(
                     "`{dimension}` is taken at {value}{unit} (index {index}), the nearest to {stated}"
@@ -292,9 +260,7 @@ impl Note {
                 unit,
             } => {
                 let (first, last) = (digits(*first), digits(*last));
-                let unit = unit
-                    .as_ref()
-                    .map_or(String::new(), |unit| format!(" {unit}"));
+                let unit = spaced(unit);
                 let sites = match files == sites {
                     true => "one site a file".into(),
                     false => format!("{sites} sites, equal positions averaged"),
@@ -330,7 +296,7 @@ impl Note {
             Note::UnknownUnit { what, word } => {
                 format!("{word:?} in the unit of {what} is no unit that is known")
             }
-            Note::OtherUnit { what, unit, of, .. } => {
+            Note::OtherUnit { what, unit, of } => {
                 format!("{unit} is a unit of {of}, and not of {what}")
             }
         }
@@ -401,20 +367,17 @@ impl Note {
         unit: Option<&str>,
         [time, space]: [&Axis; 2],
     ) -> Vec<Note> {
-        let samples = unit.and_then(|unit| on_unit_of_samples(unit, quantity));
-        let times = time.unit.as_deref().and_then(|unit| {
-            on_unit(
-                "times",
-                unit,
-                &[(symbol::<Length>(unit).is_some(), "length")],
-            )
+        let is = |symbol: Option<&str>, what| symbol.map(|_| what);
+        let samples = on_unit(quantity.in_words(), unit, |unit| match of_unit(unit) {
+            Some(found) => (found != quantity).then(|| found.in_words()),
+            None => is(symbol::<Time>(unit), "time")
+                .or_else(|| is(symbol::<Frequency>(unit), "frequency")),
         });
-        let positions = space.unit.as_deref().and_then(|unit| {
-            on_unit(
-                "positions",
-                unit,
-                &[(symbol::<Time>(unit).is_some(), "time")],
-            )
+        let times = on_unit("times", time.unit.as_deref(), |unit| {
+            is(symbol::<Length>(unit), "length")
+        });
+        let positions = on_unit("positions", space.unit.as_deref(), |unit| {
+            is(symbol::<Time>(unit), "time")
         });
         [samples, times, positions].into_iter().flatten().collect()
     }
@@ -446,48 +409,44 @@ impl Note {
     }
 }
 
-fn on_unit_of_samples(unit: &str, taken: Quantity) -> Option<Note> {
-    let what = taken.in_words();
-    match of_unit(unit) {
-        Some(quantity) if quantity != taken => Some(Note::OtherUnit {
-            what,
-            unit: unit.to_owned(),
-            of: quantity.in_words(),
-            quantity: Some(quantity),
-        }),
-        Some(_) => None,
-        None => {
-            let [time, frequency] = [
-                symbol::<Time>(unit).is_some(),
-                symbol::<Frequency>(unit).is_some(),
-            ];
-            on_unit(what, unit, &[(time, "time"), (frequency, "frequency")])
+/// A note on a unit that is of something else, or that has a word that is no unit.
+fn on_unit(
+    what: &'static str,
+    unit: Option<&str>,
+    other: impl Fn(&str) -> Option<&'static str>,
+) -> Option<Note> {
+    let unit = unit?;
+    if let Some(of) = other(unit) {
+        let unit = unit.to_owned();
+        return Some(Note::OtherUnit { what, unit, of });
+    }
+    let word = unknown_word(unit)?.to_owned();
+    Some(Note::UnknownUnit { what, word })
+}
+
+/// What was taken for the field, and for its axes.
+fn named(field: &str, axes: [(&Option<String>, &str); 2]) -> String {
+    let mut text = format!("{field} is the field");
+    for (name, what) in axes {
+        if let Some(name) = name {
+            text += &format!(", `{name}` its {what}");
         }
     }
+    text
 }
 
-/// A note on a unit that is of something else, or that has a word that is no unit.
-fn on_unit(what: &'static str, unit: &str, others: &[(bool, &'static str)]) -> Option<Note> {
-    let other = others.iter().find(|(is_it, _)| *is_it).map(|(_, of)| *of);
-    let unknown = || {
-        let word = unknown_word(unit)?.to_owned();
-        Some(Note::UnknownUnit { what, word })
-    };
-    let other = other.map(|of| Note::OtherUnit {
-        what,
-        unit: unit.to_owned(),
-        of,
-        quantity: None,
-    });
-    other.or_else(unknown)
+/// A unit behind a number.
+fn spaced(unit: &Option<String>) -> String {
+    unit.as_ref()
+        .map_or(String::new(), |unit| format!(" {unit}"))
 }
 
-/// What resampling has done.
 /// Two digits of a share of a step, however small.
 fn of_step(share: f64) -> String {
     digits(format!("{share:.1e}").parse().unwrap_or(share))
 }
 
+/// What resampling has done.
 fn resampled(axis: &str, method: Interpolation, shift: &Jitter, error: f64) -> String {
     let nyquist = match axis {
         "time" => "frequency",

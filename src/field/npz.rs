@@ -207,11 +207,7 @@ fn quantity(member: &str) -> Option<Quantity> {
 
 /// Checks that the header before a member, at `start`, has the name that the archive's directory
 /// gives it; where they differ, one of the two belongs to another array.
-fn check_local_name(
-    archive: &[u8],
-    start: u64,
-    name: &[u8],
-) -> std::result::Result<(), InputFault> {
+fn check_local_name(archive: &[u8], start: u64, name: &[u8]) -> Result<(), InputFault> {
     const LENGTH: usize = 26;
     const NAME: usize = 30;
     let header = archive.get(start as usize..).unwrap_or_default();
@@ -266,7 +262,7 @@ pub(crate) struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
-    fn open(source: &'a FileSource<'a>) -> std::result::Result<Self, InputFault> {
+    fn open(source: &'a FileSource<'a>) -> Result<Self, InputFault> {
         let zip = ZipArchive::new(Cursor::new(&source.bytes[..])).map_err(archive_fault)?;
         if zip.len() > MEMBER_LIMIT {
             return Err(InputFault::TooManyMembers {
@@ -434,7 +430,7 @@ impl<'a> Archive<'a> {
     }
 
     /// The requested member, else `velocity` or `v`, else the only array of two dimensions.
-    fn choose(&mut self, asked: Option<&str>) -> std::result::Result<usize, InputFault> {
+    fn choose(&mut self, asked: Option<&str>) -> Result<usize, InputFault> {
         if let Some(asked) = asked {
             let name = asked.strip_suffix(".npy").unwrap_or(asked);
             return self.find(name).ok_or_else(|| InputFault::NoSuchMember {
@@ -470,11 +466,11 @@ impl<'a> Archive<'a> {
             .collect()
     }
 
-    fn header(&mut self, index: usize) -> std::result::Result<npy::Header, InputFault> {
+    fn header(&mut self, index: usize) -> Result<npy::Header, InputFault> {
         npy::Header::parse(&self.prefix(index)?)
     }
 
-    fn prefix(&mut self, index: usize) -> std::result::Result<Vec<u8>, InputFault> {
+    fn prefix(&mut self, index: usize) -> Result<Vec<u8>, InputFault> {
         let mut prefix = Vec::new();
         self.reader(index)?
             .take(npy::PREFIX_LIMIT)
@@ -483,7 +479,7 @@ impl<'a> Archive<'a> {
         Ok(prefix)
     }
 
-    fn reader(&mut self, index: usize) -> std::result::Result<impl Read + '_, InputFault> {
+    fn reader(&mut self, index: usize) -> Result<impl Read + '_, InputFault> {
         let options = ZipReadOptions::new().ignore_crc32(true);
         let reader = self
             .zip
@@ -591,7 +587,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Where the bytes of a member are, once the lengths in the archive agree with its header.
-    fn place(&mut self, index: usize, expected: u64) -> std::result::Result<Place, InputFault> {
+    fn place(&mut self, index: usize, expected: u64) -> Result<Place, InputFault> {
         let file_len = self.source.bytes.len();
         let entry = self
             .zip
@@ -627,7 +623,7 @@ impl<'a> Archive<'a> {
         len: usize,
         checksum: u32,
         bytes: &mut Vec<u8>,
-    ) -> std::result::Result<(), InputFault> {
+    ) -> Result<(), InputFault> {
         // Pages of the file would count beside what they are inflated to.
         const CHUNK: usize = 16 << 20;
         let file = Arc::clone(&self.source.bytes);
@@ -718,7 +714,7 @@ enum Place {
     Deflated { len: usize, checksum: u32 },
 }
 
-fn check_sum(expected: u32, hasher: crc32fast::Hasher) -> std::result::Result<(), InputFault> {
+fn check_sum(expected: u32, hasher: crc32fast::Hasher) -> Result<(), InputFault> {
     let found = hasher.finalize();
     if found == expected {
         Ok(())

@@ -9,11 +9,12 @@ use super::coordinates::{Coordinates, StatedAxis};
 use super::file_bytes::FileBytes;
 use super::interpolate::Interpolant;
 use super::options::{At, Header, OpenOptions, ReadMode, TimeColumn};
+use super::resample::resampled;
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::state::FileState;
 use super::storage::{Arrangement, Bytes, Storage};
-use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz, resample};
+use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz};
 use crate::error::{DimensionName, Error, ForeignFormat, InputFault, Result};
 use crate::measure::{Dimension, Length, quotient};
 
@@ -32,10 +33,7 @@ impl FileSource<'_> {
     }
 
     pub(super) fn fault(&self, fault: InputFault) -> Error {
-        Error::Input {
-            path: self.path.to_owned(),
-            fault,
-        }
+        Error::input(self.path)(fault)
     }
 
     /// Checks that `needed` bytes are within the memory limit, with a copy of the file.
@@ -52,11 +50,11 @@ impl FileSource<'_> {
     /// Checks that an array of NumPy has a further dimension where one is stated.
     pub(super) fn check_at(&self, header: &npy::Header) -> Result<()> {
         match header.shape.len() {
-            found @ 0..=2 if !self.options.at.is_empty() => Err(Error::Request {
-                option: "at",
-                expected: "an array of three dimensions or more".into(),
-                found: format!("one of {found}"),
-            }),
+            found @ 0..=2 if !self.options.at.is_empty() => Err(Error::request(
+                "at",
+                "an array of three dimensions or more",
+                format!("one of {found}"),
+            )),
             _ => Ok(()),
         }
     }
@@ -82,10 +80,7 @@ impl Opened {
         }
         let allow = |length| options.allow("a copy of the file", length);
         let (bytes, state) = FileBytes::open(path, options.read, allow)?;
-        let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
-            path: path.to_owned(),
-            fault,
-        })?;
+        let format = Format::detect(path, &bytes).map_err(Error::input(path))?;
         Ok(Opened {
             bytes,
             state: Some(state),
@@ -125,7 +120,7 @@ impl Contents {
         bytes: Bytes,
         start: usize,
         layout: Layout,
-    ) -> std::result::Result<Contents, InputFault> {
+    ) -> Result<Contents, InputFault> {
         let (n_times, n_sites) = header.field_lengths(layout)?;
         let storage = Storage::new(bytes, header.arrangement(start, layout)?);
         Ok(Contents::of(storage, [n_times, n_sites]))
@@ -140,7 +135,7 @@ impl Contents {
         layout: Layout,
         at: &[At],
         coordinate: &mut dyn FnMut(&str) -> Option<labelled::Places>,
-    ) -> std::result::Result<Contents, InputFault> {
+    ) -> Result<Contents, InputFault> {
         if at.is_empty() && header.shape.len() <= 2 {
             return Contents::from_npy(header, bytes, start, layout);
         }
@@ -234,7 +229,7 @@ impl Contents {
     }
 
     /// Samples without axes.
-    fn of(storage: Storage, [n_times, n_sites]: [usize; 2]) -> Contents {
+    pub(super) fn of(storage: Storage, [n_times, n_sites]: [usize; 2]) -> Contents {
         Contents {
             storage,
             n_times,
@@ -257,10 +252,10 @@ impl Contents {
     fn resampled(mut self, options: &OpenOptions) -> Result<Contents> {
         let [time, space] = &self.resampling;
         if let Some(time) = time {
-            self.storage = resample::along_time(&self.storage, self.n_sites, time, options)?;
+            self.storage = resampled(&self.storage, self.n_sites, time, options, true)?;
         }
         if let Some(space) = space {
-            self.storage = resample::along_space(&self.storage, self.n_times, space, options)?;
+            self.storage = resampled(&self.storage, self.n_times, space, options, false)?;
         }
         Ok(self)
     }
@@ -405,10 +400,6 @@ pub(super) fn completed(
     let unit = stated.unit.or(contents.unit).map(|unit| quotient(&unit));
     notes.extend(Note::on_units(quantity, unit.as_deref(), [&time, &space]));
     let field = Field {
-        storage: contents.storage,
-        opened: None,
-        n_times: contents.n_times,
-        n_sites: contents.n_sites,
         name: name.to_owned(),
         time,
         space,
@@ -419,8 +410,8 @@ pub(super) fn completed(
         struck: contents.struck,
         masses: contents.masses,
         dispersion: stated.dispersion.or(contents.dispersion),
-        content_hash: None,
         notes,
+        ..Field::of_storage(contents.storage, (contents.n_times, contents.n_sites))
     };
     field.selected(&options.select)
 }
@@ -448,10 +439,7 @@ pub(super) fn header_numbers(
     asked: Option<&str>,
 ) -> Result<Vec<NamedNumber>> {
     let bytes = map(path)?;
-    let format = Format::detect(path, &bytes).map_err(|fault| Error::Input {
-        path: path.to_owned(),
-        fault,
-    })?;
+    let format = Format::detect(path, &bytes).map_err(Error::input(path))?;
     let sidecar = Sidecar::find_for(path, false)?.map(|(_, sidecar)| sidecar);
     let sidecar = sidecar.unwrap_or_default();
     let x0 = sidecar.x0.map(|x0| NamedNumber {
@@ -595,11 +583,11 @@ impl Format {
         ];
         match useless.into_iter().find(|(_, is_useless, _)| *is_useless) {
             None => Ok(()),
-            Some((option, _, expected)) => Err(Error::Request {
+            Some((option, _, expected)) => Err(Error::request(
                 option,
-                expected: format!("{expected}, which alone it is for"),
-                found: format!("{}, {}", path.display(), self.name()),
-            }),
+                format!("{expected}, which alone it is for"),
+                format!("{}, {}", path.display(), self.name()),
+            )),
         }
     }
 
@@ -613,7 +601,7 @@ impl Format {
     }
 
     /// Detects the format from the magic bytes, else from the extension.
-    pub(super) fn detect(path: &Path, bytes: &[u8]) -> std::result::Result<Format, InputFault> {
+    pub(super) fn detect(path: &Path, bytes: &[u8]) -> Result<Format, InputFault> {
         if bytes.starts_with(npy::MAGIC) {
             return Ok(Format::Npy);
         }

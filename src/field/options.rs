@@ -276,26 +276,22 @@ impl OpenOptions {
         finite("x0", self.x0)?;
         if !(0.0..=0.5).contains(&self.jitter) {
             let expected = "a share of a step from 0 to 0.5";
-            return Err(refuse("jitter", expected, &self.jitter.to_string()));
+            return Err(Error::request("jitter", expected, &self.jitter.to_string()));
         }
         match (self.dt, self.rate) {
-            (Some(_), Some(_)) => Err(refuse("rate", "either the rate or the step dt", "both")),
+            (Some(_), Some(_)) => Err(Error::request(
+                "rate",
+                "either the rate or the step dt",
+                "both",
+            )),
             _ => Ok(()),
         }
     }
 }
 
-fn refuse(option: &'static str, expected: &str, found: &str) -> Error {
-    Error::Request {
-        option,
-        expected: expected.into(),
-        found: found.into(),
-    }
-}
-
 fn above_zero<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) -> Result<()> {
     match stated {
-        Some(step) if !(step.value.is_finite() && step.value > 0.0) => Err(refuse(
+        Some(step) if !(step.value.is_finite() && step.value > 0.0) => Err(Error::request(
             option,
             "a finite number above 0",
             &step.value.to_string(),
@@ -306,9 +302,11 @@ fn above_zero<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) ->
 
 fn finite<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) -> Result<()> {
     match stated {
-        Some(origin) if !origin.value.is_finite() => {
-            Err(refuse(option, "a finite number", &origin.value.to_string()))
-        }
+        Some(origin) if !origin.value.is_finite() => Err(Error::request(
+            option,
+            "a finite number",
+            &origin.value.to_string(),
+        )),
         _ => Ok(()),
     }
 }

@@ -38,28 +38,8 @@ impl Resample {
     }
 }
 
-/// The storage of `n_times` times and `n_sites` sites with times resampled.
-pub(super) fn along_time(
-    storage: &Storage,
-    n_sites: usize,
-    interpolant: &Interpolant,
-    options: &OpenOptions,
-) -> Result<Storage> {
-    series(storage, n_sites, interpolant, options, true)
-}
-
-/// The storage with sites resampled.
-pub(super) fn along_space(
-    storage: &Storage,
-    n_times: usize,
-    interpolant: &Interpolant,
-    options: &OpenOptions,
-) -> Result<Storage> {
-    series(storage, n_times, interpolant, options, false)
-}
-
 /// Resamples `count` records, or profiles, a block of them at a time. They become the rows.
-fn series(
+pub(super) fn resampled(
     storage: &Storage,
     count: usize,
     interpolant: &Interpolant,

@@ -30,7 +30,7 @@ struct Dialect {
 }
 
 impl<'a> RowReader<'a> {
-    pub(super) fn new(source: &'a FileSource) -> std::result::Result<RowReader<'a>, InputFault> {
+    pub(super) fn new(source: &'a FileSource) -> Result<RowReader<'a>, InputFault> {
         let bytes = &source.bytes[..];
         let sample = &bytes[..bytes.len().min(1 << 16)];
         if sample.starts_with(b"\xff\xfe") || sample.starts_with(b"\xfe\xff") {
@@ -105,10 +105,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// Whether there was another row.
-    pub(super) fn next(
-        &mut self,
-        record: &mut ByteRecord,
-    ) -> std::result::Result<bool, InputFault> {
+    pub(super) fn next(&mut self, record: &mut ByteRecord) -> Result<bool, InputFault> {
         self.reader.get_mut().allowance = ROW_LIMIT;
         let line = self.reader.position().line();
         let read = self.reader.read_byte_record(record);

@@ -32,20 +32,14 @@ impl Field {
                 self.struck = self.struck.and_then(|site| site.checked_sub(range.start));
                 self.masses = self.masses.take().map(|all| all[range.clone()].to_vec());
             } else {
-                let names: Vec<&str> = [time_name, space_name]
-                    .into_iter()
-                    .flatten()
-                    .map(String::as_str)
-                    .collect();
+                let names = [time_name, space_name].into_iter().flatten();
+                let names: Vec<&str> = names.map(String::as_str).collect();
                 let own = match names[..] {
                     [] => String::new(),
                     _ => format!(", here also {}", names.join(", ")),
                 };
-                return Err(Error::Request {
-                    option: "select",
-                    expected: format!("time or space{own}"),
-                    found: selection.dimension.clone(),
-                });
+                let expected = format!("time or space{own}");
+                return Err(Error::request("select", expected, &selection.dimension));
             }
         }
         Ok(self)
@@ -59,11 +53,7 @@ fn range(
     count: usize,
     selection: &Selection,
 ) -> Result<Range<usize>> {
-    let refuse = |expected: String, found: String| Error::Request {
-        option: "select",
-        expected,
-        found,
-    };
+    let refuse = |expected: String, found: String| Error::request("select", expected, found);
     let place = |label: &Label| -> Result<f64> {
         match label {
             Label::Index(index) => Ok(*index as f64),
@@ -90,18 +80,9 @@ fn range(
     }
     let unit = axis.unit.as_deref().unwrap_or_default();
     let end = |label: &Option<Label>| label.as_ref().map(Label::to_string).unwrap_or_default();
-    Err(refuse(
-        format!(
-            "samples between both ends, of the {name} {} to {} {unit}",
-            axis.origin,
-            axis.at(count - 1)
-        )
-        .trim_end()
-        .to_owned(),
-        format!(
-            "none from {} to {}",
-            end(&selection.from),
-            end(&selection.to)
-        ),
-    ))
+    let (first, last) = (axis.origin, axis.at(count - 1));
+    let expected = format!("samples between both ends, of the {name} {first} to {last} {unit}");
+    let (from, to) = (end(&selection.from), end(&selection.to));
+    let found = format!("none from {from} to {to}");
+    Err(refuse(expected.trim_end().to_owned(), found))
 }

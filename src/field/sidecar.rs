@@ -31,55 +31,28 @@ const LENGTH_LIMIT: u64 = 65_536;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sidecar {
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<Layout>,
     /// Time step, above 0.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "positive"
-    )]
+    #[serde(serialize_with = "typed", deserialize_with = "positive")]
     pub dt: Option<Measure<Time>>,
     /// Sampling rate, above 0; excludes `dt`.
-    #[serde(
-        alias = "fs",
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "positive"
-    )]
+    #[serde(alias = "fs", serialize_with = "typed", deserialize_with = "positive")]
     pub rate: Option<Measure<Frequency>>,
     /// Site spacing, above 0.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "positive"
-    )]
+    #[serde(serialize_with = "typed", deserialize_with = "positive")]
     pub dx: Option<Measure<Length>>,
     /// Time of the first sample.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "finite"
-    )]
+    #[serde(serialize_with = "typed", deserialize_with = "finite")]
     pub t0: Option<Measure<Time>>,
     /// Position of the first site.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        serialize_with = "typed",
-        deserialize_with = "finite"
-    )]
+    #[serde(serialize_with = "typed", deserialize_with = "finite")]
     pub x0: Option<Measure<Length>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub space_unit: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<Quantity>,
     /// Unit of the samples.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Dispersion relation that spectra are held against, as `--dispersion` takes it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dispersion: Option<String>,
 }
 
@@ -108,13 +81,10 @@ impl Sidecar {
             (false, true) => appended,
             (true, true) => {
                 let name = |path: &Path| path.to_string_lossy().into_owned();
-                return Err(Error::Input {
-                    path: field.to_owned(),
-                    fault: InputFault::TwoSidecars {
-                        first: name(&replaced),
-                        second: name(&appended),
-                    },
-                });
+                return Err(Error::input(field)(InputFault::TwoSidecars {
+                    first: name(&replaced),
+                    second: name(&appended),
+                }));
             }
         };
         let sidecar = Sidecar::read(&path)?;
@@ -122,10 +92,7 @@ impl Sidecar {
     }
 
     fn read(path: &Path) -> Result<Sidecar> {
-        let fault = |fault| Error::Input {
-            path: path.to_owned(),
-            fault,
-        };
+        let fault = Error::input(path);
         let found = regular_file(path)?.len();
         if found > LENGTH_LIMIT {
             let limit = LENGTH_LIMIT;
@@ -139,7 +106,7 @@ impl Sidecar {
     ///
     /// # Errors
     /// [`InputFault::Sidecar`] with the line and the offending key.
-    pub fn parse(text: &str) -> std::result::Result<Sidecar, InputFault> {
+    pub fn parse(text: &str) -> Result<Sidecar, InputFault> {
         let line_of = |error: &toml::de::Error| {
             let before = text.get(..error.span()?.start)?;
             Some(before.matches('\n').count() + 1)
@@ -150,8 +117,7 @@ impl Sidecar {
                 key: None,
                 reason: error.message().to_owned(),
             })?;
-        let parsed: std::result::Result<Sidecar, _> =
-            serde_path_to_error::deserialize(deserializer);
+        let parsed: Result<Sidecar, _> = serde_path_to_error::deserialize(deserializer);
         let sidecar = parsed.map_err(|error| InputFault::Sidecar {
             line: line_of(error.inner()),
             key: Some(error.path().to_string()).filter(|key| key != "."),
@@ -175,13 +141,13 @@ impl Sidecar {
 
 fn positive<'de, R: Deserializer<'de>, D: Dimension>(
     deserializer: R,
-) -> std::result::Result<Option<Measure<D>>, R::Error> {
+) -> Result<Option<Measure<D>>, R::Error> {
     number(deserializer, "a finite number above 0", |value| value > 0.0)
 }
 
 fn finite<'de, R: Deserializer<'de>, D: Dimension>(
     deserializer: R,
-) -> std::result::Result<Option<Measure<D>>, R::Error> {
+) -> Result<Option<Measure<D>>, R::Error> {
     number(deserializer, "a finite number", |_| true)
 }
 
@@ -197,7 +163,7 @@ fn number<'de, R: Deserializer<'de>, D: Dimension>(
     deserializer: R,
     expected: &str,
     accept: impl Fn(f64) -> bool,
-) -> std::result::Result<Option<Measure<D>>, R::Error> {
+) -> Result<Option<Measure<D>>, R::Error> {
     let refuse = |found: &dyn std::fmt::Display| {
         serde::de::Error::custom(format_args!(
             "expected {expected}, or a text of number and unit ({}), found {found}",
@@ -219,7 +185,7 @@ fn number<'de, R: Deserializer<'de>, D: Dimension>(
 fn typed<S: Serializer, D: Dimension>(
     stated: &Option<Measure<D>>,
     serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
+) -> Result<S::Ok, S::Error> {
     match stated {
         Some(measure) if measure.has_unit => {
             serializer.serialize_str(&format!("{} {}", measure.value, D::UNITS[0].0))

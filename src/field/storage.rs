@@ -150,31 +150,32 @@ impl Storage {
 
     /// `values` in rows of `row_len`.
     pub(crate) fn from_values(values: Vec<f64>, row_len: usize, rows_are_times: bool) -> Self {
-        Storage::new(
-            Bytes::Values(Arc::new(values)),
-            Arrangement {
-                sample: SampleType::F64,
-                order: ByteOrder::NATIVE,
-                start: 0,
-                row_len,
-                rows_are_times,
-            },
-        )
+        Storage::of_numbers(Bytes::Values(Arc::new(values)), row_len, rows_are_times)
+    }
+
+    /// Numbers in double precision in rows of `row_len`.
+    pub(crate) fn of_numbers(bytes: Bytes, row_len: usize, rows_are_times: bool) -> Self {
+        let arrangement = Arrangement {
+            sample: SampleType::F64,
+            order: ByteOrder::NATIVE,
+            start: 0,
+            row_len,
+            rows_are_times,
+        };
+        Storage::new(bytes, arrangement)
     }
 
     /// From an array `(time, site)`; not copied if contiguous in either order.
     pub(crate) fn from_array(values: Array2<f64>) -> Self {
         let rows_are_times = !values.t().is_standard_layout() || values.is_standard_layout();
-        let rows = if rows_are_times {
-            values
-        } else {
-            values.reversed_axes()
+        let rows = match rows_are_times {
+            true => values,
+            false => values.reversed_axes(),
         };
         let row_len = rows.ncols();
-        let rows = if rows.is_standard_layout() {
-            rows
-        } else {
-            rows.as_standard_layout().into_owned()
+        let rows = match rows.is_standard_layout() {
+            true => rows,
+            false => rows.as_standard_layout().into_owned(),
         };
         let len = rows.len();
         let (mut values, offset) = rows.into_raw_vec_and_offset();
@@ -183,7 +184,6 @@ impl Storage {
         Storage::from_values(values, row_len, rows_are_times)
     }
 
-    /// Whether a row holds the sites of one time.
     /// The same samples with times for sites.
     pub(crate) fn transposed(&self) -> Storage {
         let mut storage = self.clone();
@@ -191,6 +191,7 @@ impl Storage {
         storage
     }
 
+    /// Whether a row holds the sites of one time.
     pub(crate) fn rows_are_times(&self) -> bool {
         self.arrangement.rows_are_times
     }

@@ -1,4 +1,4 @@
-//! Cosines and sines of rational parts of a turn.
+//! Cosines of rational parts of a turn.
 
 use std::f64::consts::PI;
 
@@ -21,11 +21,6 @@ pub(crate) fn cos_turns(p: u64, q: u64) -> f64 {
     }
 }
 
-/// `sin(2 pi p / q)`, as [`cos_turns`] a quarter of a turn earlier; `q` is at most `2^58`.
-pub(crate) fn sin_turns(p: u64, q: u64) -> f64 {
-    cos_turns(4 * (p % q) + 3 * q, 4 * q)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -34,15 +29,12 @@ mod tests {
     fn quarter_turns_are_exact_and_symmetries_hold_bitwise() {
         for q in 1..200 {
             assert_eq!(cos_turns(0, q), 1.0);
-            assert_eq!(sin_turns(0, q), 0.0);
             for p in 0..=q {
                 assert_eq!(cos_turns(p, q), cos_turns(q - p, q));
-                assert_eq!(sin_turns(p, q), -sin_turns(q - p, q));
                 assert_eq!(cos_turns(p, 2 * q), -cos_turns(q - p, 2 * q));
                 assert_eq!(cos_turns(3 * p, 3 * q), cos_turns(p, q));
             }
             assert_eq!(cos_turns(q, 4 * q), 0.0);
-            assert_eq!(sin_turns(q, 4 * q), 1.0);
         }
     }
 
@@ -51,7 +43,6 @@ mod tests {
         for p in 0..4096 {
             let angle = 2.0 * PI * (p as f64 / 4096.0);
             assert!((cos_turns(p, 4096) - angle.cos()).abs() < 7e-16);
-            assert!((sin_turns(p, 4096) - angle.sin()).abs() < 7e-16);
         }
     }
 }

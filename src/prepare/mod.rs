@@ -16,13 +16,13 @@ mod unit;
 mod window;
 
 pub use channels::{Examined, channel_findings};
-pub(crate) use channels::{Sites, channels, some};
+pub(crate) use channels::{GAIN_STEPS, Sites, channels, some};
 pub(crate) use prepared::{Prepared, Tiles};
 pub(crate) use read_ahead::{ReadAhead, piece_bytes};
 pub(crate) use scan::ChannelScan;
 pub(crate) use survey::survey_bytes;
 pub(crate) use trend::Trend;
-pub use window::{Lobes, Window, WindowError, WindowGains};
+pub use window::{Window, WindowError, WindowGains};
 
 use crate::arrays::Precision;
 

@@ -4,23 +4,22 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::read_ahead::{ReadAhead, parts};
+use super::read_ahead::ReadAhead;
 use super::scan::{ChannelScan, Gap};
 use super::trend::Trend;
-use super::unit::PowerOfTwo;
-use super::{Detrend, Gaps, Preparation};
+use super::{Detrend, Gaps, Preparation, unit};
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::numeric::{sum, sum_of_squares};
+use crate::numeric::{pieces, sum, sum_of_squares};
 use crate::observer::Observer;
 
 /// A field with its range, gaps, scale and trends settled; see the [module](super) documentation.
 pub(crate) struct Prepared<'a> {
-    pub(super) field: &'a Field,
+    pub field: &'a Field,
     pub(super) times: Range<usize>,
     pub(super) sites: Range<usize>,
     /// Amplitudes are divided by this power of two, so that their squares stay in range.
-    unit: PowerOfTwo,
+    unit: f64,
     is_silent: bool,
     /// By site, then time; indices are those of the range.
     pub(super) gaps: Vec<Gap>,
@@ -52,7 +51,8 @@ impl<'a> Prepared<'a> {
     /// Examines every sample and determines its preparation.
     ///
     /// # Errors
-    /// [`Error::NonFinite`] for gaps if they are refused; [`Error::Cancelled`].
+    /// [`Error::NonFinite`] for gaps if they are refused; [`Error::Range`] if samples that segments reach vanish in the unit;
+    /// [`Error::Cancelled`].
     pub fn new(
         field: &'a Field,
         times: Range<usize>,
@@ -70,7 +70,7 @@ impl<'a> Prepared<'a> {
             left_out,
             times,
             sites,
-            unit: PowerOfTwo::ONE,
+            unit: 1.0,
             is_silent: false,
             gaps: Vec::new(),
             gaps_by_time: Vec::new(),
@@ -82,8 +82,19 @@ impl<'a> Prepared<'a> {
             tiles,
         };
         let scans = prepared.scan(preparation.gaps, observer)?;
-        (prepared.unit, prepared.is_silent) = prepared.unit_of(&scans, preparation, observer)?;
-
+        // Samples that no segment reaches do not count, unless they are transformed along space.
+        let precision = preparation.precision;
+        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
+        let reached = prepared.largest_before(preparation.reached, largest, observer)?;
+        let transformed = match preparation.transforms_all {
+            true => largest,
+            false => reached,
+        };
+        prepared.is_silent = transformed == 0.0;
+        prepared.unit = unit::near(transformed, precision);
+        if unit::loses(prepared.unit, reached, precision) {
+            return Err(Error::Range { reached, largest });
+        }
         if preparation.detrend_field_mean {
             prepared.field_mean = Some(prepared.mean(observer)?);
         }
@@ -94,31 +105,6 @@ impl<'a> Prepared<'a> {
             prepared.time_trends = prepared.fit_time(preparation.detrend_time, observer)?;
         }
         Ok((prepared, scans))
-    }
-
-    /// The unit of what is transformed, and whether that is 0 everywhere. Samples that no segment reaches do not count, unless they are
-    /// transformed along space.
-    ///
-    /// # Errors
-    /// [`Error::Range`] if samples that segments reach vanish in it; [`Error::Cancelled`].
-    fn unit_of(
-        &self,
-        scans: &[ChannelScan],
-        preparation: Preparation<'_>,
-        observer: &dyn Observer,
-    ) -> Result<(PowerOfTwo, bool)> {
-        let precision = preparation.precision;
-        let largest = scans.iter().fold(0.0, |m: f64, s| m.max(s.largest));
-        let reached = self.largest_before(preparation.reached, largest, observer)?;
-        let transformed = match preparation.transforms_all {
-            true => largest,
-            false => reached,
-        };
-        let unit = PowerOfTwo::near(transformed, precision);
-        match unit.loses(reached, precision) {
-            true => Err(Error::Range { reached, largest }),
-            false => Ok((unit, transformed == 0.0)),
-        }
     }
 
     /// The largest magnitude of the first `reached` samples of all records, of which `largest` is
@@ -145,20 +131,10 @@ impl<'a> Prepared<'a> {
         self.sites.len()
     }
 
-    /// The last site of the file that is struck or driven, where the field is a simulated run.
-    pub fn struck(&self) -> Option<usize> {
-        self.field.struck
-    }
-
     /// Masses of the sites, where the field is a simulated run.
     pub fn masses(&self) -> Option<&[f64]> {
         let masses = self.field.masses.as_deref()?;
         masses.get(self.sites.clone())
-    }
-
-    /// Sites of the whole field.
-    pub fn sites_in_file(&self) -> usize {
-        self.field.n_sites()
     }
 
     /// Whether all samples that are transformed are 0.
@@ -168,7 +144,7 @@ impl<'a> Prepared<'a> {
 
     /// The amplitude that prepared samples count as 1.
     pub fn unit(&self) -> f64 {
-        self.unit.value()
+        self.unit
     }
 
     /// The samples of `site` that are masked, in order of time.
@@ -230,44 +206,18 @@ impl<'a> Prepared<'a> {
 
     /// Whole records of `sites`, one after the other, from `ahead` where they were read.
     pub fn records(&self, ahead: Option<&ReadAhead>, sites: Range<usize>, out: &mut [f64]) {
-        let n_times = self.n_times();
-        let (times, in_field) = (self.times.clone(), within(&self.sites, &sites));
         match ahead {
-            Some(ahead) => ahead.records(in_field, out),
-            None => self.field.read_site_major(times, in_field, out),
+            Some(ahead) => ahead.records(within(&self.sites, &sites), out),
+            None => return self.piece(0..self.n_times(), sites, out),
         }
-        let gaps = self.gaps_within(&sites).iter();
-        let gaps = gaps.map(|g| ((g.site - sites.start) * n_times + g.time, g.value));
-        self.around_gaps(gaps, out, |out| {
-            for (j, record) in sites.clone().zip(out.chunks_exact_mut(n_times)) {
-                self.unit.divide(record);
-                if let Some(mean) = &self.field_mean {
-                    record.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
-                }
-                for (v, trend) in record.iter_mut().zip(&self.space_trends) {
-                    *v = trend.remove(*v, j);
-                }
-                if let Some(trend) = self.time_trends.get(j) {
-                    trend.remove_all(record);
-                }
-                if self.is_left_out(j) {
-                    record.fill(0.0);
-                }
-            }
-        });
+        self.prepare(0..self.n_times(), sites, true, out);
     }
 
-    /// The records of `sites` at these times, one after the other; those of fields whose trends along time are
-    /// left in place.
+    /// The records of `sites` at these times, one after the other.
     pub fn piece(&self, times: Range<usize>, sites: Range<usize>, out: &mut [f64]) {
         let at = (within(&self.times, &times), within(&self.sites, &sites));
         self.field.read_site_major(at.0, at.1, out);
-        let gaps = self.gaps_within(&sites).iter();
-        let gaps = gaps.filter(|gap| times.contains(&gap.time)).map(|gap| {
-            let at = (gap.site - sites.start) * times.len() + gap.time - times.start;
-            (at, gap.value)
-        });
-        self.around_gaps(gaps, out, |out| self.unit.divide(out));
+        self.prepare(times, sites, true, out);
     }
 
     /// The records of `sites`, interleaved, from `ahead` if they were read ahead.
@@ -277,7 +227,7 @@ impl<'a> Prepared<'a> {
             Some(ahead) => ahead.columns(in_field, out),
             None => self.field.read_time_major(times, in_field, out),
         }
-        self.prepare_rows((0, sites.clone()), self.gaps_within(&sites), out);
+        self.prepare(0..self.n_times(), sites, false, out);
     }
 
     /// Whole profiles of `times`, one after the other.
@@ -287,45 +237,83 @@ impl<'a> Prepared<'a> {
             Some(_) => self.field.read_releasing(in_field, sites, out),
             None => self.field.read_time_major(in_field, sites, out),
         }
-        let before = |end: usize| self.gaps_by_time.partition_point(|gap| gap.time < end);
-        let gaps = &self.gaps_by_time[before(times.start)..before(times.end)];
-        self.prepare_rows((times.start, 0..self.n_sites()), gaps, out);
+        self.prepare(times, 0..self.n_sites(), false, out);
     }
 
-    /// Prepares rows of `sites` as they were read, from the time `first` on, with these gaps.
-    fn prepare_rows(&self, (first, sites): (usize, Range<usize>), gaps: &[Gap], out: &mut [f64]) {
-        let (from, width) = (sites.start, sites.len());
-        let place = |g: &Gap| ((g.time - first) * width + g.site - from, g.value);
-        self.around_gaps(gaps.iter().map(place), out, |out| {
-            if !self.is_as_stored() {
-                for (n, row) in (first..).zip(out.chunks_exact_mut(width)) {
-                    self.settle(n, from, row);
-                }
+    /// Prepares samples as they were read, records or profiles one after the other: replaces gaps, removes unit and trends; masks the
+    /// gaps where that is asked.
+    fn prepare(
+        &self,
+        times: Range<usize>,
+        sites: Range<usize>,
+        are_records: bool,
+        out: &mut [f64],
+    ) {
+        let gaps = match sites.len() == self.n_sites() {
+            true => {
+                let before = |end: usize| self.gaps_by_time.partition_point(|gap| gap.time < end);
+                &self.gaps_by_time[before(times.start)..before(times.end)]
             }
-        });
-        for j in sites.filter(|j| self.is_left_out(*j)) {
-            let column = out.iter_mut().skip(j - from).step_by(width);
-            column.for_each(|v| *v = 0.0);
+            false => self.gaps_within(&sites),
+        };
+        let (height, width) = (times.len(), sites.len());
+        // From one time, and from one site, to the next.
+        let (later, beside) = if are_records { (1, height) } else { (width, 1) };
+        let place =
+            |gap: &Gap| (gap.time - times.start) * later + (gap.site - sites.start) * beside;
+        let gaps = gaps.iter().filter(|gap| times.contains(&gap.time));
+        gaps.clone().for_each(|gap| out[place(gap)] = gap.value);
+        if !self.is_as_stored() {
+            let length = if are_records { height } else { width };
+            for (i, line) in out.chunks_exact_mut(length).enumerate() {
+                let (n, j) = if are_records { (0, i) } else { (i, 0) };
+                self.settle((times.start + n, sites.start + j), are_records, line);
+            }
+        }
+        if self.masked {
+            gaps.for_each(|gap| out[place(gap)] = 0.0);
+        }
+        for j in sites.clone().filter(|j| self.is_left_out(*j)) {
+            let record = out.iter_mut().skip((j - sites.start) * beside);
+            record.step_by(later).take(height).for_each(|v| *v = 0.0);
         }
     }
 
-    /// Replaces gaps, then prepares the samples; masks the gaps where that is asked.
-    fn around_gaps(
-        &self,
-        gaps: impl Iterator<Item = (usize, f64)> + Clone,
-        out: &mut [f64],
-        prepare: impl FnOnce(&mut [f64]),
-    ) {
-        gaps.clone().for_each(|(at, value)| out[at] = value);
-        prepare(out);
-        if self.masked {
-            gaps.for_each(|(at, _)| out[at] = 0.0);
+    /// Removes unit and trends from samples along time or along space, the first at the time `n` and the site `j`.
+    fn settle(&self, (n, j): (usize, usize), is_along_time: bool, samples: &mut [f64]) {
+        if self.unit != 1.0 {
+            samples.iter_mut().for_each(|v| *v /= self.unit);
+        }
+        if let Some(mean) = &self.field_mean {
+            samples.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
+        }
+        for (trends, own, place, is_along) in [
+            (&self.space_trends, n, j, !is_along_time),
+            (&self.time_trends, j, n, is_along_time),
+        ] {
+            let trends = trends.get(own..).unwrap_or_default();
+            match trends.first().filter(|_| is_along) {
+                Some(trend) => trend.remove_all(place, samples),
+                None => {
+                    for (v, trend) in samples.iter_mut().zip(trends) {
+                        *v = trend.remove(*v, place);
+                    }
+                }
+            }
         }
     }
 
     /// Whether the site is left out.
     pub fn is_left_out(&self, site: usize) -> bool {
         self.left_out.get(site) == Some(&true)
+    }
+
+    /// Whole snapshots of `times`: of the field where preparation does not change them, else prepared in `room`.
+    pub fn snapshots<'s>(&'s self, times: Range<usize>, room: &'s mut [f64]) -> &'s [f64] {
+        self.stored_profiles(times.clone()).unwrap_or_else(|| {
+            self.profiles(times, room);
+            room
+        })
     }
 
     /// Whole snapshots of `times` as a slice of the field, if preparation does not change them.
@@ -339,26 +327,10 @@ impl<'a> Prepared<'a> {
 
     /// Whether preparation leaves all samples but gaps unchanged.
     fn is_as_stored(&self) -> bool {
-        self.unit == PowerOfTwo::ONE
+        self.unit == 1.0
             && self.field_mean.is_none()
             && self.space_trends.is_empty()
             && self.time_trends.is_empty()
-    }
-
-    /// Removes unit and trends from the samples of time `n` from site `first` on.
-    fn settle(&self, n: usize, first: usize, samples: &mut [f64]) {
-        self.unit.divide(samples);
-        if let Some(mean) = &self.field_mean {
-            samples.iter_mut().for_each(|v| *v = mean.remove(*v, 0));
-        }
-        if let Some(trend) = self.space_trends.get(n) {
-            for (j, v) in samples.iter_mut().enumerate() {
-                *v = trend.remove(*v, first + j);
-            }
-        }
-        for (v, trend) in samples.iter_mut().zip(self.time_trends.iter().skip(first)) {
-            *v = trend.remove(*v, n);
-        }
     }
 
     /// Whether trends are fitted to a sample.
@@ -401,9 +373,9 @@ impl<'a> Prepared<'a> {
 
     fn fit_space(&self, kind: Detrend, observer: &dyn Observer) -> Result<Vec<Trend>> {
         observer.stage("fitting trends along space", self.n_times() as u64);
-        let (n_times, n_sites) = (self.n_times(), self.n_sites());
+        let n_sites = self.n_sites();
         in_parts(
-            0..n_times,
+            self.n_times(),
             self.tiles.times,
             observer,
             |times, block, scratch| {
@@ -413,7 +385,7 @@ impl<'a> Prepared<'a> {
                 let profiles = times.zip(block.chunks_exact(n_sites));
                 let trends = profiles
                     .map(|(n, profile)| Trend::fit(profile, kind, |j| self.is_kept(n, j), scratch));
-                trends.collect()
+                Ok(trends.collect())
             },
         )
     }
@@ -425,35 +397,23 @@ impl<'a> Prepared<'a> {
     pub fn energies(&self, observer: &dyn Observer) -> Result<(Vec<f64>, Vec<f64>)> {
         let (nt, nx) = (self.n_times(), self.n_sites());
         observer.stage("finding the reference", nt as u64);
-        let parts_of_all: Vec<Range<usize>> = parts(0..nt, nt.div_ceil(PARTS)).collect();
-        let energies: Result<Vec<(Vec<f64>, Vec<f64>)>> = parts_of_all
-            .into_par_iter()
-            .map(|part| {
-                let (mut sites, mut times) = (vec![0.0; nx], Vec::with_capacity(part.len()));
-                let mut room = Vec::new();
-                for some in parts(part, self.tiles.times) {
-                    observer.go_on()?;
-                    let profiles = match self.stored_profiles(some.clone()) {
-                        Some(stored) => stored,
-                        None => {
-                            room.resize(some.len() * nx, 0.0);
-                            self.profiles(some.clone(), &mut room);
-                            &room
-                        }
-                    };
-                    for profile in profiles.chunks_exact(nx) {
-                        let squares = sites.iter_mut().zip(profile);
-                        squares.for_each(|(energy, v)| *energy += v * v);
-                        times.push(sum_of_squares(profile));
-                    }
-                    self.release_times(some.clone());
-                    observer.advance(some.len() as u64);
+        let energies = in_parts(nt, nt.div_ceil(PARTS), observer, |part, room, _| {
+            let (mut sites, mut times) = (vec![0.0; nx], Vec::with_capacity(part.len()));
+            for some in pieces(part.len(), self.tiles.times) {
+                observer.go_on()?;
+                let some = within(&part, &some);
+                room.resize(some.len() * nx, 0.0);
+                for profile in self.snapshots(some.clone(), room).chunks_exact(nx) {
+                    let squares = sites.iter_mut().zip(profile);
+                    squares.for_each(|(energy, v)| *energy += v * v);
+                    times.push(sum_of_squares(profile));
                 }
-                Ok((sites, times))
-            })
-            .collect();
+                self.release_times(some);
+            }
+            Ok(vec![(sites, times)])
+        })?;
         let (mut sites, mut times) = (vec![0.0; nx], Vec::with_capacity(nt));
-        for (part, energies) in energies? {
+        for (part, energies) in energies {
             sites.iter_mut().zip(part).for_each(|(all, v)| *all += v);
             times.extend(energies);
         }
@@ -481,24 +441,30 @@ impl<'a> Prepared<'a> {
         let (n_times, n_sites) = (self.n_times(), self.n_sites());
         let mut all = Vec::with_capacity(n_sites);
         let mut room = ReadAhead::default();
-        for sites in parts(0..n_sites, self.tiles.ahead.unwrap_or(n_sites)) {
+        for sites in pieces(n_sites, self.tiles.ahead.unwrap_or(n_sites)) {
             if !sites.clone().any(&wanted) {
                 observer.advance(sites.len() as u64);
                 all.extend(sites.map(|_| None));
                 continue;
             }
             let ahead = self.read_ahead(sites.clone(), &mut room);
-            let seen = in_parts(sites, self.tiles.sites, observer, |sites, tile, scratch| {
-                if !sites.clone().any(&wanted) {
-                    return sites.map(|_| None).collect();
-                }
-                tile.resize(sites.len() * n_times, 0.0);
-                self.records(ahead, sites.clone(), tile);
-                let records = sites.zip(tile.chunks_exact(n_times));
-                records
-                    .map(|(j, record)| wanted(j).then(|| look(j, record, scratch)))
-                    .collect()
-            });
+            let seen = in_parts(
+                sites.len(),
+                self.tiles.sites,
+                observer,
+                |part, tile, scratch| {
+                    let sites = within(&sites, &part);
+                    if !sites.clone().any(&wanted) {
+                        return Ok(sites.map(|_| None).collect());
+                    }
+                    tile.resize(sites.len() * n_times, 0.0);
+                    self.records(ahead, sites.clone(), tile);
+                    let records = sites.zip(tile.chunks_exact(n_times));
+                    let seen =
+                        records.map(|(j, record)| wanted(j).then(|| look(j, record, scratch)));
+                    Ok(seen.collect())
+                },
+            );
             all.extend(seen?);
             self.release_pages();
         }
@@ -510,24 +476,24 @@ impl<'a> Prepared<'a> {
 const PARTS: usize = 8;
 
 /// A part of a range, as one of what the range is of.
-fn within(range: &Range<usize>, part: &Range<usize>) -> Range<usize> {
+pub(super) fn within(range: &Range<usize>, part: &Range<usize>) -> Range<usize> {
     range.start + part.start..range.start + part.end
 }
 
-/// What `each` finds in parts of `all`, `length` each, in parallel; in their order. It has two vectors to work in.
+/// What `each` finds in parts of `0..all`, `length` each, in parallel; in their order. It has two vectors to work in.
 fn in_parts<R: Send>(
-    all: Range<usize>,
+    all: usize,
     length: usize,
     observer: &dyn Observer,
-    each: impl Fn(Range<usize>, &mut Vec<f64>, &mut Vec<f64>) -> Vec<R> + Sync,
+    each: impl Fn(Range<usize>, &mut Vec<f64>, &mut Vec<f64>) -> Result<Vec<R>> + Sync,
 ) -> Result<Vec<R>> {
-    let parts: Vec<Range<usize>> = parts(all, length).collect();
+    let parts: Vec<Range<usize>> = pieces(all, length).collect();
     let found: Result<Vec<Vec<R>>> = parts
         .into_par_iter()
         .map_init(Default::default, |(room, scratch), part| {
             observer.go_on()?;
             observer.advance(part.len() as u64);
-            Ok(each(part, room, scratch))
+            each(part, room, scratch)
         })
         .collect();
     Ok(found?.into_iter().flatten().collect())

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::prepared::within;
 use crate::field::Field;
+use crate::numeric::pieces;
 
 /// Bytes of a field larger than memory that each of `threads` threads has mapped at a time.
 pub(crate) fn piece_bytes(threads: usize) -> usize {
@@ -41,39 +43,47 @@ impl ReadAhead {
         stripe: usize,
     ) {
         let bytes = piece_bytes(rayon::current_num_threads());
-        self.n_times = times.len();
-        self.stripe = stripe;
-        let length = times.len() * sites.len();
+        let (n_times, is_time_major) = (times.len(), field.is_time_major());
+        let length = n_times * sites.len();
         if self.values.len() < length {
             self.values = Vec::new();
             self.values = vec![0.0; length];
         }
         self.values.truncate(length);
-        if field.is_time_major() {
-            self.piece = (bytes / (8 * field.n_sites())).max(1);
-            let pieces = self.values.par_chunks_mut(self.piece * sites.len());
-            pieces.enumerate().for_each(|(i, mut values)| {
-                let times = part(&times, i, self.piece);
-                for stripe in parts(sites.clone(), stripe) {
-                    let part = values.split_off_mut(..times.len() * stripe.len());
-                    field.read_time_major(times.clone(), stripe, part.expect("room for all"));
-                }
-                field.release_block(times, sites.clone());
+        let row = if is_time_major {
+            field.n_sites()
+        } else {
+            stripe
+        };
+        let piece = (bytes / (8 * row)).max(1);
+        let split = |all: &Range<usize>, most: usize| -> Vec<Range<usize>> {
+            let parts = pieces(all.len(), most).map(|part| within(all, &part));
+            parts.collect()
+        };
+        let (pieces, stripes) = (split(&times, piece), split(&sites, stripe));
+        let read = |times: &Range<usize>, stripe: &Range<usize>, values: &mut &mut [f64]| {
+            let part = values.split_off_mut(..times.len() * stripe.len());
+            let part = part.expect("room for all");
+            field.read_time_major(times.clone(), stripe.clone(), part);
+        };
+        if is_time_major {
+            let values = self.values.par_chunks_mut(piece * sites.len());
+            values.zip(&pieces).for_each(|(mut values, times)| {
+                stripes.iter().for_each(|of| read(times, of, &mut values));
+                field.release_block(times.clone(), sites.clone());
             });
         } else {
-            self.piece = times.len();
-            let length = (bytes / (8 * stripe)).max(1);
-            let stripes = self.values.par_chunks_mut(times.len() * stripe);
-            stripes.enumerate().for_each(|(i, mut values)| {
-                let stripe = part(&sites, i, stripe);
-                for times in parts(times.clone(), length) {
-                    let part = values.split_off_mut(..times.len() * stripe.len());
-                    let part = part.expect("room for all");
-                    field.read_time_major(times.clone(), stripe.clone(), part);
-                    field.release_block(times, stripe.clone());
+            let values = self.values.par_chunks_mut(n_times * stripe);
+            values.zip(&stripes).for_each(|(mut values, stripe)| {
+                for times in &pieces {
+                    read(times, stripe, &mut values);
+                    field.release_block(times.clone(), stripe.clone());
                 }
             });
         }
+        self.n_times = n_times;
+        self.stripe = stripe;
+        self.piece = if is_time_major { piece } else { n_times };
         self.sites = sites;
     }
 
@@ -113,14 +123,4 @@ impl ReadAhead {
             &piece[first * times..][..sites.len() * times]
         })
     }
-}
-
-/// One after the other, `length` each but for the last.
-pub(super) fn parts(all: Range<usize>, length: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..all.len().div_ceil(length)).map(move |i| part(&all, i, length))
-}
-
-fn part(all: &Range<usize>, i: usize, length: usize) -> Range<usize> {
-    let from = all.start + i * length;
-    from..all.end.min(from + length)
 }

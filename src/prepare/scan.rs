@@ -47,65 +47,48 @@ impl ChannelScan {
         let largest = if low <= high { high.max(-low) } else { 0.0 };
         let constant = low >= high;
         let is_extreme = |v: f64| (v == high || v == low) && v.abs() >= 0.5 * largest;
-        let clipped_run = match constant {
-            true => 0,
-            false => longest_run(record, is_extreme),
-        };
+        let runs = record.chunk_by(|a, b| a == b);
+        let held = runs.filter(|run| !constant && is_extreme(run[0]));
         ChannelScan {
             largest,
             gaps,
             first_gap,
             constant,
-            clipped_run,
+            clipped_run: held.map(<[f64]>::len).max().unwrap_or(0),
         }
     }
-}
-
-fn longest_run(record: &[f64], on_extreme: impl Fn(f64) -> bool) -> usize {
-    let (mut longest, mut run, mut last) = (0, 0, f64::NAN);
-    for &v in record {
-        run = match on_extreme(v) {
-            true if v == last => run + 1,
-            true => 1,
-            false => 0,
-        };
-        last = v;
-        longest = longest.max(run);
-    }
-    longest
 }
 
 /// The gaps of `record` with their replacements: what is masked has the mean of the others.
-pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps, into: &mut Vec<Gap>) {
-    let finite: Vec<f64> = match gaps {
-        Gaps::Mask => record.iter().copied().filter(|v| v.is_finite()).collect(),
-        _ => Vec::new(),
-    };
+pub(crate) fn fill(record: &[f64], site: usize, gaps: Gaps) -> Vec<Gap> {
+    let finite = record.iter().copied().filter(|v| v.is_finite());
+    let finite: Vec<f64> = finite.filter(|_| gaps == Gaps::Mask).collect();
     let mean = crate::numeric::sum(&finite) / finite.len().max(1) as f64;
-    let mut start = 0;
-    while start < record.len() {
-        if record[start].is_finite() {
-            start += 1;
+    let (mut filled, mut end) = (Vec::new(), 0);
+    for run in record.chunk_by(|a, b| a.is_finite() == b.is_finite()) {
+        let start = end;
+        end += run.len();
+        if run[0].is_finite() {
             continue;
         }
-        let run = record[start..].iter().take_while(|v| !v.is_finite());
-        let end = start + run.count();
         let before = start.checked_sub(1).map(|n| record[n]);
         let after = record.get(end).copied();
-        for time in start..end {
+        filled.extend((start..end).map(|time| {
             let value = match (gaps, before, after) {
                 (Gaps::Mask, ..) => mean,
-                (Gaps::Refuse | Gaps::LeaveOut, ..) | (_, None, None) => 0.0,
-                (_, Some(a), Some(b)) => {
+                (Gaps::Interpolate, Some(a), Some(b)) => {
                     let weight = (time + 1 - start) as f64 / (end - start + 1) as f64;
                     a * (1.0 - weight) + b * weight
                 }
-                (_, Some(only), None) | (_, None, Some(only)) => only,
+                (Gaps::Interpolate, only, None) | (Gaps::Interpolate, None, only) => {
+                    only.unwrap_or(0.0)
+                }
+                (Gaps::Refuse | Gaps::LeaveOut, ..) => 0.0,
             };
-            into.push(Gap { time, site, value });
-        }
-        start = end;
+            Gap { time, site, value }
+        }));
     }
+    filled
 }
 
 #[cfg(test)]
@@ -116,8 +99,7 @@ mod tests {
     fn gaps_are_filled_along_the_line_and_held_at_the_ends() {
         let nan = f64::NAN;
         let record = [nan, 2.0, nan, nan, 8.0, f64::NEG_INFINITY];
-        let mut gaps = Vec::new();
-        fill(&record, 3, Gaps::Interpolate, &mut gaps);
+        let gaps = fill(&record, 3, Gaps::Interpolate);
         let got: Vec<_> = gaps.iter().map(|g| (g.time, g.value)).collect();
         assert_eq!(got, [(0, 2.0), (2, 4.0), (3, 6.0), (5, 8.0)]);
         assert!(gaps.iter().all(|g| g.site == 3));

@@ -1,6 +1,7 @@
 //! The survey of all samples before the transforms: time by time if that suffices, otherwise record
 //! by record.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -10,6 +11,7 @@ use super::scan::{self, ChannelScan, Gap};
 use super::{Gaps, Prepared};
 use crate::error::{Error, Result};
 use crate::field::Field;
+use crate::numeric::pieces;
 use crate::observer::Observer;
 
 /// Samples per stretch of times.
@@ -23,9 +25,9 @@ fn stretch(field: &Field) -> usize {
     (STRETCH / field.n_sites()).max(1)
 }
 
-/// Bytes of scratch per thread for samples that must be decoded.
+/// Bytes of scratch per thread for samples that must be decoded or copied.
 pub(crate) fn survey_bytes(field: &Field, n_sites: usize) -> u64 {
-    match field.is_time_major() && field.stored_profiles(0..0).is_none() {
+    match field.is_time_major() {
         true => 8 * (stretch(field) + 1) as u64 * n_sites as u64,
         false => 0,
     }
@@ -34,16 +36,14 @@ pub(crate) fn survey_bytes(field: &Field, n_sites: usize) -> u64 {
 impl Prepared<'_> {
     /// What each record holds; keeps account of its gaps.
     pub(super) fn scan(&mut self, gaps: Gaps, observer: &dyn Observer) -> Result<Vec<ChannelScan>> {
-        let mut passed = match self.field.is_time_major() {
+        let mut scans = match self.field.is_time_major() {
             true => self.extremes(observer)?.scans(),
             false => vec![None; self.n_sites()],
         };
-        for (passed, left_out) in passed.iter_mut().zip(&self.left_out) {
-            if *left_out {
-                *passed = Some(ChannelScan::NOTHING);
-            }
+        for (scan, _) in scans.iter_mut().zip(&self.left_out).filter(|of| *of.1) {
+            *scan = Some(ChannelScan::NOTHING);
         }
-        let is_open = |j: usize| passed[j].is_none();
+        let is_open = |j: usize| scans[j].is_none();
         if (0..self.n_sites()).any(is_open) {
             observer.stage("looking at the samples", self.n_sites() as u64);
         }
@@ -52,27 +52,24 @@ impl Prepared<'_> {
         let found = self.each_record_of(is_open, observer, |j, record, _| {
             let scan = ChannelScan::of(record);
             // Past the limit gaps are still counted, but no longer kept.
-            if kept.fetch_add(scan.gaps, Ordering::Relaxed) + scan.gaps > room {
-                return (scan, Vec::new());
-            }
-            let mut filled = Vec::new();
-            if scan.gaps > 0 && gaps != Gaps::Refuse {
-                scan::fill(record, j, gaps, &mut filled);
-            }
+            let is_kept = kept.fetch_add(scan.gaps, Ordering::Relaxed) + scan.gaps <= room;
+            let filled = match scan.gaps > 0 && gaps != Gaps::Refuse && is_kept {
+                true => scan::fill(record, j, gaps),
+                false => Vec::new(),
+            };
             (scan, filled)
         })?;
         let looked_at = found.iter().map(|of| of.as_ref().map(|(scan, _)| *scan));
-        let scans = passed.into_iter().zip(looked_at);
+        let scans = scans.into_iter().zip(looked_at);
         let scans: Vec<ChannelScan> = scans.filter_map(|(scan, of)| scan.or(of)).collect();
         let count: u64 = scans.iter().map(|s: &ChannelScan| s.gaps as u64).sum();
         if count > 0 && gaps == Gaps::Refuse {
-            let gaps = scans.iter().enumerate();
-            let gaps = gaps.filter_map(|(j, s)| Some((s.first_gap?, j)));
-            let first = gaps.min().unwrap_or_default();
+            let gaps = scans.iter().zip(self.sites.clone());
+            let gaps = gaps.filter_map(|(s, j)| Some((self.times.start + s.first_gap?, j)));
             return Err(Error::NonFinite {
                 name: self.field.name.clone(),
                 count,
-                first: (self.times.start + first.0, self.sites.start + first.1),
+                first: gaps.min().unwrap_or_default(),
                 sites: scans.iter().filter(|s| s.gaps > 0).count(),
                 n_sites: scans.len(),
             });
@@ -95,39 +92,21 @@ impl Prepared<'_> {
     fn extremes(&self, observer: &dyn Observer) -> Result<Extremes> {
         observer.stage("looking at the samples", self.n_times() as u64);
         let none = || Extremes::none(self.n_sites());
-        let stretch = stretch(self.field);
-        let stored = self.field.stored_profiles(self.times.clone());
-        // Only the requested sites are decoded.
-        let (width, sites) = match stored {
-            Some(_) => (self.field.n_sites(), self.sites.clone()),
-            None => (self.n_sites(), 0..self.n_sites()),
-        };
-        let starts: Vec<usize> = self.times.clone().step_by(stretch).collect();
+        let parts: Vec<Range<usize>> = pieces(self.n_times(), stretch(self.field)).collect();
         // Few parts, since each has statistics of all sites.
-        let least = starts.len().div_ceil(4 * rayon::current_num_threads());
-        let seen = starts
+        let least = parts.len().div_ceil(4 * rayon::current_num_threads());
+        let seen = parts
             .into_par_iter()
             .with_min_len(least)
-            .try_fold(none, |mut seen, start| {
+            .try_fold(none, |mut seen, times| {
                 observer.go_on()?;
-                let end = (start + stretch).min(self.times.end);
                 // Held extremes need the previous time.
-                let first = start.saturating_sub(1).max(self.times.start);
-                let mut room = Vec::new();
-                let rows = match stored {
-                    Some(stored) => &stored[(first - self.times.start) * width..],
-                    None => {
-                        room.resize((end - first) * width, 0.0);
-                        self.field
-                            .read_time_major(first..end, self.sites.clone(), &mut room);
-                        &room
-                    }
-                };
-                let whole = (end - 1 - first) * width;
-                let rows = &rows[sites.start..whole + sites.end];
-                seen.take(rows, width, first < start);
-                self.release_times(first - self.times.start..end - self.times.start);
-                observer.advance((end - start) as u64);
+                let first = times.start.saturating_sub(1);
+                let mut room = vec![0.0; (times.end - first) * self.n_sites()];
+                let rows = self.snapshots(first..times.end, &mut room);
+                seen.take(rows, self.n_sites(), first < times.start);
+                observer.advance(times.len() as u64);
+                self.release_times(times);
                 Ok::<_, Error>(seen)
             })
             .try_reduce(none, |a, b| Ok(a.merged(b)));

@@ -66,9 +66,9 @@ impl Trend {
         (value - self.high) - (self.low + self.slope * (i as f64 - self.centre))
     }
 
-    /// Removes the trend from `record`.
-    pub fn remove_all(&self, record: &mut [f64]) {
-        for (i, v) in record.iter_mut().enumerate() {
+    /// Removes the trend from `samples`, the first at the index `from`.
+    pub fn remove_all(&self, from: usize, samples: &mut [f64]) {
+        for (v, i) in samples.iter_mut().zip(from..) {
             *v = self.remove(*v, i);
         }
     }
@@ -80,10 +80,9 @@ impl Trend {
         keep: impl Fn(usize) -> bool,
         scratch: &mut Vec<f64>,
     ) {
-        if kind == Detrend::None {
-            return;
+        if kind != Detrend::None {
+            Trend::fit(record, kind, keep, scratch).remove_all(0, record);
         }
-        Trend::fit(record, kind, keep, scratch).remove_all(record);
     }
 
     /// Records that are interleaved, `width` to a row, each without its trend, with the bits of
@@ -97,15 +96,10 @@ impl Trend {
         let out = on_lines(room, rows.len());
         if width == WIDTH && kind == Detrend::Mean {
             let (rows, out) = (rows.as_chunks().0, out.as_chunks_mut().0);
-            let count = rows.len() as f64;
-            let high = sums_across(rows, &[0.0; WIDTH]).map(|sum| sum / count);
-            let low = sums_across(rows, &high).map(|sum| sum / count);
-            widest(WithoutMeans {
-                rows,
-                high,
-                low,
-                out,
-            });
+            let mean = |less: &_| sums_across(rows, less).map(|sum| sum / rows.len() as f64);
+            let high = mean(&[0.0; WIDTH]);
+            let means = [high, mean(&high)];
+            widest(WithoutMeans { rows, means, out });
         } else {
             let mut record = Vec::with_capacity(rows.len() / width);
             for column in 0..width {
@@ -123,8 +117,7 @@ impl Trend {
 /// Eight records less their means.
 struct WithoutMeans<'a> {
     rows: &'a [[f64; WIDTH]],
-    high: [f64; WIDTH],
-    low: [f64; WIDTH],
+    means: [[f64; WIDTH]; 2],
     out: &'a mut [[f64; WIDTH]],
 }
 
@@ -133,7 +126,7 @@ impl SimdKernel for WithoutMeans<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let (high, low) = (L::read(&self.high), L::read(&self.low));
+        let [high, low] = self.means.map(|mean| L::read(&mean));
         for (row, out) in self.rows.iter().zip(self.out) {
             ((L::read(row) - high) - low).write(out);
         }
@@ -147,51 +140,36 @@ mod tests {
     #[test]
     fn a_line_with_gaps_is_removed() {
         let mut record: Vec<f64> = (0..64).map(|i| 3.0 - 0.25 * f64::from(i)).collect();
-        record[5] = f64::NAN;
-        record[63] = f64::INFINITY;
-        let trend = Trend::fit(
-            &record,
-            Detrend::Linear,
-            |i| record[i].is_finite(),
-            &mut vec![],
-        );
+        (record[5], record[63]) = (f64::NAN, f64::INFINITY);
+        let line = |record: &[f64]| {
+            let is_kept = |i: usize| record[i].is_finite();
+            Trend::fit(record, Detrend::Linear, is_kept, &mut vec![])
+        };
+        let trend = line(&record);
         for (i, &v) in record.iter().enumerate().filter(|(_, v)| v.is_finite()) {
             assert!(trend.remove(v, i).abs() < 1e-14);
         }
+        let alone = line(&[7.0]);
+        assert_eq!((alone.high, alone.slope), (7.0, 0.0));
+        assert_eq!(line(&[]), Trend::default());
     }
 
     #[test]
     fn regress_interleaved_records_lose_their_trends_bit_by_bit() {
-        for (width, kind) in [
-            (8, Detrend::Mean),
-            (8, Detrend::Linear),
-            (3, Detrend::Mean),
-            (1, Detrend::Mean),
-        ] {
-            let value = |c: usize, n: usize| 1e3 * c as f64 + n as f64 + (n as f64 * 0.9).cos();
-            let rows: Vec<f64> = (0..width * 333)
-                .map(|i| value(i % width, i / width))
-                .collect();
+        let value = |c: usize, n: usize| 1e3 * c as f64 + n as f64 + (n as f64 * 0.9).cos();
+        let (mean, linear) = (Detrend::Mean, Detrend::Linear);
+        for (width, kind) in [(8, mean), (8, linear), (3, mean), (1, mean)] {
+            let rows = (0..width * 333).map(|i| value(i % width, i / width));
+            let rows: Vec<f64> = rows.collect();
             let mut room = Vec::new();
             let found = Trend::removed_across((&rows, width), kind, &mut room, &mut Vec::new());
             for c in 0..width {
                 let mut record: Vec<f64> = (0..333).map(|n| value(c, n)).collect();
                 Trend::remove_from(&mut record, kind, |_| true, &mut Vec::new());
-                let same = found.iter().skip(c).step_by(width).zip(&record);
-                assert!(same.clone().count() == 333);
-                assert!(
-                    same.into_iter().all(|(a, b)| a.to_bits() == b.to_bits()),
-                    "{width} {c}"
-                );
+                let found: Vec<f64> = found.iter().skip(c).step_by(width).copied().collect();
+                let [found, record] = [found, record].map(|of| of.into_iter().map(f64::to_bits));
+                assert!(found.eq(record), "{width} {c}");
             }
         }
-    }
-
-    #[test]
-    fn one_sample_has_a_mean_and_no_slope() {
-        let trend = Trend::fit(&[7.0], Detrend::Linear, |_| true, &mut vec![]);
-        assert_eq!((trend.high, trend.slope), (7.0, 0.0));
-        let none = Trend::fit(&[], Detrend::Mean, |_| true, &mut vec![]);
-        assert_eq!(none, Trend::default());
     }
 }

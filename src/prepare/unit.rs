@@ -1,65 +1,30 @@
-//! The power of two that amplitudes are divided by.
+//! The power of two that amplitudes are divided by, so that their squares stay in range: exact but where a quotient is
+//! subnormal, far below the largest.
 
 use crate::arrays::Precision;
 
-/// A power of two, possibly beyond the range in which one factor can divide.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PowerOfTwo {
-    exponent: i32,
-}
-
-impl PowerOfTwo {
-    pub const ONE: PowerOfTwo = PowerOfTwo { exponent: 0 };
-
-    /// 1 while squares of `largest` are far inside the number range, else the power of two at or
-    /// below it.
-    pub fn near(largest: f64, precision: Precision) -> PowerOfTwo {
-        if largest == 0.0 {
-            return Self::ONE;
-        }
-        let exponent = exponent_of(largest);
-        let safe = match precision {
-            Precision::F64 => -200..200,
-            Precision::F32 => -20..20,
-        };
-        match safe.contains(&exponent) {
-            true => Self::ONE,
-            false => PowerOfTwo { exponent },
-        }
-    }
-
-    /// Whether numbers up to `largest` are too small in this unit for their spectra to be computed.
-    pub fn loses(self, largest: f64, precision: Precision) -> bool {
-        let least = match precision {
-            Precision::F64 => -450,
-            Precision::F32 => -90,
-        };
-        largest > 0.0 && exponent_of(largest) - self.exponent < least
-    }
-
-    pub fn value(self) -> f64 {
-        let half = self.exponent / 2;
-        2f64.powi(half) * 2f64.powi(self.exponent - half)
-    }
-
-    /// Exact but where a quotient is subnormal, far below the largest.
-    pub fn divide(self, values: &mut [f64]) {
-        if self == Self::ONE {
-            return;
-        }
-        let half = -self.exponent / 2;
-        let (a, b) = (2f64.powi(half), 2f64.powi(-self.exponent - half));
-        values.iter_mut().for_each(|v| *v = *v * a * b);
+/// 1 while squares of `largest` are far inside the number range, else the power of two at or
+/// below it.
+pub(super) fn near(largest: f64, precision: Precision) -> f64 {
+    let safe = match precision {
+        Precision::F64 => -200.0..200.0,
+        Precision::F32 => -20.0..20.0,
+    };
+    // The logarithm of the largest number is rounded up.
+    let exponent = largest.log2().floor().min(1023.0);
+    match largest == 0.0 || safe.contains(&exponent) {
+        true => 1.0,
+        false => exponent.exp2(),
     }
 }
 
-/// `floor(log2 x)` of a positive finite number, subnormal ones included.
-fn exponent_of(x: f64) -> i32 {
-    let bits = |x: f64| ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    match x < f64::MIN_POSITIVE {
-        true => bits(x * 2f64.powi(64)) - 64,
-        false => bits(x),
-    }
+/// Whether numbers up to `largest` are too small in this unit for their spectra to be computed.
+pub(super) fn loses(unit: f64, largest: f64, precision: Precision) -> bool {
+    let least = match precision {
+        Precision::F64 => -450.0,
+        Precision::F32 => -90.0,
+    };
+    largest > 0.0 && (largest / unit).log2() < least
 }
 
 #[cfg(test)]
@@ -69,15 +34,14 @@ mod tests {
     #[test]
     fn units_bring_any_amplitude_to_one() {
         for largest in [5e-324, 1e-310, 1e-200, 1e200, f64::MAX] {
-            let unit = PowerOfTwo::near(largest, Precision::F64);
-            let mut x = [largest];
-            unit.divide(&mut x);
-            assert!((1.0..2.0).contains(&x[0]), "{largest:e} became {}", x[0]);
-            assert_eq!(x[0] * unit.value(), largest);
+            let unit = near(largest, Precision::F64);
+            let one = largest / unit;
+            assert!((1.0..2.0).contains(&one), "{largest:e} became {one}");
+            assert_eq!(one * unit, largest);
         }
-        assert_eq!(PowerOfTwo::near(3.0, Precision::F64), PowerOfTwo::ONE);
-        let unit = PowerOfTwo::near(1e40, Precision::F32);
-        assert!(unit.loses(1.0, Precision::F32) && !unit.loses(1.0, Precision::F64));
-        assert!(!unit.loses(1e20, Precision::F32) && !unit.loses(0.0, Precision::F32));
+        assert_eq!(near(3.0, Precision::F64), 1.0);
+        let unit = near(1e40, Precision::F32);
+        assert!(loses(unit, 1.0, Precision::F32) && !loses(unit, 1.0, Precision::F64));
+        assert!(!loses(unit, 1e20, Precision::F32) && !loses(unit, 0.0, Precision::F32));
     }
 }

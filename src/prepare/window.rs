@@ -1,15 +1,12 @@
-//! Tapers, and how far they let a sine leak.
+//! Tapers.
 
 use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::{Mutex, PoisonError};
 
-use column_fft::{FftDirection, rows};
-use num_complex::Complex;
-
 use super::slepian;
-use crate::numeric::{cos_turns, sin_turns};
+use crate::numeric::cos_turns;
 
 /// A taper, in its periodic (DFT-even) form.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
@@ -201,20 +198,6 @@ impl Window {
         }
     }
 
-    /// How far below its amplitude a sine half way between two bins is read, in dB, at least 0:
-    /// `-20 log10 |sum w exp(-i pi j / n)| / sum w`.
-    pub fn scalloping_loss_db(&self, n: usize) -> f64 {
-        let samples = self.samples(n);
-        let turns = 2 * n as u64;
-        let (mut sum, mut re, mut im) = (0.0, 0.0, 0.0);
-        for (j, w) in samples.iter().enumerate() {
-            sum += w;
-            re += w * cos_turns(j as u64, turns);
-            im -= w * sin_turns(j as u64, turns);
-        }
-        -20.0 * (re.hypot(im) / sum).log10()
-    }
-
     /// Whether the parameter makes sense for `n` samples.
     ///
     /// # Errors
@@ -222,21 +205,20 @@ impl Window {
     /// product that is not above 0 and below `(n + 1) / 2`, and samples of another number.
     pub fn validate(&self, n: usize) -> Result<(), WindowError> {
         let (is_valid, expected, found) = match *self {
-            Window::Tukey { taper } => {
-                let is_share = (0.0..=1.0).contains(&taper);
-                (is_share, "a tapered share from 0 to 1".into(), taper)
-            }
-            Window::Kaiser { beta } => {
-                let is_beta = (0.0..=1e6).contains(&beta);
-                (is_beta, "a beta from 0 to 1e6".into(), beta)
-            }
+            Window::Tukey { taper } => (
+                (0.0..=1.0).contains(&taper),
+                "a tapered share from 0 to 1".into(),
+                taper,
+            ),
+            Window::Kaiser { beta } => (
+                (0.0..=1e6).contains(&beta),
+                "a beta from 0 to 1e6".into(),
+                beta,
+            ),
             Window::Dpss { time_bandwidth } => {
                 let limit = (n as f64 + 1.0) / 2.0;
-                let expected = match time_bandwidth > 0.0 {
-                    true => format!("a time-bandwidth product below {limit}"),
-                    false => "a time-bandwidth product above 0".into(),
-                };
                 let is_valid = n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit;
+                let expected = format!("a time-bandwidth product above 0 and below {limit}");
                 (is_valid, expected, time_bandwidth)
             }
             Window::Samples(Given(given)) => {
@@ -247,58 +229,9 @@ impl Window {
             _ => return Ok(()),
         };
         let found = found.to_string();
-        match is_valid {
-            true => Ok(()),
-            false => Err(WindowError { expected, found }),
-        }
-    }
-}
-
-/// Samples of a window whose lobes are found.
-const SAMPLES: usize = 1024;
-/// Points of the transform a bin.
-const FINENESS: usize = 128;
-
-/// The window's transform beside its peak: the bound on what a sine adds to bins far from it.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Lobes {
-    /// Distance from the peak to the first zero, in bins.
-    pub half_width_bins: f64,
-    /// Largest magnitude beyond that zero over the peak's, in dB, below 0.
-    pub worst_sidelobe_db: f64,
-}
-
-impl Window {
-    /// The lobes of `sum_j w_j exp(-2 pi i q (j / n - 1/2))`, q in bins, at n = 1024.
-    ///
-    /// Found on a grid of 1/128 bin, accurate to 0.01 dB. Other lengths from 256 on differ by less
-    /// than 0.3 dB. Values below -300 dB are rounding; a window without a zero has a half width of
-    /// n / 2 and a sidelobe of minus infinity.
-    ///
-    /// Source: Harris, Proc. IEEE 66, 51 (1978), table 1 (his Blackman-Harris of four terms).
-    pub fn lobes(&self) -> Lobes {
-        let length = SAMPLES * FINENESS;
-        let mut transform = vec![Complex::new(0.0, 0.0); length];
-        for (j, w) in self.samples(SAMPLES).into_iter().enumerate() {
-            transform[(length + j - SAMPLES / 2) % length].re = w;
-        }
-        rows::plan_fft_complex(length, FftDirection::Forward).process(&mut transform);
-        let spectrum = &transform[..=length / 2];
-
-        let zero = spectrum.windows(2).position(|pair| pair[1].re <= 0.0);
-        let Some(before) = zero else {
-            return Lobes {
-                half_width_bins: SAMPLES as f64 / 2.0,
-                worst_sidelobe_db: f64::NEG_INFINITY,
-            };
-        };
-        let part = spectrum[before].re / (spectrum[before].re - spectrum[before + 1].re);
-        let beyond = spectrum[before + 1..].iter().map(|a| a.norm());
-        let worst = beyond.fold(0.0, f64::max);
-        Lobes {
-            half_width_bins: (before as f64 + part) / FINENESS as f64,
-            worst_sidelobe_db: 20.0 * (worst / spectrum[0].norm()).log10(),
-        }
+        is_valid
+            .then_some(())
+            .ok_or(WindowError { expected, found })
     }
 }
 
@@ -353,8 +286,8 @@ impl FromStr for Window {
             expected: expected.into(),
             found: format!("`{text}`"),
         };
-        let mut words = text.splitn(2, ':');
-        let (name, parameter) = (words.next().unwrap_or_default(), words.next());
+        let words = text.split_once(':');
+        let (name, parameter) = words.map_or((text, None), |(name, rest)| (name, Some(rest)));
         let number = |default: f64| match parameter.map(str::parse) {
             Some(number) => number.map_err(|_| error("a number after the colon")),
             None => Ok(default),

@@ -4,9 +4,8 @@ use ndarray::{ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
 use super::Real;
-use super::records::{RecordScratch, RecordTransform};
+use super::records::{RecordScratch, RecordTransform, interleave};
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
-use crate::system::prefetch::{LINE, prefetch_after};
 
 /// `|X_m|^2` of `X_m = sum_j w_j u_j exp(+2 pi i m j / N)` of complex profiles u, `m` ascending
 /// from `-(N / 2)`, so that positive m travels towards +x.
@@ -58,7 +57,7 @@ impl<T: Real> ComplexTransform<T> {
     /// `|X_m|^2` of each of `profiles`, `(profile, site)`, one after the other, ascending in m.
     ///
     /// # Panics
-    /// If profiles are not as long as the window.
+    /// If profiles are not as long as the window, or not contiguous.
     pub fn powers<'s>(
         &self,
         profiles: ArrayView2<Complex<T>>,
@@ -69,7 +68,12 @@ impl<T: Real> ComplexTransform<T> {
         let spectra = &mut scratch.spectra;
         spectra.resize(2 * count * bins, Complex::default());
         scratch.powers.resize(count * length, 0.0);
-        side_by_side(profiles, &mut scratch.parts);
+        let rows = profiles.outer_iter();
+        let rows = rows.map(|row| row.to_slice().expect("contiguous profiles"));
+        let (parts, _) = scratch.parts.as_chunks_mut::<2>();
+        interleave(&rows.collect::<Vec<_>>(), parts, |u| {
+            [u.re.to_f64(), u.im.to_f64()]
+        });
         // The shape is the buffer's own, so this cannot fail.
         if let Ok(output) = ArrayViewMut2::from_shape((bins, 2 * count), &mut *spectra) {
             self.parts
@@ -120,35 +124,6 @@ fn square(re: f64, im: f64) -> f64 {
     re * re + im * im
 }
 
-/// Real and imaginary parts of profiles, site by site.
-fn side_by_side<T: Real>(profiles: ArrayView2<Complex<T>>, parts: &mut [f64]) {
-    let profile = |p| profiles.row(p).to_slice();
-    if profiles.nrows() == 4
-        && let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(profile)
-    {
-        let (rows, _) = parts.as_chunks_mut();
-        let further = profiles.len();
-        let profiles = a.iter().zip(b).zip(c).zip(d);
-        for (j, (row, (((a, b), c), d))) in rows.iter_mut().zip(profiles).enumerate() {
-            if j.is_multiple_of(LINE / size_of::<Complex<T>>()) {
-                // The next four mostly follow these.
-                for u in [a, b, c, d] {
-                    prefetch_after(u, further);
-                }
-            }
-            let [a, b, c, d] = [a, b, c, d].map(|u| wide(*u));
-            *row = [a.re, a.im, b.re, b.im, c.re, c.im, d.re, d.im];
-        }
-        return;
-    }
-    let count = profiles.nrows();
-    for (p, profile) in profiles.outer_iter().enumerate() {
-        for (row, &u) in parts.chunks_exact_mut(2 * count).zip(profile) {
-            (row[2 * p], row[2 * p + 1]) = (u.re.to_f64(), u.im.to_f64());
-        }
-    }
-}
-
 #[inline(always)]
 fn wide<T: Real>(x: Complex<T>) -> Complex<f64> {
     Complex::new(x.re.to_f64(), x.im.to_f64())
@@ -164,18 +139,10 @@ mod tests {
     /// the parts; and the same bits however many go together.
     #[test]
     fn val_direct_sums_at_both_signs() {
-        let tapered =
-            [(12, 12), (15, 15), (20, 27), (1, 1), (300, 300), (11, 22)].map(|n| (n, 0.5));
-        let plain = [
-            (2, 2),
-            (3, 3),
-            (7, 7),
-            (8, 8),
-            (251, 251),
-            (253, 253),
-            (300, 300),
-        ];
-        for ((sites, padded), depth) in tapered.into_iter().chain(plain.map(|n| (n, 0.0))) {
+        let tapered = [(12, 12), (15, 15), (20, 27), (1, 1), (300, 300), (11, 22)];
+        let plain = [2, 3, 7, 8, 251, 253, 300].map(|n| (n, n));
+        let tapered = tapered.map(|n| (n, 0.5)).into_iter();
+        for ((sites, padded), depth) in tapered.chain(plain.map(|n| (n, 0.0))) {
             let window: Vec<f64> = (0..sites).map(|j| 1.0 - depth * (j as f64).sin()).collect();
             let plan = ComplexTransform::<f64>::new(&window, padded);
             let profiles = Array2::from_shape_fn((9, sites), |(p, j)| {
@@ -185,24 +152,17 @@ mod tests {
             let mut scratch = ComplexScratch::default();
             let all = plan.powers(profiles.view(), &mut scratch).to_vec();
             for together in [1, 3, ComplexTransform::<f64>::TOGETHER] {
-                let found: Vec<f64> = profiles
-                    .axis_chunks_iter(ndarray::Axis(0), together)
-                    .flat_map(|profiles| plan.powers(profiles, &mut scratch).to_vec())
-                    .collect();
-                assert_eq!(found, all, "{sites} {together}");
+                let groups = profiles.axis_chunks_iter(ndarray::Axis(0), together);
+                let found = groups.flat_map(|group| plan.powers(group, &mut scratch).to_vec());
+                assert_eq!(found.collect::<Vec<_>>(), all, "{sites} {together}");
             }
+            let bins: Vec<usize> = (0..padded).collect();
             for (profile, found) in profiles.outer_iter().zip(all.chunks_exact(padded)) {
-                let part = |of: fn(&Complex<f64>) -> f64| -> Vec<Complex<f64>> {
-                    let mut x: Vec<f64> = profile
-                        .iter()
-                        .zip(&window)
-                        .map(|(u, w)| of(u) * w)
-                        .collect();
-                    x.resize(padded, 0.0);
-                    let bins: Vec<usize> = (0..padded).collect();
-                    direct_sums(&x, &bins)
-                };
-                let (re, im) = (part(|u| u.re), part(|u| u.im));
+                let tapered = profile.iter().zip(&window).map(|(u, w)| u * w);
+                let (mut re, mut im): (Vec<f64>, Vec<f64>) = tapered.map(|u| (u.re, u.im)).unzip();
+                re.resize(padded, 0.0);
+                im.resize(padded, 0.0);
+                let [re, im] = [re, im].map(|part| direct_sums(&part, &bins));
                 let largest = found.iter().fold(0.0, |m: f64, p| m.max(*p));
                 for (i, power) in found.iter().enumerate() {
                     // exp(+) at m is exp(-) at -m.

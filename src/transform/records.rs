@@ -6,7 +6,7 @@ use ndarray::ArrayViewMut2;
 use num_complex::Complex;
 
 use super::Real;
-use super::taper::Taper;
+use super::taper::{Taper, dominant_means};
 use crate::numeric::lanes::on_lines;
 use crate::system::prefetch::{LINE, prefetch_after};
 use column_fft::{Columns, ColumnsMut, RealToComplexColumns};
@@ -59,7 +59,7 @@ impl<T: Real> RecordTransform<T> {
 
     /// Samples of a record.
     pub(crate) fn samples(&self) -> usize {
-        self.taper.samples
+        self.taper.window.len()
     }
 
     /// Length N of the transform.
@@ -105,11 +105,8 @@ impl<T: Real> RecordTransform<T> {
     ) -> &'s [f64] {
         let records: Vec<&[f64]> = records.collect();
         let mut transposed = std::mem::take(&mut scratch.transposed);
-        transposed.resize(records.len() * self.taper.samples, 0.0);
-        for record in &records {
-            assert_eq!(record.len(), self.taper.samples);
-        }
-        transpose(&records, &mut transposed);
+        transposed.resize(records.len() * self.taper.window.len(), 0.0);
+        interleave(&records, &mut transposed, |v| v);
         self.transform_columns(&transposed, spectra, scratch);
         scratch.transposed = transposed;
         &scratch.energies
@@ -126,10 +123,9 @@ impl<T: Real> RecordTransform<T> {
         scratch: &'s mut RecordScratch<T>,
     ) -> &'s [f64] {
         let width = spectra.ncols();
-        assert_eq!(values.len(), width * self.taper.samples);
-        let sums = (&mut scratch.means, &mut scratch.energies);
-        self.taper
-            .look_across(values, width, &mut scratch.tapered, sums);
+        assert_eq!(values.len(), width * self.taper.window.len());
+        let (tapered, energies) = (&mut scratch.tapered, &mut scratch.energies);
+        self.taper.energies(values, width, tapered, energies);
         self.run(values, spectra, scratch);
         &scratch.energies
     }
@@ -141,16 +137,17 @@ impl<T: Real> RecordTransform<T> {
         mut spectra: ArrayViewMut2<Complex<T>>,
         scratch: &mut RecordScratch<T>,
     ) {
-        let (length, means) = (self.padded(), &scratch.means);
-        let width = means.len();
-        let is_plain = self.taper.is_plain()
-            && length == self.taper.samples
-            && means.iter().all(|&mean| mean == 0.0);
-        let input = match as_numbers(rows).filter(|_| is_plain) {
-            Some(numbers) => numbers,
-            None => {
+        let (length, width, samples) = (self.padded(), spectra.ncols(), self.taper.window.len());
+        dominant_means(rows, width, &mut scratch.means);
+        let means = &scratch.means;
+        let is_plain =
+            !self.taper.is_tapered && length == samples && means.iter().all(|&mean| mean == 0.0);
+        let is_double = TypeId::of::<T>() == TypeId::of::<f64>();
+        let input = match is_plain && is_double {
+            true => bytemuck::cast_slice(rows),
+            false => {
                 let input = on_lines(&mut scratch.input, width * length);
-                let (windowed, padding) = input.split_at_mut(width * self.taper.samples);
+                let (windowed, padding) = input.split_at_mut(width * samples);
                 self.taper.window_rows(rows, means, windowed);
                 padding.fill(T::zero());
                 &input[..]
@@ -184,7 +181,6 @@ impl RecordTransform<f64> {
         scratch: &'s mut RecordScratch<f64>,
     ) -> &'s [Complex<f64>] {
         let (bins, mut spectra) = (self.bins(), std::mem::take(&mut scratch.spectra));
-        self.taper.means_across(rows, width, &mut scratch.means);
         let room = on_lines(&mut spectra, width * bins);
         let output = ArrayViewMut2::from_shape((bins, width), room);
         self.run(rows, output.expect("the buffer's own shape"), scratch);
@@ -193,40 +189,47 @@ impl RecordTransform<f64> {
     }
 }
 
-/// Records of one length to rows of one sample each.
-fn transpose(records: &[&[f64]], transposed: &mut [f64]) {
-    /// Samples of a cache line.
-    const SAMPLES: usize = LINE / size_of::<f64>();
-    if let &[a, b, c, d, e, f, g, h] = records {
-        let length = a.len();
-        let (rows, _) = transposed.as_chunks_mut();
-        let columns = a.iter().zip(b).zip(c).zip(d).zip(e).zip(f).zip(g).zip(h);
-        for (n, (row, columns)) in rows.iter_mut().zip(columns).enumerate() {
-            let (((((((a, b), c), d), e), f), g), h) = columns;
-            *row = [*a, *b, *c, *d, *e, *f, *g, *h];
-            if n.is_multiple_of(SAMPLES) {
-                // The next eight mostly follow these.
-                for sample in [a, b, c, d, e, f, g, h] {
-                    prefetch_after(sample, records.len() * length);
-                }
+/// Records as long as there are rows in `out`, a row for each time.
+///
+/// # Panics
+/// If a record has another length.
+pub(super) fn interleave<A: Copy, B>(records: &[&[A]], out: &mut [B], of: impl Fn(A) -> B) {
+    let width = records.len();
+    assert!(
+        records
+            .iter()
+            .all(|record| record.len() * width == out.len())
+    );
+    match width {
+        4 => interleave_together::<A, B, 4>(records, out, of),
+        8 => interleave_together::<A, B, 8>(records, out, of),
+        _ => {
+            for (n, row) in out.chunks_exact_mut(width.max(1)).enumerate() {
+                let row = row.iter_mut().zip(records);
+                row.for_each(|(to, record)| *to = of(record[n]));
             }
-        }
-        return;
-    }
-    for (n, row) in transposed
-        .chunks_exact_mut(records.len().max(1))
-        .enumerate()
-    {
-        for (v, record) in row.iter_mut().zip(records) {
-            *v = record[n];
         }
     }
 }
 
-/// The same numbers, where they are of this type.
-fn as_numbers<T: Real>(values: &[f64]) -> Option<&[T]> {
-    let is_same = TypeId::of::<T>() == TypeId::of::<f64>();
-    is_same.then(|| bytemuck::cast_slice(values))
+/// The same of a number of records that is known to the compiler; the next ones mostly follow these.
+fn interleave_together<A: Copy, B, const WIDTH: usize>(
+    records: &[&[A]],
+    out: &mut [B],
+    of: impl Fn(A) -> B,
+) {
+    let (rows, _) = out.as_chunks_mut::<WIDTH>();
+    let records: [&[A]; WIDTH] = std::array::from_fn(|i| &records[i][..rows.len()]);
+    let further = WIDTH * rows.len();
+    for (n, row) in rows.iter_mut().enumerate() {
+        for (to, record) in row.iter_mut().zip(records) {
+            *to = of(record[n]);
+        }
+        if n.is_multiple_of(LINE / size_of::<A>()) {
+            let next = records.iter();
+            next.for_each(|record| prefetch_after(&record[n], further));
+        }
+    }
 }
 
 /// The least length of at least `samples` with no prime factor above 5.

@@ -12,18 +12,18 @@ use crate::numeric::{interleaved_sums_of_squares, sum};
 /// The window of a transform, and what becomes of a record's mean.
 #[derive(Debug)]
 pub(super) struct Taper {
-    /// `None`: no taper.
-    window: Option<Vec<f64>>,
-    pub(super) samples: usize,
+    pub(super) window: Vec<f64>,
+    /// Whether a weight is not 1.
+    pub(super) is_tapered: bool,
     /// Transform of the window itself, for records that are split into mean and rest.
     mean_response: Vec<Complex<f64>>,
 }
 
 impl Taper {
     pub(super) fn new(window: &[f64], padded: usize) -> Self {
-        let tapered = window.iter().any(|&w| w != 1.0);
+        let is_tapered = window.iter().any(|&w| w != 1.0);
         let mut mean_response = vec![Complex::default(); padded / 2 + 1];
-        if !tapered && padded == window.len() {
+        if !is_tapered && padded == window.len() {
             mean_response[0].re = padded as f64;
         } else {
             let mut samples = window.to_vec();
@@ -32,81 +32,48 @@ impl Taper {
             let _ = rows::plan_fft_forward::<f64>(padded).process(&mut samples, &mut mean_response);
         }
         Taper {
-            window: tapered.then(|| window.to_vec()),
-            samples: window.len(),
+            window: window.to_vec(),
+            is_tapered,
             mean_response,
         }
     }
 
-    /// Of each of `width` interleaved records, the mean that is split off (mostly 0), and the energy `sum (w v)^2`.
-    pub(super) fn look_across(
+    /// The energy `sum (w v)^2` of each of `width` interleaved records.
+    pub(super) fn energies(
         &self,
         values: &[f64],
         width: usize,
         tapered: &mut Vec<f64>,
-        (means, energies): (&mut Vec<f64>, &mut Vec<f64>),
+        energies: &mut Vec<f64>,
     ) {
-        match &self.window {
-            None => interleaved_sums_of_squares(values, width, energies),
-            Some(window) => {
-                tapered.clear();
-                for (row, w) in values.chunks_exact(width).zip(window) {
-                    tapered.extend(row.iter().map(|v| v * w));
-                }
-                interleaved_sums_of_squares(tapered, width, energies);
-            }
+        if !self.is_tapered {
+            return interleaved_sums_of_squares(values, width, energies);
         }
-        self.means_across(values, width, means);
-    }
-
-    /// The means alone.
-    pub(super) fn means_across(&self, values: &[f64], width: usize, means: &mut Vec<f64>) {
-        means.clear();
-        if width == 1 {
-            means.push(dominant_mean(values));
-            return;
+        tapered.clear();
+        for (row, w) in values.chunks_exact(width).zip(&self.window) {
+            tapered.extend(row.iter().map(|v| v * w));
         }
-        means.resize(width, 0.0);
-        for c in one_sided(values, width) {
-            let record: Vec<f64> = values.iter().skip(c).step_by(width).copied().collect();
-            means[c] = dominant_mean(&record);
-        }
+        interleaved_sums_of_squares(tapered, width, energies);
     }
 
     /// Each sample of interleaved records less the record's mean, times its weight, to `out`.
     pub(super) fn window_rows<T: Real>(&self, values: &[f64], means: &[f64], out: &mut [T]) {
-        let ones;
-        let window = match &self.window {
-            Some(window) => window,
-            None => {
-                ones = vec![1.0; self.samples];
-                &ones
-            }
-        };
         let is_double = TypeId::of::<T>() == TypeId::of::<f64>();
         if let (true, Ok(means)) = (is_double, means.try_into()) {
-            let rows = values.as_chunks().0;
-            let out = bytemuck::cast_slice_mut::<T, f64>(out).as_chunks_mut().0;
-            widest(WindowRows {
-                rows,
+            return widest(WindowRows {
+                rows: values.as_chunks().0,
                 means,
-                window,
-                out,
+                window: &self.window,
+                out: bytemuck::cast_slice_mut::<T, f64>(out).as_chunks_mut().0,
             });
-            return;
         }
         let width = means.len();
         let rows = values.chunks_exact(width).zip(out.chunks_exact_mut(width));
-        for ((row, out), weight) in rows.zip(window) {
+        for ((row, out), weight) in rows.zip(&self.window) {
             for ((v, mean), out) in row.iter().zip(means).zip(out) {
                 *out = T::rounded((v - mean) * weight);
             }
         }
-    }
-
-    /// Whether records go into the transform as they are.
-    pub(super) fn is_plain(&self) -> bool {
-        self.window.is_none()
     }
 
     /// Puts back the mean that was split off.
@@ -125,72 +92,34 @@ impl Taper {
     }
 }
 
-/// The mean of a record that lies within a quarter of it, else 0.
+/// Times after which records that cross zero are looked for.
+const STRETCH: usize = 16;
+
+/// Of each of `width` interleaved records its mean, if all samples lie within a quarter of it, else 0.
 ///
-/// Then every `v - mean` is exact (Sterbenz' lemma: the two are within a factor 2).
-fn dominant_mean(record: &[f64]) -> f64 {
-    if crosses_zero(record.iter().copied()) {
-        return 0.0;
-    }
-    let mean = sum(record) / record.len() as f64;
-    let apart = record.iter().map(|v| (v - mean).abs());
-    let apart = apart.fold(0.0, f64::max);
-    if apart < 0.25 * mean.abs() { mean } else { 0.0 }
-}
-
-/// Those of `width` interleaved records that do not cross zero; the others have no dominant mean.
-fn one_sided(values: &[f64], width: usize) -> Vec<usize> {
+/// Then every `v - mean` is exact (Sterbenz' lemma: the two are within a factor 2). Most records vary about zero, which
+/// their first samples show.
+pub(super) fn dominant_means(values: &[f64], width: usize, means: &mut Vec<f64>) {
+    means.clear();
+    means.resize(width, 0.0);
     let (mut low, mut high) = (vec![f64::INFINITY; width], vec![f64::NEG_INFINITY; width]);
-    let sided = |low: &[f64], high: &[f64]| -> Vec<usize> {
-        let is_sided = |c: &usize| low[*c] > 0.0 || high[*c] < 0.0;
-        (0..width).filter(is_sided).collect()
-    };
-    for stretch in values.chunks(64 * width) {
-        widen(stretch, &mut low, &mut high);
-        if sided(&low, &high).is_empty() {
-            break;
+    for stretch in values.chunks(STRETCH * width) {
+        for row in stretch.chunks_exact(width) {
+            for ((&v, low), high) in row.iter().zip(&mut low).zip(&mut high) {
+                *low = if v < *low { v } else { *low };
+                *high = if v > *high { v } else { *high };
+            }
+        }
+        if (0..width).all(|c| low[c] <= 0.0 && high[c] >= 0.0) {
+            return;
         }
     }
-    sided(&low, &high)
-}
-
-/// Updates the least and the largest sample of interleaved records by `stretch`.
-fn widen(stretch: &[f64], low: &mut [f64], high: &mut [f64]) {
-    if low.len() == WIDTH
-        && let (Some(low), Some(high)) = (low.first_chunk_mut(), high.first_chunk_mut())
-    {
-        let (rows, _) = stretch.as_chunks();
-        widest(Widen { rows, low, high });
-        return;
-    }
-    for row in stretch.chunks_exact(low.len()) {
-        for ((&v, low), high) in row.iter().zip(&mut *low).zip(&mut *high) {
-            *low = if v < *low { v } else { *low };
-            *high = if v > *high { v } else { *high };
+    for c in (0..width).filter(|&c| low[c] > 0.0 || high[c] < 0.0) {
+        let record: Vec<f64> = values.iter().skip(c).step_by(width).copied().collect();
+        let mean = sum(&record) / record.len() as f64;
+        if (high[c] - mean).max(mean - low[c]) < 0.25 * mean.abs() {
+            means[c] = mean;
         }
-    }
-}
-
-/// The same of eight records.
-struct Widen<'a> {
-    rows: &'a [[f64; WIDTH]],
-    low: &'a mut [f64; WIDTH],
-    high: &'a mut [f64; WIDTH],
-}
-
-impl SimdKernel for Widen<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let (mut low, mut high) = (L::read(self.low), L::read(self.high));
-        for row in self.rows {
-            let v = L::read(row);
-            low = v.least(low);
-            high = v.largest(high);
-        }
-        low.write(self.low);
-        high.write(self.high);
     }
 }
 
@@ -212,14 +141,4 @@ impl SimdKernel for WindowRows<'_> {
             ((L::read(row) - means) * L::splat(*weight)).write(out);
         }
     }
-}
-
-/// Most records vary about zero, which their first samples show.
-fn crosses_zero(samples: impl Iterator<Item = f64>) -> bool {
-    let (mut below, mut above) = (false, false);
-    for v in samples.take(64) {
-        below |= v <= 0.0;
-        above |= v >= 0.0;
-    }
-    below && above
 }

@@ -41,29 +41,12 @@ def gains():
     n = 256
     for name, spec in WINDOWS.items():
         w = get_window(spec, n)
-        between = abs(numpy.sum(w * numpy.exp(-1j * numpy.pi * numpy.arange(n) / n)))
         yield {
             "name": name,
             "n": n,
             "coherent_gain": w.mean(),
             "power_gain": (w**2).mean(),
-            "scalloping_loss_db": -20 * numpy.log10(between / w.sum()),
         }
-
-
-def lobes():
-    n, fineness = 1024, 256
-    for name, spec in WINDOWS.items():
-        amplitude = numpy.abs(numpy.fft.rfft(get_window(spec, n), n * fineness))
-        rises = numpy.diff(amplitude) > 0
-        zero = numpy.argmax(rises & (amplitude[:-1] < amplitude[0] / 2))
-        worst = amplitude[zero:].max() / amplitude[0]
-        if worst > 1e-12:
-            yield {
-                "name": name,
-                "half_width_bins": zero / fineness,
-                "worst_sidelobe_db": 20 * numpy.log10(worst),
-            }
 
 
 def sequences():
@@ -91,7 +74,6 @@ json.dump(
         },
         "windows": list(windows()),
         "gains": list(gains()),
-        "lobes": list(lobes()),
         "sequences": list(sequences()),
     },
     sys.stdout,

@@ -104,7 +104,9 @@ mod unix {
         let before = unsafe {
             let (mut stops, mut before): (libc::sigset_t, libc::sigset_t) = std::mem::zeroed();
             libc::sigemptyset(&mut stops);
-            STOPS.map(|signal| libc::sigaddset(&mut stops, signal));
+            for signal in STOPS {
+                libc::sigaddset(&mut stops, signal);
+            }
             libc::pthread_sigmask(libc::SIG_BLOCK, &stops, &mut before);
             before
         };

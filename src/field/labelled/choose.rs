@@ -58,7 +58,7 @@ impl Choice {
         container: &Container,
         options: &OpenOptions,
         layout: Option<Layout>,
-    ) -> std::result::Result<Choice, InputFault> {
+    ) -> Result<Choice, InputFault> {
         let variable = variable(container, options.variable.as_deref())?;
         let found = &container.variables[variable];
         let named = |name: &Option<String>| match name {
@@ -169,7 +169,7 @@ impl Roles {
         long: &[usize],
         stated: [Option<usize>; 2],
         layout: Option<Layout>,
-    ) -> std::result::Result<Roles, InputFault> {
+    ) -> Result<Roles, InputFault> {
         let found = &container.variables[variable];
         let role = |d: &usize| role(container, &found.dimensions[*d]);
         let of_role = |wanted: Role| -> Vec<usize> {
@@ -298,7 +298,7 @@ fn sibling(container: &Container, variable: usize, names: &[&str], len: u64) -> 
 }
 
 /// The variable of this name, else the one that is a field.
-fn variable(container: &Container, wanted: Option<&str>) -> std::result::Result<usize, InputFault> {
+fn variable(container: &Container, wanted: Option<&str>) -> Result<usize, InputFault> {
     let variables = &container.variables;
     if let Some(wanted) = wanted {
         let called: Vec<usize> = (0..variables.len())
@@ -408,7 +408,7 @@ fn other_type(variable: &Variable) -> String {
 }
 
 /// The dimension of this name, or of this number from 0.
-fn dimension(variable: &Variable, name: &str) -> std::result::Result<usize, InputFault> {
+fn dimension(variable: &Variable, name: &str) -> Result<usize, InputFault> {
     let is_it = |d: &Dimension| {
         let own = d.name.as_deref().unwrap_or_default();
         own == name || last_name(own) == name
@@ -462,7 +462,7 @@ fn index_at(
     variable: &Variable,
     place: usize,
     label: &Label,
-) -> std::result::Result<(u64, Option<Note>), InputFault> {
+) -> Result<(u64, Option<Note>), InputFault> {
     let d = &variable.dimensions[place];
     let listed = match &d.coordinate {
         None => None,
@@ -493,7 +493,7 @@ pub(in super::super) fn nearest(
     len: u64,
     listed: Option<Places>,
     label: &Label,
-) -> std::result::Result<(u64, Option<Note>), InputFault> {
+) -> Result<(u64, Option<Note>), InputFault> {
     let refuse = |expected: String| InputFault::NoSuchLabel {
         dimension: name.to_owned(),
         expected,

@@ -85,9 +85,6 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         unit.as_deref(),
     );
     let mut contents = Contents {
-        storage: storage.packed(packing(variable)),
-        n_times,
-        n_sites,
         time: time.even,
         space: space.even,
         resampling: [time.resampling, space.resampling],
@@ -96,10 +93,7 @@ pub(super) fn read(source: &FileSource, format: Format) -> Result<Contents> {
         notes,
         axis_names: [choice.times(), choice.sites()]
             .map(|place| Some(choose::last_name(place?.name.as_deref()?).to_owned())),
-        channels: Vec::new(),
-        struck: None,
-        masses: None,
-        dispersion: None,
+        ..Contents::of(storage.packed(packing(variable)), [n_times, n_sites])
     };
     if own.is_none() {
         let mut find = |name: &str| {

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use column_fft::{Columns, ColumnsMut, Complex, ComplexToRealColumns, RealToComplexColumns};
+use column_fft::{Complex, ComplexToReal, RealToComplex, rows};
+
+use crate::numeric::sorted;
 
 /// The delay of a record against the first one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,43 +31,36 @@ pub(super) struct Correlator {
 }
 
 struct Plans {
-    forward: Arc<RealToComplexColumns<f64>>,
-    inverse: ComplexToRealColumns<f64>,
+    forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
 impl Plans {
     fn new(len: usize) -> Plans {
-        let forward = Arc::new(RealToComplexColumns::new(len).expect("at least one sample"));
         Plans {
-            inverse: ComplexToRealColumns::of(Arc::clone(&forward)),
-            forward,
+            forward: rows::plan_fft_forward(len),
+            inverse: rows::plan_fft_inverse(len),
         }
     }
 
     fn len(&self) -> usize {
-        self.inverse.len()
+        self.forward.len()
     }
 
     /// The transform of a record with zeros behind it.
     fn spectrum(&self, record: &[f64]) -> Vec<Complex<f64>> {
         let mut padded = record.to_vec();
         padded.resize(self.len(), 0.0);
-        let mut spectrum = vec![Complex::default(); self.inverse.bins()];
-        let input = Columns::new(&padded, self.len(), 1, 1).expect("one column");
-        let output = ColumnsMut::new(&mut spectrum, self.inverse.bins(), 1, 1).expect("one column");
-        self.forward
-            .process(input, output)
-            .expect("shapes as planned");
+        let mut spectrum = self.forward.make_output_vec();
+        let done = self.forward.process(&mut padded, &mut spectrum);
+        done.expect("lengths as planned");
         spectrum
     }
 
-    fn back(&self, spectrum: &[Complex<f64>]) -> Vec<f64> {
-        let mut series = vec![0.0; self.len()];
-        let input = Columns::new(spectrum, self.inverse.bins(), 1, 1).expect("one column");
-        let output = ColumnsMut::new(&mut series, self.len(), 1, 1).expect("one column");
-        self.inverse
-            .process(input, output)
-            .expect("shapes as planned");
+    fn back(&self, mut spectrum: Vec<Complex<f64>>) -> Vec<f64> {
+        let mut series = self.inverse.make_output_vec();
+        let done = self.inverse.process(&mut spectrum, &mut series);
+        done.expect("lengths as planned");
         series
     }
 }
@@ -96,12 +91,8 @@ impl Correlator {
 
     fn peak(&self, plans: &Plans, first: &[Complex<f64>], record: &[f64], energy: f64) -> Delay {
         let spectrum = plans.spectrum(record);
-        let product: Vec<_> = first
-            .iter()
-            .zip(&spectrum)
-            .map(|(a, b)| a.conj() * b)
-            .collect();
-        let series = plans.back(&product);
+        let product = first.iter().zip(&spectrum).map(|(a, b)| a.conj() * b);
+        let series = plans.back(product.collect());
         let at = |lag: i64| series[lag.rem_euclid(series.len() as i64) as usize];
         let (least, most) = (1 - self.first.len() as i64, record.len() as i64 - 1);
         let near_first = (0..=most.max(-least)).flat_map(|lag| [-lag, lag]);
@@ -128,9 +119,7 @@ impl Correlator {
 
 /// A record less its median, and the energy that is left; `None` if there is none.
 fn without_median(record: &[f64]) -> Option<(Vec<f64>, f64)> {
-    let mut sorted = record.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let n = sorted.len();
+    let (sorted, n) = (sorted(record.iter().copied()), record.len());
     let median = (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0;
     let rest: Vec<f64> = record.iter().map(|value| value - median).collect();
     let energy: f64 = rest.iter().map(|value| value * value).sum();

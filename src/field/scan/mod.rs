@@ -13,7 +13,8 @@ use super::align::Alignment;
 use super::assembly::Assembly;
 use super::coordinates::{Coordinates, Listed, StatedAxis};
 use super::options::OpenOptions;
-use super::{Field, Note, resample};
+use super::resample::resampled;
+use super::{Field, Note};
 use crate::error::{Error, Result, ScanFault};
 use position::{Positions, factor, fault_of};
 use records::Head;
@@ -191,7 +192,7 @@ impl Scan {
         notes.extend(records::notes(&heads));
         let mut storage = assembly.finish(false)?;
         if let Some(space) = &listed.resampling {
-            storage = resample::along_space(&storage, alignment.n_times, space, options)?;
+            storage = resampled(&storage, alignment.n_times, space, options, false)?;
         }
         let even = Coordinates {
             unit: positions.unit,
@@ -203,46 +204,32 @@ impl Scan {
             unit: options.space_unit.clone(),
         };
         let first = &heads[0];
-        let space = even.axis(stated).map_err(|fault| Error::Input {
-            path: first.path.clone(),
-            fault,
-        })?;
+        let space = even.axis(stated).map_err(Error::input(&first.path))?;
         let mut time = first.time.clone();
         time.origin += alignment.start as f64 * time.step;
         let field = Field {
-            storage,
-            opened: None,
-            n_times: alignment.n_times,
-            n_sites,
             name: name(&first.path),
             time,
             space,
             quantity: first.quantity,
             unit: first.unit.clone(),
-            axis_names: [None, None],
-            channels: Vec::new(),
-            struck: None,
-            masses: None,
             dispersion: first.dispersion.clone(),
             content_hash: Some(hash),
             notes,
+            ..Field::of_storage(storage, (alignment.n_times, n_sites))
         };
         Ok(Scanned { field, records })
     }
 
     fn check(&self, n_files: usize) -> Result<()> {
-        let refuse = |option, expected: &str, found: String| Error::Request {
-            option,
-            expected: expected.into(),
-            found,
-        };
         if n_files < 2 {
             let found = format!("{n_files} of them");
-            return Err(refuse("position-from", "two files or more", found));
+            return Err(Error::request("position-from", "two files or more", found));
         }
-        if !(0.0..=1.0).contains(&self.least_correlation) {
-            let found = self.least_correlation.to_string();
-            return Err(refuse("least-correlation", "a number from 0 to 1", found));
+        let least = self.least_correlation;
+        if !(0.0..=1.0).contains(&least) {
+            let expected = "a number from 0 to 1";
+            return Err(Error::request("least-correlation", expected, least));
         }
         Ok(())
     }
@@ -381,9 +368,10 @@ fn space(
         });
     }
     let rules = options.evenness("space");
-    Coordinates::listed("space", &at, positions.rounding, rules).map_err(|uneven| Error::Input {
-        path: heads[first_of(uneven.index)].path.clone(),
-        fault: uneven.fault("space"),
+    let listed = Coordinates::listed("space", &at, positions.rounding, rules);
+    listed.map_err(|uneven| {
+        let path = &heads[first_of(uneven.index)].path;
+        Error::input(path)(uneven.fault("space"))
     })
 }
 

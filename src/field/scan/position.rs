@@ -45,11 +45,9 @@ pub(super) fn of(
         PositionFrom::Table(table) => return of_table(table, paths),
         PositionFrom::Listed { positions, unit } => {
             if positions.len() != paths.len() || positions.iter().any(|x| !x.is_finite()) {
-                return Err(Error::Request {
-                    option: "position-from",
-                    expected: format!("{} finite positions, one a file", paths.len()),
-                    found: format!("{positions:?}"),
-                });
+                let expected = format!("{} finite positions, one a file", paths.len());
+                let found = format!("{positions:?}");
+                return Err(Error::request("position-from", expected, found));
             }
             return Ok(Positions {
                 values: positions.clone(),

@@ -44,15 +44,12 @@ pub(super) struct Record {
 pub(super) struct Look<'a> {
     pub field: &'a Field,
     pub sites: Range<usize>,
-    pub left_out: &'a [usize],
     pub records: Vec<Record>,
     /// What was read of each record, before the rest of constant ones.
-    pub stretches: Vec<Range<usize>>,
+    stretches: Vec<Range<usize>>,
     /// Samples of a stretch; and of those of a record that are looked at for gaps.
     pub length: usize,
     pub samples: usize,
-    /// Whether these are all samples.
-    pub is_whole: bool,
 }
 
 impl<'a> Look<'a> {
@@ -60,7 +57,7 @@ impl<'a> Look<'a> {
         field: &'a Field,
         times: Range<usize>,
         sites: Range<usize>,
-        (left_out, known): (&'a [usize], Option<&[ChannelScan]>),
+        (left_out, known): (&[usize], Option<&[ChannelScan]>),
         observer: &dyn Observer,
     ) -> Result<Look<'a>> {
         let n = times.len();
@@ -72,7 +69,7 @@ impl<'a> Look<'a> {
             (true, eighth) => eighth,
             (false, _) => (most / STRETCHES).max(SHORT.min(most)).min(n),
         };
-        let (read, hop) = match is_whole {
+        let (stretches, hop) = match is_whole {
             true => (vec![times.clone()], length.div_ceil(2)),
             false => {
                 let count = (most / length).clamp(1, STRETCHES);
@@ -81,70 +78,53 @@ impl<'a> Look<'a> {
                 (ranges.collect(), length)
             }
         };
-        let samples: usize = read.iter().map(Range::len).sum();
-        let transform = RecordTransform::<f64>::new(&Window::Hann.samples(length), length);
-        observer.stage("channels", sites.len() as u64);
-        field.release_pages();
-        let of_tile = |first: usize| -> Result<Vec<Record>> {
-            observer.go_on()?;
-            let own = first..sites.end.min(first + TILE);
-            // The first of the next tile, too.
-            let with_next = first..sites.end.min(own.end + 1);
-            let mut records = vec![Vec::with_capacity(samples); with_next.len()];
-            let mut block = Vec::new();
-            for times in &read {
-                block.resize(with_next.len() * times.len(), 0.0);
-                field.read_site_major(times.clone(), with_next.clone(), &mut block);
-                // Pages that are mapped count as memory, and a fault maps many.
-                field.release_pages();
-                for (record, samples) in records.iter_mut().zip(block.chunks_exact(times.len())) {
-                    record.extend_from_slice(samples);
-                }
-            }
-            let spectra: Vec<_> = records
-                .iter_mut()
-                .map(|record| Spectra::of(record, &transform, hop))
-                .collect();
-            observer.advance(own.len() as u64);
-            let next = |i: usize| spectra.get(i + 1).map(|next| spectra[i].with(next));
-            let found = (0..own.len()).map(|i| spectra[i].record(next(i).unwrap_or_default()));
-            Ok(found.collect())
-        };
-        let firsts: Vec<usize> = sites.clone().step_by(TILE).collect();
-        let tiles: Result<Vec<Vec<Record>>> = firsts.into_par_iter().map(of_tile).collect();
         let mut look = Look {
             field,
             sites,
-            left_out,
-            records: tiles?.concat(),
+            records: Vec::new(),
             length,
-            samples: if known.is_some() { n } else { samples },
-            is_whole: is_whole || known.is_some(),
-            stretches: read,
+            samples: stretches.iter().map(Range::len).sum(),
+            stretches,
         };
-        for j in left_out.iter().filter(|j| look.sites.contains(j)) {
-            let row = j - look.sites.start;
-            look.records[row] = Record::NOTHING;
-            if let Some(before) = row.checked_sub(1) {
-                look.records[before].next.clear();
+        let transform = RecordTransform::<f64>::new(&Window::Hann.samples(length), length);
+        observer.stage("channels", look.sites.len() as u64);
+        field.release_pages();
+        let of_tile = |first: usize| -> Result<Vec<Record>> {
+            observer.go_on()?;
+            let own = first..look.sites.end.min(first + TILE);
+            // The first of the next tile, too.
+            let with_next = first..look.sites.end.min(own.end + 1);
+            let records = with_next.clone().zip(look.read(with_next));
+            let found = records.map(|(j, record)| match left_out.contains(&j) {
+                true => (Record::NOTHING, Vec::new()),
+                false => Record::of(record, &transform, hop),
+            });
+            let (mut found, spectra): (Vec<Record>, Vec<_>) = found.unzip();
+            for (record, pair) in found.iter_mut().zip(spectra.windows(2)) {
+                record.next = cross_spectrum(&pair[0], &pair[1], transform.bins());
             }
-        }
+            found.truncate(own.len());
+            observer.advance(own.len() as u64);
+            Ok(found)
+        };
+        let firsts: Vec<usize> = look.sites.clone().step_by(TILE).collect();
+        let tiles: Result<Vec<Vec<Record>>> = firsts.into_par_iter().map(of_tile).collect();
+        look.records = tiles?.concat();
         if let Some(known) = known {
+            look.samples = n;
             let records = look.records.iter_mut().zip(known);
             records.for_each(|(record, scan)| record.scan = *scan);
         } else if !is_whole {
             // What is constant in the stretches may move between them.
-            let rows = 0..look.records.len();
-            let constant = rows.filter(|row| look.records[*row].scan.constant);
-            let constant: Vec<usize> = constant.collect();
-            for row in &constant {
-                let scan = &mut look.records[*row].scan;
-                scan.constant = constant.len() <= READ;
-                if scan.constant {
+            let constant = look.sites.clone().zip(&mut look.records);
+            let constant: Vec<_> = constant.filter(|(_, r)| r.scan.constant).collect();
+            let are_read = constant.len() <= READ;
+            for (site, record) in constant {
+                record.scan.constant = false;
+                if are_read {
                     let mut whole = vec![0.0; n];
-                    let site = look.sites.start + row;
                     field.read_site_major(times.clone(), site..site + 1, &mut whole);
-                    *scan = ChannelScan::of(&whole);
+                    record.scan = ChannelScan::of(&whole);
                     field.release_pages();
                 }
             }
@@ -152,16 +132,27 @@ impl<'a> Look<'a> {
         Ok(look)
     }
 
+    /// The stretches of each of these sites of the field, one after the other.
+    fn read(&self, sites: Range<usize>) -> Vec<Vec<f64>> {
+        let mut records = vec![Vec::new(); sites.len()];
+        let mut block = Vec::new();
+        for times in &self.stretches {
+            block.resize(sites.len() * times.len(), 0.0);
+            self.field
+                .read_site_major(times.clone(), sites.clone(), &mut block);
+            // Pages that are mapped count as memory, and a fault maps many.
+            self.field.release_pages();
+            for (record, samples) in records.iter_mut().zip(block.chunks_exact(times.len())) {
+                record.extend_from_slice(samples);
+            }
+        }
+        records
+    }
+
     /// Motion of a row about its mean over what was read of it; none at gaps.
-    pub fn read(&self, row: usize) -> Vec<f64> {
+    pub fn motion(&self, row: usize) -> Vec<f64> {
         let site = self.sites.start + row;
-        let read = |times: &Range<usize>| {
-            let mut record = vec![0.0; times.len()];
-            let own = site..site + 1;
-            self.field.read_site_major(times.clone(), own, &mut record);
-            record
-        };
-        let mut record: Vec<f64> = self.stretches.iter().flat_map(read).collect();
+        let mut record = self.read(site..site + 1).concat();
         let finite = || record.iter().copied().filter(|v| v.is_finite());
         let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
         for v in &mut record {
@@ -181,6 +172,54 @@ impl Record {
         next: Vec::new(),
     };
 
+    /// Of these samples, and the spectra of its stretches over the root of the power of all; empty without motion.
+    fn of(
+        mut record: Vec<f64>,
+        transform: &RecordTransform<f64>,
+        hop: usize,
+    ) -> (Record, Vec<Complex<f64>>) {
+        let scan = ChannelScan::of(&record);
+        let mut found = Record {
+            scan,
+            ..Record::NOTHING
+        };
+        let mut spectra = Vec::new();
+        if scan.constant || scan.largest == 0.0 {
+            return (found, spectra);
+        }
+        // Lines across gaps leak less than zeros into what is held against the neighbours.
+        let gaps = fill(&record, 0, Gaps::Interpolate);
+        gaps.iter().for_each(|gap| record[gap.time] = gap.value);
+        record.iter_mut().for_each(|v| *v /= scan.largest);
+        let mean = |samples: &[f64]| samples.iter().sum::<f64>() / samples.len() as f64;
+        let middle = mean(&record);
+        let squares: Vec<f64> = record.iter().map(|v| (v - middle).powi(2)).collect();
+        found.level = scan.largest * mean(&squares).sqrt();
+        let (bins, length) = (transform.bins(), transform.padded());
+        let mut powers = vec![0.0; bins];
+        let mut scratch = RecordScratch::default();
+        for start in (0..=record.len() - length).step_by(hop) {
+            let stretch = &record[start..start + length];
+            let middle = mean(stretch);
+            let moving: Vec<f64> = stretch.iter().map(|v| v - middle).collect();
+            let own = transform.spectra_of_rows(&moving, 1, &mut scratch);
+            for (power, x) in powers.iter_mut().zip(own) {
+                *power += x.norm_sqr();
+            }
+            spectra.extend_from_slice(own);
+        }
+        let total: f64 = powers.iter().sum();
+        if total == 0.0 {
+            return (found, Vec::new());
+        }
+        spectra.iter_mut().for_each(|x| *x /= total.sqrt());
+        let share = |bins: Range<usize>| powers[bins].iter().sum::<f64>() / total;
+        let edge = |band: usize| band * bins / BANDS;
+        found.top = share(9 * bins / 10..bins);
+        found.bands = std::array::from_fn(|band| share(edge(band)..edge(band + 1)));
+        (found, spectra)
+    }
+
     pub fn top_power(&self) -> f64 {
         self.top * self.level * self.level
     }
@@ -192,83 +231,14 @@ impl Record {
     }
 }
 
-/// The transforms of the stretches of a record over its largest magnitude.
-struct Spectra {
-    scan: ChannelScan,
-    /// `[stretch * bins + bin]`; empty without motion.
-    spectra: Vec<Complex<f64>>,
-    /// Sum over the stretches, of each bin.
-    powers: Vec<f64>,
-    /// Root mean square from the mean, over the largest magnitude.
-    level: f64,
-}
-
-impl Spectra {
-    fn of(record: &mut [f64], transform: &RecordTransform<f64>, hop: usize) -> Spectra {
-        let scan = ChannelScan::of(record);
-        let (bins, length) = (transform.bins(), transform.padded());
-        let (mut spectra, mut powers, mut level) = (Vec::new(), vec![0.0; bins], 0.0);
-        if !scan.constant && scan.largest > 0.0 {
-            // Lines across gaps leak less than zeros into what is held against the neighbours.
-            let mut gaps = Vec::new();
-            if scan.gaps > 0 {
-                fill(record, 0, Gaps::Interpolate, &mut gaps);
-                gaps.iter().for_each(|gap| record[gap.time] = gap.value);
-            }
-            let count = record.len() as f64;
-            let mean = record.iter().map(|v| v / scan.largest).sum::<f64>() / count;
-            let squares = record.iter().map(|v| (v / scan.largest - mean).powi(2));
-            level = (squares.sum::<f64>() / count).sqrt();
-            let mut scratch = RecordScratch::default();
-            for start in (0..=record.len() - length).step_by(hop) {
-                let stretch = &record[start..start + length];
-                let mean = stretch.iter().sum::<f64>() / length as f64;
-                let moving = stretch.iter().map(|v| (v - mean) / scan.largest);
-                let moving: Vec<f64> = moving.collect();
-                let (found, _) = transform.transform(std::iter::once(&*moving), &mut scratch);
-                let own = powers.iter_mut().zip(found);
-                own.for_each(|(power, x)| *power += x.norm_sqr());
-                spectra.extend_from_slice(found);
-            }
-        }
-        Spectra {
-            scan,
-            level,
-            spectra,
-            powers,
-        }
+/// `<conj(X) Y> / sqrt(<|X|^2> <|Y|^2>)` over all bins, so that magnitudes sum to 1 of records that follow each other; empty
+/// without motion.
+fn cross_spectrum(x: &[Complex<f64>], y: &[Complex<f64>], bins: usize) -> Vec<Complex<f64>> {
+    let is_empty = x.is_empty() || y.is_empty();
+    let mut sums = vec![Complex::default(); if is_empty { 0 } else { bins }];
+    for (x, y) in x.chunks(bins).zip(y.chunks(bins)) {
+        let products = x.iter().zip(y).map(|(x, y)| x.conj() * y);
+        sums.iter_mut().zip(products).for_each(|(sum, z)| *sum += z);
     }
-
-    /// `<conj(X) Y> / sqrt(<|X|^2> <|Y|^2>)` over all bins, so that magnitudes sum to 1 of records that follow each other.
-    fn with(&self, next: &Spectra) -> Vec<Complex<f64>> {
-        let total = |spectra: &Spectra| spectra.powers.iter().sum::<f64>();
-        let scale = (total(self) * total(next)).sqrt();
-        if self.spectra.is_empty() || next.spectra.is_empty() || scale == 0.0 {
-            return Vec::new();
-        }
-        let mut sums = vec![Complex::default(); self.powers.len()];
-        let stretches = self.spectra.chunks_exact(sums.len());
-        for (x, y) in stretches.zip(next.spectra.chunks_exact(sums.len())) {
-            let products = x.iter().zip(y).map(|(x, y)| x.conj() * y / scale);
-            sums.iter_mut().zip(products).for_each(|(sum, z)| *sum += z);
-        }
-        sums
-    }
-
-    fn record(&self, next: Vec<Complex<f64>>) -> Record {
-        let bins = self.powers.len();
-        let total: f64 = self.powers.iter().sum();
-        let share = |bins: Range<usize>| match total > 0.0 {
-            true => self.powers[bins].iter().sum::<f64>() / total,
-            false => 0.0,
-        };
-        let edge = |band: usize| band * bins / BANDS;
-        Record {
-            scan: self.scan,
-            level: self.scan.largest * self.level,
-            top: share(9 * bins / 10..bins),
-            bands: std::array::from_fn(|band| share(edge(band)..edge(band + 1))),
-            next,
-        }
-    }
+    sums
 }

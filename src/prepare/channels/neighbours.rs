@@ -20,7 +20,7 @@ const NODE: f64 = 0.5;
 impl Look<'_> {
     /// Sites whose sign, and whose delay in samples, are not those of most others: where the phase between two neighbours is not that of
     /// the pairs beside them, while these are alike.
-    pub fn out_of_step(&self) -> [Vec<(usize, f64)>; 2] {
+    pub fn out_of_step(&self) -> [(Vec<usize>, Vec<f64>); 2] {
         let n = self.records.len();
         let (mut signs, mut delays) = (vec![1.0; n], vec![0.0; n]);
         for row in 1..n {
@@ -28,27 +28,19 @@ impl Look<'_> {
             signs[row] = signs[row - 1] * sign;
             delays[row] = delays[row - 1] + delay;
         }
-        // Of two halves the first is right.
         let usual = |values: &[f64]| {
-            let runs = values.chunk_by(|a, b| a == b);
-            let mut counts: Vec<(f64, usize)> = Vec::new();
-            for run in runs {
-                match counts.iter_mut().find(|(value, _)| *value == run[0]) {
-                    Some((_, count)) => *count += run.len(),
-                    None => counts.push((run[0], run.len())),
-                }
-            }
-            let most = counts.iter().map(|(_, count)| *count).max();
-            let first = counts.iter().find(|(_, count)| Some(*count) == most);
-            first.map_or(0.0, |(value, _)| *value)
+            let runs = values.chunk_by(|a, b| a == b).map(|run| run[0]);
+            let count = |value: &f64| values.iter().filter(|v| *v == value).count();
+            // Of two halves the first is right.
+            runs.rev().max_by_key(count).unwrap_or(0.0)
         };
-        [(signs, true), (delays, false)].map(|(values, is_sign)| {
-            let usual = usual(&values);
+        let apart = |values: Vec<f64>, less: f64, usual: f64| {
             let apart = values.into_iter().enumerate();
             let apart = apart.filter(|(_, value)| *value != usual);
-            let less = |value: f64| if is_sign { value } else { value - usual };
-            apart.map(|(row, value)| (row, less(value))).collect()
-        })
+            apart.map(|(row, value)| (row, value - less)).unzip()
+        };
+        let [sign, delay] = [usual(&signs), usual(&delays)];
+        [apart(signs, 0.0, sign), apart(delays, delay, delay)]
     }
 
     /// Sign and delay of a pair of neighbours against the pairs beside it; `None` where it is like them, or it cannot be told.

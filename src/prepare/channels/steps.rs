@@ -2,8 +2,12 @@
 
 use std::ops::Range;
 
+use serde_json::json;
+
 use super::look::{BANDS, Look};
+use super::{Found, some};
 use crate::numeric::{median, sorted, student_two_sided};
+use crate::sheet::with_half;
 
 /// Sites on each side of a step of the gain, and how much bands and sites may differ, as a part of the step's logarithm; the least step; the
 /// probability by which chance makes one anywhere.
@@ -16,20 +20,12 @@ const CHANCE: f64 = 1e-3;
 const OF_MAGNITUDES: f64 = 1.0484;
 const OF_MEDIANS: f64 = 0.7725;
 
-/// A row from which on records are larger or smaller.
-pub(super) struct GainStep {
-    pub row: usize,
-    /// Amplitudes from it on over those before, and half of the 95 % interval.
-    pub ratio: f64,
-    pub error: f64,
-}
-
 impl Look<'_> {
-    /// Steps of the gain between live sites: all bands alike.
-    pub fn steps(&self) -> Vec<GainStep> {
+    /// Rows from which on records are larger or smaller, in all bands alike; by how much, with half of the 95 % interval.
+    pub fn steps(&self) -> Found {
         let live = self.live();
         if live.len() < 2 * SIDE {
-            return Vec::new();
+            return Default::default();
         }
         let of = |i: usize, band: usize| self.records[live[i]].log_power(band);
         let size = |i: usize| self.records[live[i]].level.ln();
@@ -71,14 +67,14 @@ impl Look<'_> {
         let mut found: Vec<usize> = (SIDE..=last).filter(is_step).map(most).collect();
         found.dedup();
         let is_largest = |i: &&usize| most(**i) == **i;
-        let found = found.iter().filter(is_largest).map(|&i| {
-            let ratio = step(i, &size).0.exp();
-            GainStep {
-                row: live[i],
-                ratio,
-                error: ratio * (1.96 * error).exp_m1(),
-            }
-        });
-        found.collect()
+        let found: Vec<usize> = found.iter().filter(is_largest).copied().collect();
+        let ratios: Vec<f64> = found.iter().map(|&i| step(i, &size).0.exp()).collect();
+        let half = (1.96 * error).exp_m1();
+        let errors: Vec<f64> = ratios.iter().map(|ratio| ratio * half).collect();
+        let said = ratios.iter().zip(&errors);
+        let said = said.map(|(ratio, error)| format!("x {}", with_half(*ratio, *error, "")));
+        let rows = found.iter().map(|&i| live[i]).collect();
+        let numbers = json!({"ratios": ratios, "ratio_errors": errors});
+        (rows, some(said), numbers)
     }
 }
