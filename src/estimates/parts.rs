@@ -231,13 +231,11 @@ fn partial_of(
 ) -> Result<Partial> {
     let (gaps, memory, threads) = request.choices();
     let segments = realisations.segments.count();
-    let of_records = portions.iter().flat_map(|portion| {
-        let Range { start, end } = portion.segments;
-        [start, end].map(|segment| portion.record * segments + segment)
-    });
-    let range = of_records.fold([usize::MAX, 0], |[from, end], at| {
-        [from.min(at), end.max(at)]
-    });
+    let (from, to) = (&portions[0], &portions[portions.len() - 1]);
+    let range = [
+        from.record * segments + from.segments.start,
+        to.record * segments + to.segments.end,
+    ];
     refuse_left_out(gaps, "a part of the segments")?;
     let (unit, tiles) = in_pool(threads, || {
         let shots = Shots::new(fields, gaps, memory, realisations.reached(), observer)?;

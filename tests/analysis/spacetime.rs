@@ -239,7 +239,7 @@ fn regress_parts_blocks_and_threads_do_not_move_a_bit() {
         (&shots[1..], equal),
     ] {
         let expected = bits(&spacetime(fields, &request, &Silent).unwrap());
-        // The least memory that is not refused sums four rows at a time.
+        // In the least memory that is not refused, pages are released behind the reader.
         let of = |threads, memory| {
             let request = SpaceTimeRequest {
                 threads: Some(threads),

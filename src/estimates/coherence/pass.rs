@@ -72,10 +72,6 @@ impl Pass<'_> {
         self.finish(tiles, unit)
     }
 
-    fn leaves_out(&self) -> bool {
-        self.request.gaps == Gaps::LeaveOut
-    }
-
     /// Bytes that are needed beside the samples, of which so many of a record are read.
     fn held(&self, samples: usize, portions: &[Portion]) -> u64 {
         let samples = samples as u64;
@@ -191,9 +187,9 @@ impl Pass<'_> {
         let cross = |m, j| Complex::new(of_tile(1, m, j), of_tile(2, m, j));
         let coherence = Array2::from_shape_fn(shape, |(m, j)| {
             let own = of_tile(0, m, j);
-            let beside = match self.leaves_out() {
-                true => of_tile(BLOCKS, m, j),
-                false => of_tile(0, m, reference),
+            let beside = match &left {
+                Some(_) => of_tile(BLOCKS, m, j),
+                None => of_tile(0, m, reference),
             };
             match own > 0.0 && beside > 0.0 && !parts[j].is_nan() {
                 true => (cross(m, j).norm_sqr() / (beside * own)).min(1.0),
@@ -231,8 +227,9 @@ impl Pass<'_> {
 
 impl Divided for Pass<'_> {
     fn shape(&self) -> SumsShape {
+        let leaves_out = self.request.gaps == Gaps::LeaveOut;
         SumsShape {
-            plain: (BLOCKS + usize::from(self.leaves_out())) * self.realisations.bins(),
+            plain: (BLOCKS + usize::from(leaves_out)) * self.realisations.bins(),
             pieces: self.realisations.pieces(),
         }
     }

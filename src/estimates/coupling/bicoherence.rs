@@ -222,7 +222,15 @@ impl BicoherenceRequest {
 
     /// The realisations of a record, of which a triple can be made.
     fn realisations(&self, grid: &Grid) -> Result<Realisations> {
-        self.check(grid.sites)?;
+        let two = [("site", self.site), ("output", self.output())];
+        let along = self.along.iter().map(|site| ("along", *site));
+        for (option, site) in two.into_iter().chain(along) {
+            Error::require(site < grid.sites, option, a_site(grid.sites), site)?;
+        }
+        let ascend = self.along.is_sorted_by(|a, b| a < b);
+        Error::require(ascend, "along", "sites in ascending order", "others")?;
+        check_significance(self.alpha)?;
+        only_one_window(&self.averaging)?;
         let averaging = self.averaging.with_segment(match grid.times / PART {
             0..8 => grid.times.min(8),
             part => 1 << part.ilog2(),
@@ -233,18 +241,6 @@ impl BicoherenceRequest {
         let expected = "more samples, for one triple of frequencies";
         Error::require(is_enough, "segment", expected, length)?;
         Ok(all)
-    }
-
-    fn check(&self, n_sites: usize) -> Result<()> {
-        let two = [("site", self.site), ("output", self.output())];
-        let along = self.along.iter().map(|site| ("along", *site));
-        for (option, site) in two.into_iter().chain(along) {
-            Error::require(site < n_sites, option, a_site(n_sites), site)?;
-        }
-        let ascend = self.along.is_sorted_by(|a, b| a < b);
-        Error::require(ascend, "along", "sites in ascending order", "others")?;
-        check_significance(self.alpha)?;
-        only_one_window(&self.averaging)
     }
 }
 

@@ -72,8 +72,12 @@ impl KeptOfSites {
     /// Adds their pairs to those of the sites.
     pub fn add_to(&self, sites: &mut Vec<SegmentPairs>, distances: usize) {
         sites.resize_with(self.0.len(), SegmentPairs::default);
-        let sites = sites.iter_mut().zip(&self.0);
-        sites.for_each(|(pairs, kept)| pairs.add(kept, distances));
+        for (sums, kept) in sites.iter_mut().zip(&self.0) {
+            let pairs = kept.pairs(distances);
+            sums.pairs.resize(distances, 0.0);
+            sums.records += usize::from(pairs[0] > 0.0);
+            sums.pairs.iter_mut().zip(pairs).for_each(|(a, b)| *a += b);
+        }
     }
 }
 
@@ -87,13 +91,6 @@ pub(crate) struct SegmentPairs {
 }
 
 impl SegmentPairs {
-    pub fn add(&mut self, kept: &KeptSegments, distances: usize) {
-        self.pairs.resize(distances, 0.0);
-        let pairs = kept.pairs(distances);
-        self.records += usize::from(pairs[0] > 0.0);
-        self.pairs.iter_mut().zip(pairs).for_each(|(a, b)| *a += b);
-    }
-
     /// Kept segments of all records.
     pub fn segments(&self) -> f64 {
         self.pairs.first().copied().unwrap_or_default()
