@@ -7,7 +7,7 @@ use super::coordinates::{Coordinates, Listed};
 use super::open::{Contents, completed};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
-use super::storage::{Arrangement, Bytes, Storage};
+use super::storage::{Bytes, Storage};
 use super::{ByteOrder, Field, Note, Sample, labelled};
 use crate::error::{Error, InputFault, Result};
 
@@ -106,38 +106,12 @@ impl MemorySamples {
                 most: length as u64,
             });
         }
-        let rows_are_times = match shape {
-            [_, 1] => strides[0].unsigned_abs() > size,
-            [1, _] => strides[1].unsigned_abs() <= size,
-            _ => strides[0].unsigned_abs() >= strides[1].unsigned_abs(),
-        };
-        let by_rows = |[time, site]: [isize; 2]| match rows_are_times {
-            true => (time, site),
-            false => (site, time),
-        };
-        let (slow, fast) = by_rows(strides);
-        let (rows, width) = by_rows(shape.map(|n| n as isize));
-        let is_contiguous = fast == size as isize || width == 1;
-        let is_apart = rows == 1 || (slow % size as isize == 0 && slow >= width * size as isize);
-        let arrangement = |row_len: usize| Arrangement {
-            sample,
-            order,
-            start,
-            row_len,
-            rows_are_times,
-        };
         let bytes = Bytes::Shared(bytes);
-        if is_contiguous && is_apart {
-            let row_len = if rows == 1 {
-                width
-            } else {
-                slow / size as isize
-            };
-            return Ok(Storage::new(bytes, arrangement(row_len as usize)));
-        }
-        Ok(Storage::strided(
+        Ok(Storage::of_strides(
             bytes,
-            arrangement(width as usize),
+            (sample, order),
+            start,
+            shape,
             strides,
         ))
     }
