@@ -200,28 +200,10 @@ impl ListedAxis {
         is_stated: bool,
         options: &OpenOptions,
     ) -> Result<Listed, InputFault> {
-        let by_step = self.step.and_then(|step| {
-            let origin = *self.values.first()?;
-            let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;
-            let is_step = step > 0.0 && step.is_finite();
-            (is_step && self.values.iter().enumerate().all(is_it)).then_some(Coordinates {
-                origin: Some(origin),
-                step: Some(step),
-                unit: None,
-            })
-        });
-        let even = |even| Listed {
-            even,
-            ..Listed::default()
-        };
-        let mut listed = match (is_stated, by_step) {
-            (true, _) => even(Coordinates::beside_stated(&self.values)),
-            (false, Some(found)) => even(found),
-            (false, None) => {
-                Coordinates::listed(name, &self.values, self.rounding, options.evenness(name))
-                    .map_err(|uneven| uneven.fault(name))?
-            }
-        };
+        let rules = (!is_stated).then(|| options.evenness(name));
+        let known = (self.rounding, self.step);
+        let mut listed = Coordinates::listed(name, &self.values, known, rules)
+            .map_err(|uneven| uneven.fault(name))?;
         listed.even.unit = self.unit;
         Ok(listed)
     }
