@@ -163,13 +163,35 @@ impl Coordinates {
         Ok((even(found), coarse))
     }
 
-    /// As [`Coordinates::fit_within`]; other values that increase are resampled if `rules` has a method.
+    /// As [`Coordinates::fit_within`]; other values that increase are resampled if `rules` has a method. Values that a
+    /// `step` gives to the last bit have that step: from the values alone, it is known only up to rounding. Without
+    /// rules, the step is stated elsewhere.
     pub(crate) fn listed(
         axis: &'static str,
         values: &[f64],
-        rounding: f64,
-        rules: Evenness,
+        (rounding, step): (f64, Option<f64>),
+        rules: Option<Evenness>,
     ) -> Result<Listed, Uneven> {
+        let by_step = || {
+            let (step, origin) = (step?, *values.first()?);
+            let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;
+            let is_step = step > 0.0 && step.is_finite();
+            (is_step && values.iter().enumerate().all(is_it)).then_some(Coordinates {
+                origin: Some(origin),
+                step: Some(step),
+                unit: None,
+            })
+        };
+        let known = match rules {
+            None => Some(Coordinates::beside_stated(values)),
+            Some(_) => by_step(),
+        };
+        let (None, Some(rules)) = (&known, rules) else {
+            return Ok(Listed {
+                even: known.unwrap_or_default(),
+                ..Listed::default()
+            });
+        };
         let uneven = match Coordinates::fit_within(values, rounding, rules.jitter) {
             Ok((even, jitter)) => {
                 return Ok(Listed {
@@ -222,7 +244,7 @@ impl Coordinates {
     }
 
     /// Of values whose step is stated elsewhere: their first, and the step that they have if they are even.
-    pub(crate) fn beside_stated(values: &[f64]) -> Coordinates {
+    fn beside_stated(values: &[f64]) -> Coordinates {
         /// Share of a step that values of few digits deviate by.
         const NEARLY: f64 = 1e-3;
         let even = Coordinates::fit_within(values, 0.0, NEARLY);

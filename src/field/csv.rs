@@ -319,12 +319,9 @@ impl<'a> Table<'a> {
             false => stated.dx.is_some(),
         };
         let row_axis = if rows_are_times { "time" } else { "space" };
-        let fit = |axis, values: &[f64], rounding, has_step| match has_step {
-            true => Ok(Listed {
-                even: Coordinates::beside_stated(values),
-                ..Listed::default()
-            }),
-            false => Coordinates::listed(axis, values, rounding, source.options.evenness(axis)),
+        let fit = |axis, values: &[f64], rounding, has_step: bool| {
+            let rules = (!has_step).then(|| source.options.evenness(axis));
+            Coordinates::listed(axis, values, (rounding, None), rules)
         };
         let by_setting = rows_are_times.then(|| self.by_setting()).flatten();
         let rows = match by_setting.filter(|_| !has_step) {

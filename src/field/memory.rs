@@ -7,7 +7,7 @@ use super::coordinates::{Coordinates, Listed};
 use super::open::{Contents, completed};
 use super::options::OpenOptions;
 use super::sidecar::Sidecar;
-use super::storage::{Arrangement, Bytes, Storage};
+use super::storage::{Bytes, Storage};
 use super::{ByteOrder, Field, Note, Sample, labelled};
 use crate::error::{Error, InputFault, Result};
 
@@ -106,38 +106,12 @@ impl MemorySamples {
                 most: length as u64,
             });
         }
-        let rows_are_times = match shape {
-            [_, 1] => strides[0].unsigned_abs() > size,
-            [1, _] => strides[1].unsigned_abs() <= size,
-            _ => strides[0].unsigned_abs() >= strides[1].unsigned_abs(),
-        };
-        let by_rows = |[time, site]: [isize; 2]| match rows_are_times {
-            true => (time, site),
-            false => (site, time),
-        };
-        let (slow, fast) = by_rows(strides);
-        let (rows, width) = by_rows(shape.map(|n| n as isize));
-        let is_contiguous = fast == size as isize || width == 1;
-        let is_apart = rows == 1 || (slow % size as isize == 0 && slow >= width * size as isize);
-        let arrangement = |row_len: usize| Arrangement {
-            sample,
-            order,
-            start,
-            row_len,
-            rows_are_times,
-        };
         let bytes = Bytes::Shared(bytes);
-        if is_contiguous && is_apart {
-            let row_len = if rows == 1 {
-                width
-            } else {
-                slow / size as isize
-            };
-            return Ok(Storage::new(bytes, arrangement(row_len as usize)));
-        }
-        Ok(Storage::strided(
+        Ok(Storage::of_strides(
             bytes,
-            arrangement(width as usize),
+            (sample, order),
+            start,
+            shape,
             strides,
         ))
     }
@@ -226,28 +200,10 @@ impl ListedAxis {
         is_stated: bool,
         options: &OpenOptions,
     ) -> Result<Listed, InputFault> {
-        let by_step = self.step.and_then(|step| {
-            let origin = *self.values.first()?;
-            let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;
-            let is_step = step > 0.0 && step.is_finite();
-            (is_step && self.values.iter().enumerate().all(is_it)).then_some(Coordinates {
-                origin: Some(origin),
-                step: Some(step),
-                unit: None,
-            })
-        });
-        let even = |even| Listed {
-            even,
-            ..Listed::default()
-        };
-        let mut listed = match (is_stated, by_step) {
-            (true, _) => even(Coordinates::beside_stated(&self.values)),
-            (false, Some(found)) => even(found),
-            (false, None) => {
-                Coordinates::listed(name, &self.values, self.rounding, options.evenness(name))
-                    .map_err(|uneven| uneven.fault(name))?
-            }
-        };
+        let rules = (!is_stated).then(|| options.evenness(name));
+        let known = (self.rounding, self.step);
+        let mut listed = Coordinates::listed(name, &self.values, known, rules)
+            .map_err(|uneven| uneven.fault(name))?;
         listed.even.unit = self.unit;
         Ok(listed)
     }

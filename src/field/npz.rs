@@ -666,24 +666,14 @@ impl<'a> Archive<'a> {
             .map_err(|fault| self.member_fault(index, fault))?;
         let mut values = vec![0.0; n];
         record.storage.read(0..n, 0..1, false, &mut values);
-        if has_step {
-            return Ok(Listed {
-                even: Coordinates::beside_stated(&values),
-                ..Listed::default()
-            });
-        }
-        let rounding = header.sample.spacing(&values);
-        let unit = self.unit(name)?;
-        let rules = self.source.options.evenness(axis);
-        let listed = Coordinates::listed(axis, &values, rounding, rules)
+        let known = (header.sample.spacing(&values), None);
+        let rules = (!has_step).then(|| self.source.options.evenness(axis));
+        let mut listed = Coordinates::listed(axis, &values, known, rules)
             .map_err(|uneven| self.member_fault(index, uneven.fault(axis)))?;
-        Ok(Listed {
-            even: Coordinates {
-                unit,
-                ..listed.even
-            },
-            ..listed
-        })
+        if !has_step {
+            listed.even.unit = self.unit(name)?;
+        }
+        Ok(listed)
     }
 
     fn member_fault(&self, index: usize, fault: InputFault) -> Error {

@@ -13,7 +13,7 @@ use super::resample::resampled;
 use super::scan::NamedNumber;
 use super::sidecar::Sidecar;
 use super::state::FileState;
-use super::storage::{Arrangement, Bytes, Storage};
+use super::storage::{Bytes, Storage};
 use super::{Field, Layout, Note, Quantity, csv, directory, labelled, npy, npz};
 use crate::error::{DimensionName, Error, ForeignFormat, InputFault, Result};
 use crate::measure::{Dimension, Length, quotient};
@@ -200,28 +200,14 @@ impl Contents {
             header.shape[time] as usize,
             sites.first().map_or(1, |&d| header.shape[d] as usize),
         );
-        let (along, across) = (stride(time), sites.first().map_or(size, |&d| stride(d)));
-        let arrangement = |row_len: usize, rows_are_times: bool| Arrangement {
-            sample: header.sample,
-            order: header.order,
+        let across = sites.first().map_or(size, |&d| stride(d));
+        let storage = Storage::of_strides(
+            bytes,
+            (header.sample, header.order),
             start,
-            row_len,
-            rows_are_times,
-        };
-        let storage = match () {
-            _ if across == size && along >= n_sites * size => {
-                Storage::new(bytes, arrangement(along / size, true))
-            }
-            _ if along == size && across >= n_times * size => {
-                Storage::new(bytes, arrangement(across / size, false))
-            }
-            _ => {
-                let strides = [along as isize, across as isize];
-                let rows_are_times = along >= across;
-                let width = if rows_are_times { n_sites } else { n_times };
-                Storage::strided(bytes, arrangement(width, rows_are_times), strides)
-            }
-        };
+            [n_times, n_sites],
+            [stride(time) as isize, across as isize],
+        );
         Ok(Contents {
             notes,
             ..Contents::of(storage, [n_times, n_sites])

@@ -276,7 +276,7 @@ impl OpenOptions {
         finite("x0", self.x0)?;
         if !(0.0..=0.5).contains(&self.jitter) {
             let expected = "a share of a step from 0 to 0.5";
-            return Err(Error::request("jitter", expected, &self.jitter.to_string()));
+            return Err(Error::request("jitter", expected, self.jitter));
         }
         match (self.dt, self.rate) {
             (Some(_), Some(_)) => Err(Error::request(
@@ -294,7 +294,7 @@ fn above_zero<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) ->
         Some(step) if !(step.value.is_finite() && step.value > 0.0) => Err(Error::request(
             option,
             "a finite number above 0",
-            &step.value.to_string(),
+            step.value,
         )),
         _ => Ok(()),
     }
@@ -302,11 +302,9 @@ fn above_zero<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) ->
 
 fn finite<D: Dimension>(option: &'static str, stated: Option<Measure<D>>) -> Result<()> {
     match stated {
-        Some(origin) if !origin.value.is_finite() => Err(Error::request(
-            option,
-            "a finite number",
-            &origin.value.to_string(),
-        )),
+        Some(origin) if !origin.value.is_finite() => {
+            Err(Error::request(option, "a finite number", origin.value))
+        }
         _ => Ok(()),
     }
 }

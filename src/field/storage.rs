@@ -57,6 +57,36 @@ pub(crate) struct Arrangement {
     pub(crate) rows_are_times: bool,
 }
 
+impl Arrangement {
+    /// Rows of samples `(time, site)` of this shape, whose bytes from time to time and from site to site are `strides`;
+    /// `None` where they lie in no rows.
+    pub(crate) fn of_strides(
+        (sample, order): (SampleType, ByteOrder),
+        start: usize,
+        shape: [usize; 2],
+        strides: [isize; 2],
+    ) -> Option<Arrangement> {
+        let size = sample.bytes() as isize;
+        [true, false].into_iter().find_map(|rows_are_times| {
+            let (rows, width) = by_rows(rows_are_times, shape[0], shape[1]);
+            let (slow, fast) = by_rows(rows_are_times, strides[0], strides[1]);
+            let is_contiguous = fast == size || width == 1;
+            let is_apart = slow % size == 0 && slow >= size.saturating_mul(width as isize);
+            (is_contiguous && (is_apart || rows == 1)).then_some(Arrangement {
+                sample,
+                order,
+                start,
+                row_len: if rows == 1 {
+                    width
+                } else {
+                    (slow / size) as usize
+                },
+                rows_are_times,
+            })
+        })
+    }
+}
+
 /// How stored numbers stand for samples: `scale * number + offset`, or a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Packing {
@@ -115,9 +145,27 @@ impl Storage {
         }
     }
 
-    /// Samples whose bytes from time to time and from site to site are `strides`; all of them lie within
-    /// `bytes`. Of the arrangement, the length of rows is not used.
-    pub(crate) fn strided(bytes: Bytes, arrangement: Arrangement, strides: [isize; 2]) -> Self {
+    /// Samples whose bytes from time to time and from site to site are `strides`, all within `bytes`: in rows, if they lie
+    /// so. Else the length of rows is not that of the bytes.
+    pub(crate) fn of_strides(
+        bytes: Bytes,
+        numbers: (SampleType, ByteOrder),
+        start: usize,
+        shape: [usize; 2],
+        strides: [isize; 2],
+    ) -> Self {
+        if let Some(rows) = Arrangement::of_strides(numbers, start, shape, strides) {
+            return Storage::new(bytes, rows);
+        }
+        let [time, site] = strides.map(isize::unsigned_abs);
+        let rows_are_times = time >= site;
+        let arrangement = Arrangement {
+            sample: numbers.0,
+            order: numbers.1,
+            start,
+            row_len: by_rows(rows_are_times, shape[0], shape[1]).1,
+            rows_are_times,
+        };
         Storage {
             strides: Some(strides),
             ..Storage::new(bytes, arrangement)

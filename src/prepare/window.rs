@@ -205,21 +205,19 @@ impl Window {
     /// product that is not above 0 and below `(n + 1) / 2`, and samples of another number.
     pub fn validate(&self, n: usize) -> Result<(), WindowError> {
         let (is_valid, expected, found) = match *self {
-            Window::Tukey { taper } => (
-                (0.0..=1.0).contains(&taper),
-                "a tapered share from 0 to 1".into(),
-                taper,
-            ),
-            Window::Kaiser { beta } => (
-                (0.0..=1e6).contains(&beta),
-                "a beta from 0 to 1e6".into(),
-                beta,
-            ),
+            Window::Tukey { taper } => {
+                let is_share = (0.0..=1.0).contains(&taper);
+                (is_share, "a tapered share from 0 to 1".into(), taper)
+            }
+            Window::Kaiser { beta } => {
+                let is_beta = (0.0..=1e6).contains(&beta);
+                (is_beta, "a beta from 0 to 1e6".into(), beta)
+            }
             Window::Dpss { time_bandwidth } => {
                 let limit = (n as f64 + 1.0) / 2.0;
                 let is_valid = n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit;
-                let expected = format!("a time-bandwidth product above 0 and below {limit}");
-                (is_valid, expected, time_bandwidth)
+                let expected = "a time-bandwidth product above 0 and below (samples + 1) / 2";
+                (is_valid, expected.into(), time_bandwidth)
             }
             Window::Samples(Given(given)) => {
                 let is_valid = n == usize::MAX || n == given.len();

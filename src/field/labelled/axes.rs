@@ -90,35 +90,12 @@ fn listed(
         // Differences of large numbers are as exact as those.
         None => rounding_since(container, i)?,
     };
-    let by_step = by_step(attributes, &values);
-    let mut listed = match (rules, by_step) {
-        (None, _) => Listed {
-            even: Coordinates::beside_stated(&values),
-            ..Listed::default()
-        },
-        (Some(_), Some(even)) => Listed {
-            even,
-            ..Listed::default()
-        },
-        (Some(rules), None) => Coordinates::listed(axis, &values, rounding, rules)
-            .map_err(|uneven| AxisFault::Input(uneven.fault(axis)))?,
-    };
+    let known = (rounding, attributes.number("step"));
+    let mut listed = Coordinates::listed(axis, &values, known, rules)
+        .map_err(|uneven| AxisFault::Input(uneven.fault(axis)))?;
     listed.even.unit = unit;
     notes.extend(listed.note.take());
     Ok((listed, notes))
-}
-
-/// Coordinates by the step that their variable states, if it gives each of them to the last bit: from the
-/// values alone, a step is known only up to rounding.
-fn by_step(attributes: &Attributes, values: &[f64]) -> Option<Coordinates> {
-    let (step, origin) = (attributes.number("step")?, *values.first()?);
-    let is_it = |(i, value): (usize, &f64)| *value == origin + i as f64 * step;
-    let is_step = step > 0.0 && step.is_finite();
-    (is_step && values.iter().enumerate().all(is_it)).then_some(Coordinates {
-        origin: Some(origin),
-        step: Some(step),
-        unit: None,
-    })
 }
 
 /// The numbers of a variable less the first one, exact for integers, and the first one.

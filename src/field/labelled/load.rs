@@ -58,36 +58,14 @@ fn in_place(
     else {
         return None;
     };
-    let size = sample.bytes() as u64;
     let time = strides[choice.times()?.dimension];
     // The only site lies wherever the records begin.
-    let site = choice
-        .sites()
-        .map_or(size, |sites| strides[sites.dimension]);
-    let is_rows = |slow: u64, fast: u64, rows: usize, width: usize| {
-        let is_contiguous = fast == size || width == 1;
-        let is_apart = rows == 1 || (slow.is_multiple_of(size) && slow >= width as u64 * size);
-        is_contiguous && is_apart
-    };
-    let rows_are_times = is_rows(time, site, n_times, n_sites);
-    if !rows_are_times && !is_rows(site, time, n_sites, n_times) {
-        return None;
-    }
-    let (slow, rows, width) = match rows_are_times {
-        true => (time, n_times, n_sites),
-        false => (site, n_sites, n_times),
-    };
+    let site = choice.sites().map(|sites| strides[sites.dimension]);
+    let site = site.unwrap_or(sample.bytes() as u64);
     let skipped = choice.fixed.iter().map(|&(d, index)| index * strides[d]);
-    Some(Arrangement {
-        sample,
-        order: *order,
-        start: (start + skipped.sum::<u64>()) as usize,
-        row_len: match rows {
-            1 => width,
-            _ => (slow / size) as usize,
-        },
-        rows_are_times,
-    })
+    let start = (start + skipped.sum::<u64>()) as usize;
+    let strides = [time as isize, site as isize];
+    Arrangement::of_strides((sample, *order), start, [n_times, n_sites], strides)
 }
 
 /// The samples decoded, in the order of their dimensions.

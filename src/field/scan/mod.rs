@@ -361,14 +361,8 @@ fn space(
     let first_of = |site: usize| sites.iter().position(|&one| one == site).unwrap_or(0);
     let n_sites = sites.last().map_or(0, |last| last + 1);
     let at: Vec<f64> = (0..n_sites).map(|site| at[first_of(site)]).collect();
-    if options.dx.is_some() {
-        return Ok(Listed {
-            even: Coordinates::from_first(&at),
-            ..Listed::default()
-        });
-    }
-    let rules = options.evenness("space");
-    let listed = Coordinates::listed("space", &at, positions.rounding, rules);
+    let rules = options.dx.is_none().then(|| options.evenness("space"));
+    let listed = Coordinates::listed("space", &at, (positions.rounding, None), rules);
     listed.map_err(|uneven| {
         let path = &heads[first_of(uneven.index)].path;
         Error::input(path)(uneven.fault("space"))

@@ -32,7 +32,6 @@ pub(super) struct Head {
 struct Channel {
     field: Field,
     site: usize,
-    is_column: bool,
 }
 
 impl Channel {
@@ -146,11 +145,7 @@ fn record(scan: &Scan, path: &Path, options: &OpenOptions) -> Result<Channel> {
     };
     let found = field.n_sites();
     let site = site.ok_or_else(|| fault_of(path, ScanFault::Channels { found }))?;
-    Ok(Channel {
-        field,
-        site,
-        is_column: true,
-    })
+    Ok(Channel { field, site })
 }
 
 /// The channel of this name: an array of the file, else a column by its name or its number.
@@ -163,36 +158,23 @@ fn channel(path: &Path, name: &str, options: &OpenOptions) -> Result<Channel> {
         Ok(_) => None,
         Err(_) => array(path, &by_array)?,
     };
-    let channel = match opened {
-        Some(field) => Channel {
-            field,
-            site: 0,
-            is_column: false,
-        },
-        None => {
-            let field = Field::open(path, options)?;
-            let site = column(&field, name).ok_or_else(|| {
-                let numbered = (0..field.n_sites()).map(|site| site.to_string());
-                let found = match field.channels.is_empty() {
-                    true => numbered.collect(),
-                    false => field.channels.clone(),
-                };
-                let asked = name.to_owned();
-                fault_of(path, ScanFault::NoSuchChannel { asked, found })
-            })?;
-            Channel {
-                field,
-                site,
-                is_column: true,
-            }
-        }
-    };
-    match channel.field.n_sites() {
-        found if found > 1 && !channel.is_column => {
-            Err(fault_of(path, ScanFault::Channels { found }))
-        }
-        _ => Ok(channel),
+    if let Some(field) = opened {
+        return match field.n_sites() {
+            1 => Ok(Channel { field, site: 0 }),
+            found => Err(fault_of(path, ScanFault::Channels { found })),
+        };
     }
+    let field = Field::open(path, options)?;
+    let site = column(&field, name).ok_or_else(|| {
+        let numbered = (0..field.n_sites()).map(|site| site.to_string());
+        let found = match field.channels.is_empty() {
+            true => numbered.collect(),
+            false => field.channels.clone(),
+        };
+        let asked = name.to_owned();
+        fault_of(path, ScanFault::NoSuchChannel { asked, found })
+    })?;
+    Ok(Channel { field, site })
 }
 
 /// The array that the options name; `None` if the file has none of that name.
@@ -220,42 +202,39 @@ fn column(field: &Field, name: &str) -> Option<usize> {
 pub(super) fn check_alike(heads: &[Head], jitter: f64) -> Result<()> {
     let first = &heads[0];
     for head in heads {
-        let unlike = |what, expected: String, found: String| {
-            Err(fault_of(
-                &head.path,
-                ScanFault::Unlike {
-                    what,
-                    expected,
-                    found,
-                },
-            ))
-        };
         let unit = |unit: &Option<String>| unit.clone().unwrap_or_else(|| "not stated".into());
-        if head.time.unit != first.time.unit {
-            return unlike(
-                "the unit of time",
-                unit(&first.time.unit),
-                unit(&head.time.unit),
-            );
-        }
         // Over the whole record, less than a jitter.
         let drift = (head.time.step - first.time.step).abs() * head.n_times as f64;
-        if drift > jitter.max(1e-6) * first.time.step {
-            return unlike(
+        let both = [first, head];
+        let compared = [
+            (
+                "the unit of time",
+                first.time.unit == head.time.unit,
+                both.map(|of| unit(&of.time.unit)),
+            ),
+            (
                 "the step",
-                first.time.step.to_string(),
-                head.time.step.to_string(),
-            );
-        }
-        if head.quantity != first.quantity {
-            return unlike(
+                drift <= jitter.max(1e-6) * first.time.step,
+                both.map(|of| of.time.step.to_string()),
+            ),
+            (
                 "the quantity",
-                first.quantity.name().into(),
-                head.quantity.name().into(),
-            );
-        }
-        if head.unit != first.unit {
-            return unlike("the unit", unit(&first.unit), unit(&head.unit));
+                first.quantity == head.quantity,
+                both.map(|of| of.quantity.name().to_owned()),
+            ),
+            (
+                "the unit",
+                first.unit == head.unit,
+                both.map(|of| unit(&of.unit)),
+            ),
+        ];
+        if let Some((what, _, [expected, found])) = compared.into_iter().find(|of| !of.1) {
+            let unlike = ScanFault::Unlike {
+                what,
+                expected,
+                found,
+            };
+            return Err(fault_of(&head.path, unlike));
         }
     }
     Ok(())
