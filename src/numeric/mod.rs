@@ -1,5 +1,5 @@
 //! SIMD lanes, sums, the logarithm, angles, bins of bands, random numbers, roots, medians,
-//! quantiles, lines through points, complex least squares, eigenvalues of Hermitian matrices.
+//! quantiles, lines through points, small systems of equations, complex least squares, eigenvalues of Hermitian matrices.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ mod golden;
 pub(crate) mod gram;
 pub(crate) mod hermitian;
 pub(crate) mod lanes;
-pub(crate) mod least_squares;
+mod least_squares;
 mod logarithm;
 mod order;
 mod quantile;
@@ -21,6 +21,7 @@ pub(crate) use angle::*;
 pub(crate) use bins::{at_or_below, count_at_or_below, in_band};
 pub(crate) use golden::GoldenSection;
 pub use least_squares::LineFit;
+pub(crate) use least_squares::{deviation, eliminated, inverted, jackknife, mean_of, parabola};
 pub(crate) use logarithm::ln_normal;
 pub(crate) use order::{median, sorted};
 pub(crate) use quantile::{
