@@ -6,8 +6,8 @@ use super::spectra::last_bin;
 use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
-    Averaging, Grid, Independence, Realisations, Shots, Tapers, check_significance, first_of,
-    phase_spread,
+    Averaging, Grid, Independence, Realisations, Shots, Tapers, check_count, check_significance,
+    first_of, phase_spread,
 };
 use crate::field::{Axis, Field};
 use crate::observer::Observer;
@@ -239,15 +239,6 @@ pub fn bicoherence(
 /// Part of the record at or below which a segment is by default.
 const PART: usize = 32;
 
-/// That there are two realisations at least.
-fn check_count(realisations: usize) -> Result<()> {
-    if realisations >= 2 {
-        return Ok(());
-    }
-    let expected = "at least two realisations: shorter segments, or several fields";
-    refuse("segment", expected, "one segment of one field")
-}
-
 impl BicoherenceRequest {
     /// Index of the site of the third frequency.
     pub fn output(&self) -> usize {
@@ -271,13 +262,10 @@ impl BicoherenceRequest {
     }
 
     fn check(&self, n_sites: usize) -> Result<()> {
-        let a_site = format!("a site from 0 to {}", n_sites.saturating_sub(1));
-        let two = [("site", self.site), ("output", self.output())];
-        let along = self.along.iter().map(|site| ("along", *site));
-        let mut all = two.into_iter().chain(along);
-        if let Some((option, site)) = all.find(|(_, site)| *site >= n_sites) {
-            return refuse(option, a_site, site);
-        }
+        check_site("site", self.site, n_sites)?;
+        check_site("output", self.output(), n_sites)?;
+        let mut along = self.along.iter();
+        along.try_for_each(|site| check_site("along", *site, n_sites))?;
         if self.along.windows(2).any(|pair| pair[0] >= pair[1]) {
             return refuse("along", "sites in ascending order", "others");
         }
@@ -292,6 +280,16 @@ pub(super) fn refuse<T>(
     found: impl ToString,
 ) -> Result<T> {
     Err(Error::request(option, expected, found))
+}
+
+/// # Errors
+/// [`Error::Request`] for a site that is none.
+pub(super) fn check_site(option: &'static str, site: usize, n_sites: usize) -> Result<()> {
+    let expected = || format!("a site from 0 to {}", n_sites.saturating_sub(1));
+    match site < n_sites {
+        true => Ok(()),
+        false => refuse(option, expected(), site),
+    }
 }
 
 /// # Errors

@@ -284,7 +284,7 @@ pub(crate) fn check_count(realisations: usize) -> Result<()> {
     if realisations >= 2 {
         return Ok(());
     }
-    let expected = "at least two realisations: shorter segments, several tapers, or several fields";
+    let expected = "at least two realisations: shorter segments, or several fields";
     let found = "one segment of one field under one taper";
     Err(Error::request("segment", expected, found))
 }
