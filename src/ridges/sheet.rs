@@ -112,10 +112,13 @@ impl Describe for Ridges {
         let df = with_unit(df, &axes.frequency_unit());
         let dk = with_unit(dk, &axes.wavenumber_unit());
         let rows = [
-            ("records", self.records.to_string()),
+            ("records", self.independence.records.to_string()),
             ("segments of a record", conventions.segments.to_string()),
             ("samples a segment", conventions.segment.to_string()),
-            ("effective realisations", number(self.realisations)),
+            (
+                "effective realisations",
+                number(self.independence.effective),
+            ),
             ("level over the noise", of_level),
             ("bin of frequency", df),
             ("bin of wavenumber", dk),
@@ -125,13 +128,13 @@ impl Describe for Ridges {
         sheet.numbers(json!({
             "time_unit": time_unit,
             "space_unit": space_unit,
-            "records": self.records,
+            "records": self.independence.records,
             "segment": conventions.segment,
             "overlap": conventions.overlap,
             "segments": conventions.segments,
             "window_time": conventions.window_time.name,
             "window_space": conventions.window_space.name,
-            "realisations": self.realisations,
+            "realisations": self.independence.effective,
             "steadiness": self.independence.steadiness,
             "alpha": self.alpha,
             "level": self.level,

@@ -218,9 +218,9 @@ fn val_noise_has_no_ridges() {
         let found = found(&field, &RidgesRequest::default());
         peaks += found.points().count();
         assert!(
-            (found.realisations - 6.66).abs() < 0.1,
+            (found.independence.effective - 6.66).abs() < 0.1,
             "{}",
-            found.realisations
+            found.independence.effective
         );
     }
     assert_eq!(peaks, 0);
@@ -357,7 +357,10 @@ fn regress_records_are_averaged() {
     };
     let one = found(&field, &request);
     let three = ridges(&[&field; 3], &request, &Silent).unwrap();
-    assert_eq!((one.realisations, three.realisations), (1.0, 3.0));
+    assert_eq!(
+        (one.independence.effective, three.independence.effective),
+        (1.0, 3.0)
+    );
     assert!(three.level < one.level);
     let power = |found: &Ridges, f: f64| found.points().find(|p| p.frequency == f).map(|p| p.power);
     let f = one.points().nth(20).unwrap().frequency;
