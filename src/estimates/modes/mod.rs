@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::estimates::SIGNIFICANCE;
 use crate::estimates::realisations::{
     Averaging, Independence, Realisations, Shots, TOGETHER, check_count, check_significance,
-    check_squares, first_of, interval_factors, steadiness, steadiness_of_sites,
+    check_squares, first_of, interval_factors, steadiness_of_sites,
 };
 use crate::field::{Axis, Field};
 use crate::numeric::lanes::WIDTH;
@@ -226,12 +226,10 @@ struct Pass<'a> {
 struct TileSpectra<'s> {
     /// `[bin * realisations + realisation]`, of the bins of a block.
     cells: &'s mut [Cell],
-    /// Energies of the parts of each record.
-    parts: [[f64; TOGETHER]; PARTS],
+    /// Sums over shots of the steadiness of each record, and of its energy.
+    steadiness: [f64; TOGETHER],
+    energy: [f64; TOGETHER],
 }
-
-/// Parts of a record whose energies are compared.
-const PARTS: usize = 16;
 
 impl Pass<'_> {
     /// The bins of the chosen frequencies.
@@ -334,15 +332,13 @@ impl Pass<'_> {
     }
 
     fn independence(&self, tiles: &[TileSpectra<'_>]) -> Independence {
+        let shots = self.shots.count();
         let of_site = |site: usize| {
-            let parts = &tiles[site / TOGETHER].parts;
-            let energies = parts.map(|part| part[site % TOGETHER]);
-            let evenness = steadiness(&energies.map(f64::sqrt));
-            (evenness, energies.iter().sum())
+            let (tile, lane) = (&tiles[site / TOGETHER], site % TOGETHER);
+            (tile.steadiness[lane] / shots as f64, tile.energy[lane])
         };
         let sites = 0..self.first.n_sites().min(tiles.len() * TOGETHER);
         let steadiness = steadiness_of_sites(sites.map(of_site).collect());
-        let shots = self.shots.count();
         self.realisations.independence(shots, None, steadiness)
     }
 
@@ -388,22 +384,24 @@ impl Pass<'_> {
         cells: &'c mut [Cell],
     ) -> Result<(Vec<TileSpectra<'c>>, f64)> {
         let (all, count) = (self.count(), self.realisations.count());
-        let parts = [[0.0; TOGETHER]; PARTS];
-        let tile = |cells| TileSpectra { cells, parts };
+        let tile = |cells| TileSpectra {
+            cells,
+            steadiness: [0.0; TOGETHER],
+            energy: [0.0; TOGETHER],
+        };
         let tiles = cells.chunks_exact_mut((to - from) * all);
         let mut tiles: Vec<TileSpectra<'c>> = tiles.map(tile).collect();
         let mut first = 0;
         let unit = self.shots.each(block, |shot| {
             shot.each_tile("spectra", &mut tiles, |scratch, sites, records, out| {
-                let (width, mark, mut room) = (sites.len(), shot.mark(sites), Vec::new());
-                let part = (records.length() / PARTS).max(1);
-                let parts = out.parts.iter_mut().enumerate();
-                for (p, sums) in parts.take(records.length() / part) {
-                    let squares = records.squares(p * part..(p + 1) * part, &mut room);
-                    let squares = squares[..width].iter().zip(&mark);
-                    for (sum, (square, mark)) in sums.iter_mut().zip(squares) {
-                        *sum += square + mark;
-                    }
+                let (width, mut room) = (sites.len(), Vec::new());
+                let about_mean = self.realisations.about_mean();
+                let steadiness = shot.steadiness(sites.clone(), records, about_mean);
+                let (mark, square) = (shot.mark(sites), shot.scale * shot.scale);
+                let energy = records.squares(0..records.length(), &mut room);
+                for (lane, energy) in energy[..width].iter().enumerate() {
+                    out.steadiness[lane] += steadiness[lane] + mark[lane];
+                    out.energy[lane] += square * energy;
                 }
                 self.realisations.each(records, scratch, |r, spectra| {
                     let rows = spectra[from * width..to * width].chunks_exact(width);
