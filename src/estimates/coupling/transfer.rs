@@ -184,7 +184,17 @@ impl Pass<'_> {
         clear_rounding(&mut records);
         let (shots, steadiness) = (records.len(), steady / records.len() as f64);
         let independence = self.realisations.independence(shots, None, steadiness);
-        let independent = self.enough(&independence)?;
+        let (unknowns, found) = (self.last, independence.independent);
+        let Some(independent) = found.filter(|k| *k >= 2.0 * unknowns as f64) else {
+            let expected = format!(
+                "at least {} independent realisations, twice the {unknowns} unknowns of a frequency: shorter \
+                 segments, fewer frequencies (highest), or more fields",
+                2 * unknowns
+            );
+            let none = "one: a transient, or a single segment, is one realisation";
+            let found = found.map_or(none.into(), |independent| format!("{independent:.1}"));
+            return refuse("segment", expected, found);
+        };
         let realisations = [shots, self.realisations.segment_count()];
         let is_transient = independence.is_transient();
         let draws = Resamplings::new(realisations, is_transient, request.resamplings);
@@ -212,22 +222,6 @@ impl Pass<'_> {
         };
         let outputs = fit.all(observer)?;
         Ok(self.finish(first, independence, &fit, outputs))
-    }
-
-    /// Independent realisations, if there are enough.
-    fn enough(&self, independence: &Independence) -> Result<f64> {
-        let unknowns = self.last;
-        let expected = format!(
-            "at least {} independent realisations, twice the {unknowns} unknowns of a frequency: shorter \
-             segments, fewer frequencies (highest), or more fields",
-            2 * unknowns
-        );
-        let found = match independence.independent {
-            Some(independent) if independent >= 2.0 * unknowns as f64 => return Ok(independent),
-            Some(independent) => format!("{independent:.1}"),
-            None => "one: a transient, or a single segment, is one realisation".into(),
-        };
-        refuse("segment", expected, found)
     }
 
     fn finish(
