@@ -77,10 +77,10 @@ pub(crate) fn mean_of(values: &[f64], alpha: f64) -> Option<(f64, f64)> {
     (values.len() > 1).then(|| (mean, half()))
 }
 
-/// Standard deviation of independent values.
+/// Standard deviation of independent values; 0 of one.
 pub(crate) fn deviation(values: &[f64]) -> f64 {
     let [n, _, squares] = squares_of(values);
-    (squares / (n - 1.0)).sqrt()
+    (squares / (n - 1.0).max(1.0)).sqrt()
 }
 
 /// Standard error of a statistic from its values without each one of the samples. Source: B. Efron, "The Jackknife" (1982).
