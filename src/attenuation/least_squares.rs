@@ -1,10 +1,13 @@
 //! Least squares for laws that are linear in all parameters but the first (variable projection).
 
 use super::fit::{AttenuationLaw, Fit, Parameter};
-use crate::numeric::student_two_sided;
+use crate::numeric::{inverted, student_two_sided};
 
 /// Floor of the relative residuals: below it all laws fit equally well, and the simplest is chosen.
 const EXACT: f64 = 1e-8;
+
+/// Share of a parameter's square that the others must leave.
+const SINGULAR: f64 = 1e-13;
 
 /// Grid size of the first parameter; the best grid point is refined.
 pub(super) const GRID: usize = 600;
@@ -145,7 +148,7 @@ fn covariance(
     variance: f64,
 ) -> Option<Vec<f64>> {
     let k = values.len();
-    let mut normal = [[0.0; 3]; 3];
+    let mut normal = vec![vec![0.0; k]; k];
     for &(n, y) in points {
         let shapes = law.shapes(values[0], n);
         let by_first = match law {
@@ -165,47 +168,8 @@ fn covariance(
             }
         }
     }
-    let inverse = inverse(normal, k)?;
-    let all = (0..k * k).map(|at| variance * inverse[at / k][at % k]);
-    Some(all.collect())
-}
-
-/// Inverse of the leading k x k block, by scaling and Gauss-Jordan elimination; `None` if singular.
-fn inverse(mut a: [[f64; 3]; 3], k: usize) -> Option<[[f64; 3]; 3]> {
-    let scale: [f64; 3] = std::array::from_fn(|i| if i < k { a[i][i].sqrt() } else { 1.0 });
-    if scale.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
-        return None;
-    }
-    let mut b = [[0.0; 3]; 3];
-    for i in 0..k {
-        b[i][i] = 1.0;
-        for j in 0..k {
-            a[i][j] /= scale[i] * scale[j];
-        }
-    }
-    for column in 0..k {
-        let pivot = a[column][column];
-        if pivot < 1e-13 {
-            return None;
-        }
-        for j in 0..k {
-            a[column][j] /= pivot;
-            b[column][j] /= pivot;
-        }
-        for i in (0..k).filter(|i| *i != column) {
-            let factor = a[i][column];
-            for j in 0..k {
-                a[i][j] -= factor * a[column][j];
-                b[i][j] -= factor * b[column][j];
-            }
-        }
-    }
-    for i in 0..k {
-        for j in 0..k {
-            b[i][j] /= scale[i] * scale[j];
-        }
-    }
-    Some(b)
+    let inverse = inverted(&normal, SINGULAR)?.concat();
+    Some(inverse.iter().map(|cell| variance * cell).collect())
 }
 
 /// Root mean square of the relative errors of predicting each of five blocks from the others.

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::error::{Error, InputFault, Result};
 use crate::field::Field;
+use crate::numeric::deviation;
 
 /// A measured value at an abscissa.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -208,9 +209,7 @@ fn noise_of(record: &[f64]) -> Option<f64> {
     let top = record[largest(record)?];
     let quiet = record.iter().position(|v| v.abs() > QUIET * top)?;
     let quiet = &record[..quiet / 2];
-    let mean = quiet.iter().sum::<f64>() / quiet.len() as f64;
-    let squares: f64 = quiet.iter().map(|v| (v - mean).powi(2)).sum();
-    (quiet.len() >= ENOUGH).then(|| (squares / (quiet.len() - 1) as f64).sqrt())
+    (quiet.len() >= ENOUGH).then(|| deviation(quiet))
 }
 
 /// The peak of one site's record; times are in samples.

@@ -1,5 +1,5 @@
 //! SIMD lanes, sums, integrals, derivatives, the logarithm, angles, bins of bands, random numbers, roots, medians,
-//! quantiles, Fresnel integrals, lines through points, complex least squares, eigenvalues of Hermitian matrices.
+//! quantiles, Fresnel integrals, lines through points, small systems of equations, complex least squares, eigenvalues of Hermitian matrices.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ pub(crate) mod hermitian;
 mod integral;
 mod jet;
 pub(crate) mod lanes;
-pub(crate) mod least_squares;
+mod least_squares;
 mod logarithm;
 mod order;
 mod quantile;
@@ -27,6 +27,7 @@ pub(crate) use golden::GoldenSection;
 pub(crate) use integral::integral;
 pub use jet::{Jet, Real};
 pub use least_squares::LineFit;
+pub(crate) use least_squares::{deviation, eliminated, inverted, jackknife, mean_of, parabola};
 pub(crate) use logarithm::ln_normal;
 pub(crate) use order::{median, sorted};
 pub(crate) use quantile::{

@@ -1,12 +1,15 @@
 //! Peaks of neighbouring cuts joined to branches.
 
 use super::peaks::Peak;
+use crate::numeric::eliminated;
 
 /// Cuts that a branch may miss.
 const GAP: usize = 2;
 /// Points before and after one through which its slope is taken.
 const ABOUT: usize = 5;
 
+/// Share of its row below which a pivot of equations that are exact to rounding is none.
+const SINGULAR: f64 = 1e-13;
 /// Most that a point lies beside its cut, in bins.
 const BESIDE: f64 = 2.0;
 /// Part of the width of their cuts that points cover at least, or they are those of one line.
@@ -23,11 +26,11 @@ pub(super) struct Point {
     pub slope_error: f64,
 }
 
-/// Branches of at least `fewest` points, of the peaks of each cut over `places` bins.
+/// Branches of the peaks of each cut over `places` bins.
 ///
 /// A branch goes on with the peak nearest to where its last points lead. A peak is taken by one branch, the
 /// nearest one first.
-pub(super) fn joined(peaks: &[Vec<Peak>], places: usize, fewest: usize) -> Vec<Vec<Peak>> {
+pub(super) fn joined(peaks: &[Vec<Peak>], places: usize) -> Vec<Vec<Peak>> {
     let mut open: Vec<Vec<Peak>> = Vec::new();
     let mut closed: Vec<Vec<Peak>> = Vec::new();
     for (cut, found) in peaks.iter().enumerate() {
@@ -57,12 +60,7 @@ pub(super) fn joined(peaks: &[Vec<Peak>], places: usize, fewest: usize) -> Vec<V
         open.extend(new.map(|(peak, _)| vec![*peak]));
     }
     closed.extend(open);
-    closed.retain(|branch| branch.len() >= fewest);
-    closed.sort_by(|a, b| {
-        (a[0].cut, a[0].at)
-            .partial_cmp(&(b[0].cut, b[0].at))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
+    closed.sort_by(|a, b| a[0].cut.cmp(&b[0].cut).then(a[0].at.total_cmp(&b[0].at)));
     closed
 }
 
@@ -103,8 +101,7 @@ pub(super) fn smooth(branch: &[Peak], variance: f64) -> Vec<Point> {
     let across = across(branch, variance);
     let of = |i: usize| {
         // As many on both sides, as far as there are.
-        let from = i.saturating_sub(ABOUT);
-        let about = from..branch.len().min(i + ABOUT + 1);
+        let about = i.saturating_sub(ABOUT)..branch.len().min(i + ABOUT + 1);
         let peaks = &branch[about.clone()];
         let width = (peaks[peaks.len() - 1].cut - peaks[0].cut) as f64;
         let covered = across[about.end - 1] - across[about.start];
@@ -117,21 +114,19 @@ pub(super) fn smooth(branch: &[Peak], variance: f64) -> Vec<Point> {
         let points: Vec<(f64, f64)> = about.map(|j| (place(j) - middle, branch[j].at)).collect();
         let order = if points.len() >= 6 { 3 } else { 2 };
         // Without a slope the error of the place is its own.
-        let (value, covariance) = polynomial(&points, order).unwrap_or(([f64::NAN; 3], f64::NAN));
+        let (value, variance) = polynomial(&points, order).unwrap_or(([f64::NAN; 3], f64::NAN));
         let off = |(u, v): &(f64, f64)| v - value[0] - u * (value[1] + u * value[2]);
         let squares: f64 = points.iter().map(|point| off(point).powi(2)).sum();
         let spread = (squares / (points.len() as f64 - order as f64)).sqrt();
         let formal = peaks.iter().map(|peak| peak.error.powi(2)).sum::<f64>() / peaks.len() as f64;
-        let error = spread.max(formal.sqrt());
-        let peak = Peak {
-            error: branch[i].error.max(spread),
-            ..branch[i]
-        };
         Point {
-            peak,
+            peak: Peak {
+                error: branch[i].error.max(spread),
+                ..branch[i]
+            },
             across: middle,
             slope: value[1],
-            slope_error: error * covariance.sqrt(),
+            slope_error: (spread * spread).max(formal).sqrt() * variance.sqrt(),
         }
     };
     (0..branch.len()).map(of).collect()
@@ -146,20 +141,16 @@ fn polynomial(points: &[(f64, f64)], order: usize) -> Option<([f64; 3], f64)> {
     for (u, v) in points {
         let powers = [1.0, *u, u * u];
         for (row, a) in normal.iter_mut().zip(powers) {
-            for (cell, b) in row.iter_mut().zip(powers).take(order) {
-                *cell += a * b;
-            }
+            let cells = row.iter_mut().zip(powers).take(order);
+            cells.for_each(|(cell, b)| *cell += a * b);
             row[order] += a * v;
         }
     }
     // A second right side is the unit vector of the slope: its solution there is the variance.
     normal[1][order + 1] = 1.0;
-    let solved = super::fit::eliminated(normal, super::fit::SINGULAR)?;
-    let mut value = [0.0; 3];
-    for (value, row) in value.iter_mut().zip(&solved) {
-        *value = row[0];
-    }
-    Some((value, solved[1][1]))
+    let solved = eliminated(normal, SINGULAR)?;
+    let value = |term: usize| solved.get(term).map_or(0.0, |row| row[0]);
+    Some((std::array::from_fn(value), solved[1][1]))
 }
 
 #[cfg(test)]
@@ -190,21 +181,9 @@ mod tests {
             both.sort_by(|a, b| a.at.total_cmp(&b.at));
             cuts.push(both);
         }
-        let found = joined(&cuts, 100, 5);
+        let found = joined(&cuts, 100);
         assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [39, 40]);
         assert!((found[0][38].at - 68.5).abs() < 1e-12);
-        assert!(joined(&cuts[..4], 100, 5).is_empty());
-    }
-
-    #[test]
-    fn slopes_of_a_parabola_are_exact() {
-        let branch: Vec<Peak> = (0..20)
-            .map(|cut| peak(cut, 3.0 + 0.5 * cut as f64 + 0.1 * (cut * cut) as f64))
-            .collect();
-        for (cut, point) in smooth(&branch, 1.0 / 3.0).iter().enumerate() {
-            assert!((point.slope - 0.5 - 0.2 * cut as f64).abs() < 1e-10);
-            assert!(point.slope_error > 0.0 && point.slope_error < 0.01);
-        }
     }
 
     /// By hand: a line at `at = 2 u` of the power `exp(-u^2 / (2 S))` that a Gaussian lobe of variance V smears shows its peaks at

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::{RidgeCut, RidgePoint};
 use crate::analyze::{Constants, DispersionCurve, formula_values, parse_constants};
 use crate::error::{Error, Result};
-use crate::numeric::median;
+use crate::numeric::{eliminated, inverted, median};
 
 /// Intervals of k on which the fitted curve is given.
 const INTERVALS: usize = 960;
@@ -22,7 +22,7 @@ const STEP: f64 = 1e-5;
 /// exact to 1e-10.
 const DEGENERATE: f64 = 1e-7;
 /// The same of equations that are exact to rounding.
-pub(super) const SINGULAR: f64 = 1e-13;
+const SINGULAR: f64 = 1e-13;
 
 /// A law of dispersion with free parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,12 +85,11 @@ impl RidgeLaw {
             _ => None,
         };
         if let Some(lattice) = lattice {
-            let constants = constants(values)?;
-            let spacing = constants.get("a").copied();
-            let others = constants.keys().any(|name| name != "a");
-            if others || spacing.is_some_and(|a| a <= 0.0) {
-                let typed = format!("`{kind}`, or `{kind}:a=DISTANCE`");
-                let expected = format!("{typed} with a distance of bodies above 0");
+            let mut constants = constants(values)?;
+            let spacing = constants.remove("a");
+            if !constants.is_empty() || spacing.is_some_and(|a| a <= 0.0) {
+                let expected =
+                    format!("`{kind}`, or `{kind}:a=DISTANCE` with a distance of bodies above 0");
                 return Err(refuse(expected, found));
             }
             return Ok(RidgeLaw {
@@ -167,8 +166,8 @@ impl RidgeLaw {
             return Err(refuse(expected, format!("{all} points of ridges")));
         }
         let points = Points::new(self, points, site, bins);
-        let (found, squares, normal) = points.least_squares()?;
-        let Some(covariance) = covariance(&normal) else {
+        let (found, residuals, derivatives) = points.least_squares()?;
+        let Some(covariance) = inverted(&normal(&derivatives), DEGENERATE) else {
             let expected = format!(
                 "parameters that the ridges tell apart: of `{name}` only some combination of {} is known; \
                  write the others as numbers",
@@ -177,20 +176,27 @@ impl RidgeLaw {
             let found = "parameters that change the curve in the same way";
             return Err(refuse(expected, found));
         };
-        let reduced = squares / (all as f64 - parameters as f64);
-        let common = points.common_shift(&found, &covariance)?;
+        let reduced = dot(&residuals, &residuals) / (all as f64 - parameters as f64);
+        // What the parameters change by if all points move by a bin to higher frequencies.
+        let shifts: Vec<f64> = points
+            .bin
+            .iter()
+            .zip(&points.errors)
+            .map(|(b, e)| b / e)
+            .collect();
+        let pulls: Vec<f64> = derivatives.iter().map(|row| dot(row, &shifts)).collect();
         let is_log = !matches!(self.kind, Kind::Formula(_));
         let parameters = names.into_iter().zip(&found).enumerate();
         let parameters = parameters.map(|(i, (name, value))| {
             let value = if is_log { value.exp() } else { *value };
             let unit = if is_log { value } else { 1.0 };
             let variance = reduced.max(1.0) * covariance[i][i].max(0.0);
-            let error = unit * variance.sqrt().hypot(COMMON_ERROR * common[i]);
+            let common = COMMON_ERROR * dot(&covariance[i], &pulls);
+            let error = unit * variance.sqrt().hypot(common);
             RidgeParameter { name, value, error }
         });
-        let distances = points.residuals(&found)?.into_iter();
-        let distances = distances.zip(&points.errors).zip(&points.bin);
-        let squares = distances.map(|((r, error), bin)| (r * error / bin).powi(2));
+        let distances = residuals.iter().zip(&shifts);
+        let squares = distances.map(|(residual, shift)| (residual / shift).powi(2));
         let deviation = (squares.sum::<f64>() / all as f64).sqrt();
         let at = |n: usize| PI / site * (2.0 * n as f64 / INTERVALS as f64 - 1.0);
         let wavenumber: Vec<f64> = (0..=INTERVALS).map(at).collect();
@@ -210,23 +216,6 @@ impl RidgeLaw {
             },
         })
     }
-}
-
-/// The inverse of a normal matrix; `None` where its parameters are not told apart.
-fn covariance(normal: &Rows) -> Option<Rows> {
-    let n = normal.len();
-    let scale: Vec<f64> = (0..n).map(|i| normal[i][i].sqrt()).collect();
-    let scaled = (0..n).map(|i| {
-        let row = (0..n).map(|j| normal[i][j] / scale[i] / scale[j]);
-        let unit = (0..n).map(|j| f64::from(i == j));
-        row.chain(unit).collect()
-    });
-    let mut inverse = eliminated(scaled.collect(), DEGENERATE)?;
-    for (i, row) in inverse.iter_mut().enumerate() {
-        let cells = row.iter_mut().zip(&scale);
-        cells.for_each(|(cell, other)| *cell = *cell / scale[i] / other);
-    }
-    Some(inverse)
 }
 
 fn constants(text: &str) -> Result<Constants> {
@@ -332,49 +321,47 @@ impl<'a> Points<'a> {
             }
             Kind::Diatomic(_) => {
                 let highest = self.all.iter().fold(0.0, |m: f64, p| m.max(p.frequency));
-                let mut best = (f64::INFINITY, Vec::new());
                 // The highest frequency is that of opposite motion, 2 c (1/m1 + 1/m2), or below it.
-                for (ratio, above) in (0..24 * 24).map(|n| (n / 24, n % 24)) {
-                    let ratio = 1.02 * 1.15f64.powi(ratio);
-                    let sum = 0.5 * (TAU * highest).powi(2) * 0.9 * 1.03f64.powi(above);
+                let tried = (0..24 * 24).map(|n| {
+                    let ratio = 1.02 * 1.15f64.powi(n / 24);
+                    let sum = 0.5 * (TAU * highest).powi(2) * 0.9 * 1.03f64.powi(n % 24);
                     let light = sum * ratio / (1.0 + ratio);
                     let tried = vec![(sum - light).ln(), light.ln()];
                     let residuals = self.residuals(&tried)?;
-                    let squares = dot(&residuals, &residuals);
-                    if squares < best.0 {
-                        best = (squares, tried);
-                    }
-                }
-                best.1
+                    Ok((dot(&residuals, &residuals), tried))
+                });
+                let tried = tried.collect::<Result<Vec<(f64, Vec<f64>)>>>()?;
+                let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+                best.map(|(_, tried)| tried).unwrap_or_default()
             }
         })
     }
 
-    /// Parameters, the sum of squares, and the normal matrix, by the method of Levenberg and Marquardt.
-    fn least_squares(&self) -> Result<(Vec<f64>, f64, Rows)> {
+    /// Parameters, residuals and their derivatives, by the method of Levenberg and Marquardt.
+    fn least_squares(&self) -> Result<(Vec<f64>, Vec<f64>, Rows)> {
         let mut at = self.start()?;
-        let residuals = self.residuals(&at)?;
-        let mut squares = dot(&residuals, &residuals);
+        let mut residuals = self.residuals(&at)?;
+        let mut derivatives = self.derivatives(&at)?;
         let mut damping = 1e-3;
-        let n = at.len();
-        let (mut matrix, mut gradient) = self.normal(&at, &residuals)?;
         for _ in 0..ITERATIONS {
-            let damped = (0..n).map(|i| {
-                let row = (0..n).map(|j| matrix[i][j] * if i == j { 1.0 + damping } else { 1.0 });
-                row.chain([-gradient[i]]).collect()
-            });
-            let Some(step) = eliminated(damped.collect(), SINGULAR) else {
+            let squares = dot(&residuals, &residuals);
+            let mut damped = normal(&derivatives);
+            for (i, row) in damped.iter_mut().enumerate() {
+                row[i] *= 1.0 + damping;
+                row.push(-dot(&derivatives[i], &residuals));
+            }
+            let Some(step) = eliminated(damped, SINGULAR) else {
                 break;
             };
             let tried: Vec<f64> = at.iter().zip(&step).map(|(a, s)| a + s[0]).collect();
-            let found = self.residuals(&tried).ok().map(|r| (dot(&r, &r), r));
-            match found.filter(|(sum, _)| *sum <= squares) {
-                Some((sum, found)) => {
+            let found = self.residuals(&tried).ok();
+            match found.filter(|found| dot(found, found) <= squares) {
+                Some(found) => {
                     let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-12 * (1e-6 + a.abs());
-                    let small = at.iter().zip(&tried).all(near);
-                    let done = small || squares - sum <= 1e-14 * squares;
-                    (at, squares) = (tried, sum);
-                    (matrix, gradient) = self.normal(&at, &found)?;
+                    let is_small = at.iter().zip(&tried).all(near);
+                    let done = is_small || squares - dot(&found, &found) <= 1e-14 * squares;
+                    derivatives = self.derivatives(&tried)?;
+                    (at, residuals) = (tried, found);
                     damping = (damping / 10.0).max(1e-12);
                     if done {
                         break;
@@ -384,16 +371,7 @@ impl<'a> Points<'a> {
                 None => damping *= 10.0,
             }
         }
-        Ok((at, squares, matrix))
-    }
-
-    /// By what the parameters change if all points move by a bin to higher frequencies.
-    fn common_shift(&self, at: &[f64], covariance: &Rows) -> Result<Vec<f64>> {
-        let shifts = self.bin.iter().zip(&self.errors).map(|(b, e)| b / e);
-        let shifts: Vec<f64> = shifts.collect();
-        let derivatives = self.derivatives(at)?;
-        let pulls: Vec<f64> = derivatives.iter().map(|row| dot(row, &shifts)).collect();
-        Ok(covariance.iter().map(|row| dot(row, &pulls)).collect())
+        Ok((at, residuals, derivatives))
     }
 
     /// Of the residuals, by each parameter.
@@ -411,93 +389,25 @@ impl<'a> Points<'a> {
         };
         (0..at.len()).map(derivative).collect()
     }
-
-    /// The normal matrix, and half of the gradient of the sum of squares.
-    fn normal(&self, at: &[f64], residuals: &[f64]) -> Result<(Rows, Vec<f64>)> {
-        let derivatives = self.derivatives(at)?;
-        let products = |row: &Vec<f64>| derivatives.iter().map(|other| dot(row, other)).collect();
-        let gradient = derivatives.iter().map(|row| dot(row, residuals));
-        Ok((
-            derivatives.iter().map(products).collect(),
-            gradient.collect(),
-        ))
-    }
 }
 
-/// Solves linear equations with several right sides, which stand behind the square matrix; `None` where a pivot is
-/// at most the share `least` of its row.
-pub(super) fn eliminated(mut rows: Rows, least: f64) -> Option<Rows> {
-    let n = rows.len();
-    let size = |row: &Vec<f64>| row[..n].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let mut sizes: Vec<f64> = rows.iter().map(size).collect();
-    for i in 0..n {
-        let largest = (i..n).max_by(|a, b| rows[*a][i].abs().total_cmp(&rows[*b][i].abs()))?;
-        rows.swap(i, largest);
-        sizes.swap(i, largest);
-        let pivot = rows[i][i];
-        if pivot.is_nan() || pivot.abs() <= least * sizes[i] {
-            return None;
-        }
-        rows[i].iter_mut().for_each(|v| *v /= pivot);
-        let row = rows[i].clone();
-        for (j, other) in rows.iter_mut().enumerate() {
-            let factor = other[i];
-            if j != i {
-                let cells = other.iter_mut().zip(&row);
-                cells.for_each(|(v, r)| *v -= factor * r);
-            }
-        }
-    }
-    Some(rows.into_iter().map(|row| row[n..].to_vec()).collect())
+fn normal(derivatives: &Rows) -> Rows {
+    let products = |row: &Vec<f64>| derivatives.iter().map(|other| dot(row, other)).collect();
+    derivatives.iter().map(products).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chain::UnitCell;
-
-    #[test]
-    fn val_branches_of_the_unit_cell() {
-        let cell = UnitCell::new(vec![2.0, 0.5], vec![3.0, 3.0]).unwrap();
-        for n in 0..40 {
-            let phase = 0.1 * f64::from(n) - 2.0;
-            let expected = cell.frequencies(phase);
-            let found = diatomic(1.5, 6.0, phase);
-            for (found, expected) in found.iter().zip(expected) {
-                assert!(
-                    (found - expected).abs() < 1e-7,
-                    "{phase}: {found} {expected}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn equations_that_depend_on_each_other_are_not_solved() {
-        let near = |off: f64| vec![vec![1.0, 1.0, 1.0], vec![1.0, 1.0 + off, 2.0]];
-        assert!(eliminated(near(1e-9), DEGENERATE).is_none());
-        let solved = eliminated(near(0.5), DEGENERATE).unwrap();
-        assert!((solved[0][0] + 1.0).abs() < 1e-15 && (solved[1][0] - 2.0).abs() < 1e-15);
-    }
 
     #[test]
     fn laws_that_do_not_parse_are_refused() {
-        for text in [
-            "",
-            "monatomic:c=1",
-            "diatomic:a=-1",
-            "c*k",
-            "c*q; c=1",
-            "triatomic",
-        ] {
+        let refused = "|monatomic:c=1|diatomic:a=-1|c*k|c*q; c=1|triatomic";
+        for text in refused.split('|') {
             assert!(RidgeLaw::parse(text).is_err(), "{text}");
         }
-        for text in [
-            "monatomic",
-            "diatomic:a=0.5",
-            "c*abs(k); c=2",
-            "2*w*abs(sin(k*a/2)); w=1",
-        ] {
+        let taken = "monatomic|diatomic:a=0.5|c*abs(k); c=2|2*w*abs(sin(k*a/2)); w=1";
+        for text in taken.split('|') {
             RidgeLaw::parse(text).unwrap();
         }
     }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::numeric::{find_root, parabola};
 use crate::prepare::Window;
 
 /// Bins at which the window's transform is known: up to this many, in steps of `1 / FINE`.
@@ -11,8 +12,6 @@ const FINE: usize = 32;
 const LONGEST: usize = 1024;
 /// Most that counts as the variance of a lobe, in squares of bins: the side lobes of a window that does not fall to 0 have no end.
 const WIDEST: f64 = 1.0;
-/// Places between two bins at which the shift of the parabola's top is tabulated.
-const PLACES: usize = 64;
 
 /// The power `|W(d)|^2` of a window's transform, `d` bins from the frequency of a wave, 1 at its top.
 pub(super) struct Lobe {
@@ -29,9 +28,6 @@ pub(super) struct Lobe {
     pub variance: f64,
     /// Whether the axis is taken as periodic: there is no window, and waves that fit do not leak.
     periodic: bool,
-    /// Where the top of the parabola through the logarithms of three bins lies, for a wave that is
-    /// `i / (2 PLACES)` bins from the middle one.
-    tops: Vec<f64>,
 }
 
 impl Lobe {
@@ -51,27 +47,22 @@ impl Lobe {
         let crossing = below as f64 - 1.0 + (high - 0.5) / (high - low);
         let periodic = window == Window::None;
         let beside = samples.iter().cycle().skip(1);
-        let rises = samples.iter().zip(beside).map(|(a, b)| (b - a).powi(2));
-        let rises: f64 = rises.sum();
+        let rises: f64 = samples
+            .iter()
+            .zip(beside)
+            .map(|(a, b)| (b - a).powi(2))
+            .sum();
         let energy: f64 = samples.iter().map(|w| w * w).sum();
-        let bin = TAU / samples.len() as f64;
-        let variance = (rises / energy / (bin * bin)).min(WIDEST);
-        let variance = if periodic { 0.0 } else { variance };
-        let mut lobe = Lobe {
-            variance,
+        let variance = rises / energy * (samples.len() as f64 / TAU).powi(2);
+        let most = if periodic { 0.0 } else { WIDEST };
+        Lobe {
+            variance: variance.min(most),
             half: first_rise.unwrap_or(FINE) as f64 / FINE as f64,
             width: 2.0 * crossing / FINE as f64,
             periodic,
             power,
             envelope,
-            tops: Vec::new(),
-        };
-        let top = |i: usize| {
-            let d = i as f64 / (2 * PLACES) as f64;
-            parabola([1.0 + d, d, 1.0 - d].map(|d| lobe.at(d)))[0]
-        };
-        lobe.tops = (0..=PLACES).map(top).collect();
-        lobe
+        }
     }
 
     fn at(&self, d: f64) -> f64 {
@@ -99,28 +90,9 @@ impl Lobe {
     /// of the parabola through their logarithms, corrected for this window.
     pub fn offset(&self, powers: [f64; 3]) -> f64 {
         let [top, _] = parabola(powers);
-        let size = top.abs();
-        let after = self.tops.partition_point(|t| *t < size).clamp(1, PLACES);
-        let (low, high) = (self.tops[after - 1], self.tops[after]);
-        let share = match high > low {
-            true => ((size - low) / (high - low)).clamp(0.0, 1.0),
-            false => 0.0,
-        };
-        (after as f64 - 1.0 + share) / (2 * PLACES) as f64 * top.signum()
+        let of_wave = |d: f64| parabola([1.0 + d, d, 1.0 - d].map(|d| self.at(d)))[0];
+        find_root(0.0, 0.5, |d| of_wave(d) - top.abs()) * top.signum()
     }
-}
-
-/// The top of the parabola through the logarithms of three neighbouring powers, from the middle one, and the
-/// logarithm of the power there.
-pub(super) fn parabola(powers: [f64; 3]) -> [f64; 2] {
-    let least = (powers[1] * 1e-30).max(f64::MIN_POSITIVE);
-    let [a, b, c] = powers.map(|p| p.max(least).ln());
-    let curvature = 2.0 * b - a - c;
-    let top = match curvature > 0.0 {
-        true => (0.5 * (c - a) / curvature).clamp(-0.5, 0.5),
-        false => 0.0,
-    };
-    [top, b + 0.25 * (c - a) * top]
 }
 
 fn transform(samples: &[f64], bins: f64) -> f64 {

@@ -13,7 +13,6 @@ mod fit;
 mod lobe;
 mod peaks;
 mod sheet;
-mod single;
 
 use std::f64::consts::TAU;
 
@@ -23,19 +22,21 @@ use crate::analyze::{self, Analysis, DispersionCurve, Request, Results, Scaling,
 use crate::arrays::{Collect, LargeArray};
 use crate::diagnostics::{MAP_LIMIT, MapBuilder};
 use crate::error::{Error, Result};
-use crate::estimates::realisations::Realisations;
+use crate::estimates::realisations::{FILLED, Realisations, TOGETHER, steadiness_of_field};
 use crate::estimates::{Averaging, Independence, Tapers, check_significance, first_of};
 use crate::field::Field;
 use crate::observer::Observer;
 use crate::prepare::{Detrend, Gaps, Window};
+use crate::system::check_memory;
 use crate::system::memory::half_of_free_memory;
 use crate::system::threads::in_pool;
 use branches::Point;
 pub use fit::{RidgeFit, RidgeLaw, RidgeParameter};
 use lobe::Lobe;
 use peaks::{Cuts, Peak};
-use single::steadiness;
 
+/// Steadiness below which a field is a transient, whose waves come and go: half, as of narrow-band noise at the least.
+const STEADY: f64 = 0.5;
 /// Bins that the ends of two ridges of one branch are apart at most.
 const JOINED: f64 = 3.0;
 /// Share of a ridge's points that another follows from which on both are the same.
@@ -149,10 +150,6 @@ pub struct Ridges {
     /// The spectrum's axes, conventions and map; of the first field where there are several. Its dispersion
     /// curves are the ridges and the fitted laws.
     pub analysis: Analysis,
-    /// Fields whose spectra are averaged.
-    pub records: usize,
-    /// Independent realisations of the average, of noise.
-    pub realisations: f64,
     /// Of the site at which half of the energy lies at sites that are less steady. What a single transient says has no errors:
     /// those of its points and fits are NaN.
     pub independence: Independence,
@@ -175,6 +172,26 @@ impl Ridges {
     pub fn branches(&self) -> usize {
         let numbers = self.ridges.iter().map(|ridge| ridge.branch + 1);
         numbers.max().unwrap_or(0)
+    }
+
+    /// Whether the fields are one realisation, such as a transient: then nothing has an error.
+    pub fn is_single(&self) -> bool {
+        let steadiness = self.independence.steadiness;
+        self.independence.records < 2 && (steadiness.is_nan() || steadiness < STEADY)
+    }
+
+    /// Errors by noise and spread are none of a single transient's, which is as it is.
+    fn strike_errors(&mut self) {
+        for point in self.ridges.iter_mut().flat_map(|ridge| &mut ridge.points) {
+            point.frequency_error = f64::NAN;
+            point.wavenumber_error = f64::NAN;
+            point.phase_velocity_error = f64::NAN;
+            point.group_velocity_error = f64::NAN;
+        }
+        for fit in &mut self.fits {
+            fit.reduced = f64::NAN;
+            fit.parameters.iter_mut().for_each(|p| p.error = f64::NAN);
+        }
     }
 
     pub fn points(&self) -> impl Iterator<Item = &RidgePoint> {
@@ -240,13 +257,8 @@ pub fn ridges(
     let allowed = request.memory.unwrap_or_else(half_of_free_memory);
     // The spectrum, its transpose, and that of another field.
     let held = 8 * cells * (2 + u64::from(fields.len() > 1));
-    if held >= allowed {
-        return Err(Error::Memory {
-            what: "the space-time spectrum, which is held (shorter segments need less),",
-            needed: held,
-            allowed,
-        });
-    }
+    let what = "the space-time spectrum, which is held (shorter segments need less),";
+    check_memory(what, held, Some(allowed))?;
     let asked = Request {
         results: Results {
             spacetime: true,
@@ -299,7 +311,12 @@ pub fn ridges(
     }
     let number = [fields.len(), segments.count(), 1];
     in_pool(request.threads, || {
-        let steadiness = steadiness(fields);
+        let steadiness = fields.iter().map(|field| {
+            let starts = (0..field.n_sites()).step_by(TOGETHER);
+            let blocks = starts.map(|from| from..field.n_sites().min(from + TOGETHER));
+            steadiness_of_field(field, blocks, FILLED)
+        });
+        let steadiness = steadiness.sum::<f64>() / fields.len() as f64;
         let independence = Independence::new(number, effective, steadiness, segments.record);
         search(request, analysis, &power, independence)
     })
@@ -334,6 +351,8 @@ fn search(
         None if request.window_space == Window::None => vec![RidgeCut::Wavenumber],
         None => vec![RidgeCut::Frequency, RidgeCut::Wavenumber],
     };
+    let largest = power.iter().fold(0.0, |m: f64, p| m.max(*p));
+    let least = largest * 10f64.powf(-0.1 * request.range);
     let level_of = |places: usize| peaks::level(power.len(), places, request.alpha, realisations);
     let level_at = |cut: &RidgeCut| level_of(cut.sorted([nk, nf])[0]);
     let (mut found, mut lone) = (Vec::new(), Vec::new());
@@ -349,46 +368,46 @@ fn search(
             across,
             realisations,
             level: level_at(cut),
-            least: 10f64.powf(-0.1 * request.range),
+            least,
             around: [around_along, around_across],
             cuts,
             places,
         };
-        let rows = branches::joined(&cuts.peaks(), power.ncols(), 1).into_iter();
+        let rows = branches::joined(&cuts.peaks(), power.ncols()).into_iter();
         let (ridges, short): (Vec<_>, Vec<_>) = rows.partition(|row| row.len() >= request.fewest);
         found.extend(ridges.iter().map(|branch| Found {
             cut: *cut,
             points: branches::smooth(branch, across.variance),
         }));
-        // The largest of each row that is too short to be a ridge.
-        let by_power = |a: &Peak, b: &Peak| a.power.total_cmp(&b.power);
-        let largest = |row: Vec<Peak>| row.into_iter().max_by(by_power);
         if *cut == tried[0] {
+            // The largest of each row that is too short to be a ridge.
+            let by_power = |a: &Peak, b: &Peak| a.power.total_cmp(&b.power);
+            let largest = |row: Vec<Peak>| row.into_iter().max_by(by_power);
             lone = short.into_iter().filter_map(largest).collect();
+            lone.sort_by(|a, b| by_power(b, a));
         }
     }
     if !found.is_empty() {
         lone.clear();
     }
-    lone.sort_by(|a, b| b.power.total_cmp(&a.power));
-    let lone = lone.iter().map(|peak| {
+    let place = |peak: &Peak| {
         let [m, j] = tried[0].sorted([peak.cut as f64, peak.at]);
         [m * df, lowest + j * dk]
-    });
-    let lone: Vec<[f64; 2]> = lone.collect();
+    };
+    let lone: Vec<[f64; 2]> = lone.iter().map(place).collect();
     if tried.len() > 1 {
         found = sharpest(found, request.fewest);
     }
-    let branches = numbered(&found).into_iter();
-    let ridges = found.iter().zip(branches).map(|(found, branch)| {
-        let place = |point| placed(found.cut, point, [df, dk], lowest);
-        Ridge {
-            branch,
-            cut: found.cut,
-            points: found.points.iter().map(place).collect(),
-        }
-    });
-    let ridges: Vec<Ridge> = ridges.collect();
+    let ridge = |(found, branch): (&Found, usize)| Ridge {
+        branch,
+        cut: found.cut,
+        points: found
+            .points
+            .iter()
+            .map(|point| placed(found.cut, point, [df, dk], lowest))
+            .collect(),
+    };
+    let ridges: Vec<Ridge> = found.iter().zip(numbered(&found)).map(ridge).collect();
     let all: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.clone()).collect();
     let site = axes.space.step.abs();
     let fits = request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
@@ -397,8 +416,6 @@ fn search(
     analysis.dispersion = curve(&ridges).into_iter().chain(fitted).collect();
     let mut found = Ridges {
         analysis,
-        records: independence.records,
-        realisations,
         independence,
         alpha: request.alpha,
         level: tried.iter().map(level_at).fold(f64::INFINITY, f64::min),
@@ -423,19 +440,16 @@ fn placed(cut: RidgeCut, point: &Point, [df, dk]: [f64; 2], lowest: f64) -> Ridg
     let (frequency, wavenumber) = (m * df, lowest + j * dk);
     let (frequency_error, wavenumber_error) = (m_error * df, j_error * dk);
     // Where k is no different from 0, there is no velocity.
-    let known = wavenumber.abs() > (2.0 * wavenumber_error).max(1e-9 * dk);
-    let phase_velocity = match known {
-        true => TAU * frequency / wavenumber,
-        false => f64::NAN,
-    };
+    let is_known = wavenumber.abs() > (2.0 * wavenumber_error).max(1e-9 * dk);
+    let phase_velocity = TAU * frequency / if is_known { wavenumber } else { f64::NAN };
     let relative = (frequency_error / frequency).hypot(wavenumber_error / wavenumber);
     let (group_velocity, group_velocity_error) = match cut {
         RidgeCut::Wavenumber => (TAU * slope * df / dk, TAU * slope_error * df / dk),
-        RidgeCut::Frequency if slope.abs() > 2.0 * slope_error => {
-            let velocity = TAU * df / (slope * dk);
+        RidgeCut::Frequency => {
+            let is_known = slope.abs() > 2.0 * slope_error;
+            let velocity = TAU * df / dk / if is_known { slope } else { f64::NAN };
             (velocity, velocity.abs() * slope_error / slope.abs())
         }
-        RidgeCut::Frequency => (f64::NAN, f64::NAN),
     };
     RidgePoint {
         cut,
@@ -459,9 +473,10 @@ fn bins_of(cut: RidgeCut, point: &Point) -> [f64; 2] {
 }
 
 impl Found {
-    fn places(&self) -> Vec<[f64; 2]> {
-        let place = |point| bins_of(self.cut, point);
-        self.points.iter().map(place).collect()
+    /// Places of the first and of the last point.
+    fn ends(&self) -> [[f64; 2]; 2] {
+        let last = self.points.len() - 1;
+        [0, last].map(|i| bins_of(self.cut, &self.points[i]))
     }
 }
 
@@ -474,18 +489,21 @@ fn are_near(a: [f64; 2], b: [f64; 2], within: [f64; 2]) -> bool {
 /// ones; and others that these do not follow.
 fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
     let is_sharp = |point: &Point| point.slope.abs() <= 1.0;
-    let (mut kept, mut others) = (Vec::new(), Vec::new());
-    for Found { cut, points } in found {
+    let runs = found.iter().flat_map(|Found { cut, points }| {
         let runs = points.chunk_by(|a, b| is_sharp(a) == is_sharp(b));
-        for run in runs.filter(|run| run.len() >= fewest) {
-            let points = run.to_vec();
-            match is_sharp(&run[0]) {
-                true => kept.push(Found { cut, points }),
-                false => others.push(Found { cut, points }),
-            }
-        }
-    }
-    let sharp: Vec<[f64; 2]> = kept.iter().flat_map(Found::places).collect();
+        let runs = runs.filter(|run| run.len() >= fewest);
+        runs.map(|run| Found {
+            cut: *cut,
+            points: run.to_vec(),
+        })
+    });
+    let (mut kept, others): (Vec<Found>, Vec<Found>) =
+        runs.partition(|run| is_sharp(&run.points[0]));
+    let places = |part: &Found| -> Vec<[f64; 2]> {
+        let place = |point| bins_of(part.cut, point);
+        part.points.iter().map(place).collect()
+    };
+    let sharp: Vec<[f64; 2]> = kept.iter().flat_map(places).collect();
     let is_new = |part: &Found| {
         let followed = |point: &&Point| {
             let wide = part.cut.sorted([1.5, 1.5 * point.slope.abs().max(1.0)]);
@@ -500,19 +518,10 @@ fn sharpest(found: Vec<Found>, fewest: usize) -> Vec<Found> {
 
 /// Numbers of branches: ridges whose ends meet share one.
 fn numbered(found: &[Found]) -> Vec<usize> {
-    let ends = |part: &Found| {
-        let places = part.places();
-        [places.first().copied(), places.last().copied()]
-    };
     let meet = |a: &Found, b: &Found| {
-        let (own, others) = (ends(a), ends(b));
-        let is_met = |p: &[f64; 2]| {
-            others
-                .iter()
-                .flatten()
-                .any(|q| are_near(*p, *q, [JOINED; 2]))
-        };
-        a.cut != b.cut && own.iter().flatten().any(is_met)
+        let (own, others) = (a.ends(), b.ends());
+        let is_met = |p: &[f64; 2]| others.iter().any(|q| are_near(*p, *q, [JOINED; 2]));
+        a.cut != b.cut && own.iter().any(is_met)
     };
     // That of the first ridge of each branch.
     let mut first: Vec<usize> = (0..found.len()).collect();

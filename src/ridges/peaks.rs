@@ -3,8 +3,8 @@
 use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 
-use super::lobe::{Lobe, parabola};
-use crate::numeric::{chi_square_level, fisher_level, median};
+use super::lobe::Lobe;
+use crate::numeric::{chi_square_level, fisher_level, median, parabola};
 
 /// Cells of a cut over which the median is taken, and the distance from one median to the next.
 const MEDIAN: usize = 64;
@@ -48,18 +48,13 @@ pub(super) struct Cuts<'a> {
     pub realisations: f64,
     /// See [`level`].
     pub level: f64,
-    /// The least peak, over the largest power.
+    /// The power of the least peak.
     pub least: f64,
     /// Bins around the axis along a cut, and around the other, where one ends where it begins.
     pub around: [Option<usize>; 2],
     /// Cuts and places of which nothing is said: the mean, the Nyquist lines.
     pub cuts: std::ops::Range<usize>,
     pub places: std::ops::Range<usize>,
-}
-
-/// What an average of powers with so many degrees of freedom exceeds of its mean with probability `alpha`.
-fn exceeded(alpha: f64, degrees: f64) -> f64 {
-    chi_square_level(alpha, degrees) / degrees
 }
 
 /// The level over the noise, of cuts with so many places: noise exceeds it in one of all cells with probability alpha. The median of
@@ -73,21 +68,65 @@ pub(super) fn level(cells: usize, places: usize, alpha: f64, realisations: f64) 
 impl Cuts<'_> {
     /// The peaks of all cuts, cut by cut.
     pub fn peaks(&self) -> Vec<Vec<Peak>> {
-        let largest = self.power.iter().fold(0.0, |m: f64, p| m.max(*p));
-        let judge = Judge {
-            cuts: self,
-            strongest: self.strongest(),
-            median: exceeded(0.5, 2.0 * self.realisations),
-            background: self.background(),
-            least: largest * self.least,
-            speckle: self.speckle(),
-        };
+        let (strongest, background) = (self.strongest(), self.background());
         let of_cut = |cut: usize| match self.cuts.contains(&cut) {
-            true => judge.peaks(cut),
+            true => self.of_cut(cut, &strongest, &background),
             false => Vec::new(),
         };
         let cuts = (0..self.power.nrows()).into_par_iter();
         cuts.map(of_cut).collect()
+    }
+
+    fn of_cut(&self, cut: usize, strongest: &[Vec<(usize, f64)>], background: &[f64]) -> Vec<Peak> {
+        let powers = self.power.index_axis(Axis(0), cut);
+        let noise = self.noise(powers, background);
+        let at = |i: usize| background[i] * noise[(i / STRIDE).min(noise.len() - 1)];
+        // Above what the strongest waves of other cuts leak into this one.
+        let is_no_leak = |i: &usize| {
+            strongest[*i].iter().all(|(from, strong)| {
+                let leak = self.across.leak(distance(cut, *from, self.around[1]));
+                powers[*i] > ABOVE_LEAK * leak * strong
+            })
+        };
+        let mut candidates: Vec<usize> = tops(powers)
+            .filter(|i| *i > 0 && *i + 1 < powers.len() && self.places.contains(i))
+            .filter(|i| powers[*i] > self.level * at(*i) && powers[*i] > self.least)
+            .filter(is_no_leak)
+            .collect();
+        candidates.sort_by(|a, b| powers[*b].total_cmp(&powers[*a]).then(a.cmp(b)));
+        let mut accepted: Vec<usize> = Vec::new();
+        for i in candidates {
+            let is_apart = |j: &usize| self.is_apart(powers, i, *j);
+            if accepted.len() < MOST && accepted.iter().all(is_apart) {
+                accepted.push(i);
+            }
+        }
+        accepted.sort_unstable();
+        let peak = |i: &usize| self.peak(cut, powers, *i, at(*i));
+        accepted.iter().map(peak).collect()
+    }
+
+    /// The mean power of the noise over the background, from medians, one every [`STRIDE`] cells.
+    fn noise(&self, powers: ArrayView1<'_, f64>, background: &[f64]) -> Vec<f64> {
+        let (n, degrees) = (powers.len(), 2.0 * self.realisations);
+        let of_noise = chi_square_level(0.5, degrees) / degrees;
+        let of = |middle: usize| {
+            let from = middle.saturating_sub(MEDIAN / 2);
+            let from = from.min(n.saturating_sub(MEDIAN));
+            let about = powers.iter().zip(background).skip(from).take(MEDIAN);
+            let ratios = about.map(|(power, background)| power / background);
+            median(ratios).map_or(f64::NAN, |ratio| ratio / of_noise)
+        };
+        let middles = (0..n.div_ceil(STRIDE)).map(|block| block * STRIDE + STRIDE / 2);
+        middles.map(of).collect()
+    }
+
+    /// Whether a peak is none of a stronger one's side lobes, nor a bump of the same broad ridge.
+    fn is_apart(&self, powers: ArrayView1<'_, f64>, weak: usize, strong: usize) -> bool {
+        let leak = self.along.leak(distance(weak, strong, self.around[0]));
+        let between = weak.min(strong)..=weak.max(strong);
+        let valley = between.map(|i| powers[i]).fold(f64::INFINITY, f64::min);
+        powers[weak] > ABOVE_LEAK * leak * powers[strong] && powers[weak] > self.speckle() * valley
     }
 
     /// What the spectrum has along a cut whatever the cut, by two rounds of medians: of each cut over what its places have, and of each
@@ -146,88 +185,6 @@ impl Cuts<'_> {
         let places = (0..self.power.ncols()).into_par_iter();
         places.map(of_place).collect()
     }
-}
-
-/// Indices of local maxima, the ends included.
-fn tops(values: ArrayView1<'_, f64>) -> impl Iterator<Item = usize> + '_ {
-    let n = values.len();
-    (0..n).filter(move |&i| {
-        (i == 0 || values[i] > values[i - 1]) && (i + 1 == n || values[i] >= values[i + 1])
-    })
-}
-
-/// Bins from one to another, the shorter way around.
-fn distance(a: usize, b: usize, around: Option<usize>) -> f64 {
-    let straight = a.abs_diff(b);
-    around.map_or(straight, |all| straight.min(all - straight)) as f64
-}
-
-/// What peaks are judged by.
-struct Judge<'a, 'c> {
-    cuts: &'a Cuts<'c>,
-    strongest: Vec<Vec<(usize, f64)>>,
-    /// The median of noise over its mean.
-    median: f64,
-    /// How noise is distributed along a cut.
-    background: Vec<f64>,
-    least: f64,
-    speckle: f64,
-}
-
-impl Judge<'_, '_> {
-    fn peaks(&self, cut: usize) -> Vec<Peak> {
-        let powers = self.cuts.power.index_axis(Axis(0), cut);
-        let noise = self.noise(powers);
-        let at = |i: usize| self.background[i] * noise[(i / STRIDE).min(noise.len() - 1)];
-        let mut candidates: Vec<usize> = tops(powers)
-            .filter(|i| *i > 0 && *i + 1 < powers.len() && self.cuts.places.contains(i))
-            .filter(|i| powers[*i] > self.cuts.level * at(*i) && powers[*i] > self.least)
-            .filter(|i| self.is_no_leak(cut, *i, powers[*i]))
-            .collect();
-        candidates.sort_by(|a, b| powers[*b].total_cmp(&powers[*a]).then(a.cmp(b)));
-        let mut accepted: Vec<usize> = Vec::new();
-        for i in candidates {
-            let is_apart = |j: &usize| self.is_apart(powers, i, *j);
-            if accepted.len() < MOST && accepted.iter().all(is_apart) {
-                accepted.push(i);
-            }
-        }
-        accepted.sort_unstable();
-        let peak = |i: &usize| self.peak(cut, powers, *i, at(*i));
-        accepted.iter().map(peak).collect()
-    }
-
-    /// The mean power of the noise over the background, from medians, one every [`STRIDE`] cells.
-    fn noise(&self, powers: ArrayView1<'_, f64>) -> Vec<f64> {
-        let n = powers.len();
-        let of = |middle: usize| {
-            let from = middle.saturating_sub(MEDIAN / 2);
-            let from = from.min(n.saturating_sub(MEDIAN));
-            let about = powers.iter().zip(&self.background).skip(from).take(MEDIAN);
-            let ratios = about.map(|(power, background)| power / background);
-            median(ratios).map_or(f64::NAN, |ratio| ratio / self.median)
-        };
-        let middles = (0..n.div_ceil(STRIDE)).map(|block| block * STRIDE + STRIDE / 2);
-        middles.map(of).collect()
-    }
-
-    /// Whether the peak stands above what the strongest waves of other cuts leak into this one.
-    fn is_no_leak(&self, cut: usize, place: usize, power: f64) -> bool {
-        self.strongest[place].iter().all(|(from, strong)| {
-            let apart = distance(cut, *from, self.cuts.around[1]);
-            let leak = self.cuts.across.leak(apart);
-            power > ABOVE_LEAK * leak * strong
-        })
-    }
-
-    /// Whether a peak is none of a stronger one's side lobes, nor a bump of the same broad ridge.
-    fn is_apart(&self, powers: ArrayView1<'_, f64>, weak: usize, strong: usize) -> bool {
-        let apart = distance(weak, strong, self.cuts.around[0]);
-        let leak = self.cuts.along.leak(apart);
-        let between = weak.min(strong)..=weak.max(strong);
-        let valley = between.map(|i| powers[i]).fold(f64::INFINITY, f64::min);
-        powers[weak] > ABOVE_LEAK * leak * powers[strong] && powers[weak] > self.speckle * valley
-    }
 
     fn peak(&self, cut: usize, powers: ArrayView1<'_, f64>, i: usize, noise: f64) -> Peak {
         let half = 0.5 * powers[i];
@@ -248,8 +205,8 @@ impl Judge<'_, '_> {
         let ((first, below), (last, above)) = (side(-1), side(1));
         let width = below + above;
         let three = [powers[i - 1], powers[i], powers[i + 1]];
-        let one = self.cuts.along;
-        let k = self.cuts.realisations;
+        let one = self.along;
+        let k = self.realisations;
         let (at, error) = if width > BROAD * one.width && last - first >= 2 {
             let region = first..=last;
             let sum: f64 = region.clone().map(|j| powers[j]).sum();
@@ -277,11 +234,25 @@ impl Judge<'_, '_> {
         let [middle, _] = parabola(powers);
         let squares = (0..3).map(|n| {
             let ratio = noise / powers[n].max(f64::MIN_POSITIVE);
-            let square = (2.0 * ratio + ratio * ratio) / self.cuts.realisations;
+            let square = (2.0 * ratio + ratio * ratio) / self.realisations;
             let mut moved = powers;
             moved[n] *= square.min(1.0).sqrt().exp();
             (parabola(moved)[0] - middle).powi(2)
         });
         squares.sum::<f64>().sqrt()
     }
+}
+
+/// Indices of local maxima, the ends included.
+fn tops(values: ArrayView1<'_, f64>) -> impl Iterator<Item = usize> + '_ {
+    let n = values.len();
+    (0..n).filter(move |&i| {
+        (i == 0 || values[i] > values[i - 1]) && (i + 1 == n || values[i] >= values[i + 1])
+    })
+}
+
+/// Bins from one to another, the shorter way around.
+fn distance(a: usize, b: usize, around: Option<usize>) -> f64 {
+    let straight = a.abs_diff(b);
+    around.map_or(straight, |all| straight.min(all - straight)) as f64
 }

@@ -84,10 +84,13 @@ impl Describe for Ridges {
         sheet.warnings.extend_from_slice(&self.analysis.warnings);
         let [df, dk] = self.bins;
         let rows = [
-            ("records", self.records.to_string()),
+            ("records", self.independence.records.to_string()),
             ("segments of a record", conventions.segments.to_string()),
             ("samples a segment", conventions.segment.to_string()),
-            ("effective realisations", number(self.realisations)),
+            (
+                "effective realisations",
+                number(self.independence.effective),
+            ),
             ("level over the noise", of_level),
             ("bin of frequency", with_unit(df, &words.frequency)),
             ("bin of wavenumber", with_unit(dk, &words.wavenumber)),
@@ -96,13 +99,13 @@ impl Describe for Ridges {
         sheet.numbers(json!({
             "time_unit": words.time,
             "space_unit": words.space,
-            "records": self.records,
+            "records": self.independence.records,
             "segment": conventions.segment,
             "overlap": conventions.overlap,
             "segments": conventions.segments,
             "window_time": conventions.window_time.name,
             "window_space": conventions.window_space.name,
-            "realisations": self.realisations,
+            "realisations": self.independence.effective,
             "steadiness": self.independence.steadiness,
             "alpha": self.alpha,
             "level": self.level,

@@ -4,6 +4,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{Outcome, Outcomes, Request};
+use crate::numeric::deviation;
 
 /// The key whose values are the members of an ensemble.
 pub(super) const SEED: &str = "seed";
@@ -105,16 +106,14 @@ fn spread(column: String, mut values: Vec<f64>) -> Spread {
         let (low, rest) = (at.floor() as usize, at.fract());
         values[low] + rest * (values[(low + 1).min(n - 1)] - values[low])
     };
-    let mean = values.iter().sum::<f64>() / n as f64;
-    let squares: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
     Spread {
         column,
         members: n,
         p05: below(0.05),
         median: below(0.5),
         p95: below(0.95),
-        mean,
-        deviation: (squares / (n - 1).max(1) as f64).sqrt(),
+        mean: values.iter().sum::<f64>() / n as f64,
+        deviation: deviation(&values),
     }
 }
 

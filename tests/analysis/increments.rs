@@ -195,7 +195,7 @@ fn val_brownian_motion_scales_like_the_root() {
             inside += usize::from((m.structure[p] - expected).abs() < m.half[p]);
         }
         assert!(
-            (m.flatness - 3.0).abs() < 1.5 * m.flatness_half().min(0.06),
+            (m.flatness - 3.0).abs() < 1.5 * m.half[7].min(0.06),
             "{m:?}"
         );
     }

@@ -5,6 +5,9 @@ use std::f64::consts::{PI, TAU};
 
 use ndarray::Array2;
 use serde::Deserialize;
+use test_support::changed;
+use test_support::fields::option;
+use wavecascade::Field;
 use wavecascade::chain::{
     Accuracy, Chain, EndTime, Ends, Law, Losses, Record, Simulation, UnitCell,
 };
@@ -12,7 +15,6 @@ use wavecascade::observer::Silent;
 use wavecascade::prepare::Window;
 use wavecascade::reference::LatticeImpact;
 use wavecascade::ridges::{RidgeCut, RidgeLaw, Ridges, RidgesRequest, ridges};
-use wavecascade::{Error, Field};
 
 /// Integers of a linear congruential generator, in -1 to 1.
 struct Noise(u64);
@@ -218,9 +220,9 @@ fn val_noise_has_no_ridges() {
         let found = found(&field, &RidgesRequest::default());
         peaks += found.points().count();
         assert!(
-            (found.realisations - 6.66).abs() < 0.1,
+            (found.independence.effective - 6.66).abs() < 0.1,
             "{}",
-            found.realisations
+            found.independence.effective
         );
     }
     assert_eq!(peaks, 0);
@@ -357,7 +359,10 @@ fn regress_records_are_averaged() {
     };
     let one = found(&field, &request);
     let three = ridges(&[&field; 3], &request, &Silent).unwrap();
-    assert_eq!((one.realisations, three.realisations), (1.0, 3.0));
+    assert_eq!(
+        (one.independence.effective, three.independence.effective),
+        (1.0, 3.0)
+    );
     assert!(three.level < one.level);
     let power = |found: &Ridges, f: f64| found.points().find(|p| p.frequency == f).map(|p| p.power);
     let f = one.points().nth(20).unwrap().frequency;
@@ -373,58 +378,22 @@ fn regress_records_are_averaged() {
 #[test]
 fn regress_what_is_refused() {
     let field = shot();
-    let option = |field: &Field, request: &RidgesRequest| match ridges(&[field], request, &Silent) {
-        Err(Error::Request { option, .. }) => option,
-        other => panic!("{:?}", other.map(|found| found.ridges.len())),
-    };
-    let base = RidgesRequest::default();
-    let law = |text: &str| RidgesRequest {
-        laws: vec![RidgeLaw::parse(text).unwrap()],
-        ..base.clone()
+    let refused = |field: &Field, change: &dyn Fn(&mut RidgesRequest)| {
+        let request = changed(RidgesRequest::default(), change);
+        option(ridges(&[field], &request, &Silent).unwrap_err())
     };
     let few = Field::from_array(Array2::zeros((600, 7)));
-    assert_eq!(option(&few, &base), "field");
-    assert_eq!(
-        option(
-            &field,
-            &RidgesRequest {
-                segment: Some(600),
-                ..base.clone()
-            }
-        ),
-        "segment"
-    );
-    assert_eq!(
-        option(
-            &field,
-            &RidgesRequest {
-                fewest: 4,
-                ..base.clone()
-            }
-        ),
-        "points"
-    );
-    assert_eq!(
-        option(
-            &field,
-            &RidgesRequest {
-                alpha: 0.0,
-                ..base.clone()
-            }
-        ),
-        "significance"
-    );
+    assert_eq!(refused(&few, &|_| {}), "field");
+    let with = |change: &dyn Fn(&mut RidgesRequest)| refused(&field, change);
+    assert_eq!(with(&|r| r.segment = Some(600)), "segment");
+    assert_eq!(with(&|r| r.fewest = 4), "points");
+    assert_eq!(with(&|r| r.alpha = 0.0), "significance");
+    assert_eq!(with(&|r| r.memory = Some(10_000)), "memory");
     // Both constants change the curve in the same way, and there is none at all.
-    assert_eq!(option(&field, &law("b*c*abs(k); b=1, c=4")), "fit");
-    assert_eq!(option(&field, &law("sqrt(c-5); c=1")), "fit");
-    let tight = RidgesRequest {
-        memory: Some(10_000),
-        ..base.clone()
-    };
-    assert!(matches!(
-        ridges(&[&field], &tight, &Silent),
-        Err(Error::Memory { .. })
-    ));
+    for law in ["b*c*abs(k); b=1, c=4", "sqrt(c-5); c=1"] {
+        let law = RidgeLaw::parse(law).unwrap();
+        assert_eq!(with(&|r| r.laws = vec![law.clone()]), "fit");
+    }
 }
 
 #[test]

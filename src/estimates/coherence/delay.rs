@@ -3,16 +3,14 @@
 use std::f64::consts::TAU;
 
 use column_fft::{Columns, ColumnsMut, ComplexToRealColumns};
-use ndarray::s;
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::Coherence;
 use super::significance::{Significance, is_own};
-use super::velocity::Line;
 use crate::estimates::realisations::{Realisations, TOGETHER};
 use crate::numeric::lanes::{LaneBlock, on_lines};
-use crate::numeric::{chi_square_level, student_two_sided};
+use crate::numeric::{LineFit, chi_square_level, student_two_sided};
 
 /// The delay of a site behind the reference.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -91,9 +89,10 @@ pub(super) struct DelaySearch<'a> {
     /// `exp(2 pi i f tau)` of each bin, with tau the distance of two points.
     next: Vec<Complex<f64>>,
     cross: &'a Coherence,
+    test: Significance,
     realisations: &'a Realisations,
+    /// Of a segment, in samples and in units of time.
     length: usize,
-    /// Of a segment.
     period: f64,
     shared_bins: f64,
     /// Bins between a bin and the frequency whose power it has, for each unit of growth.
@@ -117,7 +116,6 @@ pub(super) struct Follows {
 struct Scratch {
     /// Of each site.
     coherent: [Vec<Coherent>; TOGETHER],
-    surprises: Vec<f64>,
     sums: Vec<Complex<f64>>,
     found: Vec<f64>,
     columns: Vec<Complex<f64>>,
@@ -147,16 +145,21 @@ impl<'a> DelaySearch<'a> {
         let points = length.next_power_of_two();
         let angle = TAU / (FINER * points) as f64;
         let next = |m: usize| Complex::from_polar(1.0, angle * m as f64);
+        let shared_bins = realisations.shared_bins();
         DelaySearch {
             transform: ComplexToRealColumns::new(points).expect("at least four samples"),
             next: (0..length.div_ceil(2)).map(next).collect(),
             cross,
+            test: Significance {
+                alpha: cross.alpha,
+                sites: cross.coherence.ncols() - 1,
+                shared_bins,
+            },
             realisations,
             length,
             period: length as f64 * cross.time.step,
-            shared_bins: realisations.shared_bins(),
+            shared_bins,
             leakage: leakage(realisations),
-
             normal: chi_square_level(cross.alpha, 1.0).sqrt(),
         }
     }
@@ -176,21 +179,15 @@ impl<'a> DelaySearch<'a> {
     /// What is found of each site; `independent`: its realisations with the reference, NaN where no significance can be stated.
     pub fn find(&self, independent: &[f64]) -> Vec<Follows> {
         let of_reference = is_own(self.cross.spectrum.column(self.cross.reference));
-        let sites = independent.len() - 1;
-        let new = || {
-            let test = Significance::new(self.cross.alpha, sites, self.shared_bins);
-            (Scratch::default(), test)
-        };
         let tiles = independent.par_chunks(TOGETHER).enumerate();
-        let found = tiles.map_init(new, |(scratch, test), (tile, independent)| {
-            let first = tile * TOGETHER;
+        let found = tiles.map_init(Scratch::default, |scratch, (tile, independent)| {
+            scratch.coherent.iter_mut().for_each(Vec::clear);
             let mut found = [Follows::default(); TOGETHER];
             for (lane, independent) in independent.iter().enumerate() {
-                let site = (first + lane, *independent);
-                found[lane].is_coherent = self.choose(&of_reference, site, (scratch, test), lane);
-            }
-            for lane in independent.len()..TOGETHER {
-                scratch.coherent[lane].clear();
+                let site = (tile * TOGETHER + lane, *independent);
+                let coherent = self.choose(&of_reference, site);
+                found[lane].is_coherent = coherent.is_some();
+                scratch.coherent[lane] = coherent.unwrap_or_default();
             }
             self.of_tile(independent, scratch, &mut found);
             found[..independent.len()].to_vec()
@@ -199,51 +196,41 @@ impl<'a> DelaySearch<'a> {
         found.concat()
     }
 
-    /// Puts the coherent frequencies of a site into its place, and says whether it is coherent at all.
+    /// The coherent frequencies of a site; `None` where it is not coherent at all.
     fn choose(
         &self,
         of_reference: &[bool],
         (site, independent): (usize, f64),
-        (scratch, test): (&mut Scratch, &mut Significance),
-        lane: usize,
-    ) -> bool {
-        let chosen = &mut scratch.coherent[lane];
-        chosen.clear();
+    ) -> Option<Vec<Coherent>> {
         if independent.is_nan() {
-            return false;
+            return None;
         }
-        let (cross, inside) = (self.cross, 1..self.length.div_ceil(2));
-        let own = cross.spectrum.slice(s![inside.clone(), site]);
-        let coherence = cross.coherence.slice(s![inside.clone(), site]);
-        let phase = cross.phase.slice(s![inside.clone(), site]);
-        let reference = cross.spectrum.slice(s![inside.clone(), cross.reference]);
-        let of_site = is_own(cross.spectrum.column(site));
-        let both = of_site[inside.clone()].iter().zip(&of_reference[inside]);
-        let surprises = coherence.iter().zip(both).map(|(g, both)| match both {
-            (true, true) => -(independent - 1.0) * (-g).ln_1p(),
-            _ => f64::NAN,
-        });
-        scratch.surprises.clear();
-        scratch.surprises.extend(surprises);
-        let Some(threshold) = test.threshold(&scratch.surprises) else {
-            return false;
+        let (cross, end) = (self.cross, self.length.div_ceil(2));
+        let own = cross.spectrum.column(site);
+        let coherence = cross.coherence.column(site);
+        let reference = cross.spectrum.column(cross.reference);
+        let of_site = is_own(own);
+        let surprise = |m: usize| match of_site[m] && of_reference[m] {
+            true => -(independent - 1.0) * (-coherence[m]).ln_1p(),
+            false => f64::NAN,
         };
-        let last = coherence.len() - 1;
-        let logarithm = |n: usize| (coherence[n] * own[n] * reference[n]).ln();
-        let surprises = scratch.surprises.iter().enumerate();
+        let surprises: Vec<f64> = (1..end).map(surprise).collect();
+        let threshold = self.test.threshold(&surprises)?;
+        let logarithm = |m: usize| (coherence[m] * own[m] * reference[m]).ln();
         // NaN is no number to be above.
-        for (n, _) in surprises.filter(|(_, surprise)| **surprise >= threshold) {
-            let [below, above] = [n.saturating_sub(1), (n + 1).min(last)];
+        let chosen = (1..end).filter(|m| surprises[m - 1] >= threshold);
+        let coherent = chosen.map(|m| {
+            let [below, above] = [(m - 1).max(1), (m + 1).min(end - 1)];
             let apart = (above - below).max(1) as f64;
             let growth = 0.5 * (logarithm(above) - logarithm(below)) / apart;
-            chosen.push(Coherent {
-                bin: (n + 1) as f64,
-                weight: coherence[n] / (1.0 - coherence[n]).max(f64::EPSILON),
-                phase: phase[n],
+            Coherent {
+                bin: m as f64,
+                weight: coherence[m] / (1.0 - coherence[m]).max(f64::EPSILON),
+                phase: cross.phase[[m, site]],
                 growth: if growth.is_finite() { growth } else { 0.0 },
-            });
-        }
-        true
+            }
+        });
+        Some(coherent.collect())
     }
 
     /// The delays of a few sites, whose coherent frequencies are in `scratch`.
@@ -251,37 +238,51 @@ impl<'a> DelaySearch<'a> {
         if scratch.coherent.iter().all(|site| site.len() < LEAST) {
             return;
         }
-        let largest = self.largest(scratch);
-        let mut maxima = [None; TOGETHER];
+        // Where the sums are largest; of equal sums the first one.
+        let mut largest = [(0, f64::NEG_INFINITY); TOGETHER];
+        self.sweep(scratch, |point, row| {
+            for ((at, most), v) in largest.iter_mut().zip(row) {
+                let is_larger = v > most || (v == most && point < *at);
+                *most = if is_larger { *v } else { *most };
+                *at = if is_larger { point } else { *at };
+            }
+        });
+        let maximum = |lane: usize| {
+            let coherent = &scratch.coherent[lane];
+            let maximum =
+                (coherent.len() >= LEAST).then(|| self.refined(coherent, largest[lane].0))?;
+            let allowed = self.allowed_difference(coherent, maximum, independent[lane]);
+            Some((maximum, allowed))
+        };
+        let maxima: Vec<_> = (0..independent.len()).map(maximum).collect();
         // Points around the maximum that belong to it, and what others may not exceed.
         let mut lobes = [(0, f64::INFINITY); TOGETHER];
-        for (lane, independent) in independent.iter().enumerate() {
-            let coherent = &scratch.coherent[lane];
-            if coherent.len() < LEAST {
-                continue;
+        for (lane, maximum) in maxima.iter().enumerate() {
+            if let Some((_, allowed)) = maximum {
+                let half = 0.5 * self.points() as f64 / rms(&scratch.coherent[lane]);
+                lobes[lane] = (half.ceil() as usize, largest[lane].1 - allowed);
             }
-            let (point, sum) = largest[lane];
-            let maximum = self.refined(coherent, point);
-            maxima[lane] = Some(maximum);
-            let allowed = self.allowed_difference(coherent, maximum, *independent);
-            let half = 0.5 * self.points() as f64 / moment(coherent, 2).sqrt();
-            lobes[lane] = (half.ceil() as usize, sum - allowed);
         }
-        let at = largest.map(|(point, _)| point);
-        let has_rival = self.rivals(scratch, &at, &lobes);
+        let (points, mut has_rival) = (self.points(), [false; TOGETHER]);
+        self.sweep(scratch, |point, row| {
+            for lane in 0..TOGETHER {
+                let (half, most) = lobes[lane];
+                if row[lane] > most {
+                    let apart = point.abs_diff(largest[lane].0);
+                    has_rival[lane] |= apart.min(points - apart) > half;
+                }
+            }
+        });
         for (lane, maximum) in maxima.into_iter().enumerate() {
-            let Some(maximum) = maximum else { continue };
-            let coherent = &scratch.coherent[lane];
-            let independent = independent[lane];
-            let delay = self.delay(coherent, maximum, independent);
-            let Some(delay) = delay else { continue };
-            found[lane].one_way = one_way(coherent, maximum);
-            let band = self.band(coherent);
-            let allowed = self.allowed_difference(coherent, maximum, independent);
-            found[lane].delay = match (has_rival[lane], band.is_line(coherent, allowed)) {
-                (false, false) => Some(delay),
-                _ => band.ambiguous(delay, self.period),
+            let Some((maximum, allowed)) = maximum else {
+                continue;
             };
+            let coherent = &scratch.coherent[lane];
+            if let Some(delay) = self.delay(coherent, maximum, independent[lane]) {
+                found[lane].one_way = one_way(coherent, maximum);
+                let is_alone = !has_rival[lane];
+                found[lane].delay = self.told(coherent, delay, allowed, is_alone);
+            }
         }
     }
 
@@ -320,41 +321,6 @@ impl<'a> DelaySearch<'a> {
         }
     }
 
-    /// The points of the search with the largest sums, and these.
-    fn largest(&self, scratch: &mut Scratch) -> [(usize, f64); TOGETHER] {
-        let (mut most, mut at) = ([f64::NEG_INFINITY; TOGETHER], [0; TOGETHER]);
-        self.sweep(scratch, |point, row| {
-            for ((most, at), v) in most.iter_mut().zip(&mut at).zip(row) {
-                // Of equal sums the first one.
-                let is_larger = v > most || (v == most && point < *at);
-                *most = if is_larger { *v } else { *most };
-                *at = if is_larger { point } else { *at };
-            }
-        });
-        std::array::from_fn(|lane| (at[lane], most[lane]))
-    }
-
-    /// Whether points further from the largest than its lobe have sums above the allowed one.
-    fn rivals(
-        &self,
-        scratch: &mut Scratch,
-        at: &[usize; TOGETHER],
-        lobes: &[(usize, f64); TOGETHER],
-    ) -> [bool; TOGETHER] {
-        let points = self.points();
-        let mut has_rival = [false; TOGETHER];
-        self.sweep(scratch, |point, row| {
-            for lane in 0..TOGETHER {
-                let (half, most) = lobes[lane];
-                if row[lane] > most {
-                    let apart = point.abs_diff(at[lane]);
-                    has_rival[lane] |= apart.min(points - apart) > half;
-                }
-            }
-        });
-        has_rival
-    }
-
     /// The maximum next to a point of the search.
     fn refined(&self, coherent: &[Coherent], point: usize) -> Maximum {
         let points = self.points();
@@ -375,7 +341,7 @@ impl<'a> DelaySearch<'a> {
     /// The maximum that Newton's method finds from `tau` on.
     fn climbed(&self, coherent: &[Coherent], mut tau: f64, correction: f64) -> f64 {
         // Within the lobe that the search found, of which the correction moves the top by more than a point.
-        let most = 0.125 / moment(coherent, 2).sqrt();
+        let most = 0.125 / rms(coherent);
         for _ in 0..8 {
             let (mut slope, mut bend) = (0.0, 0.0);
             for one in coherent {
@@ -472,7 +438,7 @@ impl<'a> DelaySearch<'a> {
             ambiguity: None,
             by_frequency: self.by_frequency(coherent, at, independent),
             frequencies: coherent.len(),
-            rms_frequency: moment(coherent, 2).sqrt() / period,
+            rms_frequency: rms(coherent) / period,
         })
     }
 }
@@ -489,44 +455,58 @@ impl DelaySearch<'_> {
         let period = self.period;
         let least = OF_PART * self.shared_bins;
         let of_part = |part: &[Coherent]| {
-            let point = |one: &Coherent| {
+            let points = part.iter().map(|one| {
                 let cycles = one.residual(at) / TAU;
                 [one.bin, TAU * (cycles - cycles.round()), one.weight]
-            };
-            let points: Vec<[f64; 3]> = part.iter().map(point).collect();
-            let line = Line::through(&points);
-            let (bin, spread, slope, left) = (line.x, line.spread, line.slope, line.left);
+            });
+            let line = LineFit::weighted(points)?;
             let freedom = part.len() as f64 / self.shared_bins - 2.0;
             // By independent noise, or by what is left where that is more.
-            let variance = (self.shared_bins / (2.0 * independent)).max(left / freedom) / spread;
+            let stated = self.shared_bins / (2.0 * independent);
+            let variance = stated.max(line.squares / freedom) / line.spread;
             let half = student_two_sided(self.cross.alpha, freedom.max(1.0)) * variance.sqrt();
-            let delay = (at.tau - slope / TAU) * period;
-            [bin / period, delay, half / TAU * period]
+            let delay = (at.tau - line.slope / TAU) * period;
+            Some([line.middle / period, delay, half / TAU * period])
         };
         let (low, high) = coherent.split_at(coherent.len() / 2);
         if (low.len() as f64) < least {
             return None;
         }
-        let [low, high] = [low, high].map(of_part);
+        let (low, high) = (of_part(low)?, of_part(high)?);
         let differ = (low[1] - high[1]).abs() > SURELY * low[2].hypot(high[2]);
         differ.then(|| [low, high].map(|[frequency, delay, _]| [frequency, delay]))
     }
 
-    fn band(&self, coherent: &[Coherent]) -> Band {
+    /// A delay with what else is as likely: where a narrow band alone is coherent, delays that differ by its period, of which the
+    /// one nearest to 0 is taken. `None` where others are as likely and the band is wide.
+    fn told(
+        &self,
+        coherent: &[Coherent],
+        delay: Delay,
+        allowed: f64,
+        is_alone: bool,
+    ) -> Option<Delay> {
+        // The frequencies whose power the coherent bins have, in bins, by their weights.
         let leaks = |one: &Coherent| (self.leakage * one.growth).clamp(-FURTHEST, FURTHEST);
-        let at: Vec<f64> = coherent.iter().map(|one| one.bin + leaks(one)).collect();
-        let all: f64 = coherent.iter().map(|one| one.weight).sum();
-        let mean_of = |of: &dyn Fn(f64) -> f64| {
-            let terms = coherent.iter().zip(&at);
-            terms.map(|(one, at)| one.weight * of(*at)).sum::<f64>() / all
-        };
-        let mean = mean_of(&|at| at);
-        let deviation = mean_of(&|at| (at - mean).powi(2)).sqrt();
-        Band {
-            at,
-            mean,
-            deviation,
+        let band = coherent
+            .iter()
+            .map(|one| (one.weight, one.bin + leaks(one)));
+        let band: Vec<(f64, f64)> = band.collect();
+        let sum = |of: &dyn Fn(f64) -> f64| band.iter().map(|(w, at)| w * of(*at)).sum::<f64>();
+        let all = sum(&|_| 1.0);
+        let mean = sum(&|at| at) / all;
+        let deviation = (sum(&|at| (at - mean).powi(2)) / all).sqrt();
+        // What the sum loses where the delay is a period longer.
+        let loss = sum(&|at| 1.0 - (TAU * at / mean).cos());
+        if is_alone && deviation >= RESOLVED && loss >= allowed {
+            return Some(delay);
         }
+        let period = self.period / mean;
+        (deviation < NARROW * mean).then(|| Delay {
+            delay: delay.delay - period * (delay.delay / period).round(),
+            ambiguity: Some(period),
+            ..delay
+        })
     }
 }
 
@@ -563,40 +543,9 @@ fn one_way(coherent: &[Coherent], at: Maximum) -> Option<f64> {
     (both.abs() < TOLD * count).then(|| (plus - minus) / (plus + minus))
 }
 
-/// The mean of a power of the bins, by their weights.
-fn moment(coherent: &[Coherent], power: i32) -> f64 {
+/// Root mean square of the bins, by their weights.
+fn rms(coherent: &[Coherent]) -> f64 {
     let all: f64 = coherent.iter().map(|one| one.weight).sum();
-    let of_power = coherent.iter().map(|one| one.weight * one.bin.powi(power));
-    of_power.sum::<f64>() / all
-}
-
-/// The frequencies whose power the coherent bins have.
-struct Band {
-    /// Of each bin, in bins.
-    at: Vec<f64>,
-    mean: f64,
-    deviation: f64,
-}
-
-impl Band {
-    /// Whether a delay that differs by a period of the mean is as likely.
-    fn is_line(&self, coherent: &[Coherent], allowed: f64) -> bool {
-        if self.deviation < RESOLVED {
-            return true;
-        }
-        let loss = coherent.iter().zip(&self.at);
-        let loss = loss.map(|(one, at)| one.weight * (1.0 - (TAU * at / self.mean).cos()));
-        loss.sum::<f64>() < allowed
-    }
-
-    /// A delay beside which others are as likely: of a narrow band, the one nearest to 0, with the period of the
-    /// band; else `None`.
-    fn ambiguous(&self, delay: Delay, length: f64) -> Option<Delay> {
-        let period = length / self.mean;
-        (self.deviation < NARROW * self.mean).then(|| Delay {
-            delay: delay.delay - period * (delay.delay / period).round(),
-            ambiguity: Some(period),
-            ..delay
-        })
-    }
+    let squares = coherent.iter().map(|one| one.weight * one.bin.powi(2));
+    (squares.sum::<f64>() / all).sqrt()
 }

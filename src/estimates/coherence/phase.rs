@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use super::Coherence;
-use super::velocity::{Line, PLANE};
+use super::velocity::PLANE;
+use crate::numeric::LineFit;
 
 /// Wavenumber of the waves that are coherent with the reference, from their phases along x.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -67,25 +68,23 @@ impl Phases<'_> {
         if points.len() < LEAST_SITES {
             return None;
         }
-        let line = Line::through(&points);
-        let (slope, spread, left) = (line.slope, line.spread, line.left);
+        let line = LineFit::weighted(points.iter().copied())?;
         let freedom = (points.len() - 2) as f64;
-        let deviation = (left / line.all * points.len() as f64 / freedom).sqrt();
-        let is_aliased = self.slowness.is_none() && (slope * apart).abs() > MOST_STEP;
+        let deviation = (line.squares / line.weight * points.len() as f64 / freedom).sqrt();
+        let is_aliased = self.slowness.is_none() && (line.slope * apart).abs() > MOST_STEP;
         if deviation > PLANE || is_aliased {
             return None;
         }
-        let excess = left / freedom;
-        let wavenumber_error = (excess.max(1.0) / spread).sqrt();
-        let wavenumber = -slope;
+        let wavenumber = -line.slope;
+        let wavenumber_error = line.slope_error.max(line.spread.recip().sqrt());
         let velocity = TAU * self.at / wavenumber;
+        let relative = (wavenumber_error / wavenumber).hypot(self.at_error / self.at);
         Some(PhaseSpeed {
             frequency: self.at,
             wavenumber,
             wavenumber_error,
             velocity,
-            velocity_error: velocity.abs()
-                * (wavenumber_error / wavenumber).hypot(self.at_error / self.at),
+            velocity_error: velocity.abs() * relative,
             sites: points.len(),
         })
     }

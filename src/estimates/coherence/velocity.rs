@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{Coherence, Delay, PhaseSpeed};
-use crate::numeric::{chi_square_level, student_two_sided};
+use crate::numeric::{LineFit, chi_square_level};
 
 /// Velocity of the waves that are coherent with the reference.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -22,8 +22,6 @@ pub struct WaveVelocity {
     pub is_dispersive: bool,
 }
 
-/// Least sites of a line, beside the reference.
-const LEAST_SITES: usize = 3;
 /// Largest deviation from a plane wave, root mean square in rad: a standing wave has 0.9.
 pub(super) const PLANE: f64 = 0.5;
 /// Reduced chi-square from which on velocities differ.
@@ -38,92 +36,43 @@ pub(super) struct Slowness {
 }
 
 impl Slowness {
-    /// The line through the delays of sites against their positions, weighted by their inverse variances; the
-    /// reference and ambiguous delays are left out, a common error of all stays out of the slope. `None` for fewer
-    /// than three sites, and for delays that are not those of a plane wave.
+    /// The slope of the weighted line through the delays of all sites but the reference, where they are those of a plane
+    /// wave. The interval is the larger of that of the delays and that of the residuals.
     pub fn of_delays(found: &Coherence) -> Option<Slowness> {
-        let (alpha, known) = (found.alpha, found.delays.iter().enumerate());
-        let known = known.filter(|(j, _)| *j != found.reference);
-        let known = known.filter_map(|(j, delay)| Some((found.space.at(j), (*delay)?)));
-        let known: Vec<(f64, Delay)> = known.filter(|(_, d)| d.ambiguity.is_none()).collect();
-        if known.len() < LEAST_SITES {
-            return None;
-        }
-        let point = |(x, delay): &(f64, Delay)| [*x, delay.delay, delay.error.powi(-2)];
-        let points: Vec<[f64; 3]> = known.iter().map(point).collect();
-        let line = Line::through(&points);
-        let (slope, spread) = (line.slope, line.spread);
-        if !(spread > 0.0 && slope.is_finite()) {
-            return None;
-        }
-        let freedom = (points.len() - 2) as f64;
-        let intercept = line.y - slope * line.x;
-        let residual = |p: &[f64; 3]| p[1] - intercept - slope * p[0];
-        let rms = known.iter().map(|(_, delay)| delay.rms_frequency);
-        let turns = rms.zip(&points).map(|(f, p)| TAU * f * residual(p));
-        let squares: f64 = turns.map(|turn| turn.powi(2)).sum();
-        if (squares / freedom).sqrt() > PLANE {
-            return None;
-        }
-        let stated = chi_square_level(alpha, 1.0).sqrt();
-        let left: f64 = points.iter().map(|p| p[2] * residual(p).powi(2)).sum();
-        let scattered = student_two_sided(alpha, freedom) * (left / freedom).sqrt();
-        Some(Slowness {
-            slowness: slope,
-            half: stated.max(scattered) / spread.sqrt(),
-            points: points.len(),
+        let known = found.delays.iter().enumerate().filter_map(|(j, delay)| {
+            let delay = delay.filter(|d| j != found.reference && d.ambiguity.is_none())?;
+            Some((found.space.at(j), delay))
+        });
+        let known: Vec<(f64, Delay)> = known.collect();
+        let points = known.iter();
+        let points = points.map(|(x, delay)| [*x, delay.delay, delay.error.powi(-2)]);
+        let line = LineFit::weighted(points)?;
+        let turn = |(x, delay): &(f64, Delay)| {
+            let left = delay.delay - line.intercept - line.slope * x;
+            (TAU * delay.rms_frequency * left).powi(2)
+        };
+        let squares: f64 = known.iter().map(turn).sum();
+        let stated = (chi_square_level(found.alpha, 1.0) / line.spread).sqrt();
+        let is_plane = (squares / (line.points - 2) as f64).sqrt() <= PLANE;
+        is_plane.then(|| Slowness {
+            slowness: line.slope,
+            half: stated.max(line.half_interval(found.alpha)),
+            points: line.points,
         })
     }
 
-    /// Its inverse; `None` where the interval of the slowness is wider than the slowness.
+    /// Its inverse, of a line; `None` where the interval of the slowness is wider than the slowness.
     pub fn velocity(self) -> Option<WaveVelocity> {
-        let [low, high] = inverse(self.slowness, self.half)?;
-        Some(WaveVelocity {
+        let ends = [self.slowness - self.half, self.slowness + self.half].map(f64::recip);
+        (self.half < 0.5 * self.slowness.abs()).then(|| WaveVelocity {
             velocity: self.slowness.recip(),
-            low,
-            high,
+            low: ends[0].min(ends[1]),
+            high: ends[0].max(ends[1]),
             sites: Some(self.points),
             frequencies: None,
             is_dispersive: false,
         })
     }
-}
-
-/// The weighted line through points `(x, y, weight)`.
-pub(super) struct Line {
-    /// Sum of the weights.
-    pub all: f64,
-    /// Weighted means, and the spread of x.
-    pub x: f64,
-    y: f64,
-    pub spread: f64,
-    pub slope: f64,
-    /// Sum of the squared weighted residuals.
-    pub left: f64,
-}
-
-impl Line {
-    pub fn through(points: &[[f64; 3]]) -> Line {
-        let sum = |of: &dyn Fn(&[f64; 3]) -> f64| points.iter().map(|p| p[2] * of(p)).sum::<f64>();
-        let all = sum(&|_| 1.0);
-        let [x, y] = [sum(&|p| p[0]) / all, sum(&|p| p[1]) / all];
-        let spread = sum(&|p| (p[0] - x).powi(2));
-        let slope = sum(&|p| (p[0] - x) * (p[1] - y)) / spread;
-        Line {
-            all,
-            x,
-            y,
-            spread,
-            slope,
-            left: sum(&|p| (p[1] - y - slope * (p[0] - x)).powi(2)),
-        }
-    }
-}
-
-fn inverse(slowness: f64, half: f64) -> Option<[f64; 2]> {
-    let ends = [slowness - half, slowness + half].map(f64::recip);
-    let is_known = half < 0.5 * slowness.abs();
-    is_known.then(|| [ends[0].min(ends[1]), ends[0].max(ends[1])])
 }
 
 /// The mean over frequencies of the inverse of velocities, weighted by their inverse variances. `shared_bins`: bins
@@ -134,35 +83,32 @@ pub(super) fn of_frequencies(
     alpha: f64,
 ) -> Option<WaveVelocity> {
     let point = |speed: &PhaseSpeed| {
-        let relative = speed.velocity_error / speed.velocity;
         let slowness = speed.velocity.recip();
-        [slowness, (relative * slowness).powi(-2)]
+        [
+            slowness,
+            (speed.velocity_error * slowness * slowness).powi(-2),
+        ]
     };
     let points: Vec<[f64; 2]> = speeds.iter().map(point).collect();
+    let count = points.len() as f64;
     let all: f64 = points.iter().map(|p| p[1]).sum();
     let mean = points.iter().map(|[s, w]| s * w).sum::<f64>() / all;
-    let squares = points.iter().map(|[s, w]| w * (s - mean).powi(2));
-    let squares: f64 = squares.sum();
-    let count = points.len() as f64;
-    let shared = shared_bins.min(count);
-    let normal = chi_square_level(alpha, 1.0).sqrt();
-    let reduced = match points.len() {
-        0 => return None,
-        1 => 0.0,
-        _ => squares / (count - 1.0),
-    };
+    let squares: f64 = points.iter().map(|[s, w]| w * (s - mean).powi(2)).sum();
+    let reduced = squares / (count - 1.0).max(1.0);
     let is_dispersive = reduced > DIFFERENT;
-    let half = match is_dispersive {
-        true => normal * (squares / all).sqrt(),
-        false => normal * (reduced.max(1.0) * shared / all).sqrt(),
+    let variance = match is_dispersive {
+        true => squares,
+        false => reduced.max(1.0) * shared_bins.min(count),
     };
-    let [low, high] = inverse(mean, half)?;
+    let mean = Slowness {
+        slowness: mean,
+        half: (chi_square_level(alpha, 1.0) * variance / all).sqrt(),
+        points: points.len(),
+    };
     Some(WaveVelocity {
-        velocity: mean.recip(),
-        low,
-        high,
         sites: None,
         frequencies: Some(points.len()),
         is_dispersive,
+        ..mean.velocity()?
     })
 }

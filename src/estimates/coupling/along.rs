@@ -198,14 +198,3 @@ fn summed_level(pairs: f64, independent: f64, spread: f64, alpha: f64) -> f64 {
     // Of a gamma distribution of mean 1.
     mean * chi_square_level(alpha, 2.0 * shape) / (2.0 * shape)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn val_closed_form_sidak() {
-        assert!((sidak(0.05, 1) - 0.05).abs() < 1e-15);
-        assert!((1.0 - (1.0 - sidak(0.05, 1000)).powi(1000) - 0.05).abs() < 1e-12);
-    }
-}

@@ -253,6 +253,16 @@ pub(super) fn refuse<T>(
 }
 
 /// # Errors
+/// [`Error::Request`] for a site that is none.
+pub(super) fn check_site(option: &'static str, site: usize, n_sites: usize) -> Result<()> {
+    let expected = || format!("a site from 0 to {}", n_sites.saturating_sub(1));
+    match site < n_sites {
+        true => Ok(()),
+        false => refuse(option, expected(), site),
+    }
+}
+
+/// # Errors
 /// [`Error::Request`] for several tapers.
 pub(super) fn only_one_window(averaging: &Averaging) -> Result<()> {
     let is_one = matches!(averaging.tapers, Tapers::Window(_));

@@ -3,11 +3,11 @@
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use super::found::{OutputTransfer, PairTransfer};
 use super::spectra::{Spectra, Spectrum};
-use super::transfer::deviation;
 use crate::error::Result;
 use crate::numeric::gram::{Gram, Solution};
-use crate::numeric::{split_mix, unit_interval};
+use crate::numeric::{deviation, split_mix, unit_interval};
 use crate::observer::Observer;
 
 /// Blocks of neighbouring realisations, and how often each is drawn in every resampling.
@@ -80,44 +80,24 @@ pub(super) struct Fit<'a> {
     pub last: usize,
     /// Independent realisations.
     pub independent: f64,
+    /// What makes squares densities, and coefficients those of Fourier coefficients.
+    pub density: f64,
+    pub kernel: f64,
+    /// Distance of bins.
+    pub df: f64,
 }
 
-/// One output frequency; powers are means over realisations.
+/// One output frequency.
 pub(super) struct OutputFit {
-    pub bin: usize,
-    pub input: f64,
-    pub output: f64,
-    pub linear: Complex<f64>,
-    pub magnitude_error: f64,
-    pub linear_change: f64,
-    pub linear_error: f64,
-    pub gain: f64,
-    pub gain_error: f64,
-    /// Of each resampling.
+    /// Without what passes it.
+    pub transfer: OutputTransfer,
+    pub pairs: Vec<PairTransfer>,
+    /// The gain of each resampling.
     pub gains: Vec<f64>,
-    pub residual: f64,
-    pub pairs: Vec<PairFit>,
-    pub determined: usize,
-    /// Power of realisations that were not fitted that the linear term explains, and all terms.
-    pub held_out: [f64; 2],
-    /// The same of the stronger half by the weaker; its power.
-    pub stronger: [f64; 2],
-    pub stronger_output: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PairFit {
-    /// The second is negative in a difference.
-    pub bins: [isize; 2],
-    pub coefficient: Complex<f64>,
-    pub gain: f64,
-    pub gain_error: f64,
-}
-
-/// Powers of one solution: what the linear term changes, and what each pair brings.
-struct Gains {
-    linear: f64,
-    pairs: Vec<f64>,
+    /// Power of realisations that were not fitted that the linear term explains, and all terms, and all of it.
+    pub held_out: [f64; 3],
+    /// The same of the stronger half by the weaker.
+    pub stronger: [f64; 3],
 }
 
 impl Fit<'_> {
@@ -170,101 +150,114 @@ impl Fit<'_> {
                 gram
             })
             .collect();
-        let mean = 1.0 / f64::from(count);
+        let scale = self.density / f64::from(count);
         let sum = |times: &dyn Fn(usize) -> f64| Gram::sum(&grams, times);
+        let part_of = |is_in: &dyn Fn(usize) -> bool| sum(&|b| f64::from(u8::from(is_in(b))));
         let all = sum(&|_| 1.0);
         let solution = all.solve(unknowns);
-        let residual = all.residual(&solution.coefficients) * mean;
+        let residual = all.residual(&solution.coefficients) * scale;
         // What chance alone explains by one more term.
         let by_chance = (residual / (self.independent - solution.determined as f64)).max(0.0);
-        let mut gains = Gains::of(&all, &solution, mean);
-        let mut determined = 0;
-        let terms = std::iter::once(&mut gains.linear).chain(&mut gains.pairs);
-        for (gain, coefficient) in terms.zip(&solution.coefficients) {
-            if *coefficient != Complex::default() {
-                *gain -= by_chance;
-                determined += 1;
-            }
-        }
+        let mut gains = gains_of(&all, &solution, scale);
+        let is_there = |c: &&Complex<f64>| **c != Complex::default();
+        let determined = solution.coefficients.iter().filter(is_there).count();
+        let terms = gains.iter_mut().zip(&solution.coefficients);
+        let terms = terms.filter(|(_, coefficient)| is_there(coefficient));
+        terms.for_each(|(gain, _)| *gain -= by_chance);
+        // The size of the linear term, and the gains.
         let resampled = self.draws.draws.iter().map(|draws| {
             let gram = sum(&|b| f64::from(draws[b]));
             let solution = gram.solve(unknowns);
-            let gains = Gains::of(&gram, &solution, mean);
-            (solution.coefficients[0].norm(), gains)
+            (
+                solution.coefficients[0].norm(),
+                gains_of(&gram, &solution, scale),
+            )
         });
-        let resampled: Vec<(f64, Gains)> = resampled.collect();
-        let of_each = |value: &dyn Fn(&Gains) -> f64| -> Vec<f64> {
+        let resampled: Vec<(f64, Vec<f64>)> = resampled.collect();
+        let of_each = |value: &dyn Fn(&[f64]) -> f64| -> Vec<f64> {
             resampled.iter().map(|(_, gains)| value(gains)).collect()
         };
-        let resampled_gains = of_each(&|gains| gains.pairs.iter().sum());
+        let error = |term: usize| deviation(&of_each(&|gains| gains[term]));
         let magnitudes: Vec<f64> = resampled.iter().map(|(magnitude, _)| *magnitude).collect();
+        let resampled_gains = of_each(&|gains| gains[1..].iter().sum());
         let part = |b: usize| b * PARTS / grams.len();
-        let mut held_out = [0.0; 2];
-        for p in 0..PARTS {
-            let fitted = sum(&|b| f64::from(u8::from(part(b) != p)));
-            let tested = sum(&|b| f64::from(u8::from(part(b) == p)));
-            explained(&fitted, &tested, &mut held_out);
-        }
+        let parts = (0..PARTS).map(|p| {
+            explained(
+                &part_of(&|b| part(b) != p),
+                &part_of(&|b| part(b) == p),
+                scale,
+            )
+        });
+        let held_out = parts.fold([0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
         let mut order: Vec<usize> = (0..grams.len()).collect();
         order.sort_by(|a, b| strength[*a].total_cmp(&strength[*b]));
-        let mut is_strong = vec![false; grams.len()];
-        let strong = order[grams.len() / 2..].iter();
-        strong.for_each(|b| is_strong[*b] = true);
-        let weaker = sum(&|b| f64::from(u8::from(!is_strong[b])));
-        let strong = sum(&|b| f64::from(u8::from(is_strong[b])));
-        let mut stronger = [0.0; 2];
-        explained(&weaker, &strong, &mut stronger);
-        let pair = |(p, bins): (usize, &[isize; 2])| PairFit {
-            bins: *bins,
-            coefficient: solution.coefficients[p + 1],
-            gain: gains.pairs[p],
-            gain_error: deviation(&of_each(&|gains| gains.pairs[p])),
+        let (weak, strong) = order.split_at(grams.len() / 2);
+        let [weak, strong] = [weak, strong].map(|half| part_of(&|b| half.contains(&b)));
+        let pair = |(p, [first, second]): (usize, &[isize; 2])| {
+            // A pair of two frequencies stands for both orders.
+            let orders = if first == second { 1.0 } else { 2.0 };
+            let value = solution.coefficients[p + 1] * (self.kernel / orders);
+            PairTransfer {
+                first: *first as f64 * self.df,
+                second: *second as f64 * self.df,
+                third: bin as f64 * self.df,
+                re: value.re,
+                im: value.im,
+                gain: gains[p + 1],
+                gain_error: error(p + 1),
+            }
         };
+        let (linear, output) = (solution.coefficients[0], all.output() * scale);
         OutputFit {
-            bin,
-            input: all.get(0, 0).re * mean,
-            output: all.output() * mean,
-            linear: solution.coefficients[0],
-            magnitude_error: deviation(&magnitudes),
-            linear_change: gains.linear,
-            linear_error: deviation(&of_each(&|gains| gains.linear)),
-            gain: gains.pairs.iter().sum(),
-            gain_error: deviation(&resampled_gains),
-            gains: resampled_gains,
-            residual: residual + by_chance * determined as f64,
+            transfer: OutputTransfer {
+                frequency: bin as f64 * self.df,
+                input: all.get(0, 0).re * scale,
+                output,
+                magnitude: linear.norm(),
+                phase: linear.arg(),
+                magnitude_error: deviation(&magnitudes),
+                linear: gains[0],
+                linear_error: error(0),
+                gain: gains[1..].iter().sum(),
+                gain_error: deviation(&resampled_gains),
+                residual: residual + by_chance * determined as f64,
+                held_out_linear: held_out[0] / output,
+                held_out_quadratic: (held_out[1] - held_out[0]) / output,
+                unknowns,
+                undetermined: unknowns - determined,
+                ..OutputTransfer::default()
+            },
             pairs: pairs.iter().enumerate().map(pair).collect(),
-            determined,
-            held_out: held_out.map(|power| power * mean),
-            stronger: stronger.map(|power| power * mean),
-            stronger_output: strong.output() * mean,
+            gains: resampled_gains,
+            held_out,
+            stronger: explained(&weak, &strong, scale),
         }
     }
 }
 
-impl Gains {
-    /// `mean`: 1 over the number of realisations.
-    fn of(gram: &Gram, solution: &Solution, mean: f64) -> Gains {
-        let b = &solution.coefficients;
-        let linear = (b[0].norm_sqr() - 1.0) * gram.get(0, 0).re * mean;
-        let pairs = (1..gram.unknowns()).map(|p| {
-            // Of 2 L X and of all pairs with this one.
-            let mut inner = b[0].conj() * 2.0 * gram.get(0, p);
-            for (k, other) in b.iter().enumerate().skip(1) {
-                inner += other.conj() * gram.get(k, p);
-            }
-            (b[p] * inner).re * mean
-        });
-        let pairs = pairs.collect();
-        Gains { linear, pairs }
-    }
+/// Powers of one solution: what the linear term changes, and what each pair brings.
+fn gains_of(gram: &Gram, solution: &Solution, scale: f64) -> Vec<f64> {
+    let b = &solution.coefficients;
+    let linear = (b[0].norm_sqr() - 1.0) * gram.get(0, 0).re;
+    let pairs = (1..gram.unknowns()).map(|p| {
+        // Of 2 L X and of all pairs with this one.
+        let mut inner = b[0].conj() * 2.0 * gram.get(0, p);
+        for (k, other) in b.iter().enumerate().skip(1) {
+            inner += other.conj() * gram.get(k, p);
+        }
+        (b[p] * inner).re
+    });
+    let all = std::iter::once(linear).chain(pairs);
+    all.map(|gain| gain * scale).collect()
 }
 
-/// Adds the power of `tested` that the linear term and all terms explain, as fitted to `fitted`.
-fn explained(fitted: &Gram, tested: &Gram, sums: &mut [f64; 2]) {
-    for (sum, unknowns) in sums.iter_mut().zip([1, fitted.unknowns()]) {
+/// The power of `tested` that the linear term and all terms explain, as fitted to `fitted`, and all of it.
+fn explained(fitted: &Gram, tested: &Gram, scale: f64) -> [f64; 3] {
+    let by = |unknowns: usize| {
         let solution = fitted.solve(unknowns);
-        *sum += tested.output() - tested.residual(&solution.coefficients);
-    }
+        tested.output() - tested.residual(&solution.coefficients)
+    };
+    [by(1), by(fitted.unknowns()), tested.output()].map(|power| power * scale)
 }
 
 /// Input, products of pairs, and output of one realisation.

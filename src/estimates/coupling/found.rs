@@ -32,7 +32,7 @@ pub struct Transfer {
 
 /// The balance of one output frequency: `output = input + linear + gain + residual`, one-sided power spectral
 /// densities.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct OutputTransfer {
     pub frequency: f64,
     pub input: f64,

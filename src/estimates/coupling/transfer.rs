@@ -1,10 +1,8 @@
 //! Linear and quadratic transfer between two sites.
 
-use num_complex::Complex;
-
-use super::bicoherence::{only_one_window, refuse};
+use super::bicoherence::{check_site, only_one_window, refuse};
 use super::fit::{Fit, OutputFit, Resamplings};
-use super::found::{OutputTransfer, PairTransfer, Transfer, TransferShares};
+use super::found::{Transfer, TransferShares};
 use super::products::LEAST_POWER;
 use super::spectra::{Spectra, last_bin};
 use crate::error::Result;
@@ -14,6 +12,7 @@ use crate::estimates::realisations::{
     first_of, steadiness,
 };
 use crate::field::Field;
+use crate::numeric::deviation;
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::check_memory;
@@ -131,13 +130,8 @@ pub fn transfer(
 }
 
 fn check(first: &Field, request: &TransferRequest) -> Result<()> {
-    let n_sites = first.n_sites();
-    let a_site = format!("a site from 0 to {}", n_sites - 1);
-    for (option, site) in [("site", request.from), ("transfer", request.to)] {
-        if site >= n_sites {
-            return refuse(option, a_site, site);
-        }
-    }
+    check_site("site", request.from, first.n_sites())?;
+    check_site("transfer", request.to, first.n_sites())?;
     if request.from == request.to {
         let expected = "another site than that of the input";
         return refuse("transfer", expected, request.to);
@@ -190,7 +184,17 @@ impl Pass<'_> {
         clear_rounding(&mut records);
         let (shots, steadiness) = (records.len(), steady / records.len() as f64);
         let independence = self.realisations.independence(shots, None, steadiness);
-        let independent = self.enough(&independence)?;
+        let (unknowns, found) = (self.last, independence.independent);
+        let Some(independent) = found.filter(|k| *k >= 2.0 * unknowns as f64) else {
+            let expected = format!(
+                "at least {} independent realisations, twice the {unknowns} unknowns of a frequency: shorter \
+                 segments, fewer frequencies (highest), or more fields",
+                2 * unknowns
+            );
+            let none = "one: a transient, or a single segment, is one realisation";
+            let found = found.map_or(none.into(), |independent| format!("{independent:.1}"));
+            return refuse("segment", expected, found);
+        };
         let realisations = [shots, self.realisations.segment_count()];
         let is_transient = independence.is_transient();
         let draws = Resamplings::new(realisations, is_transient, request.resamplings);
@@ -206,109 +210,66 @@ impl Pass<'_> {
         check_memory(what, needed, request.memory)?;
         let observer = self.shots.observer;
         observer.stage("transfer functions", self.last as u64);
+        let step = first.time.step;
         let fit = Fit {
             records: &records,
             draws: &draws,
             last: self.last,
             independent,
+            density: 2.0 * step * unit * unit,
+            kernel: self.realisations.quadratic_scale() / unit,
+            df: 1.0 / (self.realisations.segments.length as f64 * step),
         };
         let outputs = fit.all(observer)?;
-        Ok(self.finish(first, independence, &draws, &outputs, unit))
-    }
-
-    /// Independent realisations, if there are enough.
-    fn enough(&self, independence: &Independence) -> Result<f64> {
-        let unknowns = self.last;
-        let expected = format!(
-            "at least {} independent realisations, twice the {unknowns} unknowns of a frequency: shorter \
-             segments, fewer frequencies (highest), or more fields",
-            2 * unknowns
-        );
-        let found = match independence.independent {
-            Some(independent) if independent >= 2.0 * unknowns as f64 => return Ok(independent),
-            Some(independent) => format!("{independent:.1}"),
-            None => "one: a transient, or a single segment, is one realisation".into(),
-        };
-        refuse("segment", expected, found)
+        Ok(self.finish(first, independence, &fit, outputs))
     }
 
     fn finish(
         &self,
         field: &Field,
         independence: Independence,
-        draws: &Resamplings,
-        fits: &[OutputFit],
-        unit: f64,
+        fit: &Fit<'_>,
+        mut fits: Vec<OutputFit>,
     ) -> Transfer {
-        let segments = self.realisations.segments;
-        let df = 1.0 / (segments.length as f64 * field.time.step);
-        let density = 2.0 * field.time.step * unit * unit;
-        let kernel = self.realisations.quadratic_scale() / unit;
-        let mut outputs: Vec<OutputTransfer> = Vec::with_capacity(fits.len());
-        let mut pairs = Vec::new();
-        // Of every resampling, the sum of the gains so far.
-        let mut passed = vec![0.0; draws.count()];
-        let mut flux = 0.0;
-        let factor = density * df;
-        let all: f64 = fits.iter().map(|fit| fit.gain).sum::<f64>() * factor;
-        let of_all = |r: usize| fits.iter().map(|fit| fit.gains[r]).sum::<f64>() * factor;
-        let total: Vec<f64> = (0..draws.count()).map(of_all).collect();
-        for fit in fits {
-            flux -= fit.gain * factor;
-            let sums = passed.iter_mut().zip(&fit.gains);
-            sums.for_each(|(sum, gain)| *sum += gain * factor);
+        let (segments, df) = (self.realisations.segments, fit.df);
+        // Of every resampling, the sum of all gains, and that so far.
+        let of_all = |r: usize| fits.iter().map(|fit| fit.gains[r] * df).sum::<f64>();
+        let total: Vec<f64> = (0..fit.draws.count()).map(of_all).collect();
+        let mut passed = vec![0.0; total.len()];
+        let sum = |of: fn(&OutputFit) -> f64| fits.iter().map(of).sum::<f64>();
+        let (all, mut flux) = (sum(|fit| fit.transfer.gain) * df, 0.0);
+        for OutputFit {
+            transfer, gains, ..
+        } in &mut fits
+        {
+            flux -= transfer.gain * df;
+            let sums = passed.iter_mut().zip(gains);
+            sums.for_each(|(sum, gain)| *sum += *gain * df);
             let above = total.iter().zip(&passed).map(|(all, below)| all - below);
-            let above: Vec<f64> = above.collect();
-            outputs.push(OutputTransfer {
-                frequency: fit.bin as f64 * df,
-                input: fit.input * density,
-                output: fit.output * density,
-                magnitude: fit.linear.norm(),
-                phase: fit.linear.arg(),
-                magnitude_error: fit.magnitude_error,
-                linear: fit.linear_change * density,
-                linear_error: fit.linear_error * density,
-                gain: fit.gain * density,
-                gain_error: fit.gain_error * density,
-                residual: fit.residual * density,
-                flux,
-                flux_error: deviation(&passed),
-                above: all + flux,
-                above_error: deviation(&above),
-                held_out_linear: fit.held_out[0] / fit.output,
-                held_out_quadratic: (fit.held_out[1] - fit.held_out[0]) / fit.output,
-                unknowns: fit.pairs.len() + 1,
-                undetermined: fit.pairs.len() + 1 - fit.determined,
-            });
-            for pair in &fit.pairs {
-                let [first, second] = pair.bins;
-                // A pair of two frequencies stands for both orders.
-                let orders = if first == second { 1.0 } else { 2.0 };
-                let value: Complex<f64> = pair.coefficient * (kernel / orders);
-                pairs.push(PairTransfer {
-                    first: first as f64 * df,
-                    second: second as f64 * df,
-                    third: fit.bin as f64 * df,
-                    re: value.re,
-                    im: value.im,
-                    gain: pair.gain * density,
-                    gain_error: pair.gain_error * density,
-                });
-            }
+            (transfer.flux, transfer.flux_error) = (flux, deviation(&passed));
+            transfer.above = all + flux;
+            transfer.above_error = deviation(&above.collect::<Vec<f64>>());
         }
         let sum = |of: fn(&OutputFit) -> f64| fits.iter().map(of).sum::<f64>();
-        let all = sum(|fit| fit.output);
-        let of_rest = |of: fn(&OutputFit) -> ([f64; 2], f64)| {
-            let shares = fits.iter().map(of).map(|([linear, every], power)| {
+        let all = sum(|fit| fit.transfer.output);
+        let of_rest = |of: fn(&OutputFit) -> [f64; 3]| {
+            let shares = fits.iter().map(of).map(|[linear, every, power]| {
                 let rest = power - linear;
                 let share = ((every - linear) / rest).max(-1.0);
                 if rest > 0.0 { share } else { 0.0 }
             });
             shares.sum::<f64>() / fits.len() as f64
         };
-        let across = of_rest(|fit| (fit.stronger, fit.stronger_output));
-        let independent = independence.independent;
-        let enough = independent.is_some_and(|k| k >= 4.0 * self.last as f64);
+        let shares = TransferShares {
+            linear: sum(|fit| fit.transfer.input + fit.transfer.linear) / all,
+            quadratic: sum(|fit| fit.transfer.gain) / all,
+            residual: sum(|fit| fit.transfer.residual) / all,
+            held_out_linear: sum(|fit| fit.held_out[0]) / all,
+            held_out_quadratic: sum(|fit| fit.held_out[1] - fit.held_out[0]) / all,
+            held_out_of_rest: of_rest(|fit| fit.held_out),
+            stronger_half_of_rest: (fit.independent >= 4.0 * self.last as f64)
+                .then(|| of_rest(|fit| fit.stronger)),
+        };
         let request = self.request;
         Transfer {
             time: field.time.clone(),
@@ -321,19 +282,11 @@ impl Pass<'_> {
             independence,
             alpha: request.alpha,
             unknowns: self.last,
-            blocks: draws.blocks(),
-            resamplings: draws.count(),
-            outputs,
-            pairs,
-            shares: TransferShares {
-                linear: sum(|fit| fit.input + fit.linear_change) / all,
-                quadratic: sum(|fit| fit.gain) / all,
-                residual: sum(|fit| fit.residual) / all,
-                held_out_linear: sum(|fit| fit.held_out[0]) / all,
-                held_out_quadratic: sum(|fit| fit.held_out[1] - fit.held_out[0]) / all,
-                held_out_of_rest: of_rest(|fit| (fit.held_out, fit.output)),
-                stronger_half_of_rest: enough.then_some(across),
-            },
+            blocks: fit.draws.blocks(),
+            resamplings: fit.draws.count(),
+            outputs: fits.iter().map(|fit| fit.transfer).collect(),
+            pairs: fits.into_iter().flat_map(|fit| fit.pairs).collect(),
+            shares,
         }
     }
 }
@@ -354,11 +307,3 @@ fn clear_rounding(records: &mut [[Spectra; 2]]) {
 
 /// Blocks of realisations without which no error is stated.
 const LEAST_BLOCKS: usize = 10;
-
-/// Standard deviation of numbers.
-pub(super) fn deviation(values: &[f64]) -> f64 {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
-    (squares / (count - 1.0)).sqrt()
-}

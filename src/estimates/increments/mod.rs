@@ -13,11 +13,10 @@ pub use sums::FieldAxis;
 
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{
-    LEAST_STEADINESS, check_significance, first_of, steadiness_of_sites, steadiness_without,
+    LEAST_STEADINESS, check_significance, first_of, steadiness_of_field,
 };
 use crate::field::Field;
-use crate::numeric::least_squares::LineFit;
-use crate::numeric::{in_band, student_two_sided};
+use crate::numeric::{LineFit, in_band, jackknife, student_two_sided};
 use crate::observer::Observer;
 use crate::system::threads::in_pool;
 use moments::{ORDERS, Sums, added, statistics};
@@ -76,7 +75,8 @@ pub fn increments(
         return Err(Error::request("field", expected, found));
     }
     in_pool(request.threads, || {
-        let steadiness = steadiness_at_sites(first);
+        let looked_at = (0..n_sites).step_by(n_sites.div_ceil(SITES));
+        let steadiness = steadiness_of_field(first, looked_at.map(|site| site..site + 1), 1.0);
         let is_steady = steadiness >= LEAST_STEADINESS && n_times >= 2 * PARTS;
         let basis = match fields.len() > 1 {
             true => IntervalBasis::Shots,
@@ -109,21 +109,6 @@ pub fn increments(
 /// Sites whose records are looked at.
 const SITES: usize = 64;
 
-/// A pulse that passes all sites is as steady as the array is long, and a transient at each.
-fn steadiness_at_sites(field: &Field) -> f64 {
-    let (times, sites) = (field.n_times(), field.n_sites());
-    let mut record = vec![0.0; times];
-    let each = (0..sites).step_by(sites.div_ceil(SITES)).map(|site| {
-        field.read_site_major(0..times, site..site + 1, &mut record);
-        field.release_pages();
-        let missing: Vec<usize> = (0..times).filter(|i| record[*i].is_nan()).collect();
-        missing.iter().for_each(|i| record[*i] = 0.0);
-        let energy = crate::numeric::sum_of_squares(&record);
-        (steadiness_without(&record, &missing, true), energy)
-    });
-    steadiness_of_sites(each.collect())
-}
-
 /// Steps along an axis of `n` samples, ascending.
 fn steps_of(typed: &Option<Vec<usize>>, n: usize, option: &'static str) -> Result<Vec<usize>> {
     let half_octaves = (0..128).map(|i| 2f64.powf(0.5 * f64::from(i)).round() as usize);
@@ -155,8 +140,8 @@ struct Along<'a> {
 struct Values {
     all: Vec<Sums>,
     each: Vec<Vec<Sums>>,
-    /// Longer lags reach into other parts, which then are not independent.
-    short: usize,
+    /// Scales of which they are independent: longer lags reach into other parts.
+    independent: usize,
     alpha: f64,
 }
 
@@ -170,8 +155,8 @@ impl Values {
     ) -> ([f64; N], [f64; N], usize) {
         let pick = |sums: &Vec<Sums>| -> Vec<Sums> { used.iter().map(|i| sums[*i]).collect() };
         let all = pick(&self.all);
-        let are_short = used.iter().all(|i| *i < self.short);
-        let each = self.each.iter().filter(|_| are_short).map(pick);
+        let are_independent = used.iter().all(|i| *i < self.independent);
+        let each = self.each.iter().filter(|_| are_independent).map(pick);
         let there = each.filter(|one| one.iter().all(|sums| sums[0] > 0.0));
         let without = there.map(|one| {
             let pairs = all.iter().zip(&one);
@@ -179,15 +164,15 @@ impl Values {
             of(&rest.collect::<Vec<Sums>>())
         });
         let without: Vec<[f64; N]> = without.collect();
-        let n = without.len() as f64;
-        let within = match without.len() {
-            0 | 1 => f64::NAN,
-            _ => student_two_sided(self.alpha, n - 1.0) * ((n - 1.0) / n).sqrt(),
-        };
+        let within = student_two_sided(self.alpha, without.len().max(2) as f64 - 1.0);
         let half = |i: usize| {
-            let mean = without.iter().map(|one| one[i]).sum::<f64>() / n;
-            let squares: f64 = without.iter().map(|one| (one[i] - mean).powi(2)).sum();
-            within * squares.sqrt()
+            let of_each: Vec<f64> = without.iter().map(|one| one[i]).collect();
+            let is_known = of_each.len() > 1;
+            if is_known {
+                within * jackknife(&of_each)
+            } else {
+                f64::NAN
+            }
         };
         (of(&all), std::array::from_fn(half), without.len())
     }
@@ -198,18 +183,19 @@ impl Along<'_> {
         let shots = self.fields.iter().map(|field| self.sums(field));
         let shots: Vec<Vec<Vec<Sums>>> = shots.collect::<Result<_>>()?;
         let total = |values: &Vec<Vec<Sums>>| -> Vec<Sums> {
-            let zero = vec![Sums::default(); self.steps.len()];
-            values.iter().fold(zero, |sums, one| {
-                sums.iter().zip(one).map(|(a, b)| added(a, b)).collect()
-            })
+            let of = |i| {
+                values
+                    .iter()
+                    .fold(Sums::default(), |sum, one| added(&sum, &one[i]))
+            };
+            (0..self.steps.len()).map(of).collect()
         };
         let of_shots: Vec<Vec<Sums>> = shots.iter().map(total).collect();
         let first = self.fields[0];
         let longest = self.axis.of([usize::MAX, first.n_times() / (4 * PARTS)]);
-        let is_short = |step: &&usize| **step <= longest;
-        let short = self.steps.iter().take_while(is_short).count();
+        let short = self.steps.partition_point(|step| *step <= longest);
         let all = total(&of_shots);
-        let (each, short) = match self.basis {
+        let (each, independent) = match self.basis {
             IntervalBasis::Shots => (of_shots, self.steps.len()),
             IntervalBasis::Parts => (shots.into_iter().next().unwrap_or_default(), short),
             IntervalBasis::None => (Vec::new(), short),
@@ -217,14 +203,14 @@ impl Along<'_> {
         let values = Values {
             all,
             each,
-            short,
+            independent,
             alpha: self.request.alpha,
         };
         let length = self.axis.of([first.space.step.abs(), first.time.step]);
         let moments = |(i, step): (usize, &usize)| {
             let (mut found, mut half, realisations) =
                 values.find(&[i], |sums| statistics(&sums[0]));
-            if !is_short(&step) {
+            if i >= short {
                 [found[ORDERS + 3], half[ORDERS + 3]] = [f64::NAN; 2];
             }
             ScaleMoments {
@@ -284,14 +270,14 @@ impl Along<'_> {
             let found = format!("{}:{} with {}", band.0, band.1, used.len());
             return Err(Error::request(option, expected, found));
         }
-        let basis = match (count > 1, self.basis) {
-            (true, IntervalBasis::Shots) => ExponentBasis::Shots,
-            (true, _) => ExponentBasis::Parts,
-            (false, _) => ExponentBasis::Regression,
+        let of_line = |p| line(&all, p).map_or(f64::NAN, |l| l.half_interval(values.alpha));
+        let basis = match self.basis {
+            _ if count < 2 => ExponentBasis::Regression,
+            IntervalBasis::Shots => ExponentBasis::Shots,
+            _ => ExponentBasis::Parts,
         };
         if basis == ExponentBasis::Regression {
-            let of = |p| line(&all, p).map_or(f64::NAN, |l| l.half_interval(values.alpha));
-            half = std::array::from_fn(of);
+            half = std::array::from_fn(of_line);
         }
         Ok(Some(ScalingExponents {
             band: [used[0], used[used.len() - 1]].map(|i| scales[i].scale),
@@ -313,14 +299,14 @@ impl Along<'_> {
             return Ok(Vec::new());
         }
         let steps: Vec<usize> = chosen.iter().map(|i| self.steps[*i]).collect();
+        let some = Along {
+            steps: &steps,
+            ..*self
+        };
         let sizes = chosen.iter().map(|i| scales[*i].structure[1].sqrt());
         let sizes: Vec<f64> = sizes.collect();
         let mut sums: Vec<Counts> = vec![[0; CELLS + 2]; steps.len()];
         for field in self.fields {
-            let some = Along {
-                steps: &steps,
-                ..*self
-            };
             add_counts(&mut sums, &some.counts(field, &sizes)?);
         }
         let width = 2.0 * REACH / CELLS as f64;

@@ -148,12 +148,12 @@ impl AxisIncrements {
         let known = |m: &&ScaleMoments| m.half[ORDERS].is_finite() && m.realisations > 1;
         let known = self.scales.iter().filter(known);
         let count = known.clone().count() as f64;
-        let signs = known.filter_map(|m| {
+        let has_sign = |m: &&ScaleMoments| {
             let within = |alpha: f64| student_two_sided(alpha, m.realisations as f64 - 1.0);
-            let half = m.half[ORDERS] * within(alpha / count) / within(alpha);
-            (m.third.abs() > half).then(|| (m.scale, m.third.signum()))
-        });
-        signs.collect()
+            m.third.abs() > m.half[ORDERS] * within(alpha / count) / within(alpha)
+        };
+        let signs = known.filter(has_sign);
+        signs.map(|m| (m.scale, m.third.signum())).collect()
     }
 }
 

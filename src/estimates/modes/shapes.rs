@@ -8,7 +8,7 @@ use num_complex::Complex;
 use super::Modes;
 use super::snapshots::Solved;
 use crate::estimates::realisations::Realisations;
-use crate::numeric::{find_root, student_two_sided};
+use crate::numeric::{LineFit, find_root, student_two_sided};
 use crate::transform::{ComplexScratch, ComplexTransform};
 
 /// A mode is a wave if this share of its energy is in step with a wave.
@@ -94,10 +94,8 @@ impl<'a> ShapeSearch<'a> {
         let level = self.found.level(bin);
         let cell = |(n, j): (usize, usize)| solved[n].shape[j] / dx.sqrt();
         let is_coherent = |mode: &Solved| level.is_some_and(|level| mode.related > level);
-        let wave = |(n, mode): (usize, &Solved)| {
-            let may_be = level.is_none() || is_coherent(mode);
-            self.wave(bin, n, mode, may_be)
-        };
+        let may_be = |mode: &Solved| level.is_none() || is_coherent(mode);
+        let wave = |(n, mode): (usize, &Solved)| self.wave(bin, n, mode, may_be(mode));
         ModeShapes {
             bin,
             frequency: self.found.frequency[bin],
@@ -109,8 +107,7 @@ impl<'a> ShapeSearch<'a> {
 
     fn wave(&self, bin: usize, n: usize, mode: &Solved, may_be: bool) -> Option<ModeWave> {
         let near = self.nearest(&mode.shape)?;
-        let found = self.found;
-        let step = found.frequency[1];
+        let (found, step) = (self.found, self.found.frequency[1]);
         let centroid = || self.centroid(bin, mode.unsteadiness);
         let at = (n == 0).then(centroid).flatten();
         let wavenumber = near.wavenumber / found.space.step;
@@ -156,30 +153,25 @@ impl<'a> ShapeSearch<'a> {
         let best = (0..padded).max_by(|a, b| powers[*a].total_cmp(&powers[*b]))?;
         // In rad a site: exp(i q j) has its power at -q in transforms with exp(+i q j).
         let mut q = -(best as f64 - (padded / 2) as f64) * TAU / padded as f64;
-        let weight: Vec<f64> = mode.iter().map(Complex::norm_sqr).collect();
-        let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
-            weight.iter().enumerate().map(|(j, w)| w * of(j)).sum()
-        };
-        let mean = sum(&|j| j as f64);
-        let spread = sum(&|j| (j as f64 - mean).powi(2));
+        // How far the mode is in step with a wave, and the line through the phases that it leaves.
         let left = |q: f64| {
             let turn = |(j, z): (usize, &Complex<f64>)| z * Complex::cis(-q * j as f64);
             let turned: Vec<Complex<f64>> = weighted.iter().enumerate().map(turn).collect();
             let all: Complex<f64> = turned.iter().sum();
-            let phases: Vec<f64> = turned.iter().map(|z| (z * all.conj()).arg()).collect();
-            (all.norm_sqr(), phases)
+            let cells = turned.iter().zip(mode).enumerate();
+            let points =
+                cells.map(|(j, (z, own))| [j as f64, (z * all.conj()).arg(), own.norm_sqr()]);
+            Some((all.norm_sqr(), LineFit::weighted(points)?))
         };
         for _ in 0..FITS {
-            let phases = left(q).1;
-            q += sum(&|j| (j as f64 - mean) * phases[j]) / spread;
+            q += left(q)?.1.slope;
         }
-        let (share, phases) = left(q);
-        let freedom = (mode.len() - 2) as f64;
+        let (share, line) = left(q)?;
         Some(Nearest {
             wavenumber: q,
-            error: (sum(&|j| phases[j].powi(2)) / freedom / spread).sqrt(),
+            error: line.slope_error,
             share: share.min(1.0),
-            extent: (12.0 * spread).sqrt(),
+            extent: (12.0 * line.spread).sqrt(),
         })
     }
 

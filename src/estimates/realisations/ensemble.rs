@@ -1,5 +1,10 @@
 //! How many of the realisations are independent.
 
+use std::ops::Range;
+
+use crate::field::Field;
+use crate::numeric::sum_of_squares;
+
 /// How many independent realisations an average stands on.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Independence {
@@ -123,6 +128,40 @@ pub(crate) fn steadiness_of_sites(mut sites: Vec<(f64, f64)>) -> f64 {
         }
     }
     1.0
+}
+
+/// The same of the sites of a field in blocks that are read together; NaN where one misses more than a share of its samples.
+pub(crate) fn steadiness_of_field(
+    field: &Field,
+    blocks: impl Iterator<Item = Range<usize>>,
+    most_missing: f64,
+) -> f64 {
+    let times = field.n_times();
+    let (mut sites, mut records) = (Vec::new(), Vec::new());
+    for block in blocks {
+        records.resize(times * block.len(), 0.0);
+        field.read_site_major(0..times, block, &mut records);
+        for record in records.chunks_exact_mut(times) {
+            let missing = (0..times).filter(|n| !record[*n].is_finite());
+            let missing: Vec<usize> = missing.collect();
+            missing.iter().for_each(|n| record[*n] = 0.0);
+            // Squares of squares stay numbers.
+            let largest = record.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+            let unit = if largest > 0.0 { largest } else { 1.0 };
+            record.iter_mut().for_each(|v| *v /= unit);
+            let steadiness = match missing.len() as f64 > most_missing * times as f64 {
+                true => f64::NAN,
+                false => steadiness_without(record, &missing, true),
+            };
+            sites.push((steadiness, sum_of_squares(record), largest));
+        }
+    }
+    field.release_pages();
+    let most = sites
+        .iter()
+        .fold(f64::MIN_POSITIVE, |m, site| m.max(site.2));
+    let relative = |(s, energy, own): (f64, f64, f64)| (s, energy * (own / most).powi(2));
+    steadiness_of_sites(sites.into_iter().map(relative).collect())
 }
 
 pub(super) fn evenness(energies: &[f64]) -> f64 {

@@ -57,11 +57,10 @@ pub(super) fn breaks(points: &[(f64, f64)], most: usize, alpha: f64) -> Option<B
     let straight = Hinges::new(points, &[])?;
     // A piece between two breaks has points of its own.
     let far = |a: f64, b: f64| points.iter().filter(|p| p.0 > a && p.0 <= b).count() >= MARGIN;
-    let later = |a: f64| places.iter().filter(move |b| **b > a);
-    let pairs = places.iter().flat_map(|a| later(*a).map(|b| vec![*a, *b]));
-    let pairs = pairs.filter(|pair| most > 1 && far(pair[0], pair[1]));
-    let pairs: Vec<Vec<f64>> = pairs.collect();
     let singles: Vec<Vec<f64>> = places.iter().map(|b| vec![*b]).collect();
+    let later = |a: f64| places.iter().filter(move |b| most > 1 && far(a, **b));
+    let pairs = places.iter().flat_map(|a| later(*a).map(|b| vec![*a, *b]));
+    let pairs: Vec<Vec<f64>> = pairs.collect();
     let chance = |worse: &Hinges, better: &Hinges, tried: usize| {
         let freedom = better.freedom();
         let ratio = (worse.squares - better.squares) / (better.squares / freedom);

@@ -8,7 +8,7 @@ use super::{Work, add_powers, mean_spectrum};
 use crate::error::Result;
 use crate::estimates::realisations::{Records, SegmentScratch, interleave};
 use crate::field::Field;
-use crate::numeric::least_squares::LineFit;
+use crate::numeric::LineFit;
 use crate::system::check_memory;
 use crate::transform::{RecordTransform, fold};
 
@@ -29,13 +29,11 @@ impl Frame {
     /// The spectrum of all snapshots.
     pub fn mean(frames: &[Frame]) -> Vec<f64> {
         let all = frames.iter().map(|frame| frame.snapshots).sum::<u64>() as f64;
-        let mut mean = vec![0.0; frames.first().map_or(0, |frame| frame.spectrum.len())];
-        for frame in frames.iter().filter(|frame| frame.snapshots > 0) {
-            for (sum, value) in mean.iter_mut().zip(&frame.spectrum) {
-                *sum += value * frame.snapshots as f64 / all;
-            }
-        }
-        mean
+        let some = frames.iter().filter(|frame| frame.snapshots > 0);
+        let weighted = some.map(|frame| (frame.snapshots as f64 / all, &frame.spectrum));
+        let at = |m: usize| weighted.clone().map(|(share, of)| share * of[m]).sum();
+        let bins = frames.first().map_or(0, |frame| frame.spectrum.len());
+        (0..bins).map(at).collect()
     }
 }
 

@@ -19,8 +19,7 @@ use crate::estimates::realisations::{
     check_squares, first_of, refuse_left_out,
 };
 use crate::field::{Axis, Field};
-use crate::numeric::at_or_below;
-use crate::numeric::least_squares::{LineFit, mean_of};
+use crate::numeric::{LineFit, at_or_below, mean_of};
 use crate::observer::Observer;
 use crate::prepare::Gaps;
 use crate::system::threads::in_pool;
@@ -111,10 +110,9 @@ pub struct PowerLaw {
 impl Slope {
     /// `S x^{-slope} / prefactor`: 1 where the law holds.
     pub fn compensated(&self) -> Vec<f64> {
+        let law = |x: f64| self.law.prefactor * x.powf(self.law.slope);
         let pairs = self.abscissa.iter().zip(&self.spectrum);
-        pairs
-            .map(|(x, s)| s / (self.law.prefactor * x.powf(self.law.slope)))
-            .collect()
+        pairs.map(|(x, s)| s / law(*x)).collect()
     }
 }
 
@@ -167,11 +165,9 @@ pub fn slope(fields: &[&Field], request: &SlopeRequest, observer: &dyn Observer)
     let bins = (0..abscissa.len()).filter(|m| is_inside(abscissa[*m]));
     let bins: Vec<usize> = bins.collect();
     if bins.len() < 3 {
-        let expected = format!(
-            "a band with three or more of the bins, which are {} apart, up to {}",
-            abscissa[1],
-            abscissa[abscissa.len() - 1]
-        );
+        let [apart, last] = [1, abscissa.len() - 1].map(|m| abscissa[m]);
+        let expected =
+            format!("a band with three or more of the bins, which are {apart} apart, up to {last}");
         let found = format!("{from}:{to} with {}", bins.len());
         return Err(Error::request("band", expected, found));
     }
@@ -227,19 +223,19 @@ impl Work<'_> {
             let expected = "a band with three or more bins of power";
             return Err(Error::request("band", expected, found));
         };
-        let lines = spectra.iter();
-        let lines = lines.map(|one| LineFit::through(&self.points(one)));
+        let lines = spectra
+            .iter()
+            .map(|one| LineFit::through(&self.points(one)));
         let of_shots: Vec<f64> = lines.flatten().map(|line| line.slope).collect();
+        // A window gives neighbouring bins a part in common.
+        let of_line = || line.half_interval_of(alpha, self.realisations.shared_bins());
         let (half, basis) = match mean_of(&of_shots, alpha) {
             Some((_, half)) => (half, ExponentBasis::Shots),
-            None => (
-                // A window gives neighbouring bins a part in common.
-                line.half_interval_of(alpha, self.realisations.shared_bins()),
-                ExponentBasis::Regression,
-            ),
+            None => (of_line(), ExponentBasis::Regression),
         };
-        let steepening = frames.as_ref();
-        let steepening = steepening.and_then(|frames| Steepening::of(frames, self));
+        let steepening = frames
+            .as_ref()
+            .and_then(|frames| Steepening::of(frames, self));
         let segments = self.realisations.segments;
         Ok(Slope {
             axis: self.request.axis,
@@ -292,8 +288,8 @@ impl Work<'_> {
                     });
                 },
             )?;
-            let power = |tile: &Vec<f64>, m: usize| tile[m] * shot.scale * shot.scale;
-            let of_bin = |m: usize| tiles.iter().map(|tile| power(tile, m)).sum::<f64>();
+            let sum = |m: usize| tiles.iter().map(|tile| tile[m]).sum::<f64>();
+            let of_bin = |m: usize| sum(m) * shot.scale * shot.scale;
             found.push((0..bins).map(of_bin).collect::<Vec<f64>>());
             Ok(())
         })?;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::Work;
 use super::frames::SlopeFrames;
 use crate::field::Field;
-use crate::numeric::student_two_sided;
+use crate::numeric::{eliminated, jackknife, student_two_sided};
 
 /// The gradient has to grow by this factor: a front is forming.
 const LEAST_GROWTH: f64 = 4.0;
@@ -72,10 +72,8 @@ impl Steepening {
         let is_known = half <= LARGEST_HALF * after_start;
         let shock_time = start + after_start;
         let time = &frames.time;
-        let nearest = time.partition_point(|t| *t < shock_time);
-        let nearest = nearest.min(time.len() - 1);
-        let is_later = |i: usize| time[i] + time[i - 1] > 2.0 * shock_time;
-        let nearest = nearest - usize::from(nearest > 0 && is_later(nearest));
+        let off = |i: &usize| (time[*i] - shock_time).abs();
+        let nearest = (0..time.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
         // Of a record that ends before the shock there is none.
         let has_shock = shock_time < time[time.len() - 1] + (time[1] - time[0]);
         let at_shock = |of: &[f64]| if has_shock { of[nearest] } else { f64::NAN };
@@ -191,17 +189,13 @@ impl<'a> Front<'a> {
             };
             let all = times(usize::MAX)?;
             let each: Vec<[f64; 3]> = (0..n).map(times).collect::<Option<_>>()?;
-            let variance = |i: usize| {
-                let mean = each.iter().map(|one| one[i]).sum::<f64>() / n as f64;
-                let squares: f64 = each.iter().map(|one| (one[i] - mean).powi(2)).sum();
-                (n - 1) as f64 / n as f64 * squares
-            };
-            let line = (all[2] * all[2] - variance(2)).max(0.0);
+            let error = |i: usize| jackknife(&each.iter().map(|one| one[i]).collect::<Vec<f64>>());
+            let line = (all[2].powi(2) - error(2).powi(2)).max(0.0);
             // Four numbers are fitted.
-            let within = student_two_sided(self.work.request.alpha, (n - 4) as f64);
+            let noise = student_two_sided(self.work.request.alpha, (n - 4) as f64) * error(0);
             Some(Found {
                 time: all[0],
-                half: (within * within * variance(0) + all[1] * all[1] + line).sqrt(),
+                half: (noise * noise + all[1] * all[1] + line).sqrt(),
                 frames: n,
                 off: shock(narrow, usize::MAX)?.1 * band(b) * self.size,
             })
@@ -258,20 +252,14 @@ fn fastest(row: &[f64], level: f64) -> Option<Range<usize>> {
 /// Shock time and steepest level, in units of the band, from all frames but one. `None` where the front is nowhere in the band
 /// steepest.
 fn shock(frames: &[Normal], without: usize) -> Option<(f64, f64)> {
-    let mut rows = Normal::default();
+    let mut rows = vec![vec![0.0; 5]; 4];
     for (_, frame) in frames.iter().enumerate().filter(|(i, _)| *i != without) {
         for (sum, value) in rows.iter_mut().flatten().zip(frame.iter().flatten()) {
             *sum += value;
         }
     }
-    // The normal equations, by elimination: they are positive definite.
-    for c in 0..4 {
-        for r in (0..4).filter(|r| *r != c) {
-            let share = rows[r][c] / rows[c][c];
-            rows[r] = std::array::from_fn(|i| rows[r][i] - share * rows[c][i]);
-        }
-    }
-    let [a, c, b, d] = std::array::from_fn(|i| rows[i][4] / rows[i][i]);
+    let solved = eliminated(rows, 0.0)?;
+    let [a, c, b, d] = std::array::from_fn(|i| solved[i][0]);
     let steepest = -b / (3.0 * d);
     let time = -(a - b * b / (3.0 * d)) / c;
     (a * d > 0.0 && steepest.abs() <= 1.0 && time.is_finite()).then_some((time, steepest))

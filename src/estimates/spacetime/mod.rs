@@ -131,15 +131,14 @@ impl SpaceTimeEstimate {
         for ((m, i), s) in self.spectrum.indexed_iter() {
             let is_nyquist = sites % 2 == 0 && i == 0;
             let kind = match self.wavenumber[i] {
-                _ if m == 0 || is_nyquist => 2,
-                k if k > 0.0 => 0,
-                k if k < 0.0 => 1,
-                _ => 2,
+                k if m == 0 || is_nyquist || k == 0.0 => 2,
+                k => usize::from(k < 0.0),
             };
             shares[kind] += s;
         }
+        // NaN of a field of zeros.
         let all: f64 = shares.iter().sum();
-        shares.map(|share| if all > 0.0 { share / all } else { f64::NAN })
+        shares.map(|share| share / all)
     }
 }
 
@@ -277,10 +276,12 @@ impl SpaceTimeRequest {
         let (steadiness, samples) = (totals.steadiness(records), time.segments.record);
         let independence = Independence::new(counts, effective, steadiness, samples);
         // Realisations that count, if they have the same weight; by the shares of the weights otherwise.
-        let (most, is_by_weights) = match (independence.is_transient(), records) {
-            (true, 0..2) => (f64::NAN, false),
-            (true, _) => (2.0 * records as f64, false),
-            (false, _) => (2.0 * independence.effective, self.pairs() > 1),
+        let is_steady = !independence.is_transient();
+        let is_by_weights = is_steady && self.pairs() > 1;
+        let most = match records {
+            _ if is_steady => 2.0 * independence.effective,
+            0..2 => f64::NAN,
+            _ => 2.0 * records as f64,
         };
         let mean_is_removed = time.about_mean();
         let wavenumber = wavenumbers_signed(sites, grid.space.step);
@@ -301,11 +302,9 @@ impl SpaceTimeRequest {
             true => FactorTable::new([least, most], self.alpha).ends(&spectrum, &degrees),
             false => [(); 2].map(|()| Array2::from_elem(spectrum.dim(), f64::NAN)),
         };
+        let of_time = self.averaging.tapers.half_bandwidth();
         let half_bandwidth = [
-            self.averaging
-                .tapers
-                .half_bandwidth()
-                .map(|nw| nw / duration),
+            of_time.map(|nw| nw / duration),
             self.space.half_bandwidth().map(|nw| nw / (extent / TAU)),
         ];
         Ok(SpaceTimeEstimate {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::{SpectrumAxis, SpectrumEstimate, found::DETRENDED};
 use crate::estimates::realisations::{LEAST_STEADINESS, steadiness};
-use crate::numeric::student_two_sided;
+use crate::numeric::{jackknife, student_two_sided};
 
 /// Parts of the record whose means are compared.
 const PARTS: usize = 16;
@@ -79,10 +79,7 @@ impl SpectrumEstimate {
             let means: Vec<f64> = row.chunks_exact(length).take(PARTS).map(of_part).collect();
             let all: f64 = means.iter().sum();
             let without = means.iter().map(|one| ((all - one) / (parts - 1.0)).ln());
-            let without: Vec<f64> = without.collect();
-            let centre = without.iter().sum::<f64>() / parts;
-            let squares: f64 = without.iter().map(|l| (l - centre).powi(2)).sum();
-            let deviation = (squares * (parts - 1.0) / parts).sqrt();
+            let deviation = jackknife(&without.collect::<Vec<f64>>());
             found.low[m] = mean * (-quantile * deviation).exp();
             found.high[m] = mean * (quantile * deviation).exp();
             let single: f64 = row.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / times as f64;

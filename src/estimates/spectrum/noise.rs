@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::SpectrumEstimate;
 use crate::error::{Error, Result};
 use crate::estimates::realisations::{SIGNIFICANCE, interval_factors};
-use crate::numeric::{LineFit, chi_square_level, median, student_two_sided, sum_of_squares};
+use crate::numeric::{LineFit, chi_square_level, median, sum_of_squares};
 use crate::transform::fold;
 
 /// Where the noise of a site was found.
@@ -116,9 +116,7 @@ impl LeadIn {
     /// Adds that of another record; `squared`: what squares are multiplied by.
     pub fn add(&mut self, record: &[f64], squared: f64) {
         if let Some(quiet) = lead_in(record) {
-            let mean = crate::numeric::sum(quiet) / quiet.len() as f64;
-            let moving: Vec<f64> = quiet.iter().map(|v| v - mean).collect();
-            self.squares += squared * sum_of_squares(&moving);
+            self.squares += squared * sum_of_squares(&about_mean(quiet, quiet));
             self.degrees += (quiet.len() - 1) as f64;
             self.samples += quiet.len();
             self.records += 1;
@@ -138,51 +136,47 @@ impl LeadIn {
 /// The beginning of a record that is as loud as white noise throughout, before something ten times as loud.
 fn lead_in(record: &[f64]) -> Option<&[f64]> {
     let length = (record.len() / PARTS).max(LEAST_PART);
-    let power = |part: &[f64]| sum_of_squares(part) / part.len() as f64;
-    let first = record.get(..LEAST_PARTS * length)?;
-    let mean = crate::numeric::sum(first) / first.len() as f64;
-    let centred: Vec<f64> = record.iter().map(|v| v - mean).collect();
+    let centred = about_mean(record, record.get(..LEAST_PARTS * length)?);
     let parts: Vec<f64> = centred.chunks_exact(length).map(power).collect();
     let most = parts.iter().fold(0.0, |m: f64, p| m.max(*p));
-    let spread = (2.0 / length as f64).sqrt();
+    let by_chance = 1.0 + (BY_CHANCE + 1.0) * (2.0 / length as f64).sqrt();
     let mut sum: f64 = parts[..LEAST_PARTS].iter().sum();
-    let mut count = LEAST_PARTS;
-    while count < parts.len() {
-        let usual = sum / count as f64;
-        if parts[count] > usual * (1.0 + (BY_CHANCE + 1.0) * spread) {
-            break;
-        }
-        sum += parts[count];
-        count += 1;
-    }
+    let is_louder = |count: &usize| {
+        let usual = sum / *count as f64;
+        sum += parts[*count];
+        parts[*count] > usual * by_chance
+    };
+    let louder = (LEAST_PARTS..parts.len()).find(is_louder);
     // The motion may begin in the last one.
-    let mut count = count - 1;
-    while count + 1 >= LEAST_PARTS {
+    let counts = std::iter::successors(Some(louder.unwrap_or(parts.len()) - 1), |n| Some(n / 2));
+    let mut counts = counts.take_while(|count| count + 1 >= LEAST_PARTS);
+    let is_quiet = |count: &usize| {
         let quiet = &centred[..count * length];
-        let is_quiet = LOUDER * power(quiet) < most && power(quiet) > ROUNDING.powi(2) * most;
-        if is_quiet && is_white(quiet) {
-            return Some(&record[..count * length]);
-        }
-        count /= 2;
-    }
-    None
+        let [quiet_power, least] = [power(quiet), ROUNDING.powi(2) * most];
+        LOUDER * quiet_power < most && quiet_power > least && is_white(quiet)
+    };
+    counts.find(is_quiet).map(|count| &record[..count * length])
+}
+
+/// Samples less the mean of some.
+fn about_mean(samples: &[f64], some: &[f64]) -> Vec<f64> {
+    let mean = crate::numeric::sum(some) / some.len() as f64;
+    samples.iter().map(|v| v - mean).collect()
+}
+
+fn power(samples: &[f64]) -> f64 {
+    sum_of_squares(samples) / samples.len() as f64
 }
 
 /// Whether neighbours are independent, and both halves as loud.
 fn is_white(samples: &[f64]) -> bool {
-    let n = samples.len() as f64;
-    let mean = crate::numeric::sum(samples) / n;
-    let squares: f64 = samples.iter().map(|v| (v - mean).powi(2)).sum();
-    let pairs = samples.windows(2);
-    let products: f64 = pairs.map(|pair| (pair[0] - mean) * (pair[1] - mean)).sum();
-    let (a, b) = samples.split_at(samples.len() / 2);
-    let power = |part: &[f64]| {
-        let deviations = part.iter().map(|v| (v - mean).powi(2));
-        deviations.sum::<f64>() / part.len() as f64
-    };
+    let (moving, n) = (about_mean(samples, samples), samples.len() as f64);
+    let products: f64 = moving.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    let (a, b) = moving.split_at(moving.len() / 2);
     // Variance of the logarithm of a mean square of n / 2: 4 / n.
     let ratio = (power(a) / power(b)).ln();
-    (products / squares).abs() < BY_CHANCE / n.sqrt() && ratio.abs() < BY_CHANCE * (8.0 / n).sqrt()
+    let correlation = products / sum_of_squares(&moving);
+    correlation.abs() < BY_CHANCE / n.sqrt() && ratio.abs() < BY_CHANCE * (8.0 / n).sqrt()
 }
 
 /// Where the floor may begin, over the Nyquist frequency.
@@ -290,24 +284,18 @@ impl SpectrumEstimate {
             sums.for_each(|(sum, band)| *sum += band / part.mean / known.len() as f64);
         }
         let degrees: f64 = known.iter().map(|part| part.degrees).sum();
-        let is_flat = |bands: &[f64; BANDS], degrees: f64| {
-            let change = Change::of(bands, (first, width))?;
-            let by_chance = (2.0 * BANDS as f64 / degrees).sqrt();
-            let is_even = change.scatter < (MOST_SCATTER * by_chance).max(NO_SCATTER);
-            Some((change, is_even))
-        };
-        let (change, is_even) = is_flat(&pooled, degrees)?;
-        if change.value.abs() + change.half > MOST_CHANGE || !is_even {
+        let change = |bands: &[f64; BANDS], degrees: f64| change(bands, degrees, (first, width));
+        let [value, half] = change(&pooled, degrees)?;
+        if value + half > MOST_CHANGE {
             return None;
         }
         // A site that differs from the others has another spectrum.
+        let from = self.bins[first];
         let floor = |part: &Part| {
-            let (change, is_even) = is_flat(&part.bands, part.degrees)?;
-            let is_steep = change.value.abs() - change.half > MOST_CHANGE;
-            let from = self.bins[first];
-            let top = || NoiseSource::Top { from };
-            let noise = || SiteNoise::new(part.mean, part.degrees, self.alpha, top());
-            (is_even && !is_steep).then(noise)
+            let [value, half] = change(&part.bands, part.degrees)?;
+            let source = NoiseSource::Top { from };
+            let noise = SiteNoise::new(part.mean, part.degrees, self.alpha, source);
+            (value - half <= MOST_CHANGE).then_some(noise)
         };
         let floors = parts.iter().map(|part| part.as_ref().and_then(floor));
         Some(floors.collect())
@@ -328,27 +316,22 @@ impl SpectrumEstimate {
         let middle = degrees * (1.0 - 2.0 / (9.0 * degrees)).powi(3);
         let usual = median * degrees / middle;
         let highest = usual * chi_square_level(LINES / values.len() as f64, degrees) / degrees;
-        let is_line = |v: &f64| *v > highest;
-        let width = values.len() / BANDS;
-        let rest_of = |values: &[f64]| -> Vec<f64> {
-            values.iter().copied().filter(|v| !is_line(v)).collect()
+        // Mean and number of what are no lines.
+        let rest_of = |values: &[f64]| {
+            let rest = values.iter().copied().filter(|v| *v <= highest);
+            let rest: Vec<f64> = rest.collect();
+            (crate::numeric::sum(&rest) / rest.len() as f64, rest.len())
         };
-        let rest = rest_of(&values);
+        let (mean, rest) = rest_of(&values);
+        let width = values.len() / BANDS;
+        let bands = std::array::from_fn(|i| rest_of(&values[i * width..][..width]).0);
         // More are no lines: the spectrum rises there.
-        let lines = values.len() - rest.len();
-        if lines > LINE_BINS.max(values.len() / 10) {
+        if values.len() - rest > LINE_BINS.max(values.len() / 10)
+            || bands.iter().any(|band: &f64| band.is_nan())
+        {
             return None;
         }
-        let mean = crate::numeric::sum(&rest) / rest.len() as f64;
-        let mut bands = [mean; BANDS];
-        for (band, values) in bands.iter_mut().zip(values.chunks_exact(width)) {
-            let rest = rest_of(values);
-            if rest.is_empty() {
-                return None;
-            }
-            *band = crate::numeric::sum(&rest) / rest.len() as f64;
-        }
-        let share = rest.len() as f64 / values.len() as f64;
+        let share = rest as f64 / values.len() as f64;
         Some(Part {
             mean,
             bands,
@@ -364,27 +347,18 @@ struct Part {
     degrees: f64,
 }
 
-struct Change {
-    value: f64,
-    /// Half of the interval at 95 %.
-    half: f64,
-    scatter: f64,
-}
-
-impl Change {
-    /// How `ln S` changes from the first band to the Nyquist frequency, by a power law.
-    fn of(bands: &[f64; BANDS], (first, width): (usize, usize)) -> Option<Change> {
-        let point = |(i, band): (usize, &f64)| {
-            let middle = first as f64 + (i as f64 + 0.5) * width as f64;
-            (middle.ln(), band.ln())
-        };
-        let points: Vec<(f64, f64)> = bands.iter().enumerate().map(point).collect();
-        let line = LineFit::through(&points)?;
-        let span = ((first + BANDS * width) as f64 / first as f64).ln();
-        Some(Change {
-            value: line.slope * span,
-            half: span * line.slope_error * student_two_sided(SIGNIFICANCE, (BANDS - 2) as f64),
-            scatter: (line.squares / (BANDS - 2) as f64).sqrt(),
-        })
-    }
+/// By how much `ln S` changes from the first band to the Nyquist frequency, by a power law, with half of the interval at 95 %.
+/// `None` where bands scatter about the law by more than chance.
+fn change(bands: &[f64; BANDS], degrees: f64, (first, width): (usize, usize)) -> Option<[f64; 2]> {
+    let point = |(i, band): (usize, &f64)| {
+        let middle = first as f64 + (i as f64 + 0.5) * width as f64;
+        (middle.ln(), band.ln())
+    };
+    let points: Vec<(f64, f64)> = bands.iter().enumerate().map(point).collect();
+    let line = LineFit::through(&points)?;
+    let span = ((first + BANDS * width) as f64 / first as f64).ln();
+    let scatter = (line.squares / (BANDS - 2) as f64).sqrt();
+    let by_chance = (2.0 * BANDS as f64 / degrees).sqrt();
+    let is_even = scatter < (MOST_SCATTER * by_chance).max(NO_SCATTER);
+    is_even.then(|| [line.slope.abs(), line.half_interval(SIGNIFICANCE)].map(|of| of * span))
 }

@@ -1,7 +1,9 @@
 //! Peaks: frequencies at which the power is above that of their neighbours.
 
+use std::ops::Range;
+
 use super::SpectrumEstimate;
-use crate::numeric::{chi_square_level, chi_square_quantile, median};
+use crate::numeric::{chi_square_level, chi_square_quantile, median, parabola};
 
 /// A frequency, or wavenumber, at which power stands above that on either side.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -22,13 +24,6 @@ const OWN: usize = 2;
 /// Bins of a side, at least.
 const LEAST: usize = 3;
 
-/// The top of the parabola through the logarithms of three powers, from the middle one on.
-fn between(powers: [f64; 3]) -> f64 {
-    let [below, own, above] = powers.map(f64::ln);
-    let shift = 0.5 * (below - above) / (below - 2.0 * own + above);
-    if shift.abs() <= 0.5 { shift } else { 0.0 }
-}
-
 impl SpectrumEstimate {
     /// Peaks of the sites that have intervals, the highest first: bins above what chance exceeds anywhere in all
     /// spectra with probability alpha, by the chi-square distribution, over the larger of the medians of the bins on
@@ -45,46 +40,48 @@ impl SpectrumEstimate {
         let inside = 1..self.segment[0].div_ceil(2);
         let cells = (columns.len() * inside.len()).max(1) as f64;
         let reach = (inside.len() / 16).max(8);
-        let median = |side: &[f64]| {
-            let known = side.iter().copied().filter(|s| s.is_finite());
-            median(known.clone()).filter(|_| known.count() >= LEAST)
+        // The ratio to a median that chance exceeds.
+        let exceeded = |degrees: f64| {
+            let of_chance = chi_square_level(self.alpha / cells, degrees);
+            of_chance / chi_square_quantile(0.5, degrees)
         };
-        // Degrees of freedom, and the ratio to a median that chance exceeds.
         let mut last = (f64::NAN, f64::NAN);
-        let mut level = |degrees: f64| {
-            if degrees != last.0 {
-                let of_chance = chi_square_level(self.alpha / cells, degrees);
-                last = (degrees, of_chance / chi_square_quantile(0.5, degrees));
-            }
-            last.1
-        };
         let step = self.bins[1] - self.bins[0];
         let mut peaks = Vec::new();
         for column in columns {
             let power: Vec<f64> = self.spectrum.column(column).to_vec();
+            let median = |bins: Range<usize>| {
+                let known = power[bins].iter().copied().filter(|s| s.is_finite());
+                median(known.clone()).filter(|_| known.count() >= LEAST)
+            };
+            let about = |m: usize, reach: usize| {
+                median(m.saturating_sub(reach)..(m + reach + 1).min(power.len()))
+            };
             let first = peaks.len();
             for bin in inside.clone() {
-                let neighbours = [bin - 1, bin + 1].map(|n| power.get(n).copied().unwrap_or(0.0));
-                let is_top = neighbours.iter().all(|other| power[bin] >= *other);
-                if !is_top || power[bin] <= 0.0 {
+                let above = power.get(bin + 1).copied().unwrap_or(0.0);
+                let three = [power[bin - 1], power[bin], above];
+                // NaN is above none.
+                if !(power[bin] > 0.0 && three.iter().all(|other| power[bin] >= *other)) {
                     continue;
                 }
                 let below = bin.saturating_sub(OWN + reach).max(inside.start);
                 let below = below..bin.saturating_sub(OWN).max(below);
                 let above = (bin + OWN + 1).min(inside.end);
                 let above = above..(above + reach).min(inside.end);
-                let (Some(below), Some(above)) = (median(&power[below]), median(&power[above]))
+                let degrees = self.degrees[[bin, column]];
+                let (Some(below), Some(above), true) =
+                    (median(below), median(above), degrees.is_finite())
                 else {
                     continue;
                 };
-                let ratio = power[bin] / below.max(above);
-                let degrees = self.degrees[[bin, column]];
-                if !degrees.is_finite() || ratio <= level(degrees) {
+                if degrees != last.0 {
+                    last = (degrees, exceeded(degrees));
+                }
+                let (ratio, level) = (power[bin] / below.max(above), last.1);
+                if ratio <= level {
                     continue;
                 }
-                let about = |m: usize, reach: usize| {
-                    median(&power[m.saturating_sub(reach)..(m + reach + 1).min(power.len())])
-                };
                 let half = 0.5 * about(bin, 2).unwrap_or(power[bin]);
                 let is_high = |m: &usize| about(*m, 1).is_some_and(|s| s > half);
                 let above = (bin + 1..inside.end).take_while(is_high).count();
@@ -92,26 +89,22 @@ impl SpectrumEstimate {
                 let peak = Peak {
                     column,
                     bin,
-                    at: self.bins[bin] + between([neighbours[0], power[bin], neighbours[1]]) * step,
+                    at: self.bins[bin] + parabola(three)[0] * step,
                     ratio,
                     width: (1 + below + above) as f64 * step,
                 };
-                let before: Option<&mut Peak> = peaks[first..].last_mut();
-                match before {
-                    Some(before)
-                        if median(&power[before.bin + 1..bin]).is_none_or(|valley| {
-                            power[bin].min(power[before.bin]) <= valley * level(degrees)
-                        }) =>
-                    {
-                        if power[bin] > power[before.bin] {
-                            *before = peak;
-                        }
-                    }
-                    _ => peaks.push(peak),
+                let is_one = |before: &Peak| {
+                    median(before.bin + 1..bin)
+                        .is_none_or(|valley| power[bin].min(power[before.bin]) <= valley * level)
+                };
+                match peaks[first..].last_mut().filter(|before| is_one(before)) {
+                    Some(before) if power[bin] > power[before.bin] => *before = peak,
+                    Some(_) => {}
+                    None => peaks.push(peak),
                 }
             }
         }
-        peaks.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
+        peaks.sort_by(|a: &Peak, b| b.ratio.total_cmp(&a.ratio));
         Some(peaks)
     }
 }
