@@ -169,9 +169,8 @@ impl AxisIncrements {
             "intermittent": self.is_intermittent(),
             "exponents": self.exponents,
         });
-        // Skewness is in the archive alone.
-        for (name, _, of) in &columns("", "")[..8] {
-            numbers[*name] = self.scales.iter().map(of).collect();
+        for (name, _, of) in columns("", "") {
+            numbers[name] = self.scales.iter().map(of).collect();
         }
         numbers["pairs"] = self.scales.iter().map(|m| m.pairs).collect();
         numbers
