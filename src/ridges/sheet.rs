@@ -18,6 +18,7 @@ const DEFINITIONS: &str = "\
         probability; the noise is the local median.
     Place: The top of the parabola through the logarithms of three bins, corrected for the window; of a broad ridge its \
         centre above half of the maximum. Its error is that of noise, or the spread about neighbouring points.
+    Fitted law: Weighted least squares of all points; ± are standard errors.
     Phase velocity: 2πf/k, positive towards +x.
     Group velocity: 2π df/dk, of a parabola through the points about it, by least squares.";
 
@@ -175,10 +176,7 @@ impl Ridges {
         let fits = self.fits.iter().filter(|fit| fit.deviation < 1.0);
         if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
             let (parameters, off) = (fit.parameters_in_words(), number(fit.deviation));
-            return format!(
-                "{} with {parameters} (standard errors), within {off} bins",
-                fit.name
-            );
+            return format!("{} with {parameters}, within {off} bins", fit.name);
         }
         // Folded wavenumbers have other phase velocities, but the same group velocity.
         let velocities: [(&str, fn(&RidgePoint) -> [f64; 2]); 2] = [
