@@ -155,8 +155,8 @@ impl RidgeFit {
 
 impl Ridges {
     fn words(&self) -> Units {
-        let (axes, sample) = (&self.analysis.axes, self.analysis.unit.as_deref());
-        Units::in_words(&axes.time, &axes.space, sample)
+        let axes = &self.analysis.axes;
+        Units::in_words(&axes.time, &axes.space, None)
     }
 
     /// The law, or the velocity, in words.
