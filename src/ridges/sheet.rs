@@ -178,12 +178,7 @@ impl Ridges {
             let (parameters, off) = (fit.parameters_in_words(), number(fit.deviation));
             return format!("{} with {parameters}, within {off} bins", fit.name);
         }
-        // Folded wavenumbers have other phase velocities, but the same group velocity.
-        let velocities: [(&str, fn(&RidgePoint) -> [f64; 2]); 2] = [
-            ("group", |p| [p.group_velocity, p.group_velocity_error]),
-            ("phase", |p| [p.phase_velocity, p.phase_velocity_error]),
-        ];
-        let known = velocities.into_iter().find_map(|(name, of)| {
+        let spread = |name: &str, of: fn(&RidgePoint) -> [f64; 2]| {
             let known = self.points().map(of).filter(|[speed, error]| {
                 let is_single = self.is_single() && speed.is_finite();
                 is_single || *error < 0.1 * speed.abs()
@@ -199,7 +194,11 @@ impl Ridges {
                 let [low, middle, high] = [0.05, 0.5, 0.95].map(at);
                 format!("{name} velocity {middle} {unit} ({low} to {high} at nine of ten points), {share} of them towards +x")
             })
-        });
+        };
+        // Folded wavenumbers have other phase velocities, but the same group velocity.
+        let group = spread("group", |p| [p.group_velocity, p.group_velocity_error]);
+        let phase = || spread("phase", |p| [p.phase_velocity, p.phase_velocity_error]);
+        let known = group.or_else(phase);
         let known = known.unwrap_or("no velocity is known to a tenth".into());
         format!("branches: {}; {known}", self.branches())
     }
