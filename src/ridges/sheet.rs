@@ -18,6 +18,7 @@ const DEFINITIONS: &str = "\
         probability; the noise is the local median.
     Place: The top of the parabola through the logarithms of three bins, corrected for the window; of a broad ridge its \
         centre above half of the maximum. Its error is that of noise, or the spread about neighbouring points.
+    Fitted law: Weighted least squares of all points; ± are standard errors.
     Phase velocity: 2πf/k, positive towards +x.
     Group velocity: 2π df/dk, of a parabola through the points about it, by least squares.";
 
@@ -157,8 +158,8 @@ impl RidgeFit {
 
 impl Ridges {
     fn words(&self) -> Units {
-        let (axes, sample) = (&self.analysis.axes, self.analysis.unit.as_deref());
-        Units::in_words(&axes.time, &axes.space, sample)
+        let axes = &self.analysis.axes;
+        Units::in_words(&axes.time, &axes.space, None)
     }
 
     /// The law, or the velocity, in words.
@@ -178,17 +179,9 @@ impl Ridges {
         let fits = self.fits.iter().filter(|fit| fit.deviation < 1.0);
         if let Some(fit) = fits.min_by(|a, b| a.reduced.total_cmp(&b.reduced)) {
             let (parameters, off) = (fit.parameters_in_words(), number(fit.deviation));
-            return format!(
-                "{} with {parameters} (standard errors), within {off} bins",
-                fit.name
-            );
+            return format!("{} with {parameters}, within {off} bins", fit.name);
         }
-        // Folded wavenumbers have other phase velocities, but the same group velocity.
-        let velocities: [(&str, fn(&RidgePoint) -> [f64; 2]); 2] = [
-            ("group", |p| [p.group_velocity, p.group_velocity_error]),
-            ("phase", |p| [p.phase_velocity, p.phase_velocity_error]),
-        ];
-        let known = velocities.into_iter().find_map(|(name, of)| {
+        let spread = |name: &str, of: fn(&RidgePoint) -> [f64; 2]| {
             let known = self.points().map(of).filter(|[speed, error]| {
                 let is_single = self.is_single() && speed.is_finite();
                 is_single || *error < 0.1 * speed.abs()
@@ -204,7 +197,11 @@ impl Ridges {
                 let [low, middle, high] = [0.05, 0.5, 0.95].map(at);
                 format!("{name} velocity {middle} {unit} ({low} to {high} at nine of ten points), {share} of them towards +x")
             })
-        });
+        };
+        // Folded wavenumbers have other phase velocities, but the same group velocity.
+        let group = spread("group", |p| [p.group_velocity, p.group_velocity_error]);
+        let phase = || spread("phase", |p| [p.phase_velocity, p.phase_velocity_error]);
+        let known = group.or_else(phase);
         let known = known.unwrap_or("no velocity is known to a tenth".into());
         format!("branches: {}; {known}", self.branches())
     }

@@ -77,10 +77,11 @@ impl Describe for Transfer {
     }
 
     fn pictures(&self) -> Vec<PlotRow> {
+        let [gains, flux, explained] = self.charts();
         vec![
-            PlotRow::of([self.gain_chart(), self.flux_chart()]),
+            PlotRow::of([gains, flux]),
             PlotRow::of([self.map()]).high(1.2),
-            PlotRow::of([self.explained_chart()]),
+            PlotRow::of([explained]),
         ]
     }
 }
@@ -156,57 +157,44 @@ impl Transfer {
         sheet.columns("pair", &self.pairs, &of_pairs);
     }
 
-    /// A number of each output with its standard error, in shares of the power of the input, which need no unit.
-    fn shares_of_input(
-        &self,
-        (label, colour): (&str, usize),
-        of: impl Fn(&OutputTransfer) -> [f64; 2],
-    ) -> Series {
-        let input = self.input();
-        let points = self.outputs.iter().map(|o| {
-            let [value, error] = of(o).map(|power| power / input);
-            [o.frequency, value, error]
-        });
-        Series::with_errors(label, colour, points)
-    }
-
-    fn chart(&self, title: &str, y_label: &str, series: Vec<Series>) -> Chart {
-        let frequency = self.words().label(Role::Frequency);
-        Chart::of(title, frequency, y_label, series).about_zero()
-    }
-
-    fn gain_chart(&self) -> Chart {
-        let df = self.outputs[0].frequency;
-        let name = ("linear", BLUE);
-        let linear = self.shares_of_input(name, |o| [o.linear * df, o.linear_error * df]);
-        let name = ("from pairs", VERMILLION);
-        let pairs = self.shares_of_input(name, |o| [o.gain * df, o.gain_error * df]);
-        let share = "share of the input's power";
-        self.chart("gained by each frequency", share, vec![linear, pairs])
-    }
-
-    fn flux_chart(&self) -> Chart {
-        let flux = self.shares_of_input(("", VERMILLION), |o| [o.flux, o.flux_error]);
-        let title = "passes f towards higher frequencies";
-        self.chart(title, "share of the input's power", vec![flux])
-    }
-
-    fn explained_chart(&self) -> Chart {
-        let points = |of: fn(&OutputTransfer) -> f64| -> Vec<(f64, f64)> {
-            let outputs = self.outputs.iter();
-            outputs.map(|o| (o.frequency, of(o))).collect()
+    /// What each frequency gains, what passes it, and what is explained there of realisations that were not fitted.
+    fn charts(&self) -> [Chart; 3] {
+        let (df, input) = (self.outputs[0].frequency, self.input());
+        let chart = |title: &str, y_label: &str, series: Vec<Series>| {
+            Chart::of(title, self.words().label(Role::Frequency), y_label, series).about_zero()
         };
-        let residual = points(|o| o.residual / o.output);
-        let series = vec![
-            Series::line("linear", BLUE, points(|o| o.held_out_linear)),
-            Series::line("quadratic", VERMILLION, points(|o| o.held_out_quadratic)),
-            Series::line("residual", GREEN, residual).with(Look::Dashed),
+        // Shares of the power of the input need no unit.
+        let with_errors = |name, colour, of: &dyn Fn(&OutputTransfer) -> [f64; 2]| {
+            let points = self.outputs.iter().map(|o| {
+                let [value, error] = of(o).map(|power| power / input);
+                [o.frequency, value, error]
+            });
+            Series::with_errors(name, colour, points)
+        };
+        let linear = with_errors("linear", BLUE, &|o| [o.linear * df, o.linear_error * df]);
+        let pairs = with_errors("from pairs", VERMILLION, &|o| {
+            [o.gain * df, o.gain_error * df]
+        });
+        let flux = with_errors("", VERMILLION, &|o| [o.flux, o.flux_error]);
+        let share = |name, colour, of: fn(&OutputTransfer) -> f64| {
+            let points = self.outputs.iter().map(|o| (o.frequency, of(o)));
+            Series::line(name, colour, points.collect())
+        };
+        let explained = vec![
+            share("linear", BLUE, |o| o.held_out_linear),
+            share("quadratic", VERMILLION, |o| o.held_out_quadratic),
+            share("residual", GREEN, |o| o.residual / o.output).with(Look::Dashed),
         ];
+        let of_input = "share of the input's power";
         let title = "explained of realisations that were not fitted";
-        Chart {
-            y: -0.25..1.0,
-            ..self.chart(title, "share of the output's power", series)
-        }
+        [
+            chart("gained by each frequency", of_input, vec![linear, pairs]),
+            chart("passes f towards higher frequencies", of_input, vec![flux]),
+            Chart {
+                y: -0.25..1.0,
+                ..chart(title, "share of the output's power", explained)
+            },
+        ]
     }
 
     /// What each pair brings to its sum or difference, over output and second frequency.
@@ -217,11 +205,8 @@ impl Transfer {
         let pairs = self.pairs.iter();
         let cells = pairs.map(|p| ([bin(p.third), bin(p.second)], p.gain * each));
         let map = over_pairs(cells, self.outputs.len() as isize, df);
-        let largest = map
-            .values
-            .iter()
-            .map(|v| v.abs())
-            .fold(f64::MIN_POSITIVE, f64::max);
+        let sizes = map.values.iter().map(|v| v.abs());
+        let largest = sizes.fold(f64::MIN_POSITIVE, f64::max);
         let unit = self.words().frequency;
         HeatChart {
             title: "what each pair brings".into(),

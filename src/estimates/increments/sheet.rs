@@ -42,11 +42,11 @@ impl Describe for Increments {
             ..Sheet::of("increments", "Increments against scale", DEFINITIONS)
         };
         for axis in &self.axes {
-            let [name, _] = axis.words();
-            sheet.fact(format!("third moment, {name}"), axis.third(self.alpha));
+            let along = axis.along();
+            sheet.fact(format!("third moment {along}"), axis.third(self.alpha));
             if let Some(fit) = &axis.exponents {
                 let words = AxisIncrements::exponents_in_words(fit);
-                sheet.fact(format!("exponents, {name}"), words);
+                sheet.fact(format!("exponents {along}"), words);
             }
         }
         if self.basis == IntervalBasis::None {
@@ -90,7 +90,7 @@ impl Increments {
     }
 }
 
-/// Numbers of a scale with half of their intervals; those of the third moment have this unit.
+/// Numbers of a scale with half of their intervals; `length` is the unit of scales, `cubed` that of the third moment.
 fn columns<'u>(length: &'u str, cubed: &'u str) -> [Column<'u, ScaleMoments>; 10] {
     [
         ("scale", length, |m| m.scale),
@@ -107,9 +107,9 @@ fn columns<'u>(length: &'u str, cubed: &'u str) -> [Column<'u, ScaleMoments>; 10
 }
 
 impl AxisIncrements {
-    /// Name, and place in a sentence.
-    fn words(&self) -> [&'static str; 2] {
-        self.axis.of([["x", "along x"], ["time", "in time"]])
+    /// Its place in a sentence.
+    fn along(&self) -> &'static str {
+        self.axis.of(["along x", "in time"])
     }
 
     /// Of the scales.
@@ -120,7 +120,7 @@ impl AxisIncrements {
 
     /// Whether large increments are rare and concentrated at small scales, in words.
     fn answer(&self, of: &Increments) -> String {
-        let ([_, along], unit) = (self.words(), self.unit(of));
+        let (along, unit) = (self.along(), self.unit(of));
         if !self.moves() {
             return format!("all increments {along} are 0");
         }
@@ -169,9 +169,8 @@ impl AxisIncrements {
             "intermittent": self.is_intermittent(),
             "exponents": self.exponents,
         });
-        // Skewness is in the archive alone.
-        for (name, _, of) in &columns("", "")[..8] {
-            numbers[*name] = self.scales.iter().map(of).collect();
+        for (name, _, of) in columns("", "") {
+            numbers[name] = self.scales.iter().map(of).collect();
         }
         numbers["pairs"] = self.scales.iter().map(|m| m.pairs).collect();
         numbers
@@ -212,7 +211,7 @@ impl AxisIncrements {
 
     /// Structure functions, flatness, skewness and histograms.
     fn charts(&self, of: &Increments) -> Vec<Chart> {
-        let [_, along] = self.words();
+        let along = self.along();
         let scale_label = label(self.axis.of(["separation r", "lag τ"]), &self.unit(of));
         let chart = |title: &str, y_label: &str, series: Vec<Series>| Chart {
             log_x: self.scales.len() > 3,
@@ -281,7 +280,7 @@ impl AxisIncrements {
         let within = centres.clone().filter(|x| x.abs() < 5.0);
         let normal = within.map(|x| (x, density(x))).collect();
         let normal = Series::line("normal distribution", BLACK, normal).with(Look::Dashed);
-        let title = format!("histograms of increments, {}", self.words()[1]);
+        let title = format!("histograms of increments, {}", self.along());
         let x_label = "increment over its root mean square";
         let series = series.chain([normal]).collect();
         let chart = Chart::of(title, x_label, "probability density", series);

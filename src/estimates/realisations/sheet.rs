@@ -60,16 +60,12 @@ impl Independence {
 
     /// What to say of one realisation.
     pub(crate) fn warning(&self) -> Warning {
-        let message = format!(
-            "{}: no level of chance and no interval is stated",
-            self.why()
-        );
+        let why = self.why();
         let advice = match self.steadiness.is_nan() && !self.is_short {
-            true => {
-                "leave out the segments that miss samples (`--gaps leave-out`, where the command can)"
-            }
+            true => "leave out segments with gaps (`--gaps leave-out`, where the command can)",
             false => "name several records of the same sites, one a shot",
         };
+        let message = format!("{why}: no level of chance and no interval is stated");
         Warning::new(message, advice)
     }
 }

@@ -87,12 +87,9 @@ impl Slope {
         self.axis.of([Role::Wavenumber, Role::Frequency])
     }
 
-    fn bin_unit(&self) -> String {
-        self.words().unit(self.role()).to_owned()
-    }
-
     fn answer(&self) -> String {
-        let (law, unit) = (&self.law, self.bin_unit());
+        let (law, words) = (&self.law, self.words());
+        let unit = words.unit(self.role());
         let breaks = self.breaks.iter().map(|breaks| {
             let at = breaks.at.iter().zip(&breaks.intervals);
             let at = at.map(|(at, ends)| {
