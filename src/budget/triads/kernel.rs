@@ -59,7 +59,9 @@ pub(super) fn add_pairs(grid: &Grid, k: usize, at: &Components, weight: f64, row
     let half = k.div_ceil(2);
     for (p, cell) in (half..).zip(&mut row[half..=k]) {
         let (value, rate) = at.pair(p, k - p, 1.0);
-        let orders = if 2 * p == k { 1.0 } else { 2.0 };
+        // The largest component with the mean is the same for both signs.
+        let is_own = 2 * p == k || (p == k && grid.has_largest(k));
+        let orders = if is_own { 1.0 } else { 2.0 };
         *cell += orders * scale * own.transfer(value, rate);
     }
     for (p, cell) in (k + 1..).zip(&mut row[k + 1..]) {
