@@ -147,9 +147,9 @@ struct Followed<'a, 'm> {
 }
 
 /// A place on the way, and the terms there.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Visited {
-    visit: Node,
+    visit: Option<Node>,
     t: f64,
     x: Vec<f64>,
     v: Vec<f64>,
@@ -176,12 +176,12 @@ impl SpectralFlux<'_> {
     fn add(&mut self, place: &Visited, samples: usize) {
         let terms = &place.spectral;
         match place.visit {
-            Node::Node(weight) => {
+            Some(Node::Node(weight)) => {
                 energy_rates(terms, &mut self.rates);
                 self.balance.add(weight, &self.rates);
                 self.passage.add(weight, terms);
             }
-            Node::Sample(i) => {
+            Some(Node::Sample(i)) => {
                 self.balance.compare(&terms.energy);
                 let row = self.passage.sample(i, &terms.energy);
                 self.waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, row);
@@ -193,6 +193,7 @@ impl SpectralFlux<'_> {
                 let off: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
                 self.departure = worst_of(self.departure, &off);
             }
+            None => {}
         }
     }
 
@@ -248,7 +249,7 @@ impl Followed<'_, '_> {
                 };
                 if let (Some(transfers), Some(scratch)) = (transfers, of_spectra) {
                     transfers.evaluate(at, scratch, &mut place.spectral);
-                    if let Node::Sample(i) = place.visit {
+                    if let Some(Node::Sample(i)) = place.visit {
                         place.recorded = transfers.energies(motion.at(i));
                     }
                 }
@@ -264,8 +265,8 @@ impl Followed<'_, '_> {
             }
             if let Some(flux) = scale {
                 match place.visit {
-                    Node::Node(weight) => flux.balance.add(weight, &place.scale.energy_rate),
-                    Node::Sample(_) => flux.balance.compare(&place.scale.energy),
+                    Some(Node::Node(weight)) => flux.balance.add(weight, &place.scale.energy_rate),
+                    _ => flux.balance.compare(&place.scale.energy),
                 }
             }
         }
@@ -275,25 +276,15 @@ impl Followed<'_, '_> {
 impl NodeVisitor for Followed<'_, '_> {
     fn visit(&mut self, visit: Node, place: NodeState) {
         if self.waiting == self.places.len() {
-            self.places.push(Visited {
-                visit,
-                t: place.t,
-                x: Vec::new(),
-                v: Vec::new(),
-                resonators: Default::default(),
-                spectral: Terms::default(),
-                recorded: Vec::new(),
-                scale: ScaleTerms::default(),
-            });
+            self.places.push(Visited::default());
         }
-        if let Some(next) = self.places.get_mut(self.waiting) {
-            (next.visit, next.t) = (visit, place.t);
-            let own = next.resonators.iter_mut().zip(place.resonators);
-            let bodies = [(&mut next.x, place.x), (&mut next.v, place.v)];
-            for (kept, row) in bodies.into_iter().chain(own) {
-                kept.clear();
-                kept.extend_from_slice(row);
-            }
+        let next = &mut self.places[self.waiting];
+        (next.visit, next.t) = (Some(visit), place.t);
+        let own = next.resonators.iter_mut().zip(place.resonators);
+        let bodies = [(&mut next.x, place.x), (&mut next.v, place.v)];
+        for (kept, row) in bodies.into_iter().chain(own) {
+            kept.clear();
+            kept.extend_from_slice(row);
         }
         self.waiting += 1;
         let most = SITES_TOGETHER / place.x.len().max(1);
