@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::balance::{GivenRate, Passage, RunningBalance, energy_rates, worst_of};
+use super::balance::{GivenRate, Passage, RunningBalance, worst_of};
 use super::contacts::Contacts;
 use super::filter::ScaleOf;
 use super::frequency;
 use super::modes::{Basis, Modes};
 use super::motion::{ChainState, Motion};
 use super::request::BudgetRequest;
-use super::result::{Budget, Integration, PassedError};
+use super::result::{Budget, Integration};
 use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{BATCH, Waiting};
@@ -75,9 +75,7 @@ pub(super) fn close(
     let mut followed = Followed {
         motion,
         spectral: wavenumbers.map(|count| SpectralFlux {
-            rates: Vec::new(),
             transfers: &transfers,
-            balance: RunningBalance::default(),
             passage: Passage::new(GivenRate::Transfer, motion.samples(), count),
             waiting,
             outcome: Ok(()),
@@ -162,8 +160,6 @@ struct Visited {
 
 struct SpectralFlux<'a> {
     transfers: &'a Transfers<'a>,
-    rates: Vec<f64>,
-    balance: RunningBalance,
     passage: Passage,
     waiting: Waiting<'a>,
     /// What the sink yielded first that is no success.
@@ -177,12 +173,9 @@ impl SpectralFlux<'_> {
         let terms = &place.spectral;
         match place.visit {
             Some(Node::Node(weight)) => {
-                energy_rates(terms, &mut self.rates);
-                self.balance.add(weight, &self.rates);
                 self.passage.add(weight, terms);
             }
             Some(Node::Sample(i)) => {
-                self.balance.compare(&terms.energy);
                 let row = self.passage.sample(i, &terms.energy);
                 self.waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, row);
                 let end = i + 1;
@@ -199,13 +192,9 @@ impl SpectralFlux<'_> {
 
     fn put_into(self, budget: &mut Budget) -> Result<()> {
         self.outcome?;
-        let (flux, check) = self.passage.finish();
-        budget.closure.wavenumber = budget.relative(self.balance.worst());
         budget.closure.departure = budget.relative(self.departure).value();
-        budget.closure.integrated_flux = check.relative_to(budget.scale);
-        if let Some(found) = &mut budget.wavenumber {
-            [found.integrated_flux, found.late_flux] = flux;
-            found.passed_error = PassedError::numerical(check.two_ways, budget.scale);
+        if let Some(found) = budget.wavenumber.take() {
+            self.passage.finish(found, budget);
         }
         Ok(())
     }
