@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use ndarray::Array2;
 
+use crate::transform::fold;
+
 /// The components that take part.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid {
@@ -33,15 +35,6 @@ impl Grid {
     /// Wavenumber of a component in rad a site.
     pub fn step(&self, k: usize) -> f64 {
         TAU * k as f64 / self.points as f64
-    }
-
-    /// How many wavenumbers of a period a component counts.
-    pub fn weight(&self, k: usize) -> f64 {
-        if k == 0 || 2 * k == self.points {
-            1.0
-        } else {
-            2.0
-        }
     }
 
     /// The largest component, where k and -k are one.
@@ -79,7 +72,7 @@ pub(super) fn add_wrapped(grid: &Grid, k: usize, at: &Components, weight: f64, r
     }
     let most = (grid.points - 1) / 2;
     let own = Own::of(at, k);
-    let scale = weight * grid.weight(k) * at.scale / 3.0;
+    let scale = weight * fold(k, grid.points) * at.scale / 3.0;
     let sum = grid.points - k;
     let half = sum.div_ceil(2);
     let end = most.min(sum - 1) + 1;
