@@ -8,7 +8,7 @@
 //! apart checks both. At the largest k either is 0: the first since `sum T = 0`, the second if
 //! energies and losses balance.
 
-use super::result::IntegratedFluxCheck;
+use super::result::{Budget, IntegratedFluxCheck, PassedError, WavenumberBudget};
 use super::wavenumber::Terms;
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
 
@@ -101,13 +101,6 @@ impl SimdKernel for Worst<'_> {
     }
 }
 
-/// `dE(k)/dt` from all its terms.
-pub(super) fn energy_rates(terms: &Terms, rates: &mut Vec<f64>) {
-    rates.clone_from(&terms.transfer);
-    add(rates, -1.0, &terms.loss);
-    add(rates, 1.0, &terms.input);
-}
-
 /// Which of the two is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GivenRate {
@@ -127,14 +120,13 @@ pub(super) struct Passage {
     /// Integrals of the transfer, and of losses less input.
     transferred: Vec<f64>,
     gone: Vec<f64>,
-    by_transfer: Vec<f64>,
-    by_balance: Vec<f64>,
+    row: Vec<f64>,
     at_half: Vec<f64>,
     off: Vec<f64>,
-    /// The largest magnitude at the largest wavenumber, where it is 0, at any sample.
-    top: f64,
-    /// The largest difference of the two ways at any sample and wavenumber.
-    apart: f64,
+    apart: Vec<f64>,
+    /// The largest residual of the balance at any sample and wavenumber.
+    worst: f64,
+    check: IntegratedFluxCheck,
 }
 
 impl Passage {
@@ -146,12 +138,12 @@ impl Passage {
             first: None,
             transferred: row(),
             gone: row(),
-            by_transfer: row(),
-            by_balance: row(),
+            row: row(),
             at_half: row(),
             off: row(),
-            top: 0.0,
-            apart: 0.0,
+            apart: row(),
+            worst: 0.0,
+            check: IntegratedFluxCheck::default(),
         }
     }
 
@@ -165,42 +157,46 @@ impl Passage {
     /// What has passed each wavenumber by sample i, at which the wavenumbers hold `energy`.
     pub(super) fn sample(&mut self, i: usize, energy: &[f64]) -> &[f64] {
         let first = self.first.get_or_insert_with(|| energy.to_vec());
-        let lost = first.iter().zip(energy).zip(&self.gone);
-        running(
-            &mut self.by_balance,
-            lost.map(|((first, now), gone)| first - now - gone),
-        );
-        let transferred = self.transferred.iter().map(|transferred| -transferred);
-        running(&mut self.by_transfer, transferred);
-        let pairs = self.by_transfer.iter().zip(&self.by_balance);
-        self.off.clear();
-        self.off.extend(pairs.map(|(a, b)| (a - b).abs()));
-        self.apart = worst_of(self.apart, &self.off);
-        let row = match self.way {
-            GivenRate::Transfer => &self.by_transfer,
-            GivenRate::Balance => &self.by_balance,
-        };
-        let top = row.last().map_or(0.0, |top| top.abs());
-        self.top = worst_of(self.top, &[top]);
-        if i == self.half {
-            self.at_half.clone_from(row);
+        let is_transfer = self.way == GivenRate::Transfer;
+        let (mut passed, mut apart) = (0.0, 0.0);
+        let out = self.row.iter_mut().zip(&mut self.off).zip(&mut self.apart);
+        let integrals = self.transferred.iter().zip(&self.gone);
+        let all = out.zip(first.iter().zip(energy)).zip(integrals);
+        for ((((row, off), apart_here), (first, now)), (transferred, gone)) in all {
+            let lost = first - now - gone;
+            passed += if is_transfer { -transferred } else { lost };
+            apart += lost + transferred;
+            *row = passed;
+            *off = (lost + transferred).abs();
+            *apart_here = apart.abs();
         }
-        row
+        self.worst = worst_of(self.worst, &self.off);
+        let IntegratedFluxCheck {
+            at_largest_wavenumber: top,
+            two_ways,
+        } = &mut self.check;
+        *two_ways = worst_of(*two_ways, &self.apart);
+        *top = worst_of(*top, &[passed.abs()]);
+        if i == self.half {
+            self.at_half.clone_from(&self.row);
+        }
+        &self.row
     }
 
-    /// Over the record, and over its second half; the errors of both, in units of energy.
-    pub(super) fn finish(self) -> ([Vec<f64>; 2], IntegratedFluxCheck) {
-        let whole = match self.way {
-            GivenRate::Transfer => self.by_transfer,
-            GivenRate::Balance => self.by_balance,
+    /// Puts the integrated flux into `found`, its checks and the balance into the budget, and both together.
+    pub(super) fn finish(self, mut found: WavenumberBudget, budget: &mut Budget) {
+        let halves = self.row.iter().zip(&self.at_half);
+        found.late_flux = halves.map(|(all, half)| all - half).collect();
+        found.integrated_flux = self.row;
+        // From samples the transfer integrates poorly; the balance does so only with losses.
+        let error = match self.way {
+            GivenRate::Transfer => self.check.two_ways,
+            GivenRate::Balance => self.check.at_largest_wavenumber,
         };
-        let halves = whole.iter().zip(&self.at_half);
-        let late = halves.map(|(all, half)| all - half).collect();
-        let check = IntegratedFluxCheck {
-            at_largest_wavenumber: self.top,
-            two_ways: self.apart,
-        };
-        ([whole, late], check)
+        found.passed_error = PassedError::numerical(error, budget.scale);
+        budget.closure.wavenumber = budget.relative(self.worst);
+        budget.closure.integrated_flux = self.check.relative_to(budget.scale);
+        budget.wavenumber = Some(found);
     }
 }
 

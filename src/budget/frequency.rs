@@ -108,13 +108,18 @@ impl FrequencyFlow {
     }
 }
 
+/// The first, the middle and the last of so many contacts, each once.
+fn usual(inner: usize) -> Vec<usize> {
+    let is_usual = |j: &usize| [0, inner / 2, inner - 1].contains(j);
+    (0..inner).filter(is_usual).collect()
+}
+
 /// Default pairs of contacts: first to middle, middle to last, first to last.
 pub(crate) fn usual_pairs(budget: &Budget) -> Vec<[usize; 2]> {
-    let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
-    match inner {
-        0 | 1 => Vec::new(),
-        2 => vec![[0, 1]],
-        n => vec![[0, n / 2], [n / 2, n - 1], [0, n - 1]],
+    match usual(budget.n_contacts.min(budget.n_sites.saturating_sub(1)))[..] {
+        [first, last] => vec![[first, last]],
+        [first, middle, last] => vec![[first, middle], [middle, last], [first, last]],
+        _ => Vec::new(),
     }
 }
 
@@ -353,17 +358,12 @@ pub(super) fn put_into(budget: &mut Budget, flows: Vec<RefinedFlow>) {
     }
 }
 
-/// The first, the middle and the last contact between two sites, and the requested ones.
+/// The usual contacts between two sites, and the requested ones.
 fn chosen(contacts: &Contacts, request: &BudgetRequest) -> Vec<usize> {
-    let count = contacts.chain().n_contacts();
+    let chain = contacts.chain();
     let joins = |j: &usize| matches!(contacts.sites(j + contacts.offset), [Some(_), Some(_)]);
-    let inner: Vec<usize> = (0..count).filter(joins).collect();
-    let Some(last) = inner.len().checked_sub(1) else {
-        return Vec::new();
-    };
-    let usual = [inner[0], inner[last / 2], inner[last]];
-    let asked = request.between.iter().flatten().copied().filter(joins);
-    let mut chosen: Vec<usize> = usual.into_iter().chain(asked).collect();
+    let mut chosen = usual(chain.n_contacts().min(chain.n_sites() - 1));
+    chosen.extend(request.between.iter().flatten().filter(|j| joins(j)));
     chosen.sort_unstable();
     chosen.dedup();
     chosen

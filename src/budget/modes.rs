@@ -7,6 +7,7 @@ use column_fft::{RealToComplex, rows};
 use num_complex::Complex;
 
 use crate::chain::Ends;
+use crate::transform::fold;
 
 /// What rows along a chain are expanded in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -95,8 +96,8 @@ impl Modes {
     #[inline]
     pub(super) fn weight(&self, m: usize) -> f64 {
         match self.basis {
-            Basis::Fourier if m > 0 && 2 * m != self.sites => 2.0,
-            _ => 1.0,
+            Basis::Fourier => fold(m, self.sites),
+            Basis::Standing => 1.0,
         }
     }
 

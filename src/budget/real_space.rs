@@ -44,10 +44,7 @@ impl SiteTerms {
             let held = at.x.iter().enumerate();
             let held: Vec<f64> = held.map(|(j, x)| ground.energy(j, *x)).collect();
             self.contact += crate::numeric::sum(&held);
-            energy
-                .iter_mut()
-                .zip(held)
-                .for_each(|(energy, held)| *energy += held);
+            add(energy, 1.0, &held);
         }
         (self.input, self.wall_heat) = (0.0, 0.0);
         loss.clear();

@@ -1,6 +1,6 @@
 //! The wavenumber budget over time: spectra, flux, its integral, and whether it balances.
 
-use super::balance::{GivenRate, Passage, RunningBalance, energy_rates, running};
+use super::balance::{GivenRate, Passage, running};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::{
@@ -16,9 +16,7 @@ use crate::numeric::{count_at_or_below, sum};
 pub(super) struct Spectral {
     budget: WavenumberBudget,
     edge_asked: Option<f64>,
-    balance: RunningBalance,
     passage: Passage,
-    rates: Vec<f64>,
     flux: Vec<f64>,
     moments: Vec<f64>,
     identities: Identities,
@@ -60,9 +58,7 @@ impl Spectral {
         }
         Ok(Spectral {
             edge_asked: request.band_edge_wavenumber,
-            balance: RunningBalance::default(),
             passage: Passage::new(GivenRate::Balance, samples, count),
-            rates: Vec::new(),
             flux: Vec::new(),
             moments: Vec::new(),
             identities: Identities {
@@ -96,9 +92,6 @@ impl Spectral {
         waiting: &mut Waiting,
     ) {
         self.check_identities(terms, total, dissipation);
-        energy_rates(terms, &mut self.rates);
-        self.balance
-            .sample([before, behind], &self.rates, &terms.energy);
         self.passage.add(before, terms);
         let integrated = self.passage.sample(i, &terms.energy);
         waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, integrated);
@@ -160,19 +153,13 @@ impl Spectral {
     /// Puts what was found into `into`. `time`: label, first and step of the axis.
     pub(super) fn finish(self, time: (&str, f64, f64), waiting: &mut Waiting, into: &mut Budget) {
         let mut budget = self.budget;
-        let ([whole, late], check) = self.passage.finish();
-        (budget.integrated_flux, budget.late_flux) = (whole, late);
-        // From samples the transfer integrates poorly; the balance does so only with losses.
-        budget.passed_error = PassedError::numerical(check.at_largest_wavenumber, into.scale);
         let k = into.units.wavenumber();
         let k = (&*k, 0.0, budget.wavenumber.get(1).copied().unwrap_or(1.0));
         let label = into.units.energy("E(k), both signs of k");
         budget.energy_map = waiting.map(LargeArray::ENERGY_SPECTRUM, label, time, k);
         let label = into.units.power("flux Π(k)");
         budget.flux_map = waiting.map(LargeArray::SPECTRAL_FLUX, label, time, k);
-        into.closure.wavenumber = into.relative(self.balance.worst());
         into.closure.identities = self.identities;
-        into.closure.integrated_flux = check.relative_to(into.scale);
-        into.wavenumber = Some(budget);
+        self.passage.finish(budget, into);
     }
 }

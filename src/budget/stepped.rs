@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::balance::{GivenRate, Passage, RunningBalance, energy_rates, worst_of};
+use super::balance::{GivenRate, Passage, RunningBalance, worst_of};
 use super::contacts::Contacts;
 use super::filter::ScaleOf;
 use super::frequency;
 use super::modes::{Basis, Modes};
 use super::motion::{ChainState, Motion};
 use super::request::BudgetRequest;
-use super::result::{Budget, Integration, PassedError};
+use super::result::{Budget, Integration};
 use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{BATCH, Waiting};
@@ -75,9 +75,7 @@ pub(super) fn close(
     let mut followed = Followed {
         motion,
         spectral: wavenumbers.map(|count| SpectralFlux {
-            rates: Vec::new(),
             transfers: &transfers,
-            balance: RunningBalance::default(),
             passage: Passage::new(GivenRate::Transfer, motion.samples(), count),
             waiting,
             outcome: Ok(()),
@@ -147,9 +145,9 @@ struct Followed<'a, 'm> {
 }
 
 /// A place on the way, and the terms there.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Visited {
-    visit: Node,
+    visit: Option<Node>,
     t: f64,
     x: Vec<f64>,
     v: Vec<f64>,
@@ -162,8 +160,6 @@ struct Visited {
 
 struct SpectralFlux<'a> {
     transfers: &'a Transfers<'a>,
-    rates: Vec<f64>,
-    balance: RunningBalance,
     passage: Passage,
     waiting: Waiting<'a>,
     /// What the sink yielded first that is no success.
@@ -176,13 +172,10 @@ impl SpectralFlux<'_> {
     fn add(&mut self, place: &Visited, samples: usize) {
         let terms = &place.spectral;
         match place.visit {
-            Node::Node(weight) => {
-                energy_rates(terms, &mut self.rates);
-                self.balance.add(weight, &self.rates);
+            Some(Node::Node(weight)) => {
                 self.passage.add(weight, terms);
             }
-            Node::Sample(i) => {
-                self.balance.compare(&terms.energy);
+            Some(Node::Sample(i)) => {
                 let row = self.passage.sample(i, &terms.energy);
                 self.waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, row);
                 let end = i + 1;
@@ -193,18 +186,15 @@ impl SpectralFlux<'_> {
                 let off: Vec<f64> = pairs.map(|(a, b)| (a - b).abs()).collect();
                 self.departure = worst_of(self.departure, &off);
             }
+            None => {}
         }
     }
 
     fn put_into(self, budget: &mut Budget) -> Result<()> {
         self.outcome?;
-        let (flux, check) = self.passage.finish();
-        budget.closure.wavenumber = budget.relative(self.balance.worst());
         budget.closure.departure = budget.relative(self.departure).value();
-        budget.closure.integrated_flux = check.relative_to(budget.scale);
-        if let Some(found) = &mut budget.wavenumber {
-            [found.integrated_flux, found.late_flux] = flux;
-            found.passed_error = PassedError::numerical(check.two_ways, budget.scale);
+        if let Some(found) = budget.wavenumber.take() {
+            self.passage.finish(found, budget);
         }
         Ok(())
     }
@@ -248,7 +238,7 @@ impl Followed<'_, '_> {
                 };
                 if let (Some(transfers), Some(scratch)) = (transfers, of_spectra) {
                     transfers.evaluate(at, scratch, &mut place.spectral);
-                    if let Node::Sample(i) = place.visit {
+                    if let Some(Node::Sample(i)) = place.visit {
                         place.recorded = transfers.energies(motion.at(i));
                     }
                 }
@@ -264,8 +254,8 @@ impl Followed<'_, '_> {
             }
             if let Some(flux) = scale {
                 match place.visit {
-                    Node::Node(weight) => flux.balance.add(weight, &place.scale.energy_rate),
-                    Node::Sample(_) => flux.balance.compare(&place.scale.energy),
+                    Some(Node::Node(weight)) => flux.balance.add(weight, &place.scale.energy_rate),
+                    _ => flux.balance.compare(&place.scale.energy),
                 }
             }
         }
@@ -275,25 +265,15 @@ impl Followed<'_, '_> {
 impl NodeVisitor for Followed<'_, '_> {
     fn visit(&mut self, visit: Node, place: NodeState) {
         if self.waiting == self.places.len() {
-            self.places.push(Visited {
-                visit,
-                t: place.t,
-                x: Vec::new(),
-                v: Vec::new(),
-                resonators: Default::default(),
-                spectral: Terms::default(),
-                recorded: Vec::new(),
-                scale: ScaleTerms::default(),
-            });
+            self.places.push(Visited::default());
         }
-        if let Some(next) = self.places.get_mut(self.waiting) {
-            (next.visit, next.t) = (visit, place.t);
-            let own = next.resonators.iter_mut().zip(place.resonators);
-            let bodies = [(&mut next.x, place.x), (&mut next.v, place.v)];
-            for (kept, row) in bodies.into_iter().chain(own) {
-                kept.clear();
-                kept.extend_from_slice(row);
-            }
+        let next = &mut self.places[self.waiting];
+        (next.visit, next.t) = (Some(visit), place.t);
+        let own = next.resonators.iter_mut().zip(place.resonators);
+        let bodies = [(&mut next.x, place.x), (&mut next.v, place.v)];
+        for (kept, row) in bodies.into_iter().chain(own) {
+            kept.clear();
+            kept.extend_from_slice(row);
         }
         self.waiting += 1;
         let most = SITES_TOGETHER / place.x.len().max(1);

@@ -104,17 +104,18 @@ pub fn tendency_budget(
     let off = largest((&change - &integrated).iter().copied());
     let scale = largest(change.iter().copied());
     let relative = |off: f64, of: f64| if off == 0.0 { 0.0 } else { off / of };
-    let lines = || (0..samples).map(|i| (u.row(i).to_vec(), transfer.row(i).to_vec()));
+    let sums = transfer.rows().into_iter().map(|row| {
+        let row = row.to_vec();
+        relative(sum(&row), largest(row.iter().copied()))
+    });
+    let energies = u.rows().into_iter().zip(energy.rows()).map(|(u, energy)| {
+        let squares = crate::numeric::sum_of_squares(&u.to_vec()) / (2 * n) as f64;
+        relative(sum(&energy.to_vec()) - squares, squares)
+    });
     let identities = Identities {
         transfer_rounding: 0.0,
-        transfer_sum: largest(lines().map(|(_, transfer)| {
-            let peak = largest(transfer.iter().copied());
-            relative(sum(&transfer), peak)
-        })),
-        energy_sum: largest(lines().zip(energy.rows()).map(|((u, _), energy)| {
-            let squares = crate::numeric::sum_of_squares(&u) / (2 * n) as f64;
-            relative(sum(&energy.to_vec()) - squares, squares)
-        })),
+        transfer_sum: largest(sums),
+        energy_sum: largest(energies),
         loss_sum: None,
     };
     Ok(TendencyBudget {

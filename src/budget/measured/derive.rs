@@ -121,16 +121,6 @@ impl Derived {
         missing::fill(chain, dt, missing, &mut displacement, &mut velocity);
         (displacement, velocity)
     }
-
-    /// Mean velocity of the sites that contact j joins.
-    pub(super) fn speed(&self, chain: &Chain, i: usize, j: usize) -> f64 {
-        let v = self.velocity.row(i);
-        match v.get(j + 1) {
-            Some(right) => 0.5 * (v[j] + right),
-            None if chain.ends == crate::chain::Ends::Periodic => 0.5 * (v[j] + v[0]),
-            None => 0.0,
-        }
-    }
 }
 
 /// Largest magnitude so far along time, of each column of what two samplings differ by.

@@ -154,7 +154,7 @@ impl Repeated<'_> {
     }
 
     fn add_sampling(&self, half: &Derived, contacts: &Contacts, errors: &mut Errors) {
-        let (chain, derived) = (self.repetitions.chain, self.derived);
+        let derived = self.derived;
         let off = |full: &Array2<f64>, half: &Array2<f64>| envelope(full, half, HALVED);
         let overlap = off(&derived.overlap, &half.overlap);
         let add = |to: &mut Array2<f64>, what: &Array2<f64>| {
@@ -170,7 +170,11 @@ impl Repeated<'_> {
             // Three errors of the overlap are to be within three of the force, also where an open
             // contact may be closed, which few repetitions show.
             let open = over(3.0 * errors.overlap[[i, j]]) / 3.0;
-            let speed = derived.speed(chain, i, j).abs();
+            let v = derived.velocity.row(i);
+            let speed = match contacts.sites(id) {
+                [Some(left), Some(right)] => 0.5 * (v[left] + v[right]).abs(),
+                _ => 0.0,
+            };
             let (force, sampling) = (errors.force[[i, j]].max(open), over(*sampling));
             errors.force[[i, j]] = force.hypot(sampling);
             let flux = errors.flux[[i, j]].max(open * speed);

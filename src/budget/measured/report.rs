@@ -177,7 +177,8 @@ fn warnings_of(report: &MeasuredReport) -> Vec<MeasuredWarning> {
         let force = contacts[i].force;
         force.value != 0.0 && !force.is_resolved()
     };
-    let all: [(Lack, usize, &dyn Fn(usize) -> bool); 7] = [
+    type IsOne<'a> = &'a dyn Fn(usize) -> bool;
+    let all: [(Lack, usize, IsOne); 7] = [
         (Lack::MomentumOpen, n, &|j| !momentum.sites[j].is_closed()),
         (Lack::Coefficients, m, &|_| momentum.common.is_off()),
         (Lack::Coefficient, m, &is_off),

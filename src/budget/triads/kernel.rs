@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use ndarray::Array2;
 
+use crate::transform::fold;
+
 /// The components that take part.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid {
@@ -35,15 +37,6 @@ impl Grid {
         TAU * k as f64 / self.points as f64
     }
 
-    /// How many wavenumbers of a period a component counts.
-    pub fn weight(&self, k: usize) -> f64 {
-        if k == 0 || 2 * k == self.points {
-            1.0
-        } else {
-            2.0
-        }
-    }
-
     /// The largest component, where k and -k are one.
     fn has_largest(&self, k: usize) -> bool {
         2 * k == self.points
@@ -59,7 +52,9 @@ pub(super) fn add_pairs(grid: &Grid, k: usize, at: &Components, weight: f64, row
     let half = k.div_ceil(2);
     for (p, cell) in (half..).zip(&mut row[half..=k]) {
         let (value, rate) = at.pair(p, k - p, 1.0);
-        let orders = if 2 * p == k { 1.0 } else { 2.0 };
+        // The largest component with the mean is the same for both signs.
+        let is_own = 2 * p == k || (p == k && grid.has_largest(k));
+        let orders = if is_own { 1.0 } else { 2.0 };
         *cell += orders * scale * own.transfer(value, rate);
     }
     for (p, cell) in (k + 1..).zip(&mut row[k + 1..]) {
@@ -77,7 +72,7 @@ pub(super) fn add_wrapped(grid: &Grid, k: usize, at: &Components, weight: f64, r
     }
     let most = (grid.points - 1) / 2;
     let own = Own::of(at, k);
-    let scale = weight * grid.weight(k) * at.scale / 3.0;
+    let scale = weight * fold(k, grid.points) * at.scale / 3.0;
     let sum = grid.points - k;
     let half = sum.div_ceil(2);
     let end = most.min(sum - 1) + 1;

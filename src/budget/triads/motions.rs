@@ -13,6 +13,7 @@ use crate::budget::tendency::forward;
 use crate::budget::wavenumber::dot;
 use crate::chain::{Chain, Ends, Law};
 use crate::error::Result;
+use crate::transform::fold;
 
 /// Masses and coefficients that differ by less are equal.
 const EQUAL: f64 = 1e-12;
@@ -162,7 +163,7 @@ impl QuadraticChain<'_> {
         // A chain between walls is half of its period.
         let half = if self.contacts.offset == 1 { 0.5 } else { 1.0 };
         let places = half * self.grid.points as f64;
-        let weight = |k: usize| places * self.grid.weight(k);
+        let weight = |k: usize| places * fold(k, self.grid.points);
         let energy = |k: usize| {
             let kinetic = 0.5 * mass * velocity[k].norm_sqr();
             let linear = 0.5 * linear * value[k].norm_sqr();
