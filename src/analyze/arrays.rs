@@ -68,7 +68,8 @@ impl<'a> Outputs<'a> {
         Ok(Outputs { sink, maps })
     }
 
-    /// Passes on the block whose first number is that of this row and column.
+    /// Passes on the block whose first number is that of this row and column. Blocks of an array come one at a time, so that
+    /// nobody waits for its map.
     pub fn put(
         &self,
         array: LargeArray,

@@ -93,13 +93,11 @@ impl<'a, T: Real> AlongTime<'a, T> {
         let tapered = record.iter().zip(&plan.window_time);
         let mut tapered: Vec<f64> = tapered.map(|(v, w)| v * w).collect();
         tapered.resize(length, 0.0);
-        let chosen = (0..count).map(|i| (2 * i + 1) * bins / (2 * count));
-        let chosen: Vec<usize> = chosen.collect();
+        let chosen = Vec::from_iter((0..count).map(|i| (2 * i + 1) * bins / (2 * count)));
         let both = chosen.iter().zip(direct_sums(&tapered, &chosen));
         let squares = both.map(|(&m, z)| {
-            let re = spectrum[m].re.to_f64() - z.re;
-            let im = spectrum[m].im.to_f64() - z.im;
-            re * re + im * im
+            let found = spectrum[m];
+            (Complex::new(found.re.to_f64(), found.im.to_f64()) - z).norm_sqr()
         });
         let squared: f64 = squares.sum();
         Some(((squared / count as f64 / energy).sqrt(), count))

@@ -96,9 +96,11 @@ impl Blocks {
         let together = TOGETHER as u64;
         let needed = fixed + together * spectrum + row.max(together * record);
         Error::beyond_memory("the transform of eight records", needed, allowed)?;
-        let width = ((allowed - fixed) / (record + spectrum)) as usize / TOGETHER * TOGETHER;
+        let free = allowed - fixed;
+        let width = (free / (record + spectrum)).min((free - row) / spectrum);
+        let width = width as usize / TOGETHER * TOGETHER;
         let width = width.clamp(TOGETHER, sites.max(TOGETHER));
-        let rows = (allowed - fixed - width as u64 * spectrum) / row;
+        let rows = (free - width as u64 * spectrum) / row;
         Ok(Blocks {
             width,
             rows: rows.clamp(1, bins as u64) as usize,
@@ -146,7 +148,7 @@ fn by_blocks(
     let mut before = Vec::with_capacity(sites);
     for of in stripes() {
         let mut records = of_shape(&mut records, (shape.0, of.len()));
-        records.fill(0.0);
+        records.slice_mut(s![times.., ..]).fill(0.0);
         for some in pieces(times, (READ_BYTES / (8 * of.len())).clamp(1, times)) {
             observer.go_on()?;
             let mut block = records.slice_mut(s![some.clone(), ..]);

@@ -7,7 +7,7 @@ use super::arrays::Outputs;
 use super::plan::Plan;
 use crate::arrays::LargeArray;
 use crate::error::Result;
-use crate::transform::Scaling;
+use crate::transform::{Scale, Scaling};
 
 /// `Pi_K(k, t) = - d/dt sum_{|k'| <= k} E_K(k', t)` with `E_K` the energy spectrum of `v^2 / 2`:
 /// central differences, one-sided ones of second order at the ends of the record.
@@ -28,7 +28,8 @@ pub(super) struct FluxSurrogate {
 
 impl FluxSurrogate {
     pub fn new(plan: &Plan) -> Self {
-        let energy = plan.space_scale_of(Scaling::Energy);
+        let (window, padded) = (&plan.window_space, plan.conventions.padded_space);
+        let energy = Scale::along_space(Scaling::Energy, window, padded, plan.axes.space.step);
         let rows = plan.blocks.times + 2;
         // Each zeroed by itself: a clone would read pages that are not there yet.
         let room = || Array2::zeros((rows, plan.axes.wavenumber.len()));

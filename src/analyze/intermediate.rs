@@ -7,6 +7,7 @@ use ndarray::{ArrayView2, s};
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use super::plan::Plan;
 use crate::error::Result;
 use crate::field::ScratchFile;
 use crate::system::buffer::Buffer;
@@ -30,19 +31,19 @@ pub(super) enum Intermediate<T: Real> {
 }
 
 impl<T: Real> Intermediate<T> {
-    pub fn in_memory(shape: (usize, usize)) -> Result<Self> {
-        let buffer = Buffer::zeros(shape)?;
-        Ok(Intermediate::Memory { buffer, shape })
-    }
-
-    /// In a file, of which `together` rows are read at a time.
-    pub fn spilled(file: SpillFile<T>, together: usize) -> Self {
-        Intermediate::Spilled {
-            file,
-            together,
+    /// As planned.
+    pub fn new(plan: &Plan) -> Result<Self> {
+        let shape = (plan.between_rows(), plan.axes.n_sites);
+        if plan.scratch_file == 0 {
+            let buffer = Buffer::zeros(shape)?;
+            return Ok(Intermediate::Memory { buffer, shape });
+        }
+        Ok(Intermediate::Spilled {
+            file: SpillFile::new(shape, plan.tiles.sites)?,
+            together: plan.blocks.scratch * plan.segments.count(),
             held: 0..0,
             values: Vec::new(),
-        }
+        })
     }
 
     /// Makes `rows`, which come in order, ready to be viewed; reads some of the following ones with them.

@@ -7,7 +7,7 @@ use super::along::FLOOR;
 use super::arrays::Outputs;
 use super::columns::{AlongTime, TemporalPassResult};
 use super::front::{self, WindowTransforms};
-use super::intermediate::{Intermediate, SpillFile};
+use super::intermediate::Intermediate;
 use super::noise::KnownNoise;
 use super::plan::Plan;
 use super::reference::{References, first_with_energy};
@@ -119,16 +119,8 @@ impl Stages<'_> {
         if let Some(FrontLength::Window { samples, .. }) = found.front {
             along_time.passage = Some(WindowTransforms::new(plan, samples, along_time.edge));
         }
-        let shape = (plan.between_rows(), plan.axes.n_sites);
-        let mut between = match (plan.request.results.spacetime, plan.scratch_file) {
-            (false, _) => None,
-            (true, 0) => Some(Intermediate::<T>::in_memory(shape)?),
-            (true, _) => {
-                let rows = plan.blocks.scratch * plan.segments.count();
-                let file = SpillFile::new(shape, plan.tiles.sites)?;
-                Some(Intermediate::spilled(file, rows))
-            }
-        };
+        let is_kept = plan.request.results.spacetime;
+        let mut between = is_kept.then(|| Intermediate::new(plan)).transpose()?;
         let columns = along_time.transform_records(between.as_mut())?;
         clock.lap(plan, "along time");
         // Of a node there is rounding alone.

@@ -295,25 +295,18 @@ mod tests {
                 let cells = map.cells();
                 let width = columns.div_ceil(limit);
                 for ((r, c), &found) in cells.indexed_iter() {
-                    let of = whole.slice(s![
-                        2 * r..2 * r + 2,
-                        c * width..columns.min((c + 1) * width)
-                    ]);
-                    let numbers = || of.iter().copied().filter(|v| !v.is_nan());
-                    let (low, high) = (
-                        numbers().fold(f64::INFINITY, f64::min),
-                        numbers().fold(f64::NEG_INFINITY, f64::max),
-                    );
+                    let part = c * width..columns.min((c + 1) * width);
+                    let of = whole.slice(s![2 * r..2 * r + 2, part]);
+                    let high = of.fold(f64::NEG_INFINITY, |m, v| m.max(*v));
+                    let low = of.fold(f64::INFINITY, |m, v| m.min(*v));
                     let right = match map.keep {
                         Keep::Extreme if high.abs() < low.abs() => low,
                         _ => high,
                     };
                     // Minus infinity marks a cell without numbers.
                     let none = right == f64::NEG_INFINITY;
-                    assert!(
-                        found == right || none && found.is_nan(),
-                        "{columns} {r} {c}: {found} {right}"
-                    );
+                    let is_right = found == right || none && found.is_nan();
+                    assert!(is_right, "{columns} {r} {c}: {found} {right}");
                 }
             }
         }

@@ -18,6 +18,9 @@ const BLOCK_BYTES: u64 = 2 << 20;
 /// Bytes that are read at once from a scratch file, in one piece of each stripe.
 const SCRATCH_BYTES: u64 = 128 << 20;
 
+/// Times of the smallest block: the flux surrogate differentiates over three neighbours.
+const LEAST_TIMES: usize = 4;
+
 /// Fine maps take at most one part in so many of the memory allowed.
 const FINE_SHARE: u64 = 16;
 
@@ -166,7 +169,7 @@ impl Plan {
         // Every pass over the field takes the same number of sites.
         let each = nx.div_ceil(nx.div_ceil(sites));
         let together = ComplexTransform::<f64>::TOGETHER;
-        let least_times = self.least_times() as usize;
+        let least_times = nt.min(LEAST_TIMES);
         let times = match across {
             true => block(spare, per_time, WIDTH, least_times, nt),
             false => cached(per_time, self.tiles.times, least_times, nt),
@@ -300,17 +303,12 @@ impl Plan {
         u64::from(self.request.results.answer) * all
     }
 
-    /// Times of the smallest block: the flux surrogate differentiates over three neighbours.
-    fn least_times(&self) -> u64 {
-        self.counts()[0].min(4)
-    }
-
     /// One record and a few snapshots, in tiles and blocks.
     fn smallest_blocks(&self) -> u64 {
         let in_memory = !self.request.results.spacetime;
         let [records, snapshots] = [self.column_tile(1, in_memory), self.row_tile(1, in_memory)];
         let tile = records.max(snapshots);
-        let times = self.least_times() * self.per_time();
+        let times = self.axes.n_times.min(LEAST_TIMES) as u64 * self.per_time();
         let block = self.per_site(true).max(times).max(self.per_frequency());
         (2 * tile).max(tile + block)
     }

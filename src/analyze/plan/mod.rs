@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
 use crate::transform::{
-    Real, RecordTransform, Scale, Scaling, Segments, frequencies, wavenumbers, wavenumbers_signed,
+    Real, RecordTransform, Scale, Segments, frequencies, wavenumbers, wavenumbers_signed,
 };
 use checks::{
     check_axes, check_references, direction_band, padded, segments, site_range, time_range,
@@ -265,15 +265,6 @@ impl Plan {
     /// Index in the file and coordinate of a site of the range analyzed.
     pub(super) fn place(&self, site: usize) -> (usize, f64) {
         (self.sites.start + site, self.axes.space.at(site))
-    }
-
-    pub(crate) fn space_scale_of(&self, scaling: Scaling) -> Scale {
-        Scale::along_space(
-            scaling,
-            &self.window_space,
-            self.conventions.padded_space,
-            self.axes.space.step,
-        )
     }
 
     /// The transform of profiles.
