@@ -26,12 +26,13 @@ impl Maps<MapBuilder> {
         display: &Display,
     ) -> Maps<Map> {
         let axes = &plan.axes;
-        let power = Power {
-            scaling: plan.request.scaling,
-            unit: field.unit.as_deref(),
-            amplitude: power_unit,
-        };
-        let name = labels::quantity(field.quantity);
+        let power = Power::new(
+            axes,
+            plan.request.scaling,
+            field.unit.as_deref(),
+            power_unit,
+        );
+        let name = field.quantity.in_words();
         let samples = unit::label(name, field.unit.as_deref().unwrap_or_default());
         let [df, dk] =
             [&axes.frequency, &axes.wavenumber].map(|bins| bins.get(1).copied().unwrap_or(1.0));
@@ -50,8 +51,8 @@ impl Maps<MapBuilder> {
             map.finish_with(Some(&part), label, (y.0, y.1, y.2), (x.0, x.1, x.2))
         };
         let of_field = |map: MapBuilder| finish(map.times(unit), samples.clone(), time, space);
-        let [of_f, of_k] = [power.over_frequency(axes), power.over_wavenumber(axes)];
-        let [of_both, of_flux] = [power.over_both(axes), power.flux(axes)];
+        let [of_f, of_k] = [power.over_frequency(), power.over_wavenumber()];
+        let [of_both, of_flux] = [power.over_both(), power.flux()];
         Maps {
             field: self.field.map(of_field),
             temporal: self.temporal.map(|map| finish(map, of_f, frequency, space)),

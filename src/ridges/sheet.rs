@@ -320,7 +320,7 @@ impl Ridges {
     fn variables(&self, sheet: &mut Sheet) {
         let (axes, sample) = (&self.analysis.axes, self.analysis.unit.as_deref());
         let units = Units::of(&axes.time, &axes.space, sample);
-        let density = labels::Power::of(&self.analysis).over_both(axes);
+        let density = labels::Power::of(&self.analysis).over_both();
         let density = unit::split(&density).1;
         let mut line = |name, unit: &str, values: Vec<f64>| sheet.line(name, "point", unit, values);
         let points = self.ridges.iter();

@@ -22,11 +22,11 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     sheet.line(signed, signed, k, &axes.wavenumber_signed);
     let power = Power::of(analysis);
     if let Some(moments) = &analysis.along_space {
-        let units = [f, &power.of_site(axes)];
+        let units = [f, &power.of_site()];
         measures(sheet, ["frequency", "position"], units, moments);
     }
     if let Some(moments) = &analysis.along_time {
-        let units = [k, &power.of_time(axes)];
+        let units = [k, &power.of_time()];
         measures(sheet, ["wavenumber", "time"], units, moments);
     }
     if let Some(front) = &analysis.front {
@@ -57,12 +57,12 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     }
     let [time, space] = [("time", time), ("position", space)];
     if let Some(spectra) = &analysis.short_time {
-        let label = power.over_frequency(axes);
+        let label = power.over_frequency();
         let names = [space, ("frequency", f), time];
         short(sheet, "short_time", names, &label, spectra);
     }
     if let Some(spectra) = &analysis.short_space {
-        let label = power.over_wavenumber(axes);
+        let label = power.over_wavenumber();
         let names = [time, ("wavenumber", k), space];
         short(sheet, "short_space", names, &label, spectra);
     }
