@@ -277,10 +277,10 @@ impl<T: Real> AlongTime<'_, T> {
                 *worker = Worker::default();
             }
             let front = &mut room.front;
-            let passed = match by_record {
-                true => passage.of_records(samples, plan.axes.n_times, front),
-                false => passage.of_columns(samples, width, front),
-            };
+            if by_record {
+                prepared.columns(ahead, first..first + width, samples);
+            }
+            let passed = passage.of_columns(samples, width, front);
             for (seen, passed) in seen.iter_mut().zip(passed) {
                 seen.passed = Some(passed);
             }

@@ -1,7 +1,7 @@
 //! The site and the time whose spectra set the band edges.
 
 use super::along::REFERENCE;
-use super::front::arrival;
+use super::front::arrivals;
 use super::nearest;
 use super::noise::KnownNoise;
 use super::plan::Plan;
@@ -109,5 +109,5 @@ fn within(plan: &Plan, site: usize) -> Option<usize> {
 fn arrival_at(plan: &Plan, prepared: &Prepared, site: usize) -> Option<usize> {
     let mut record = vec![0.0; plan.axes.n_times];
     prepared.record(site, &mut record);
-    arrival(&record)
+    arrivals(&record, 1)[0]
 }

@@ -58,23 +58,6 @@ impl Axes {
     pub fn wavenumber_unit(&self) -> String {
         format!("rad/{}", self.space_unit())
     }
-
-    /// `time (s)`, `time (samples)` where times are counted, `time` where a step has no unit.
-    pub fn time_label(&self) -> String {
-        label(&self.time, "time", "time (samples)")
-    }
-
-    /// `position (m)`, `site` where sites are counted, `position` where a step has no unit.
-    pub fn position_label(&self) -> String {
-        label(&self.space, "position", "site")
-    }
-}
-
-fn label(axis: &Axis, name: &str, counted: &str) -> String {
-    match &axis.unit {
-        Some(unit) => format!("{name} ({unit})"),
-        None => unit(axis, counted, name).into(),
-    }
 }
 
 fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
@@ -104,8 +87,8 @@ fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
 /// - `low_share` and `high_share`: the cumulative energy up to the band edge, and the rest.
 ///
 /// Rows with energy below 1e-6 of the largest, or below the noise if known
-/// ([`Request::noise`](super::Request::noise)), are NaN except for the energy; so are the sites that
-/// [`UndefinedRows`] names, and all rows of an axis with a single bin. Units: those of the axis for the first four, otherwise shares and
+/// ([`Request::noise`](super::Request::noise)), are NaN except for the energy; so are sites left out, those
+/// whose noise is unknown where that of others is subtracted (they would seem to have gained energy at high frequency), and all rows of an axis with a single bin. Units: those of the axis for the first four, otherwise shares and
 /// numbers.
 #[derive(Debug, Clone, Default)]
 pub struct Moments {
@@ -121,27 +104,6 @@ pub struct Moments {
     pub high_share: Vec<f64>,
     /// Integral of the row's spectrum (0 for a row without energy), in the requested scaling.
     pub energy: Vec<f64>,
-    /// Why rows are NaN.
-    pub undefined: UndefinedRows,
-}
-
-/// Rows without measures, by the first of these reasons.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct UndefinedRows {
-    /// Sites left out on request ([`Request::without_sites`](super::Request::without_sites)).
-    pub left_out: usize,
-    /// Sites whose noise is unknown where that of others is subtracted
-    /// ([`Request::subtract_noise`](super::Request::subtract_noise)): compared with those, they would seem to
-    /// have gained energy at high frequency.
-    pub noise_unknown: usize,
-    /// Rows with too little energy.
-    pub quiet: usize,
-}
-
-impl UndefinedRows {
-    pub fn total(self) -> usize {
-        self.left_out + self.noise_unknown + self.quiet
-    }
 }
 
 /// How a band edge came about.
@@ -213,12 +175,7 @@ pub enum FrontLength {
     /// The window is longer than the record.
     TooLong { window: f64 },
     /// More than half of the sites move from the first sample on, or before the wave arrives.
-    NoArrival {
-        at_once: usize,
-        sites: usize,
-        /// Spectra are as flat as those of white noise.
-        noise: bool,
-    },
+    NoArrival { at_once: usize, sites: usize },
 }
 
 /// Shares of the bands over the passage of the front, one value a site.

@@ -23,6 +23,7 @@ use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::estimates::NoiseFloor;
 use crate::field::Field;
+use crate::moved::ArrivalWindows;
 use crate::numeric::{in_band, sum, sum_of, sum_of_squares};
 use crate::observer::{Observer, Silent};
 use crate::prepare::{Prepared, Sites, channels};
@@ -122,9 +123,7 @@ fn passes<T: Real>(
     let is_told = results.answer && !prepared.is_silent() && !field.has_guessed_layout();
     let find = || answer::find(&stages, columns, spacetime);
     let mut answer = is_told.then(find).transpose()?;
-    let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
-    let passes = (columns, rows, spacetime);
-    let display = Display::find(plan, passes, maps.field.as_ref(), windows);
+    let display = Display::find(plan, columns, rows, spacetime);
     let maps = maps.finished(field, plan, [unit, power_unit], &display);
     let range = (plan.times.clone(), plan.sites.clone());
     let known = (&plan.request.without_sites[..], Some(&scans[..]));
@@ -158,17 +157,15 @@ fn passes<T: Real>(
     }
     clock.lap(plan, "answer");
     let along_space = columns.filter(|_| results.temporal);
-    let along_space = along_space.map(|columns| stages.along_space(columns, records.front));
+    let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
+    let along_space =
+        along_space.map(|columns| stages.along_space(columns, records.front, windows));
     let along_time = results.spatial.then(|| stages.along_time(rows));
     let (along_space, front) = along_space.unzip();
     let (along_space, headline_space) = along_space.unzip();
-    let front = front.flatten();
-    let front = match &answer {
-        // All of a chain that moves from the start stands in modes: no front passes.
-        Some(answer) if field.struck.is_some() && !answer.has_fronts => None,
-        Some(answer) => front.map(|front| front.unless_noise(answer, plan)),
-        None => front,
-    };
+    // All of a chain that moves from the start stands in modes: no front passes.
+    let stands = field.struck.is_some() && answer.as_ref().is_some_and(|of| !of.has_fronts);
+    let front = front.flatten().filter(|_| !stands);
     let (along_time, headline_time) = along_time.unzip();
     // A single site has no wavenumber axis.
     let by_frequency = spacetime.filter(|_| plan.axes.n_sites > 1);
@@ -295,6 +292,7 @@ impl Stages<'_> {
         &self,
         columns: &TemporalPassResult,
         length: Option<FrontLength>,
+        windows: Option<&ArrivalWindows>,
     ) -> ((Moments, Headline), Option<Front>) {
         let (plan, reference) = (self.plan, self.references.site);
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
@@ -303,25 +301,18 @@ impl Stages<'_> {
             None => noise,
         };
         let mut defined = along::defined(&columns.rows, &columns.energies, noise_at);
-        let mut undefined = UndefinedRows::default();
         for (row, defined) in defined.iter_mut().enumerate() {
-            if plan.is_left_out(row) {
-                undefined.left_out += 1;
-                *defined = false;
-            } else if self.noise.is_some_and(|noise| !noise.is_known(row)) {
-                undefined.noise_unknown += 1;
-                *defined = false;
-            }
+            let is_known = self.noise.is_none_or(|noise| noise.is_known(row));
+            *defined &= is_known && !plan.is_left_out(row);
         }
         let measure = plan.time_scale.measure * self.stored;
         let mut moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
-        undefined.quiet = moments.undefined.quiet - undefined.total();
-        moments.undefined = undefined;
         for site in &plan.request.without_sites {
             moments.energy[site - plan.sites.start] = f64::NAN;
         }
-        let passed = (&columns.rows[..], &columns.passed[..]);
-        let front = length.map(|length| front::gather(plan, length, passed, &defined, reference));
+        let passed = &columns.passed[..];
+        let front =
+            length.map(|length| front::gather(plan, length, passed, &defined, reference, windows));
         // Where the record ends while the front passes, the end makes a part of the spectrum.
         let whole = match &front {
             Some(front) if matches!(front.length, FrontLength::Window { .. }) => &front.fits,
