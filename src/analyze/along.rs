@@ -80,7 +80,6 @@ impl Headline {
             let (index, at) = place(row);
             let share = high_share[row];
             Spot {
-                row,
                 index,
                 at,
                 high_share: share.is_finite().then_some(share),

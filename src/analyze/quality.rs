@@ -11,9 +11,10 @@ use super::rows::SpatialPassResult;
 use super::spacetime::Frequencies;
 use super::stages::Stages;
 use crate::diagnostics::{Bins, SpectrumMoments};
+use crate::measure::{digits, shortest};
 use crate::numeric::{sum, sum_of, sum_of_squares};
 use crate::prepare::{ChannelScan, Window};
-use crate::sheet::{number, percent, three_digits};
+use crate::sheet::{number, percent};
 use crate::transform::{RecordTransform, Scaling};
 
 /// What the pass over profiles notes of each.
@@ -264,7 +265,8 @@ impl Findings<'_> {
         let bins = self.all.plan.frequency_bins();
         let line = bins.centres[at + 1];
         let is_line = is_line && self.is_in_phase(std::f64::consts::PI * line / bins.top());
-        is_line.then_some(line)
+        // With the digits that half a bin leaves.
+        is_line.then(|| shortest(line, 0.5 * bins.centres[1]))
     }
 
     /// Whether a line, in rad a sample, has one phase at both ends of the array: a wave that is far longer than it has not.
@@ -296,7 +298,7 @@ impl Findings<'_> {
             return None;
         }
         let what = match line {
-            Some(line) => format!("{} {}", three_digits(line), plan.axes.frequency_unit()),
+            Some(line) => format!("{} {}", digits(line), plan.axes.frequency_unit()),
             None => "motion".into(),
         };
         let message = format!(

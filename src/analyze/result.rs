@@ -146,9 +146,6 @@ impl BandEdge {
 /// A site or a time, and the share of its energy in the high band.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Spot {
-    /// Index in the range analyzed.
-    #[serde(skip)]
-    pub row: usize,
     /// Index in the file.
     pub index: usize,
     /// Coordinate.
@@ -416,7 +413,5 @@ pub struct Analysis {
     pub sample_error: Option<f64>,
     pub accuracy: Accuracy,
     pub timings: Vec<Timing>,
-    /// From the first stage's start to the last one's end.
-    pub seconds: f64,
     pub warnings: Vec<Warning>,
 }

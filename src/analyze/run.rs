@@ -1,7 +1,5 @@
 //! The run: passes over the field in the order of the plan, and the assembly of their results.
 
-use std::time::Instant;
-
 use serde_json::json;
 
 use super::along::{self, Headline};
@@ -68,7 +66,6 @@ fn passes<T: Real>(
     for &(array, shape) in &plan.arrays {
         sink.reserve(array, shape)?;
     }
-    let started = Instant::now();
     let mut clock = Clock::new();
 
     let (prepared, scans) = Prepared::new(
@@ -202,7 +199,6 @@ fn passes<T: Real>(
         short_space: profiles.short_space,
         sample_error: None,
         accuracy: accuracy(precision, power_unit, records.checked, &parseval),
-        seconds: started.elapsed().as_secs_f64(),
         timings: clock.timings,
         warnings,
     })

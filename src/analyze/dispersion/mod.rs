@@ -209,13 +209,9 @@ fn of_bodies(kind: &str, text: &str, constants: &Constants) -> Result<Dispersion
         _ => [&["c"], &["m"]],
     };
     let needed = [stiff, heavy].concat();
-    let is_known = |name: &String| name == "a" || needed.contains(&name.as_str());
-    let is_whole = needed.iter().all(|name| constants.contains_key(*name));
-    if !is_whole
-        || !constants
-            .iter()
-            .all(|(name, value)| is_known(name) && *value > 0.0)
-    {
+    // In the order of the alphabet, too.
+    let others = constants.keys().filter(|name| *name != "a");
+    if !others.eq(&needed) || constants.values().any(|value| *value <= 0.0) {
         let needed = needed.join(", ");
         let expected = format!(
             "`{kind}:` with {needed} and, where it is not the distance of the sites, a, all above 0"
@@ -230,20 +226,12 @@ fn of_bodies(kind: &str, text: &str, constants: &Constants) -> Result<Dispersion
 /// The parts of a branch, in cycles, at positive and at negative omega, the latter at `(-k, -omega)`; one
 /// where both are the same.
 fn both_directions(omega: Vec<f64>) -> Vec<Vec<f64>> {
-    let cycles = |w: f64| {
-        if w >= 0.0 && w.is_finite() {
-            w / TAU
-        } else {
-            f64::NAN
-        }
-    };
-    let forward: Vec<f64> = omega.iter().map(|w| cycles(*w)).collect();
+    let cycles = |w: f64| Some(w / TAU).filter(|f| *f >= 0.0 && f.is_finite());
+    let or_gap = |f: Option<f64>| f.unwrap_or(f64::NAN);
+    let forward: Vec<f64> = omega.iter().map(|w| or_gap(cycles(*w))).collect();
     // Zero belongs to the former.
-    let backward = omega
-        .iter()
-        .rev()
-        .map(|w| if *w < 0.0 { cycles(-w) } else { f64::NAN });
-    let backward: Vec<f64> = backward.collect();
+    let backward = omega.iter().rev().map(|w| cycles(-w).filter(|_| *w < 0.0));
+    let backward: Vec<f64> = backward.map(or_gap).collect();
     let are_alike = |f: &f64, b: &f64| (f - b).abs() <= 1e-9 * b;
     let mut both = forward.iter().zip(&backward);
     match both.any(|(f, b)| b.is_finite() && !are_alike(f, b)) {

@@ -368,7 +368,6 @@ fn moments(n: usize, high: f64) -> Moments {
 fn headline(n: usize) -> Headline {
     let spot = |row: usize, share: f64| {
         Some(Spot {
-            row,
             index: row,
             at: row as f64,
             high_share: Some(share),
