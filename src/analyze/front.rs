@@ -8,7 +8,7 @@ use num_complex::Complex;
 
 use super::along::Headline;
 use super::plan::Plan;
-use super::result::{Front, FrontLength};
+use super::result::{Front, FrontWindow};
 use super::worker::AddPowers;
 use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
 use crate::moved::ArrivalWindows;
@@ -57,27 +57,23 @@ fn pulse_width(record: &[f64]) -> Option<f64> {
     crosses.then(|| to_start.unwrap_or(before as f64) + to_end.unwrap_or(after as f64))
 }
 
-/// How long windows are: as given, in units of time, or by the pulse in `reference`.
-pub(super) fn window_of(plan: &Plan, reference: Option<&[f64]>) -> FrontLength {
+/// How long windows are: as given, in units of time, or by the pulse in `reference`; `None` without one, and where they are longer
+/// than the record.
+pub(super) fn window_of(plan: &Plan, reference: Option<&[f64]>) -> Option<FrontWindow> {
     let dt = plan.axes.time.step;
-    let (length, pulse_width) = match (plan.request.front_window, reference) {
-        (Some(length), _) => (length, None),
-        (None, None) => return FrontLength::NoReference,
-        (None, Some(record)) => match pulse_width(record) {
-            None => return FrontLength::NoPulse,
-            Some(width) => (WIDTHS * width * dt, Some(width * dt)),
-        },
+    let (length, pulse_width) = match plan.request.front_window {
+        Some(length) => (length, None),
+        None => {
+            let width = pulse_width(reference?)?;
+            (WIDTHS * width * dt, Some(width * dt))
+        }
     };
     let samples = (length / dt).round().max(1.0) as usize;
-    let window = samples as f64 * dt;
-    match samples <= plan.axes.n_times {
-        true => FrontLength::Window {
-            window,
-            samples,
-            pulse_width,
-        },
-        false => FrontLength::TooLong { window },
-    }
+    (samples <= plan.axes.n_times).then_some(FrontWindow {
+        window: samples as f64 * dt,
+        samples,
+        pulse_width,
+    })
 }
 
 /// Results at one site.
@@ -176,7 +172,7 @@ impl<T: Real> WindowTransforms<T> {
 /// before the wave arrives: windows there hold noise.
 pub(super) fn gather(
     plan: &Plan,
-    length: FrontLength,
+    length: Option<FrontWindow>,
     passed: &[Passed],
     defined: &[bool],
     reference: Option<usize>,
@@ -190,27 +186,16 @@ pub(super) fn gather(
         let is_before = |first: f64| comes.is_some_and(|(at, width)| at - first > width);
         first.is_some_and(|first| first == 0 || is_before(first as f64))
     };
-    let at_once = arrivals
-        .iter()
-        .enumerate()
-        .filter(|of| is_early(*of))
-        .count();
+    let at_once = arrivals.iter().enumerate();
+    let at_once = at_once.filter(|of| is_early(*of)).count();
     let sites = defined.iter().filter(|defined| **defined).count();
-    let (length, samples) = match length {
-        FrontLength::Window { .. } if 2 * at_once > sites => {
-            (FrontLength::NoArrival { at_once, sites }, None)
-        }
-        FrontLength::Window { samples, .. } => (length, Some(samples)),
-        _ => (length, None),
-    };
-    if samples.is_none() {
+    let length = length.filter(|_| 2 * at_once <= sites);
+    if length.is_none() {
         arrivals = vec![None; plan.axes.n_sites];
     }
-    let fits = |n: &usize| samples.is_some_and(|samples| n + samples <= plan.axes.n_times);
-    let fits: Vec<bool> = arrivals
-        .iter()
-        .map(|of| of.as_ref().is_some_and(fits))
-        .collect();
+    let fits = |n: usize| length.is_some_and(|of| n + of.samples <= plan.axes.n_times);
+    let fits = arrivals.iter().map(|arrival| arrival.is_some_and(fits));
+    let fits: Vec<bool> = fits.collect();
     let share = |of: fn(&Passed) -> f64| -> Vec<f64> {
         let share = |(site, fits): (usize, &bool)| if *fits { of(&passed[site]) } else { f64::NAN };
         fits.iter().enumerate().map(share).collect()

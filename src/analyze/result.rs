@@ -154,25 +154,14 @@ pub struct Spot {
     pub high_share: Option<f64>,
 }
 
-/// Over which length shares at the front's passage are taken, or why there are none.
+/// The window over which shares at the front's passage are taken.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-#[serde(rename_all = "kebab-case", tag = "found")]
-pub enum FrontLength {
-    Window {
-        /// Length, in units of time.
-        window: f64,
-        samples: usize,
-        /// Width at half maximum of the pulse at the reference; `None` where the length was given.
-        pulse_width: Option<f64>,
-    },
-    /// No site has energy.
-    NoReference,
-    /// The reference has no pulse: it is above half of its largest magnitude at both ends.
-    NoPulse,
-    /// The window is longer than the record.
-    TooLong { window: f64 },
-    /// More than half of the sites move from the first sample on, or before the wave arrives.
-    NoArrival { at_once: usize, sites: usize },
+pub struct FrontWindow {
+    /// Length, in units of time.
+    pub window: f64,
+    pub samples: usize,
+    /// Width at half maximum of the pulse at the reference; `None` where the length was given.
+    pub pulse_width: Option<f64>,
 }
 
 /// Shares of the bands over the passage of the front, one value a site.
@@ -183,7 +172,9 @@ pub enum FrontLength {
 /// front and over the whole record differ, and the latter depend on the record's length.
 #[derive(Debug, Clone)]
 pub struct Front {
-    pub length: FrontLength,
+    /// `None` where no site has energy, the reference has no pulse (it is above half of its largest magnitude at both ends), the
+    /// window is longer than the record, or more than half of the sites move from the first sample on, or before the wave arrives.
+    pub length: Option<FrontWindow>,
     /// Time of each arrival.
     pub arrival: Vec<f64>,
     /// Whether the window fits into the record from there on.

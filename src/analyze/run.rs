@@ -162,7 +162,7 @@ fn passes<T: Real>(
     let (along_space, headline_space) = along_space.unzip();
     // All of a chain that moves from the start stands in modes: no front passes.
     let stands = field.struck.is_some() && answer.as_ref().is_some_and(|of| !of.has_fronts);
-    let front = front.flatten().filter(|_| !stands);
+    let front = front.filter(|_| !stands);
     let (along_time, headline_time) = along_time.unzip();
     // A single site has no wavenumber axis.
     let by_frequency = spacetime.filter(|_| plan.axes.n_sites > 1);
@@ -287,9 +287,9 @@ impl Stages<'_> {
     fn along_space(
         &self,
         columns: &TemporalPassResult,
-        length: Option<FrontLength>,
+        length: Option<FrontWindow>,
         windows: Option<&ArrivalWindows>,
-    ) -> ((Moments, Headline), Option<Front>) {
+    ) -> ((Moments, Headline), Front) {
         let (plan, reference) = (self.plan, self.references.site);
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
         let noise_at = |site: usize| match self.noise {
@@ -307,12 +307,11 @@ impl Stages<'_> {
             moments.energy[site - plan.sites.start] = f64::NAN;
         }
         let passed = &columns.passed[..];
-        let front =
-            length.map(|length| front::gather(plan, length, passed, &defined, reference, windows));
+        let front = front::gather(plan, length, passed, &defined, reference, windows);
         // Where the record ends while the front passes, the end makes a part of the spectrum.
-        let whole = match &front {
-            Some(front) if matches!(front.length, FrontLength::Window { .. }) => &front.fits,
-            _ => &defined,
+        let whole = match front.length {
+            Some(_) => &front.fits,
+            None => &defined,
         };
         let place = |row| plan.place(row);
         let headline = Headline::of(&moments.high_share, &defined, whole, reference, place);

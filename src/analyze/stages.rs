@@ -10,7 +10,7 @@ use super::intermediate::{Intermediate, SpillFile};
 use super::noise::KnownNoise;
 use super::plan::Plan;
 use super::reference::{References, first_with_energy};
-use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
+use super::result::{BandEdge, FrontWindow, ShortTimeSpectra, Timing};
 use super::rows::{self, SpatialPassResult};
 use super::short_time;
 use super::spacetime::{self, Frequencies};
@@ -41,7 +41,7 @@ pub(super) struct Stages<'a> {
 pub(super) struct FromRecords {
     /// Where low frequencies end; `None` where no spectra along time are wanted.
     pub edge: Option<BandEdge>,
-    pub front: Option<FrontLength>,
+    pub front: Option<FrontWindow>,
     /// Of the spectrum of the reference site.
     pub interval: Option<SpectrumInterval>,
     /// `None` where no transforms along time are needed.
@@ -117,9 +117,9 @@ impl Stages<'_> {
         let found = self.at_reference_site(&along_time);
         let interval = found.and_then(|(.., interval)| interval);
         let (edge, front) = found.map(|(edge, front, _)| (edge, front)).unzip();
-        if let Some(FrontLength::Window { samples, .. }) = front {
-            along_time.passage = Some(WindowTransforms::new(plan, samples, value_of(edge)));
-        }
+        let front = front.flatten();
+        let passage = |of: FrontWindow| WindowTransforms::new(plan, of.samples, value_of(edge));
+        along_time.passage = front.map(passage);
         if edge.is_some() {
             clock.lap(plan, "frequency band edge");
         }
@@ -162,7 +162,7 @@ impl Stages<'_> {
     fn at_reference_site<T: Real>(
         &self,
         along_time: &AlongTime<T>,
-    ) -> Option<(BandEdge, FrontLength, Option<SpectrumInterval>)> {
+    ) -> Option<(BandEdge, Option<FrontWindow>, Option<SpectrumInterval>)> {
         let plan = self.plan;
         if !plan.request.results.temporal {
             return None;

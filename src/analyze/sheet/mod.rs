@@ -8,7 +8,7 @@ mod variables;
 
 use serde_json::Value;
 
-use super::{Analysis, Scaling};
+use super::Analysis;
 use crate::field::Axis;
 use crate::measure::digits;
 use crate::sheet::{Describe, PlotRow, Sheet, Table, number};
@@ -16,7 +16,7 @@ use crate::sheet::{Describe, PlotRow, Sheet, Table, number};
 #[cfg(feature = "figures")]
 pub(crate) use answer::{Words, both};
 
-const DEFINITIONS: [[&str; 2]; 8] = [
+const DEFINITIONS: [[&str; 2]; 9] = [
     [
         "Moved share",
         "The largest difference of two cumulative spectra: the share of energy that lies above a frequency at one \
@@ -31,6 +31,11 @@ const DEFINITIONS: [[&str; 2]; 8] = [
         "Launch",
         "Of a struck chain, the way to the second half of the bodies that its front reaches; what moves is told over \
          that half.",
+    ],
+    [
+        "Spectra",
+        "Scaled to energy, of a transient, their integral is the sum of squares times the sample spacing; to density, the \
+         mean square; as spectrum, a sine of amplitude A peaks at A²/2.",
     ],
     [
         "Frequency and wavenumber",
@@ -90,7 +95,6 @@ impl Analysis {
         let mut sheet = Sheet::of("analyze", "Analysis", &DEFINITIONS);
         sheet.version = 4;
         sheet.about = format!("{quantity}{}, {size}", unit.unwrap_or_default());
-        sheet.definitions.insert(3, ["Spectra", self.scaling()]);
         // It is not known which axis is time.
         let guessed = self.warnings.iter().find(|of| of.code == "wide-array");
         (sheet.answer, sheet.facts) = match (guessed, answer::describe(self)) {
@@ -114,16 +118,6 @@ impl Analysis {
             .map(|(title, numbers)| table(title, numbers))
             .collect();
         sheet
-    }
-
-    fn scaling(&self) -> &'static str {
-        match self.conventions.scaling {
-            Scaling::Energy => {
-                "Energy spectral density of a transient: its integral is the sum of squares times the sample spacing."
-            }
-            Scaling::Density => "Power spectral density: its integral is the mean square.",
-            Scaling::Spectrum => "Power spectrum: a sine of amplitude A peaks at A²/2.",
-        }
     }
 }
 
