@@ -62,13 +62,11 @@ const DEFINITIONS: [[&str; 2]; 9] = [
     ],
 ];
 
-/// Tables of the numbers, with their titles: how the field was read, how spectra were made, how exact they are.
-const TABLES: [(&str, &str); 6] = [
+/// Tables of the numbers, with their titles: how the field was read, how spectra were made, how exact they are, what the run took.
+const TABLES: [(&str, &str); 4] = [
     ("Field", "field"),
     ("Spectra", "conventions"),
-    ("95 % interval of S(f, x)", "interval"),
     ("Accuracy", "accuracy"),
-    ("Parseval residuals", "parseval"),
     ("Timings", "timings"),
 ];
 
@@ -97,26 +95,22 @@ impl Analysis {
         sheet.about = format!("{quantity}{}, {size}", unit.unwrap_or_default());
         // It is not known which axis is time.
         let guessed = self.warnings.iter().find(|of| of.code == "wide-array");
-        (sheet.answer, sheet.facts) = match (guessed, answer::describe(self)) {
-            (Some(guessed), _) => (guessed.message.clone(), Vec::new()),
-            (None, Some(said)) => said,
-            (None, None) => (
-                "what moves was not requested, or nothing moves".into(),
-                Vec::new(),
-            ),
+        sheet.answer = match guessed {
+            Some(guessed) => guessed.message.clone(),
+            None => "what moves was not requested, or nothing moves".into(),
         };
+        if let Some(said) = answer::describe(self) {
+            (sheet.answer, sheet.facts) = said;
+        }
         let steps = step("dt", &axes.time, "time counts samples")
             + &step("dx", &axes.space, "x counts sites");
         sheet.fact("field", size + &steps);
+        let transforms: u64 = self.timings.iter().map(|of| of.transforms).sum();
+        sheet.detail("computation", format!("{transforms} transforms"));
         sheet.warnings.clone_from(&self.warnings);
         sheet.numbers(numbers::of(self));
-        let tables = TABLES
-            .iter()
-            .map(|(title, name)| (title, &sheet.numbers[*name]));
-        let tables = tables.filter(|(_, numbers)| !numbers.is_null());
-        sheet.tables = tables
-            .map(|(title, numbers)| table(title, numbers))
-            .collect();
+        let tables = TABLES.map(|(title, name)| table(title, &sheet.numbers[name]));
+        sheet.tables.extend(tables);
         sheet
     }
 }
