@@ -1,6 +1,6 @@
 //! What an analysis yields beside the large arrays: one value for JSON, figures and terminal.
 
-use ndarray::{Array2, Array3};
+use ndarray::Array2;
 
 use super::along::Headline;
 use super::dispersion::DispersionCurve;
@@ -274,15 +274,6 @@ impl ShortTimeSpectra {
     pub(crate) fn largest(&self) -> f64 {
         let values = self.spectra.iter().flat_map(|one| one.values.iter());
         values.copied().fold(0.0, f64::max)
-    }
-
-    /// All spectra stacked: `(site or time, bin, frame)`.
-    pub fn stacked(&self) -> Array3<f64> {
-        let mut all = Array3::zeros((self.spectra.len(), self.bins.len(), self.frames.len()));
-        for (mut slot, one) in all.outer_iter_mut().zip(&self.spectra) {
-            slot.assign(&one.values);
-        }
-        all
     }
 }
 

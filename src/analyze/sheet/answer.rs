@@ -147,12 +147,13 @@ impl<'a> Words<'a> {
             "{} {site}",
             ["site", "body"][usize::from(self.answer.is_struck)]
         );
-        let words = ["moves up", "moves down", "spreads"];
+        let words = match of.lags {
+            true => ["low", "high", "some"],
+            false => ["moves up", "moves down", "spreads"],
+        };
         let (moves, shares) = told(of, words, |f| self.frequency(f), &by);
         match of.transfer {
-            _ if of.lags => {
-                format!("frequencies lag behind the front: its energy {moves}, {shares}")
-            }
+            _ if of.lags => format!("{moves} frequencies lag behind the front: {shares}"),
             Some(true) => format!("energy {moves} in frequency {way}: {shares}"),
             Some(false) => format!("selective loss: {shares}; no energy is gained there"),
             None => {

@@ -101,15 +101,17 @@ fn short<'a>(
     label: &str,
     spectra: &'a ShortTimeSpectra,
 ) {
-    let stacked = spectra.stacked();
-    let (n, m, s) = stacked.dim();
+    let each = spectra.spectra.iter();
+    let places: Vec<f64> = each.clone().map(|one| one.at).collect();
+    let values: Vec<f64> = each.flat_map(|one| one.values.iter().copied()).collect();
     let [place, bin, frame] = axes.map(|(axis, unit)| (format!("{name}_{axis}"), unit));
-    let dimensions = [(&*place.0, n), (&*bin.0, m), (&*frame.0, s)];
-    // A new array is contiguous, in order.
-    let values = stacked.into_raw_vec_and_offset().0;
+    let dimensions = [
+        (&*place.0, places.len()),
+        (&*bin.0, spectra.bins.len()),
+        (&*frame.0, spectra.frames.len()),
+    ];
     let name = format!("{name}_spectrum");
     sheet.variable(&name, &dimensions, unit::split(label).1, values);
-    let places: Vec<f64> = spectra.spectra.iter().map(|one| one.at).collect();
     sheet.line(&bin.0, &bin.0, bin.1, &spectra.bins);
     sheet.line(&frame.0, &frame.0, frame.1, &spectra.frames);
     sheet.line(&place.0, &place.0, place.1, places);
