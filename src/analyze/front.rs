@@ -81,7 +81,6 @@ pub(super) fn window_of(plan: &Plan, reference: Option<&[f64]>) -> Option<FrontW
 pub(super) struct Passed {
     pub arrival: Option<usize>,
     /// Without a meaning where the window does not fit into the record.
-    pub low_share: f64,
     pub high_share: f64,
 }
 
@@ -161,7 +160,6 @@ impl<T: Real> WindowTransforms<T> {
         let rows = interleaved_moments(&room.power, &bins, self.edge);
         let passed = |(arrival, row): (_, SpectrumMoments)| Passed {
             arrival,
-            low_share: row.low_share,
             high_share: row.high_share,
         };
         arrivals.into_iter().zip(rows).map(passed).collect()
@@ -196,17 +194,16 @@ pub(super) fn gather(
     let fits = |n: usize| length.is_some_and(|of| n + of.samples <= plan.axes.n_times);
     let fits = arrivals.iter().map(|arrival| arrival.is_some_and(fits));
     let fits: Vec<bool> = fits.collect();
-    let share = |of: fn(&Passed) -> f64| -> Vec<f64> {
-        let share = |(site, fits): (usize, &bool)| if *fits { of(&passed[site]) } else { f64::NAN };
-        fits.iter().enumerate().map(share).collect()
+    let share = |(site, fits): (usize, &bool)| match fits {
+        true => passed[site].high_share,
+        false => f64::NAN,
     };
-    let high_share = share(|of| of.high_share);
+    let high_share: Vec<f64> = fits.iter().enumerate().map(share).collect();
     let at = |of: &Option<usize>| of.map_or(f64::NAN, |n| time.at(n));
     Front {
         length,
         arrival: arrivals.iter().map(at).collect(),
         headline: Headline::of(&high_share, &fits, &fits, reference, |row| plan.place(row)),
-        low_share: share(|of| of.low_share),
         high_share,
         fits,
     }

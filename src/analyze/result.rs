@@ -179,7 +179,7 @@ pub struct Front {
     pub arrival: Vec<f64>,
     /// Whether the window fits into the record from there on.
     pub fits: Vec<bool>,
-    pub low_share: Vec<f64>,
+    /// Of the energy of the window; the rest lies below the band edge.
     pub high_share: Vec<f64>,
     pub headline: Headline,
 }

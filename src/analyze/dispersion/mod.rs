@@ -66,18 +66,15 @@ pub struct DispersionCurve {
 impl DispersionCurve {
     /// Each branch as a curve over a map, the first with the name of its relation.
     pub(crate) fn curves(relations: &[DispersionCurve]) -> Vec<Curve> {
-        let mut curves = Vec::new();
-        for relation in relations {
+        let of_relation = |relation: &DispersionCurve| -> Vec<Curve> {
             let mut label = relation.name.clone();
-            for branch in &relation.branches {
-                let points = relation.wavenumber.iter().copied();
-                curves.push(Curve {
-                    label: std::mem::take(&mut label),
-                    points: points.zip(branch.iter().copied()).collect(),
-                });
-            }
-        }
-        curves
+            let branches = relation.branches.iter().map(|branch| Curve {
+                label: std::mem::take(&mut label),
+                points: std::iter::zip(relation.wavenumber.clone(), branch.clone()).collect(),
+            });
+            branches.collect()
+        };
+        relations.iter().flat_map(of_relation).collect()
     }
 }
 

@@ -16,7 +16,7 @@ use crate::sheet::{Describe, PlotRow, Sheet, Table, number};
 #[cfg(feature = "figures")]
 pub(crate) use answer::{Words, both};
 
-const DEFINITIONS: [[&str; 2]; 9] = [
+const DEFINITIONS: [[&str; 2]; 7] = [
     [
         "Moved share",
         "The largest difference of two cumulative spectra: the share of energy that lies above a frequency at one \
@@ -46,14 +46,6 @@ const DEFINITIONS: [[&str; 2]; 9] = [
         "Centroid, median, 90 %",
         "The mean of f (or k) weighted by energy, every bin counted; where the cumulative energy reaches 50 % and \
          90 %, read off at the ends of bins, each of which stands for half a bin to both sides.",
-    ],
-    [
-        "Effective bandwidth",
-        "exp(− ∫ p ln p df) of the spectrum p of unit integral: the width of a flat spectrum of the same entropy.",
-    ],
-    [
-        "Flux surrogate",
-        "Π_K(k, t) = − d/dt of the kinetic energy in wavenumbers up to k.",
     ],
     [
         "Undefined",

@@ -31,12 +31,10 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     }
     if let Some(front) = &analysis.front {
         sheet.line("front_arrival", "position", time, &front.arrival);
-        for (name, shares) in [
-            ("low_frequency_share_front", &front.low_share),
-            ("high_frequency_share_front", &front.high_share),
-        ] {
-            sheet.line(name, "position", "1", shares);
-        }
+        let low: Vec<f64> = front.high_share.iter().map(|high| 1.0 - high).collect();
+        sheet.line("low_frequency_share_front", "position", "1", low);
+        let high = "high_frequency_share_front";
+        sheet.line(high, "position", "1", &front.high_share);
     }
     if let Some([plus, minus]) = &analysis.direction_by_frequency {
         sheet.line("toward_plus_x_share", "frequency", "1", plus);

@@ -390,7 +390,6 @@ fn front(n: usize) -> Front {
         }),
         arrival: (0..n).map(|j| 1e-3 * j as f64).collect(),
         fits: vec![true; n],
-        low_share: high_share.iter().map(|share| 1.0 - share).collect(),
         high_share,
         headline: headline(n),
     }
