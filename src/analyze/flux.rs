@@ -18,12 +18,9 @@ pub(super) struct FluxSurrogate {
     dt: f64,
     /// Cumulative energies: of the last times of the block before, then of this one.
     cumulative: Array2<f64>,
-    /// Times kept of the block before.
-    kept: usize,
     flux: Array2<f64>,
-    /// Times taken in, and those passed on.
+    /// Times taken in. All but the last are passed on, and the last two are kept.
     known: usize,
-    next: usize,
 }
 
 impl FluxSurrogate {
@@ -38,10 +35,8 @@ impl FluxSurrogate {
             half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor * stored,
             dt: plan.axes.time.step,
             cumulative: room(),
-            kept: 0,
             flux: room(),
             known: 0,
-            next: 0,
         }
     }
 
@@ -52,10 +47,11 @@ impl FluxSurrogate {
         map: Option<&mut MapBuilder>,
         sink: &dyn Sink,
     ) -> Result<()> {
-        let held = self.kept + spectra.nrows();
+        let (kept, next) = (self.known.min(2), self.known.saturating_sub(1));
+        let held = kept + spectra.nrows();
         let (half_energy, columns) = (self.half_energy, spectra.ncols());
         self.cumulative
-            .slice_mut(s![self.kept..held, ..])
+            .slice_mut(s![kept..held, ..])
             .axis_chunks_iter_mut(Axis(0), TOGETHER)
             .into_par_iter()
             .zip(spectra.axis_chunks_iter(Axis(0), TOGETHER))
@@ -80,7 +76,7 @@ impl FluxSurrogate {
         let from = self.known - held;
         let cumulative = &self.cumulative;
         let at = |n: usize| cumulative.row(n - from);
-        let (next, all, dt) = (self.next, self.n_times, self.dt);
+        let (all, dt) = (self.n_times, self.dt);
         let mut flux = self.flux.slice_mut(s![..until - next, ..]);
         flux.axis_iter_mut(Axis(0))
             .into_par_iter()
@@ -107,11 +103,11 @@ impl FluxSurrogate {
             map.add(next, 0, flux.view());
         }
         sink.put(LargeArray::KINETIC_FLUX_SURROGATE, next, 0, flux.view())?;
-        self.next = until;
-        self.kept = held.min(2);
-        let kept = s![held - self.kept..held, ..];
+        let kept = s![held - self.known.min(2)..held, ..];
         let kept = self.cumulative.slice(kept).to_owned();
-        self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
+        self.cumulative
+            .slice_mut(s![..kept.nrows(), ..])
+            .assign(&kept);
         Ok(())
     }
 }
