@@ -1,6 +1,6 @@
 //! Measures along an axis as results: which rows are defined, and their headline.
 
-use super::result::{Moments, Spot, UndefinedRows};
+use super::result::{Moments, Spot};
 use crate::diagnostics::SpectrumMoments;
 
 /// The part of the largest row's energy below which a row is undefined.
@@ -28,7 +28,6 @@ pub(super) fn defined(
 impl Moments {
     /// Rows gathered into columns, NaN but for the energy in rows that are not `defined`; `measure`
     /// makes a sum over bins an integral, and spectra are of lengths `padded` times those of the samples.
-    /// Undefined rows count as quiet.
     pub(super) fn gather(
         rows: &[SpectrumMoments],
         defined: &[bool],
@@ -52,10 +51,6 @@ impl Moments {
             low_share: column(&|r| r.low_share),
             high_share: column(&|r| r.high_share),
             energy: rows.iter().map(|r| r.total * measure).collect(),
-            undefined: UndefinedRows {
-                quiet: defined.iter().filter(|defined| !**defined).count(),
-                ..UndefinedRows::default()
-            },
         }
     }
 }
@@ -85,7 +80,6 @@ impl Headline {
             let (index, at) = place(row);
             let share = high_share[row];
             Spot {
-                row,
                 index,
                 at,
                 high_share: share.is_finite().then_some(share),

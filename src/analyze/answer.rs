@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde_json::json;
 
 use super::columns::TemporalPassResult;
-use super::gains;
+use super::gains::{self, GainChange};
 use super::plan::Plan;
 use super::result::Direction;
 use super::spacetime::{ByDirection, Frequencies};
@@ -16,7 +16,7 @@ use crate::moved::{
     Answer, Evidence, FOLDED, Motion, Movement, Options, Place, Profiles, Reason, Source,
     TOLERANCE, Verdict, along_x, in_time,
 };
-use crate::numeric::{sum, sum_of};
+use crate::numeric::{sum, sum_of, sum_of_squares};
 use crate::prepare::{Prepared, Sites, Window, some};
 use crate::sheet::{Warning, three_digits};
 use crate::transform::{RecordScratch, RecordTransform, fold, quick};
@@ -47,10 +47,7 @@ pub(super) fn find(
     let (request, axes) = (&plan.request, &plan.axes);
     let struck = prepared.field.struck;
     let struck = struck.map(|site| site.saturating_sub(plan.sites.start));
-    let toward_minus = spacetime.is_some_and(|found| {
-        let (plus, minus) = by_sign(&found.directions);
-        minus > ONE_WAY * (plus + minus)
-    });
+    let toward_minus = spacetime.is_some_and(|found| goes(&found.directions, 0.0, true));
     let in_samples = |w: f64| (w / axes.time.step).round().max(1.0) as usize;
     let options = Options {
         dt: axes.time.step,
@@ -101,15 +98,11 @@ pub(super) fn gains(
         let of = &mut answer.frequency;
         (of.transfer, of.energy_ratio) = (None, f64::NAN);
     }
-    let ratios: Vec<f64> = changes.iter().map(|change| change.ratio).collect();
-    let times = changes.iter().map(|change| time.at(change.sample));
-    let times: Vec<f64> = times.collect();
-    let what = format!(
-        "the gain changes in time, x {} at {} {}",
-        some(ratios.iter().map(|ratio| three_digits(*ratio))),
-        some(times.iter().map(|time| three_digits(*time))),
-        plan.axes.time_unit()
-    );
+    let column = |of: &dyn Fn(&GainChange) -> f64| -> Vec<f64> { changes.iter().map(of).collect() };
+    let (ratios, times) = (column(&|of| of.ratio), column(&|of| time.at(of.sample)));
+    let [by, at] = [&ratios, &times].map(|of| some(of.iter().map(|x| three_digits(*x))));
+    let unit = plan.axes.time_unit();
+    let what = format!("the gain changes in time, x {by} at {at} {unit}");
     let advice = "scale the records before energies of sites are compared";
     let numbers = json!({"times": times, "ratios": ratios});
     let indices = changes.iter().map(|change| plan.sites.start + change.site);
@@ -136,19 +129,14 @@ fn since(along: &Answer, first_site: usize) -> Option<Range<usize>> {
     (start < end).then_some(start..end)
 }
 
-fn by_sign(directions: &[ByDirection]) -> (f64, f64) {
-    let total = |of: fn(&ByDirection) -> f64| sum_of(directions.iter().map(of));
-    (total(|d| d.toward_plus_x), total(|d| d.toward_minus_x))
-}
-
 /// Whether waves go one way, that towards -x or the other, but for this share of noise.
 fn goes(directions: &[ByDirection], noise: f64, toward_minus: bool) -> bool {
-    let (plus, minus) = by_sign(directions);
+    let total = |of: fn(&ByDirection) -> f64| sum_of(directions.iter().map(of));
+    let (plus, minus) = (total(|d| d.toward_plus_x), total(|d| d.toward_minus_x));
     let of_noise = 0.5 * noise * (plus + minus);
-    let [along, against] = match toward_minus {
-        true => [minus - of_noise, plus - of_noise],
-        false => [plus - of_noise, minus - of_noise],
-    };
+    let mut shares = [plus - of_noise, minus - of_noise];
+    shares.rotate_left(usize::from(toward_minus));
+    let [along, against] = shares;
     along > ONE_WAY * (along + against.max(0.0))
 }
 
@@ -175,20 +163,20 @@ fn wavenumbers(
     let padded = if is_box { sites } else { quick(4 * sites) };
     let padding = padded as f64 / sites as f64;
     // What is the same at all times is a part of the motion in a box, of the sensors elsewhere.
-    let levels = along.onsets.iter();
-    let levels = levels.map(|o| [o.baseline, o.noise.unwrap_or(0.0)]);
-    let levels = match is_box {
-        true => vec![[0.0; 2]; sites],
-        false => levels.collect(),
-    };
-    let noise: Vec<f64> = levels.iter().map(|[_, noise]| noise * noise).collect();
+    let level = |of: f64| if is_box { 0.0 } else { of };
+    let baselines = along.onsets.iter().map(|onset| level(onset.baseline));
+    let noise = along
+        .onsets
+        .iter()
+        .map(|onset| level(onset.noise.unwrap_or(0.0)).powi(2));
+    let (baselines, noise): (Vec<f64>, Vec<f64>) = (baselines.collect(), noise.collect());
     let tapered: Vec<f64> = noise.iter().zip(&window).map(|(n, w)| n * w * w).collect();
     let mut profiles = OfField {
         prepared,
-        levels: &levels,
+        baselines,
         noise: sum(&noise),
         noise_powers: vec![sum(&tapered); padded / 2 + 1],
-        window_energy: sum_of(window.iter().map(|w| w * w)),
+        window_energy: sum_of_squares(&window),
         transform: RecordTransform::new(&window, padded),
     };
     // What is there before the wave enters is none of it: noise of any colour, and hum.
@@ -235,7 +223,7 @@ fn wavenumbers(
 /// Snapshots of a measured field: `v^2`.
 struct OfField<'a> {
     prepared: &'a Prepared<'a>,
-    levels: &'a [[f64; 2]],
+    baselines: Vec<f64>,
     /// Sum of the variances of the noise.
     noise: f64,
     /// Noise in each bin of k.
@@ -246,12 +234,11 @@ struct OfField<'a> {
 
 impl OfField<'_> {
     fn snapshot(&self, time: usize) -> Vec<f64> {
-        let mut snapshot = vec![0.0; self.levels.len()];
+        let mut snapshot = vec![0.0; self.baselines.len()];
         self.prepared.profiles(time..time + 1, &mut snapshot);
         self.prepared.release_pages();
-        for (v, [baseline, _]) in snapshot.iter_mut().zip(self.levels) {
-            *v -= baseline;
-        }
+        let values = snapshot.iter_mut().zip(&self.baselines);
+        values.for_each(|(v, baseline)| *v -= baseline);
         snapshot
     }
 
@@ -283,26 +270,25 @@ impl OfField<'_> {
 
 impl Profiles for OfField<'_> {
     fn energy(&self, time: usize) -> f64 {
-        self.snapshot(time).iter().map(|v| v * v).sum::<f64>() - self.noise
+        sum_of_squares(&self.snapshot(time)) - self.noise
     }
 
     fn at_ends(&self, time: usize) -> f64 {
         let snapshot = self.snapshot(time);
         let n = snapshot.len();
         let outer = (n / 20).max(1);
-        let energy = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>();
-        let ends = energy(&snapshot[..outer]) + energy(&snapshot[n - outer..]);
-        let even = energy(&snapshot) * 2.0 * outer as f64 / n as f64;
+        let ends = sum_of_squares(&snapshot[..outer]) + sum_of_squares(&snapshot[n - outer..]);
+        let even = sum_of_squares(&snapshot) * 2.0 * outer as f64 / n as f64;
         if even > 0.0 { ends / even } else { 0.0 }
     }
 
     fn powers(&self, time: usize) -> Vec<f64> {
         let padded = self.transform.padded();
         let powers = self.squares(time).into_iter().zip(&self.noise_powers);
-        let powers = powers
-            .enumerate()
-            .map(|(m, (p, noise))| fold(m, padded) * (p - noise));
-        powers.collect()
+        let powers = powers.enumerate();
+        powers
+            .map(|(m, (p, noise))| fold(m, padded) * (p - noise))
+            .collect()
     }
 }
 
@@ -319,17 +305,23 @@ pub(super) fn withheld(
     if plan.axes.n_sites < DIRECTED {
         return Some(Reason::FewSites);
     }
-    let energies = &spacetime.wavenumber_energies;
     // Offsets of sensors do not travel.
-    let moving = energies.iter().zip(&spacetime.static_energies);
-    let energies: Vec<f64> = moving.map(|(all, still)| (all - still).max(0.0)).collect();
-    let still = sum(&spacetime.static_energies);
-    let nk = energies.len();
-    let top = nk / 20;
+    let energies = spacetime
+        .wavenumber_energies
+        .iter()
+        .zip(&spacetime.static_energies);
+    let energies: Vec<f64> = energies
+        .map(|(all, still)| (all - still).max(0.0))
+        .collect();
+    let (nk, all, still) = (
+        energies.len(),
+        sum(&energies),
+        sum(&spacetime.static_energies),
+    );
     // Noise is as much at all wavenumbers.
-    let noise = answer.map_or(0.0, |answer| answer.noise);
-    let all = sum(&energies);
-    let (noise, tenth) = (noise * (all + still), (2 * top) as f64 / nk as f64);
+    let noise = answer.map_or(0.0, |answer| answer.noise) * (all + still);
+    let top = nk / 20;
+    let tenth = (2 * top) as f64 / nk as f64;
     let high = sum(&energies[..top]) + sum(&energies[nk - top..]) - noise * tenth;
     let rest = all - noise;
     let is_steady = answer.is_none_or(|answer| !answer.has_fronts);
@@ -351,12 +343,9 @@ pub(super) fn withheld(
 
 /// Whether there is about as much energy at all wavenumbers, of both signs: records that do not follow each other.
 fn is_flat(energies: &[f64]) -> bool {
-    let size = energies.len().div_ceil(BANDS);
-    let bands = energies.chunks(size).filter(|band| band.len() == size);
-    let (least, most) = bands
-        .map(sum)
-        .fold((f64::INFINITY, 0.0f64), |(least, most), band| {
-            (least.min(band), most.max(band))
-        });
-    least > FLAT * most
+    let bands = energies
+        .chunks_exact(energies.len().div_ceil(BANDS))
+        .map(sum);
+    let most = bands.clone().fold(0.0, f64::max);
+    bands.fold(f64::INFINITY, f64::min) > FLAT * most
 }

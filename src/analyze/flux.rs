@@ -18,12 +18,9 @@ pub(super) struct FluxSurrogate {
     dt: f64,
     /// Cumulative energies: of the last times of the block before, then of this one.
     cumulative: Array2<f64>,
-    /// Times kept of the block before.
-    kept: usize,
     flux: Array2<f64>,
-    /// Times taken in, and those passed on.
+    /// Times taken in. All but the last are passed on, and the last two are kept.
     known: usize,
-    next: usize,
 }
 
 impl FluxSurrogate {
@@ -38,19 +35,18 @@ impl FluxSurrogate {
             half_energy: 0.5 * energy.factor * energy.measure / plan.space_scale.factor,
             dt: plan.axes.time.step,
             cumulative: room(),
-            kept: 0,
             flux: room(),
             known: 0,
-            next: 0,
         }
     }
 
     /// Adds the next block of spectra and passes on all times that are complete.
     pub fn take(&mut self, spectra: ArrayView2<f64>, outputs: &Outputs) -> Result<()> {
-        let held = self.kept + spectra.nrows();
+        let (kept, next) = (self.known.min(2), self.known.saturating_sub(1));
+        let held = kept + spectra.nrows();
         let (half_energy, columns) = (self.half_energy, spectra.ncols());
         self.cumulative
-            .slice_mut(s![self.kept..held, ..])
+            .slice_mut(s![kept..held, ..])
             .axis_chunks_iter_mut(Axis(0), TOGETHER)
             .into_par_iter()
             .zip(spectra.axis_chunks_iter(Axis(0), TOGETHER))
@@ -75,7 +71,7 @@ impl FluxSurrogate {
         let from = self.known - held;
         let cumulative = &self.cumulative;
         let at = |n: usize| cumulative.row(n - from);
-        let (next, all, dt) = (self.next, self.n_times, self.dt);
+        let (all, dt) = (self.n_times, self.dt);
         let mut flux = self.flux.slice_mut(s![..until - next, ..]);
         flux.axis_iter_mut(Axis(0))
             .into_par_iter()
@@ -100,11 +96,11 @@ impl FluxSurrogate {
             });
         let array = LargeArray::KINETIC_FLUX_SURROGATE;
         outputs.put(array, (next, 0), flux.view())?;
-        self.next = until;
-        self.kept = held.min(2);
-        let kept = s![held - self.kept..held, ..];
+        let kept = s![held - self.known.min(2)..held, ..];
         let kept = self.cumulative.slice(kept).to_owned();
-        self.cumulative.slice_mut(s![..self.kept, ..]).assign(&kept);
+        self.cumulative
+            .slice_mut(s![..kept.nrows(), ..])
+            .assign(&kept);
         Ok(())
     }
 }

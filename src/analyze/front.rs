@@ -5,12 +5,10 @@
 
 use super::along::Headline;
 use super::plan::Plan;
-use super::quality::{FLAT_PART, flat_part};
-use super::result::{Front, FrontLength};
+use super::result::{Front, FrontWindow};
 use super::worker::Worker;
 use crate::diagnostics::{Bins, SpectrumMoments, interleaved_moments};
-use crate::moved::Answer;
-use crate::numeric::lanes::WIDTH;
+use crate::moved::ArrivalWindows;
 use crate::transform::{Real, RecordTransform, fold, frequencies, quick};
 
 /// The part of a site's largest magnitude that its arrival exceeds for the first time.
@@ -19,69 +17,66 @@ const ARRIVAL: f64 = 0.01;
 /// Widths at half maximum of the pulse at the reference that a window is long.
 const WIDTHS: f64 = 10.0;
 
-/// The first sample whose magnitude exceeds a hundredth of the record's largest.
-pub(super) fn arrival(record: &[f64]) -> Option<usize> {
-    let largest = record.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    record.iter().position(|v| v.abs() > ARRIVAL * largest)
+/// The first sample of each of `width` interleaved records whose magnitude exceeds a hundredth of the record's largest.
+pub(super) fn arrivals(columns: &[f64], width: usize) -> Vec<Option<usize>> {
+    let mut largest = vec![0.0f64; width];
+    for row in columns.chunks_exact(width) {
+        for (m, v) in largest.iter_mut().zip(row) {
+            *m = m.max(v.abs());
+        }
+    }
+    let arrival = |(lane, largest): (usize, &f64)| {
+        let mut record = columns.iter().skip(lane).step_by(width);
+        record.position(|v| v.abs() > ARRIVAL * largest)
+    };
+    largest.iter().enumerate().map(arrival).collect()
 }
 
 /// Width at half of the largest magnitude of `record`, in samples: between the crossings beside the
 /// peak, linear between samples; from the record's end where it is above half there. `None` where it
 /// is so at both ends, and without a peak.
 fn pulse_width(record: &[f64]) -> Option<f64> {
-    let peak = record.iter().enumerate().fold((0, 0.0), |best, (n, v)| {
-        if v.abs() > best.1 { (n, v.abs()) } else { best }
-    });
-    let half = 0.5 * peak.1;
-    if half == 0.0 {
-        return None;
-    }
+    let size = |n: usize| record[n].abs();
+    let larger = |peak, n| if size(n) > size(peak) { n } else { peak };
+    let peak = (0..record.len()).fold(0, larger);
+    let half = 0.5 * size(peak);
     // Samples from the peak to where the line between two of them meets half.
-    let crossing = |side: &mut dyn Iterator<Item = &f64>| {
-        let mut last = peak.1;
-        for (n, v) in side.map(|v| v.abs()).enumerate() {
-            if v < half {
-                return Some(n as f64 + (last - half) / (last - v));
-            }
-            last = v;
-        }
-        None
+    let crossing = |at: &dyn Fn(usize) -> usize, count: usize| {
+        let n = (1..=count).find(|n| size(at(*n)) < half)?;
+        let [inner, outer] = [n - 1, n].map(|n| size(at(n)));
+        Some((n - 1) as f64 + (inner - half) / (inner - outer))
     };
-    let before = crossing(&mut record[..peak.0].iter().rev());
-    let after = crossing(&mut record[peak.0 + 1..].iter());
-    let [to_start, to_end] = [peak.0, record.len() - 1 - peak.0].map(|n| n as f64);
-    let crosses = before.is_some() || after.is_some();
-    crosses.then(|| before.unwrap_or(to_start) + after.unwrap_or(to_end))
+    let [before, after] = [peak, record.len() - 1 - peak];
+    let to_start = crossing(&|n| peak - n, before);
+    let to_end = crossing(&|n| peak + n, after);
+    let crosses = to_start.or(to_end).is_some();
+    crosses.then(|| to_start.unwrap_or(before as f64) + to_end.unwrap_or(after as f64))
 }
 
-/// How long windows are: as given, in units of time, or by the pulse in `reference`.
-pub(super) fn window_of(plan: &Plan, reference: Option<&[f64]>) -> FrontLength {
+/// How long windows are: as given, in units of time, or by the pulse in `reference`; `None` without one, and where they are longer
+/// than the record.
+pub(super) fn window_of(plan: &Plan, reference: Option<&[f64]>) -> Option<FrontWindow> {
     let dt = plan.axes.time.step;
-    let (length, pulse_width) = match (plan.request.front_window, reference) {
-        (Some(length), _) => (length, None),
-        (None, None) => return FrontLength::NoReference,
-        (None, Some(record)) => match pulse_width(record) {
-            None => return FrontLength::NoPulse,
-            Some(width) => (WIDTHS * width * dt, Some(width * dt)),
-        },
+    let (length, pulse_width) = match plan.request.front_window {
+        Some(length) => (length, None),
+        None => {
+            let width = pulse_width(reference?)?;
+            (WIDTHS * width * dt, Some(width * dt))
+        }
     };
     let samples = (length / dt).round().max(1.0) as usize;
-    let window = samples as f64 * dt;
-    match samples <= plan.axes.n_times {
-        true => FrontLength::Window {
-            window,
-            samples,
-            pulse_width,
-        },
-        false => FrontLength::TooLong { window },
-    }
+    (samples <= plan.axes.n_times).then_some(FrontWindow {
+        window: samples as f64 * dt,
+        samples,
+        pulse_width,
+    })
 }
 
 /// Results at one site.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Passed {
     pub arrival: Option<usize>,
-    pub low_share: f64,
+    /// Without a meaning where the window does not fit into the record.
     pub high_share: f64,
 }
 
@@ -116,13 +111,13 @@ impl<T: Real> WindowTransforms<T> {
         width: usize,
         worker: &mut Worker<T>,
     ) -> Vec<Passed> {
-        let length = columns.len() / width;
-        let arrivals = arrivals_across(columns, width);
+        let arrivals = arrivals(columns, width);
+        let last = (columns.len() / width).checked_sub(self.samples);
+        let fits = |start: &usize| last.is_some_and(|last| *start <= last);
         // Windows move to the front, where they start together; no sample is written over before it
         // was read, since none moves back.
         for (lane, arrival) in arrivals.iter().enumerate() {
-            let start = self.start(*arrival, length).unwrap_or(0);
-            if start > 0 {
+            if let Some(start) = arrival.filter(fits).filter(|start| *start > 0) {
                 for n in 0..self.samples {
                     columns[n * width + lane] = columns[(start + n) * width + lane];
                 }
@@ -139,130 +134,54 @@ impl<T: Real> WindowTransforms<T> {
         );
         let bins = Bins::new(&self.frequency, padded, 1.0 / (padded as f64 * self.dt));
         let rows = interleaved_moments(&worker.power, &bins, self.edge);
-        let found = arrivals.iter().zip(rows).map(|(&arrival, row)| {
-            let fits = self.start(arrival, length).is_some();
-            let or_nan = |share| if fits { share } else { f64::NAN };
-            Passed {
-                arrival,
-                low_share: or_nan(row.low_share),
-                high_share: or_nan(row.high_share),
-            }
-        });
-        found.collect()
-    }
-
-    /// Where the window starts, if it fits into a record of `length`.
-    fn start(&self, arrival: Option<usize>, length: usize) -> Option<usize> {
-        arrival.filter(|start| start + self.samples <= length)
+        let passed = |(arrival, row): (_, SpectrumMoments)| Passed {
+            arrival,
+            high_share: row.high_share,
+        };
+        arrivals.into_iter().zip(rows).map(passed).collect()
     }
 }
 
-/// [`arrival`] of each of `width` interleaved records, at most eight.
-fn arrivals_across(columns: &[f64], width: usize) -> Vec<Option<usize>> {
-    let mut largest = [0.0f64; WIDTH];
-    for row in columns.chunks_exact(width) {
-        for (m, v) in largest.iter_mut().zip(row) {
-            *m = m.max(v.abs());
-        }
-    }
-    let mut found = vec![None; width];
-    let mut open = largest[..width].iter().filter(|m| **m > 0.0).count();
-    for (n, row) in columns.chunks_exact(width).enumerate() {
-        if open == 0 {
-            break;
-        }
-        for ((found, m), v) in found.iter_mut().zip(&largest).zip(row) {
-            if found.is_none() && v.abs() > ARRIVAL * m {
-                *found = Some(n);
-                open -= 1;
-            }
-        }
-    }
-    found
-}
-
-/// The front's shares as a result. `defined` marks the sites with energy.
+/// The front's shares as a result. `defined` marks the sites with energy. None where most sites move from the first sample on, or
+/// before the wave arrives: windows there hold noise.
 pub(super) fn gather(
     plan: &Plan,
-    length: FrontLength,
-    (rows, passed): (&[SpectrumMoments], &[Passed]),
+    length: Option<FrontWindow>,
+    passed: &[Passed],
     defined: &[bool],
     reference: Option<usize>,
+    windows: Option<&ArrivalWindows>,
 ) -> Front {
-    let FrontLength::Window { samples, .. } = length else {
-        return Front::untold(length, plan);
+    let time = &plan.axes.time;
+    let arrival = |(passed, defined): (&Passed, &bool)| passed.arrival.filter(|_| *defined);
+    let mut arrivals: Vec<Option<usize>> = passed.iter().zip(defined).map(arrival).collect();
+    let is_early = |(site, first): (usize, &Option<usize>)| {
+        let comes = windows.and_then(|of| Some((of.arrivals[site]? as f64, of.width)));
+        let is_before = |first: f64| comes.is_some_and(|(at, width)| at - first > width);
+        first.is_some_and(|first| first == 0 || is_before(first as f64))
     };
-    let defined = || passed.iter().zip(defined);
-    let moves = defined().filter(|(_, defined)| **defined);
-    let (mut at_once, mut sites) = (0, 0);
-    for (passed, _) in moves {
-        sites += 1;
-        at_once += usize::from(passed.arrival == Some(0));
+    let at_once = arrivals.iter().enumerate();
+    let at_once = at_once.filter(|of| is_early(*of)).count();
+    let sites = defined.iter().filter(|defined| **defined).count();
+    let length = length.filter(|_| 2 * at_once <= sites);
+    if length.is_none() {
+        arrivals = vec![None; plan.axes.n_sites];
     }
-    if 2 * at_once > sites {
-        let length = FrontLength::NoArrival {
-            at_once,
-            sites,
-            // As flat as those of white noise.
-            noise: flat_part(rows, &plan.frequency_bins()) > FLAT_PART,
-        };
-        return Front::untold(length, plan);
-    }
-    let column = |of: fn(&Passed) -> f64| -> Vec<f64> {
-        let or_nan = |(passed, defined): (_, &bool)| if *defined { of(passed) } else { f64::NAN };
-        defined().map(or_nan).collect()
+    let fits = |n: usize| length.is_some_and(|of| n + of.samples <= plan.axes.n_times);
+    let fits = arrivals.iter().map(|arrival| arrival.is_some_and(fits));
+    let fits: Vec<bool> = fits.collect();
+    let share = |(site, fits): (usize, &bool)| match fits {
+        true => passed[site].high_share,
+        false => f64::NAN,
     };
-    let arrivals = defined().map(|(p, defined)| p.arrival.filter(|_| *defined));
-    let arrivals: Vec<Option<usize>> = arrivals.collect();
-    let fits = |arrival: &Option<usize>| arrival.is_some_and(|n| n + samples <= plan.axes.n_times);
-    let fits: Vec<bool> = arrivals.iter().map(fits).collect();
-    let high_share = column(|p| p.high_share);
-    let at = |arrival: &Option<usize>| arrival.map_or(f64::NAN, |n| plan.axes.time.at(n));
+    let high_share: Vec<f64> = fits.iter().enumerate().map(share).collect();
+    let at = |of: &Option<usize>| of.map_or(f64::NAN, |n| time.at(n));
     Front {
         length,
         arrival: arrivals.iter().map(at).collect(),
         headline: Headline::of(&high_share, &fits, &fits, reference, |row| plan.place(row)),
-        fits,
-        low_share: column(|p| p.low_share),
         high_share,
-    }
-}
-
-impl Front {
-    /// No arrivals and no shares, for the reason that `length` states.
-    fn untold(length: FrontLength, plan: &Plan) -> Front {
-        let nowhere = vec![f64::NAN; plan.axes.n_sites];
-        Front {
-            length,
-            fits: vec![false; nowhere.len()],
-            headline: Headline::default(),
-            arrival: nowhere.clone(),
-            low_share: nowhere.clone(),
-            high_share: nowhere,
-        }
-    }
-
-    /// None where noise exceeds a hundredth of the largest value before the wave arrives, by the arrivals of the answer, at most sites:
-    /// its windows hold that noise.
-    pub(super) fn unless_noise(self, answer: &Answer, plan: &Plan) -> Front {
-        let time = &plan.axes.time;
-        let Some(windows) = &answer.windows else {
-            return self;
-        };
-        let both = self.arrival.iter().zip(&windows.arrivals);
-        let later = both.filter_map(|(first, arrival)| Some(time.at((*arrival)?) - first));
-        let later: Vec<f64> = later.filter(|later| later.is_finite()).collect();
-        let early = later.iter().filter(|t| **t > windows.width * time.step);
-        let (at_once, sites) = (early.count(), later.len());
-        if 2 * at_once <= sites {
-            return self;
-        }
-        let length = FrontLength::NoArrival {
-            at_once,
-            sites,
-            noise: false,
-        };
-        Front::untold(length, plan)
+        fits,
     }
 }
 
@@ -285,28 +204,13 @@ mod tests {
         assert_eq!(pulse_width(&triangle(10, 15)), Some(2.0));
         assert_eq!(pulse_width(&[1.0; 9]), None);
         assert_eq!(pulse_width(&[0.0; 9]), None);
-        assert_eq!(arrival(&triangle(10, 40)), Some(11));
-        assert_eq!(arrival(&[0.0; 4]), None);
+        let records = triangle(10, 40).into_iter().zip(negative);
+        let interleaved: Vec<f64> = records.flat_map(|(a, b)| [a, b, 0.0]).collect();
+        assert_eq!(arrivals(&interleaved, 3), [Some(11), Some(4), None]);
     }
 
     #[test]
     fn quick_lengths_are_the_next_without_large_factors() {
         assert_eq!([1, 7, 11, 24, 121].map(quick), [1, 8, 12, 24, 125]);
-    }
-
-    #[test]
-    fn columns_arrive_when_each_alone_does() {
-        let records: Vec<Vec<f64>> = (0..5)
-            .map(|j| {
-                (0..50)
-                    .map(|n| (n as f64 - 9.0 * j as f64).max(0.0))
-                    .collect()
-            })
-            .collect();
-        let columns: Vec<f64> = (0..50)
-            .flat_map(|n| records.iter().map(move |r| r[n]))
-            .collect();
-        let alone: Vec<Option<usize>> = records.iter().map(|r| arrival(r)).collect();
-        assert_eq!(arrivals_across(&columns, 5), alone);
     }
 }

@@ -19,12 +19,13 @@ pub(super) fn finished(
     display: &Display,
 ) -> [Option<Map>; 5] {
     let axes = &plan.axes;
-    let power = Power {
-        scaling: plan.request.scaling,
-        unit: field.unit.as_deref(),
-        amplitude: power_unit,
-    };
-    let name = labels::quantity(field.quantity);
+    let power = Power::new(
+        axes,
+        plan.request.scaling,
+        field.unit.as_deref(),
+        power_unit,
+    );
+    let name = field.quantity.in_words();
     let samples = label(name, field.unit.as_deref().unwrap_or_default());
     let [df, dk] =
         [&axes.frequency, &axes.wavenumber].map(|bins| bins.get(1).copied().unwrap_or(1.0));
@@ -40,10 +41,10 @@ pub(super) fn finished(
     let signed: Side = (&k, lowest, dk, &display.wavenumber_signed);
     let mut shown = [
         (unit, samples, time, space),
-        (1.0, power.over_frequency(axes), frequency, space),
-        (1.0, power.over_wavenumber(axes), time, wavenumber),
-        (1.0, power.over_both(axes), frequency, signed),
-        (1.0, power.flux(axes), time, wavenumber),
+        (1.0, power.over_frequency(), frequency, space),
+        (1.0, power.over_wavenumber(), time, wavenumber),
+        (1.0, power.over_both(), frequency, signed),
+        (1.0, power.flux(), time, wavenumber),
     ]
     .into_iter();
     let [temporal, spatial, spacetime, flux] = outputs.maps([

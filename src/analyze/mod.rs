@@ -1,6 +1,5 @@
 //! From a field to its cascade: request, plan, run, result.
 
-mod aliasing;
 mod along;
 mod answer;
 mod arrays;

@@ -1,7 +1,7 @@
 //! The site and the time whose spectra set the band edges.
 
 use super::along::REFERENCE;
-use super::front::arrival;
+use super::front::arrivals;
 use super::nearest;
 use super::noise::KnownNoise;
 use super::plan::Plan;
@@ -99,5 +99,5 @@ fn behind_the_struck(plan: &Plan, prepared: &Prepared, bodies: usize) -> Option<
     let site = plan.sites.clone().position(|analyzed| analyzed == site)?;
     let mut record = vec![0.0; plan.axes.n_times];
     prepared.record(site, &mut record);
-    Some((site, arrival(&record)?))
+    Some((site, arrivals(&record, 1)[0]?))
 }

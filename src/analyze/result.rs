@@ -1,6 +1,6 @@
 //! What an analysis yields beside the large arrays: one value for JSON, figures and terminal.
 
-use ndarray::{Array2, Array3};
+use ndarray::Array2;
 
 use super::along::Headline;
 use super::dispersion::DispersionCurve;
@@ -58,23 +58,6 @@ impl Axes {
     pub fn wavenumber_unit(&self) -> String {
         format!("rad/{}", self.space_unit())
     }
-
-    /// `time (s)`, `time (samples)` where times are counted, `time` where a step has no unit.
-    pub fn time_label(&self) -> String {
-        label(&self.time, "time", "time (samples)")
-    }
-
-    /// `position (m)`, `site` where sites are counted, `position` where a step has no unit.
-    pub fn position_label(&self) -> String {
-        label(&self.space, "position", "site")
-    }
-}
-
-fn label(axis: &Axis, name: &str, counted: &str) -> String {
-    match &axis.unit {
-        Some(unit) => format!("{name} ({unit})"),
-        None => unit(axis, counted, name).into(),
-    }
 }
 
 fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
@@ -104,8 +87,8 @@ fn unit<'a>(axis: &'a Axis, counted: &'a str, stepped: &'a str) -> &'a str {
 /// - `low_share` and `high_share`: the cumulative energy up to the band edge, and the rest.
 ///
 /// Rows with energy below 1e-6 of the largest, or below the noise if known
-/// ([`Request::noise`](super::Request::noise)), are NaN except for the energy; so are the sites that
-/// [`UndefinedRows`] names, and all rows of an axis with a single bin. Units: those of the axis for the first four, otherwise shares and
+/// ([`Request::noise`](super::Request::noise)), are NaN except for the energy; so are sites left out, those
+/// whose noise is unknown where that of others is subtracted (they would seem to have gained energy at high frequency), and all rows of an axis with a single bin. Units: those of the axis for the first four, otherwise shares and
 /// numbers.
 #[derive(Debug, Clone, Default)]
 pub struct Moments {
@@ -121,27 +104,6 @@ pub struct Moments {
     pub high_share: Vec<f64>,
     /// Integral of the row's spectrum (0 for a row without energy), in the requested scaling.
     pub energy: Vec<f64>,
-    /// Why rows are NaN.
-    pub undefined: UndefinedRows,
-}
-
-/// Rows without measures, by the first of these reasons.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct UndefinedRows {
-    /// Sites left out on request ([`Request::without_sites`](super::Request::without_sites)).
-    pub left_out: usize,
-    /// Sites whose noise is unknown where that of others is subtracted
-    /// ([`Request::subtract_noise`](super::Request::subtract_noise)): compared with those, they would seem to
-    /// have gained energy at high frequency.
-    pub noise_unknown: usize,
-    /// Rows with too little energy.
-    pub quiet: usize,
-}
-
-impl UndefinedRows {
-    pub fn total(self) -> usize {
-        self.left_out + self.noise_unknown + self.quiet
-    }
 }
 
 /// How a band edge came about.
@@ -184,9 +146,6 @@ impl BandEdge {
 /// A site or a time, and the share of its energy in the high band.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Spot {
-    /// Index in the range analyzed.
-    #[serde(skip)]
-    pub row: usize,
     /// Index in the file.
     pub index: usize,
     /// Coordinate.
@@ -195,30 +154,14 @@ pub struct Spot {
     pub high_share: Option<f64>,
 }
 
-/// Over which length shares at the front's passage are taken, or why there are none.
+/// The window over which shares at the front's passage are taken.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-#[serde(rename_all = "kebab-case", tag = "found")]
-pub enum FrontLength {
-    Window {
-        /// Length, in units of time.
-        window: f64,
-        samples: usize,
-        /// Width at half maximum of the pulse at the reference; `None` where the length was given.
-        pulse_width: Option<f64>,
-    },
-    /// No site has energy.
-    NoReference,
-    /// The reference has no pulse: it is above half of its largest magnitude at both ends.
-    NoPulse,
-    /// The window is longer than the record.
-    TooLong { window: f64 },
-    /// More than half of the sites move from the first sample on, or before the wave arrives.
-    NoArrival {
-        at_once: usize,
-        sites: usize,
-        /// Spectra are as flat as those of white noise.
-        noise: bool,
-    },
+pub struct FrontWindow {
+    /// Length, in units of time.
+    pub window: f64,
+    pub samples: usize,
+    /// Width at half maximum of the pulse at the reference; `None` where the length was given.
+    pub pulse_width: Option<f64>,
 }
 
 /// Shares of the bands over the passage of the front, one value a site.
@@ -229,12 +172,14 @@ pub enum FrontLength {
 /// front and over the whole record differ, and the latter depend on the record's length.
 #[derive(Debug, Clone)]
 pub struct Front {
-    pub length: FrontLength,
+    /// `None` where no site has energy, the reference has no pulse (it is above half of its largest magnitude at both ends), the
+    /// window is longer than the record, or more than half of the sites move from the first sample on, or before the wave arrives.
+    pub length: Option<FrontWindow>,
     /// Time of each arrival.
     pub arrival: Vec<f64>,
     /// Whether the window fits into the record from there on.
     pub fits: Vec<bool>,
-    pub low_share: Vec<f64>,
+    /// Of the energy of the window; the rest lies below the band edge.
     pub high_share: Vec<f64>,
     pub headline: Headline,
 }
@@ -329,15 +274,6 @@ impl ShortTimeSpectra {
     pub(crate) fn largest(&self) -> f64 {
         let values = self.spectra.iter().flat_map(|one| one.values.iter());
         values.copied().fold(0.0, f64::max)
-    }
-
-    /// All spectra stacked: `(site or time, bin, frame)`.
-    pub fn stacked(&self) -> Array3<f64> {
-        let mut all = Array3::zeros((self.spectra.len(), self.bins.len(), self.frames.len()));
-        for (mut slot, one) in all.outer_iter_mut().zip(&self.spectra) {
-            slot.assign(&one.values);
-        }
-        all
     }
 }
 
@@ -459,7 +395,5 @@ pub struct Analysis {
     pub sample_error: Option<f64>,
     pub accuracy: Accuracy,
     pub timings: Vec<Timing>,
-    /// From the first stage's start to the last one's end.
-    pub seconds: f64,
     pub warnings: Vec<Warning>,
 }

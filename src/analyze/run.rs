@@ -1,7 +1,5 @@
 //! The run: passes over the field in the order of the plan, and the assembly of their results.
 
-use std::time::Instant;
-
 use serde_json::json;
 
 use super::along::{self, Headline};
@@ -23,6 +21,7 @@ use crate::diagnostics::SpectrumMoments;
 use crate::error::Result;
 use crate::estimates::NoiseFloor;
 use crate::field::Field;
+use crate::moved::ArrivalWindows;
 use crate::numeric::{in_band, sum, sum_of, sum_of_squares};
 use crate::observer::{Observer, Silent};
 use crate::prepare::{GAIN_STEPS, Prepared, Sites, channels};
@@ -65,7 +64,6 @@ fn passes<T: Real>(
 ) -> Result<Analysis> {
     let (results, precision) = (plan.request.results, plan.request.precision);
     let outputs = Outputs::new(plan, sink)?;
-    let started = Instant::now();
     let mut clock = Clock::new();
 
     let (prepared, scans) = Prepared::new(
@@ -110,9 +108,7 @@ fn passes<T: Real>(
     let is_told = results.answer && !prepared.is_silent() && !field.has_guessed_layout();
     let find = || answer::find(&stages, columns, spacetime);
     let mut answer = is_told.then(find).transpose()?;
-    let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
-    let passes = (columns, rows, spacetime);
-    let display = Display::find(plan, passes, field_map.as_ref(), windows);
+    let display = Display::find(plan, columns, rows, spacetime);
     let range = (plan.times.clone(), plan.sites.clone());
     let simulated = field.struck.is_some();
     let known = (&plan.request.without_sites[..], Some(&scans[..]));
@@ -143,17 +139,15 @@ fn passes<T: Real>(
     }
     clock.lap(plan, "answer");
     let along_space = columns.filter(|_| results.temporal);
-    let along_space = along_space.map(|columns| stages.along_space(columns, records.front));
+    let windows = answer.as_ref().and_then(|answer| answer.windows.as_ref());
+    let along_space =
+        along_space.map(|columns| stages.along_space(columns, records.front, windows));
     let along_time = results.spatial.then(|| stages.along_time(rows));
     let (along_space, front) = along_space.unzip();
     let (along_space, headline_space) = along_space.unzip();
-    let front = front.flatten();
-    let front = match &answer {
-        // All of a chain that moves from the start stands in modes: no front passes.
-        Some(answer) if simulated && !answer.has_fronts => None,
-        Some(answer) => front.map(|front| front.unless_noise(answer, plan)),
-        None => front,
-    };
+    // All of a chain that moves from the start stands in modes: no front passes.
+    let stands = field.struck.is_some() && answer.as_ref().is_some_and(|of| !of.has_fronts);
+    let front = front.filter(|_| !stands);
     let (along_time, headline_time) = along_time.unzip();
     // A single site has no wavenumber axis.
     let by_frequency = spacetime.filter(|_| plan.axes.n_sites > 1);
@@ -198,7 +192,6 @@ fn passes<T: Real>(
         short_space: profiles.short_space,
         sample_error: None,
         accuracy: accuracy(precision, power_unit, records.checked, &parseval),
-        seconds: started.elapsed().as_secs_f64(),
         timings: clock.timings,
         warnings,
     })
@@ -281,8 +274,9 @@ impl Stages<'_> {
     fn along_space(
         &self,
         columns: &TemporalPassResult,
-        length: Option<FrontLength>,
-    ) -> ((Moments, Headline), Option<Front>) {
+        length: Option<FrontWindow>,
+        windows: Option<&ArrivalWindows>,
+    ) -> ((Moments, Headline), Front) {
         let (plan, reference) = (self.plan, self.references.site);
         let noise = self.noise_in(&plan.window_time, plan.segments.count());
         let noise_at = |site: usize| match self.noise {
@@ -290,30 +284,21 @@ impl Stages<'_> {
             None => noise,
         };
         let mut defined = along::defined(&columns.rows, &columns.energies, noise_at);
-        let mut undefined = UndefinedRows::default();
         for (row, defined) in defined.iter_mut().enumerate() {
-            let is_unknown = self.noise.is_some_and(|noise| !noise.is_known(row));
-            let reason = match (plan.is_left_out(row), is_unknown, *defined) {
-                (true, ..) => &mut undefined.left_out,
-                (_, true, _) => &mut undefined.noise_unknown,
-                (.., false) => &mut undefined.quiet,
-                _ => continue,
-            };
-            *reason += 1;
-            *defined = false;
+            let is_known = self.noise.is_none_or(|noise| noise.is_known(row));
+            *defined &= is_known && !plan.is_left_out(row);
         }
         let measure = plan.time_scale.measure * self.stored;
         let mut moments = Moments::gather(&columns.rows, &defined, measure, plan.padding_time());
-        moments.undefined = undefined;
         for site in &plan.request.without_sites {
             moments.energy[site - plan.sites.start] = f64::NAN;
         }
-        let passed = (&columns.rows[..], &columns.passed[..]);
-        let front = length.map(|length| front::gather(plan, length, passed, &defined, reference));
+        let passed = &columns.passed[..];
+        let front = front::gather(plan, length, passed, &defined, reference, windows);
         // Where the record ends while the front passes, the end makes a part of the spectrum.
-        let whole = match &front {
-            Some(front) if matches!(front.length, FrontLength::Window { .. }) => &front.fits,
-            _ => &defined,
+        let whole = match front.length {
+            Some(_) => &front.fits,
+            None => &defined,
         };
         let place = |row| plan.place(row);
         let headline = Headline::of(&moments.high_share, &defined, whole, reference, place);

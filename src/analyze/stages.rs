@@ -11,7 +11,7 @@ use super::intermediate::Intermediate;
 use super::noise::KnownNoise;
 use super::plan::Plan;
 use super::reference::{References, first_with_energy};
-use super::result::{BandEdge, FrontLength, ShortTimeSpectra, Timing};
+use super::result::{BandEdge, FrontWindow, ShortTimeSpectra, Timing};
 use super::rows::{self, SpatialPassResult};
 use super::short_time;
 use super::spacetime::{self, Frequencies};
@@ -41,7 +41,7 @@ pub(super) struct Stages<'a> {
 pub(super) struct FromRecords {
     /// Where low frequencies end; `None` where no spectra along time are wanted.
     pub edge: Option<BandEdge>,
-    pub front: Option<FrontLength>,
+    pub front: Option<FrontWindow>,
     /// Of the spectrum of the reference site.
     pub interval: Option<SpectrumInterval>,
     /// `None` where no transforms along time are needed.
@@ -116,9 +116,8 @@ impl Stages<'_> {
             clock.lap(plan, "frequency band edge");
         }
         along_time.edge = value_of(found.edge);
-        if let Some(FrontLength::Window { samples, .. }) = found.front {
-            along_time.passage = Some(WindowTransforms::new(plan, samples, along_time.edge));
-        }
+        let passage = |of: FrontWindow| WindowTransforms::new(plan, of.samples, along_time.edge);
+        along_time.passage = found.front.map(passage);
         let is_kept = plan.request.results.spacetime;
         let mut between = is_kept.then(|| Intermediate::new(plan)).transpose()?;
         let columns = along_time.transform_records(between.as_mut())?;
@@ -146,7 +145,7 @@ impl Stages<'_> {
         let (plan, site) = (self.plan, self.references.site);
         let reference = site.and_then(|site| Some((site, along_time.reference(site)?)));
         let record = reference.as_ref().map(|(_, (record, _))| &record[..]);
-        found.front = Some(front::window_of(plan, record));
+        found.front = front::window_of(plan, record);
         found.interval = record.and_then(|record| {
             SpectrumInterval::of_record(record, &plan.window_time, plan.segments)
         });

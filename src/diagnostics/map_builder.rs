@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, Array3, ArrayView1, ArrayView2, Axis, azip, s};
+use ndarray::{Array2, Array3, ArrayView2, Axis, azip, s};
 
 use super::map::{Keep, MAP_LIMIT, Map, MapAxis, Part, PowerOfTen, Reduction, block_size};
 use crate::numeric::lanes::{Lanes, SimdKernel, widest};
@@ -112,26 +112,6 @@ impl MapBuilder {
         reduced.rows *= self.rows;
         reduced.columns *= self.columns;
         reduced
-    }
-
-    /// Rows and columns outside of which all magnitudes are at most `share` of the largest, to
-    /// whole cells; all of them where there is none above 0.
-    pub fn louder_than(&self, share: f64, shape: (usize, usize)) -> Part {
-        let cells = self.cells();
-        let size = |v: &f64| if v.is_finite() { v.abs() } else { 0.0 };
-        let level = share * cells.iter().map(size).fold(0.0, f64::max);
-        let span = |axis: Axis, block: usize, all: usize| {
-            let loud = |part: ArrayView1<f64>| part.iter().map(size).any(|size| size > level);
-            let mut loud = cells.axis_iter(axis).map(loud);
-            let Some(first) = loud.position(|loud| loud) else {
-                return 0..all;
-            };
-            let last = loud.rposition(|loud| loud);
-            let last = last.map_or(first, |n| first + 1 + n);
-            first * block..((last + 1) * block).min(all)
-        };
-        let rows = span(Axis(0), self.rows, shape.0);
-        (rows, span(Axis(1), self.columns, shape.1))
     }
 
     /// The value of each cell; NaN for cells without a number.

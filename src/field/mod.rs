@@ -133,7 +133,7 @@ impl Quantity {
         }
     }
 
-    fn in_words(self) -> &'static str {
+    pub(crate) fn in_words(self) -> &'static str {
         match self {
             Quantity::StrainRate => "strain rate",
             other => other.name(),

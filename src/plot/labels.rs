@@ -104,28 +104,20 @@ fn three_digits(value: f64) -> String {
 
 /// What short-time spectra show, with unit.
 pub(crate) fn short_time_density(analysis: &Analysis) -> String {
-    power(analysis).over_frequency(&analysis.axes)
+    Power::of(analysis).over_frequency()
 }
 
 /// What short-space spectra show, with unit.
 pub(crate) fn short_space_density(analysis: &Analysis) -> String {
-    power(analysis).over_wavenumber(&analysis.axes)
+    Power::of(analysis).over_wavenumber()
 }
 
 /// The integral of a site's spectrum over frequency, with unit.
 pub(crate) fn site_energy(analysis: &Analysis) -> String {
-    power(analysis).of_site(&analysis.axes)
+    Power::of(analysis).of_site()
 }
 
 /// The integral of a time's spectrum over wavenumber, with unit.
 pub(crate) fn time_energy(analysis: &Analysis) -> String {
-    power(analysis).of_time(&analysis.axes)
-}
-
-fn power(analysis: &Analysis) -> Power<'_> {
-    Power {
-        scaling: analysis.conventions.scaling,
-        unit: analysis.unit.as_deref(),
-        amplitude: analysis.accuracy.amplitude_unit,
-    }
+    Power::of(analysis).of_time()
 }

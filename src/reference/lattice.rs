@@ -21,11 +21,7 @@ pub struct LatticeImpact {
 
 impl LatticeImpact {
     pub fn field(&self) -> Field {
-        // The even ones.
-        let orders = |n: usize| -> Vec<f64> {
-            let all = bessel_j(2.0 * n as f64 * self.dt, 2 * self.n_sites);
-            all.into_iter().step_by(2).collect()
-        };
+        let orders = |n: usize| bessel_j(2.0 * n as f64 * self.dt, 2 * self.n_sites);
         let orders: Vec<Vec<f64>> = (0..self.n_times).map(orders).collect();
         let grid = Grid {
             n_times: self.n_times,
@@ -33,22 +29,11 @@ impl LatticeImpact {
             dt: self.dt,
             dx: 1.0,
         };
-        let mut field = grid.sample("lattice-impact", |n, j| orders[n][j]);
+        let mut field = grid.sample("lattice-impact", |n, j| orders[n][2 * j]);
         field.time.unit = Some("sqrt(m/c)".into());
         field.space.unit = Some("a".into());
         field.unit = Some("v0".into());
         field
-    }
-
-    /// `sum_j v_j^2 = (1 + J_0(4 t)) / 2` over all sites of both signs: the share of the energy
-    /// that is kinetic, 1 at the start, 1/2 in the end.
-    pub fn square_sum(t: f64) -> f64 {
-        0.5 * (1.0 + bessel_j(4.0 * t, 1)[0])
-    }
-
-    /// `sum_j v_j exp(i k j) = cos(omega(k) t)`, over all sites of both signs.
-    pub fn transform(k: f64, t: f64) -> f64 {
-        (2.0 * (0.5 * k).sin().abs() * t).cos()
     }
 }
 

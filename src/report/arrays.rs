@@ -42,12 +42,12 @@ impl LabelledArrays for NetCdf {
 ///
 /// [`Sink`]: crate::arrays::Sink
 pub fn describe_analysis(analysis: &Analysis, summary: &Value, file: &dyn LabelledArrays) {
-    let (axes, power) = (&analysis.axes, Power::of(analysis));
+    let power = Power::of(analysis);
     for (array, label) in [
-        ("temporal_spectrum", power.over_frequency(axes)),
-        ("spatial_spectrum", power.over_wavenumber(axes)),
-        ("spacetime_spectrum", power.over_both(axes)),
-        ("kinetic_flux_surrogate", power.flux(axes)),
+        ("temporal_spectrum", power.over_frequency()),
+        ("spatial_spectrum", power.over_wavenumber()),
+        ("spacetime_spectrum", power.over_both()),
+        ("kinetic_flux_surrogate", power.flux()),
     ] {
         let (name, unit) = unit::split(&label);
         file.describe(array, text_attributes(unit, name));

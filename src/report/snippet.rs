@@ -81,11 +81,7 @@ fn opened(what: &str, of: &str, arrays: &str, format: ArrayFormat) -> String {
 /// of them that were computed.
 pub fn analysis_snippet(analysis: &Analysis, format: ArrayFormat) -> String {
     let axes = &analysis.axes;
-    let power = Power {
-        scaling: analysis.conventions.scaling,
-        unit: analysis.unit.as_deref(),
-        amplitude: analysis.accuracy.amplitude_unit,
-    };
+    let power = Power::of(analysis);
     let [k, f, x, t] = [
         labels::wavenumber(axes),
         labels::frequency(axes),
@@ -112,22 +108,17 @@ pub fn analysis_snippet(analysis: &Analysis, format: ArrayFormat) -> String {
     if analysis.direction.is_some() {
         let x = Shown::of("wavenumber_signed", k.clone(), &display.wavenumber_signed);
         let y = Shown::of("frequency", f.clone(), &display.frequency);
-        draw(
-            "spacetime_spectrum",
-            [x, y],
-            power.over_both(axes),
-            &overlay,
-        );
+        draw("spacetime_spectrum", [x, y], power.over_both(), &overlay);
     }
     if analysis.along_space.is_some() {
         let x = Shown::of("position", x, &display.space);
         let y = Shown::of("frequency", f, &display.frequency);
-        draw("temporal_spectrum", [x, y], power.over_frequency(axes), "");
+        draw("temporal_spectrum", [x, y], power.over_frequency(), "");
     }
     if analysis.along_time.is_some() {
         let x = Shown::of("wavenumber", k, &display.wavenumber);
         let y = Shown::of("time", t, &display.time);
-        draw("spatial_spectrum", [x, y], power.over_wavenumber(axes), "");
+        draw("spatial_spectrum", [x, y], power.over_wavenumber(), "");
     }
     script
 }

@@ -227,7 +227,7 @@ impl Ridges {
     fn variables(&self, sheet: &mut Sheet) {
         let axes = &self.analysis.axes;
         let units = Units::of(&axes.time, &axes.space, None);
-        let density = labels::Power::of(&self.analysis).over_both(axes);
+        let density = labels::Power::of(&self.analysis).over_both();
         let ridges = self.ridges.iter();
         let ridges = ridges.flat_map(|ridge| ridge.points.iter().map(move |_| ridge));
         let of_ridges: [Column<Ridge>; 2] = [

@@ -222,7 +222,7 @@ fn the_verdict_comes_first_then_its_picture_then_warnings_and_numbers() {
         "id=\"field\"",
         "id=\"spacetime\"",
         "id=\"summary\"",
-        "Parseval residual, time",
+        "estimated by",
     ];
     let places = places.map(|text| page.find(text).unwrap_or_else(|| panic!("no {text}")));
     assert!(places.is_sorted(), "{places:?}");

@@ -12,7 +12,7 @@ use wavecascade::estimates::{
 use wavecascade::field::Axis;
 use wavecascade::observer::Silent;
 use wavecascade::prepare::{Detrend, Gaps, Window};
-use wavecascade::reference::{Grid, Tone};
+use wavecascade::reference::Grid;
 use wavecascade::{Error, Field, analyze};
 
 /// Waves both ways, a bit of everything; no symmetry.
@@ -408,13 +408,12 @@ fn a_tone_between_bins_is_recovered_to_the_bound_of_each_window() {
     };
     for (window, bound) in windows {
         for fraction in [0.0, 0.25, 0.5] {
-            let tone = Tone {
-                grid,
-                amplitude: 3.0,
-                cycles: 200.0 + fraction,
-            };
+            let tone = grid.sample("tone", |n, _| {
+                let cycles = (200.0 + fraction) * n as f64 / 1024.0;
+                3.0 * (std::f64::consts::TAU * cycles.fract()).cos()
+            });
             let asked = |scaling| asking(|it| (it.window_time, it.scaling) = (window, scaling));
-            let (_, spectra) = analyzed(&tone.field(), &asked(Scaling::Spectrum));
+            let (_, spectra) = analyzed(&tone, &asked(Scaling::Spectrum));
             let spectrum = spectra.temporal.expect("requested");
             let (bin, peak) =
                 spectrum
@@ -439,11 +438,11 @@ fn a_tone_between_bins_is_recovered_to_the_bound_of_each_window() {
                 );
             }
             assert!(
-                (bin as f64 - tone.cycles).abs() <= 0.5,
+                (bin as f64 - 200.0 - fraction).abs() <= 0.5,
                 "{window:?}: bin {bin}"
             );
 
-            let (analysis, spectra) = analyzed(&tone.field(), &asked(Scaling::Density));
+            let (analysis, spectra) = analyzed(&tone, &asked(Scaling::Density));
             let density = spectra.temporal.expect("requested");
             let power = density.sum() * analysis.axes.frequency[1];
             // Far from the ends of the axis the window weighs the tone's square evenly.

@@ -3,7 +3,7 @@
 
 use ndarray::Array2;
 use wavecascade::Field;
-use wavecascade::analyze::{BandEdge, FrontLength, Request, TimeRange};
+use wavecascade::analyze::{BandEdge, FrontWindow, Request, TimeRange};
 use wavecascade::chain::{Chain, Simulation};
 
 use test_support::fields::{TEMPORAL, analyzed, asking, noise, pulse, segments, struck};
@@ -223,11 +223,11 @@ fn val_shares_at_the_front_are_those_of_its_times() {
     let front = analysis.front.unwrap();
     assert_eq!(
         front.length,
-        FrontLength::Window {
+        Some(FrontWindow {
             window: 120.0,
             samples: 120,
             pulse_width: None
-        }
+        })
     );
     for (j, fits) in front.fits.iter().enumerate() {
         let start = front.arrival[j];
@@ -253,14 +253,11 @@ fn val_shares_at_the_front_are_those_of_its_times() {
 
     // Ten widths of the pulse, which is symmetric.
     let by_pulse = analyzed(&field, &request(None)).front.unwrap();
-    let FrontLength::Window {
+    let FrontWindow {
         samples,
         pulse_width,
         ..
-    } = by_pulse.length
-    else {
-        panic!("{:?}", by_pulse.length);
-    };
+    } = by_pulse.length.expect("a pulse");
     let shape = |t: f64| (-(t / 6.0_f64).powi(2)).exp() * (1.0 + 0.4 * (1.1 * t).cos()) / 1.4;
     let width = pulse_width.unwrap();
     assert_eq!(samples, (10.0 * width).round() as usize);
@@ -278,14 +275,10 @@ fn a_front_that_does_not_fit_or_arrive_has_no_shares() {
     assert_eq!(front.headline.last.map(|spot| spot.index), Some(fit - 1));
     let long = asking(|it| it.front_window = Some(301.0));
     let front = analyzed(&field, &long).front.unwrap();
-    assert_eq!(front.length, FrontLength::TooLong { window: 301.0 });
+    assert_eq!(front.length, None);
     assert!(front.high_share.iter().all(|share| share.is_nan()));
     let front = analyzed(&Field::from_array(noise(500, 20)), &Request::default()).front;
-    let length = front.unwrap().length;
-    assert!(
-        matches!(length, FrontLength::NoArrival { sites: 20, .. }),
-        "{length:?}"
-    );
+    assert_eq!(front.unwrap().length, None);
 }
 
 /// Long windows, for which there is no room beside whole records, and segments of Welch's method.

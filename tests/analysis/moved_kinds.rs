@@ -215,11 +215,6 @@ fn val_noise_moves_nothing() {
             if k < 5 {
                 let is_noise = matches!(analysis.undirected, Some(Reason::Noise { .. }));
                 assert!(is_noise, "{k}: {:?}", analysis.undirected);
-                let words = analysis.words().answer;
-                assert!(
-                    moved.verdict != Verdict::Unchanged || words.contains("like noise"),
-                    "{words}"
-                );
             }
             for n in 1..1500 {
                 for j in 0..12 {

@@ -5,7 +5,7 @@ use serde_json::json;
 use test_support::changed;
 use test_support::fields::{TEMPORAL, analyzed, asking, noise, pulse, struck};
 use wavecascade::Field;
-use wavecascade::analyze::{FrontLength, Request, Results, Warning};
+use wavecascade::analyze::{Request, Results};
 
 fn codes(field: &Field, request: &Request) -> Vec<&'static str> {
     analyzed(field, request)
@@ -102,25 +102,6 @@ fn val_times_of_zeros_are_named() {
 }
 
 #[test]
-fn val_a_start_up_transient_is_named() {
-    let tone = |start: f64| {
-        let field = Array2::from_shape_fn((600, 24), |(n, j)| {
-            let t = n as f64;
-            (1.0 + start * (-t / 5.0).exp()) * (0.37 * t + 0.5 * j as f64).cos()
-        });
-        analyzed(&Field::from_array(field), &Request::default()).warnings
-    };
-    let found = |warnings: &[Warning]| {
-        let told = warnings.iter().find(|of| of.code == "start-up")?;
-        told.numbers["times"].as_u64()
-    };
-    assert_eq!(found(&tone(0.0)), None);
-    let warnings = tone(19.0);
-    assert!((8..20).contains(&found(&warnings).unwrap()), "{warnings:?}");
-    assert!(warnings.iter().all(|w| w.code != "transient-cut"));
-}
-
-#[test]
 fn val_white_noise_of_any_shape_is_in_order() {
     let all = Request::default();
     for shape in [
@@ -148,25 +129,6 @@ fn regress_ends_of_a_chain_are_no_jump() {
         let found = codes(&Field::from_array(velocity), &Request::default());
         assert!(!found.contains(&"leakage-space"), "{found:?}");
     }
-}
-
-#[test]
-fn regress_noise_is_named_where_no_front_arrives() {
-    let of = |field: Array2<f64>| analyzed(&Field::from_array(field), &Request::default()).front;
-    let length = of(noise(600, 24)).unwrap().length;
-    assert!(
-        matches!(length, FrontLength::NoArrival { noise: true, .. }),
-        "{length:?}"
-    );
-    let tone = Array2::from_shape_fn((600, 24), |(n, j)| {
-        let t = n as f64;
-        (-((t - 300.0) / 80.0).powi(2)).exp() * (0.2 * t + 0.5 * j as f64).cos() + 0.1
-    });
-    let length = of(tone).unwrap().length;
-    assert!(
-        matches!(length, FrontLength::NoArrival { noise: false, .. }),
-        "{length:?}"
-    );
 }
 
 #[test]

@@ -66,18 +66,15 @@ pub struct DispersionCurve {
 impl DispersionCurve {
     /// Each branch as a curve over a map, the first with the name of its relation.
     pub(crate) fn curves(relations: &[DispersionCurve]) -> Vec<Curve> {
-        let mut curves = Vec::new();
-        for relation in relations {
+        let of_relation = |relation: &DispersionCurve| -> Vec<Curve> {
             let mut label = relation.name.clone();
-            for branch in &relation.branches {
-                let points = relation.wavenumber.iter().copied();
-                curves.push(Curve {
-                    label: std::mem::take(&mut label),
-                    points: points.zip(branch.iter().copied()).collect(),
-                });
-            }
-        }
-        curves
+            let branches = relation.branches.iter().map(|branch| Curve {
+                label: std::mem::take(&mut label),
+                points: std::iter::zip(relation.wavenumber.clone(), branch.clone()).collect(),
+            });
+            branches.collect()
+        };
+        relations.iter().flat_map(of_relation).collect()
     }
 }
 
@@ -101,7 +98,7 @@ impl Dispersion {
     /// [`Error::Request`] names the fault with its place, and what is known.
     pub fn parse(text: &str, known: &Constants) -> Result<Dispersion> {
         if let Some((kind @ ("monatomic" | "diatomic"), values)) = text.split_once(':') {
-            return of_bodies(text, kind == "diatomic", &parse_constants(values)?);
+            return of_bodies(kind, text, &parse_constants(values)?);
         }
         let (formula, own) = text.split_once(';').unwrap_or((text, ""));
         let mut constants = known.clone();
@@ -152,7 +149,7 @@ impl Dispersion {
             }
             Relation::Table(table) => table.branches(axes, &wavenumber)?,
         };
-        let branches = omega.into_iter().flat_map(both_directions).map(cycles);
+        let branches = omega.into_iter().flat_map(both_directions);
         Ok(DispersionCurve {
             name: self.name.clone(),
             wavenumber,
@@ -203,52 +200,39 @@ pub fn parse_constants(text: &str) -> Result<Constants> {
 }
 
 /// A lattice of one or of two bodies a cell, from its constants.
-fn of_bodies(text: &str, two: bool, constants: &Constants) -> Result<Dispersion> {
-    let [needed, stiff, heavy]: [&[&str]; 3] = match two {
-        true => [&["c1", "c2", "m1", "m2"], &["c1", "c2"], &["m1", "m2"]],
-        false => [&["c", "m"], &["c"], &["m"]],
+fn of_bodies(kind: &str, text: &str, constants: &Constants) -> Result<Dispersion> {
+    let [stiff, heavy]: [&[&str]; 2] = match kind {
+        "diatomic" => [&["c1", "c2"], &["m1", "m2"]],
+        _ => [&["c"], &["m"]],
     };
-    let mut missing = needed.iter().filter(|name| !constants.contains_key(**name));
-    let is_odd = |name: &&String| *name != "a" && !needed.contains(&name.as_str());
-    let mut odd = constants.keys().filter(is_odd);
-    let found = match (missing.next(), odd.next()) {
-        (Some(name), _) => Some(format!("`{text}` without {name}")),
-        (_, Some(name)) => Some(format!("{name} in `{text}`")),
-        _ if constants.values().any(|value| *value <= 0.0) => Some(format!("`{text}`")),
-        _ => None,
-    };
-    if let Some(found) = found {
-        let kind = if two { "diatomic" } else { "monatomic" };
+    let needed = [stiff, heavy].concat();
+    // In the order of the alphabet, too.
+    let others = constants.keys().filter(|name| *name != "a");
+    if !others.eq(&needed) || constants.values().any(|value| *value <= 0.0) {
         let needed = needed.join(", ");
         let expected = format!(
             "`{kind}:` with {needed} and, where it is not the distance of the sites, a, all above 0"
         );
-        return Err(Error::request("dispersion", expected, found));
+        return Err(Error::request("dispersion", expected, format!("`{text}`")));
     }
     let values = |names: &[&str]| names.iter().map(|name| constants[*name]).collect();
     let cell = UnitCell::new(values(heavy), values(stiff))?;
     Ok(Dispersion::lattice(text, cell, constants.get("a").copied()))
 }
 
-/// The parts of a branch at positive and at negative omega, the latter at `(-k, -omega)`; one
+/// The parts of a branch, in cycles, at positive and at negative omega, the latter at `(-k, -omega)`; one
 /// where both are the same.
 fn both_directions(omega: Vec<f64>) -> Vec<Vec<f64>> {
-    let positive = |w: &f64| if *w >= 0.0 { *w } else { f64::NAN };
-    let forward: Vec<f64> = omega.iter().map(positive).collect();
-    let mirrored = |w: &f64| if *w < 0.0 { -w } else { f64::NAN };
-    let backward: Vec<f64> = omega.iter().rev().map(mirrored).collect();
+    let cycles = |w: f64| Some(w / TAU).filter(|f| *f >= 0.0 && f.is_finite());
+    let or_gap = |f: Option<f64>| f.unwrap_or(f64::NAN);
+    let forward: Vec<f64> = omega.iter().map(|w| or_gap(cycles(*w))).collect();
+    // Zero belongs to the former.
+    let backward = omega.iter().rev().map(|w| cycles(-w).filter(|_| *w < 0.0));
+    let backward: Vec<f64> = backward.map(or_gap).collect();
     let are_alike = |f: &f64, b: &f64| (f - b).abs() <= 1e-9 * b;
     let mut both = forward.iter().zip(&backward);
-    let is_new = both.any(|(f, b)| b.is_finite() && !are_alike(f, b));
-    match is_new {
+    match both.any(|(f, b)| b.is_finite() && !are_alike(f, b)) {
         true => vec![forward, backward],
         false => vec![forward],
     }
-}
-
-fn cycles(mut omega: Vec<f64>) -> Vec<f64> {
-    omega.iter_mut().for_each(|w| {
-        *w = if w.is_finite() { *w / TAU } else { f64::NAN };
-    });
-    omega
 }

@@ -24,37 +24,17 @@ struct Curve {
     points: Vec<(f64, f64)>,
 }
 
-/// What a column of the table is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Column {
-    Wavenumber,
-    Omega,
-    Cycles,
-    Curve,
-}
-
-impl Column {
-    /// With its unit: `k`, `k (rad/m)`, `omega`, `omega_2 [rad/s]`, `f (Hz)`, `frequency`, `curve`.
-    fn of(header: &str) -> Option<(Column, Option<String>)> {
-        let header = header.trim();
-        let (name, unit) = match header.find(['(', '[']) {
-            Some(at) => {
-                let unit = header[at + 1..].strip_suffix([')', ']'])?.trim();
-                (header[..at].trim(), Some(unit.to_owned()))
-            }
-            None => (header, None),
-        };
-        // A number after the name tells branches apart.
-        let name = name.trim_end_matches(|c: char| c.is_ascii_digit());
-        let column = match name.trim_end_matches('_').to_ascii_lowercase().as_str() {
-            "k" | "wavenumber" => Column::Wavenumber,
-            "omega" | "\u{3c9}" | "angular_frequency" => Column::Omega,
-            "f" | "frequency" => Column::Cycles,
-            "curve" | "branch" => Column::Curve,
-            _ => return None,
-        };
-        Some((column, unit))
-    }
+/// Name and unit of a column: `k`, `k (rad/m)`, `omega_2 [rad/s]`. A number after the name tells branches apart.
+fn header(cell: &str) -> (String, Option<String>) {
+    let (name, unit) = match cell.split_once(['(', '[']) {
+        Some((name, unit)) => (
+            name,
+            Some(unit.trim_end_matches([')', ']']).trim().to_owned()),
+        ),
+        None => (cell, None),
+    };
+    let is_number = |c: char| c.is_ascii_digit() || c == '_';
+    (name.trim().trim_end_matches(is_number).to_lowercase(), unit)
 }
 
 impl Table {
@@ -75,23 +55,24 @@ impl Table {
             .from_reader(text.as_bytes());
         let broken = |error: csv::Error| fault("comma-separated values", error.to_string());
         let headers = reader.headers().map_err(broken)?.clone();
-        let header = "columns k and omega or f by name, such as `k (rad/m),f (Hz)`, and at most \
-                      one column `curve`";
-        let columns: Vec<(Column, Option<String>)> = headers
-            .iter()
-            .map(|cell| Column::of(cell).ok_or_else(|| fault(header, format!("`{cell}`"))))
-            .collect::<Result<_>>()?;
-        let places = |of: &[Column]| -> Vec<usize> {
-            let places = 0..columns.len();
-            places.filter(|&n| of.contains(&columns[n].0)).collect()
+        let columns: Vec<(String, Option<String>)> = headers.iter().map(header).collect();
+        let named = |names: &[&str]| -> Vec<usize> {
+            let is_named = |n: &usize| names.contains(&&*columns[*n].0);
+            (0..columns.len()).filter(is_named).collect()
         };
-        let k = places(&[Column::Wavenumber]);
-        let frequencies = places(&[Column::Omega, Column::Cycles]);
-        let curve = places(&[Column::Curve]);
-        if k.len() != 1 || frequencies.is_empty() || curve.len() > 1 {
+        let cycles = named(&["f", "frequency"]);
+        let omega = named(&["omega", "\u{3c9}", "angular_frequency"]);
+        let (ks, labels) = (named(&["k", "wavenumber"]), named(&["curve", "branch"]));
+        let known = cycles.len() + omega.len() + labels.len() + 1;
+        let ([k], true) = (
+            &ks[..],
+            known == columns.len() && known > labels.len() + 1 && labels.len() < 2,
+        ) else {
+            let expected = "columns k and omega or f by name, such as `k (rad/m),f (Hz)`, and at most \
+                            one column `curve`";
             let found: Vec<&str> = headers.iter().collect();
-            return Err(fault(header, format!("`{}`", found.join(","))));
-        }
+            return Err(fault(expected, format!("`{}`", found.join(","))));
+        };
         let mut points: BTreeMap<(String, usize), Vec<(f64, f64)>> = BTreeMap::new();
         for record in reader.records() {
             let record = record.map_err(broken)?;
@@ -102,20 +83,15 @@ impl Table {
                     .parse()
                     .map_err(|_| fault("a number", format!("`{cell}` in line {line}"))),
             };
-            let label = curve.first().map_or("", |&n| &record[n]);
-            let at = number(k[0])?;
-            if !at.is_finite() {
-                return Err(fault(
-                    "a finite k",
-                    format!("`{}` in line {line}", &record[k[0]]),
-                ));
-            }
-            for &n in &frequencies {
+            let label = labels.first().map_or("", |&n| &record[n]);
+            let at = number(*k)?;
+            for &n in cycles.iter().chain(&omega) {
                 let points = points.entry((label.to_owned(), n)).or_default();
-                if points.last().is_some_and(|last| last.0 >= at) {
-                    let expected = "k that rises along a branch (a column `curve` tells branches \
-                                    apart)";
-                    return Err(fault(expected, format!("{at} in line {line}")));
+                let rises = points.last().is_none_or(|last| last.0 < at);
+                if !at.is_finite() || !rises {
+                    let expected = "finite k that rises along a branch (a column `curve` tells \
+                                    branches apart)";
+                    return Err(fault(expected, format!("`{}` in line {line}", &record[*k])));
                 }
                 points.push((at, number(n)?));
             }
@@ -124,36 +100,31 @@ impl Table {
             return Err(fault("rows of numbers", "none".into()));
         }
         let curves = points.into_iter().map(|((_, n), points)| Curve {
-            is_cycles: columns[n].0 == Column::Cycles,
+            is_cycles: cycles.contains(&n),
             unit: columns[n].1.clone(),
             points,
         });
         Ok(Table {
             path: path.to_owned(),
-            k_unit: columns[k[0]].1.clone(),
+            k_unit: columns[*k].1.clone(),
             curves: curves.collect(),
         })
     }
 
     /// Omega of every branch at the wavenumbers of a field, in its units.
     pub(super) fn branches(&self, axes: &Axes, wavenumber: &[f64]) -> Result<Vec<Vec<f64>>> {
-        let in_k = |unit: &str| {
+        let k_factor = self.factor(&self.k_unit, axes.wavenumber_unit(), |unit| {
             let length = unit.strip_prefix("rad/").or(unit.strip_prefix("1/"))?;
-            Some(size::<Length>(axes.space_unit())? / size::<Length>(length)?)
-        };
-        let k_factor = self.factor(&self.k_unit, axes.wavenumber_unit(), in_k)?;
-        let second = size::<Time>(axes.time_unit());
-        let in_cycles = |unit: &str| Some(second? * size::<Frequency>(unit)?);
-        let in_omega = |unit: &str| Some(second? / size::<Time>(unit.strip_prefix("rad/")?)?);
+            Some(1.0 / size::<Length>(length)?)
+        })?;
         let one_sided = |curve: &Curve| curve.points.iter().all(|point| point.0 >= 0.0);
         let both = self.curves.iter().all(one_sided);
         let branch = |curve: &Curve| {
             let factor = match curve.is_cycles {
-                true => TAU * self.factor(&curve.unit, axes.frequency_unit(), in_cycles)?,
-                false => {
-                    let own = format!("rad/{}", axes.time_unit());
-                    self.factor(&curve.unit, own, in_omega)?
-                }
+                true => TAU * self.factor(&curve.unit, axes.frequency_unit(), hertz)?,
+                false => self.factor(&curve.unit, format!("rad/{}", axes.time_unit()), |unit| {
+                    Some(1.0 / size::<Time>(unit.strip_prefix("rad/")?)?)
+                })?,
             };
             let at = |&k: &f64| {
                 let k = if both { k.abs() } else { k };
@@ -164,23 +135,29 @@ impl Table {
         self.curves.iter().map(branch).collect()
     }
 
-    /// By what values in `unit` are multiplied; without a unit they are in that of the field, its `own`, in which `of` is
-    /// the size of others.
+    /// By what values in `unit` are multiplied; without a unit they are in that of the field, its `own`.
     fn factor(
         &self,
         unit: &Option<String>,
         own: String,
-        of: impl Fn(&str) -> Option<f64>,
+        size: impl Fn(&str) -> Option<f64>,
     ) -> Result<f64> {
         let Some(unit) = unit.as_ref().filter(|unit| **unit != own) else {
             return Ok(1.0);
         };
-        of(unit).ok_or_else(|| Error::Unfit {
+        let factor = size(unit).zip(size(&own)).map(|(unit, own)| unit / own);
+        factor.ok_or_else(|| Error::Unfit {
             path: self.path.clone(),
             expected: format!("values in {own} or a unit that converts to it"),
             found: format!("values in {unit}"),
         })
     }
+}
+
+/// The size of `kHz`, and of `cycles/min`, in hertz.
+fn hertz(unit: &str) -> Option<f64> {
+    let period = || Some(1.0 / size::<Time>(unit.strip_prefix("cycles/")?)?);
+    size::<Frequency>(unit).or_else(period)
 }
 
 /// Linear between points; NaN outside them and beside a gap.
@@ -203,27 +180,23 @@ mod tests {
 
     #[test]
     fn columns_and_labels_are_branches() {
-        let table = parse("# measured\nk,f_1 (kHz),f_2 (kHz)\n0,0,5\n1,2,\n2,3,4\n").unwrap();
-        assert_eq!(table.curves.len(), 2);
-        assert_eq!(interpolated(&table.curves[0].points, 0.5), 1.0);
-        assert!(interpolated(&table.curves[1].points, 0.5).is_nan());
-        assert_eq!(interpolated(&table.curves[1].points, 2.0), 4.0);
-        assert!(interpolated(&table.curves[0].points, 2.1).is_nan());
-
+        let table = parse("# measured\nk,f_1 (kHz),f_2 [Hz]\n0,0,5\n1,2,\n2,3,4\n").unwrap();
+        let at = |curve: usize, k: f64| interpolated(&table.curves[curve].points, k);
+        assert_eq!([at(0, 0.5), at(1, 2.0)], [1.0, 4.0]);
+        assert!(at(1, 0.5).is_nan() && at(0, 2.1).is_nan());
         let table = parse("k,omega,curve\n0,0,low\n0,5,high\n1,2,low\n1,4,high\n").unwrap();
-        assert_eq!(table.curves.len(), 2);
-        assert!(!table.curves[0].is_cycles);
+        assert!(table.curves.len() == 2 && !table.curves[0].is_cycles);
     }
 
     #[test]
     fn faults_name_line_and_column() {
         for (text, expected, found) in [
-            ("k,speed\n0,1\n", "columns k and omega or f", "`speed`"),
+            ("k,speed\n0,1\n", "columns k and omega or f", "`k,speed`"),
             ("k\n0\n", "columns k and omega or f", "`k`"),
             ("omega,f\n0,1\n", "columns k", "`omega,f`"),
             ("k,f\n0,1\n1,two\n", "a number", "`two` in line 3"),
-            ("k,f\n1,1\n0,2\n", "k that rises", "0 in line 3"),
-            ("k,f\n,2\n", "a finite k", "`` in line 2"),
+            ("k,f\n1,1\n0,2\n", "finite k that rises", "`0` in line 3"),
+            ("k,f\n,2\n", "finite k", "`` in line 2"),
             ("k,f\n", "rows of numbers", "none"),
             ("k,f\n1\n", "comma-separated", "found record"),
             ("", "columns k", "``"),

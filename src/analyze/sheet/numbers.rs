@@ -3,27 +3,15 @@
 use serde_json::{Value, json};
 
 use super::super::{Analysis, BandEdge};
-use super::answer::Words;
 use crate::estimates::NoiseFloor;
-use crate::moved::{Evidence, Move, Movement, Place, Reason};
+use crate::moved::{Answer, Evidence, Move, Movement, Place};
 
 pub(super) fn of(analysis: &Analysis) -> Value {
     let (axes, conventions) = (&analysis.axes, &analysis.conventions);
-    let edge = |edge: Option<BandEdge>| {
-        edge.map(|how| {
-            let mut numbers = json!(how);
-            numbers["edge"] = json!(how.value());
-            numbers
-        })
-    };
+    let edge = |how: BandEdge| with(json!(how), "edge", how.value());
     let (along_x, along_t) = (&analysis.along_space, &analysis.along_time);
-    let along_x = along_x.as_ref().map(|_| analysis.headline_space);
-    let along_t = along_t.as_ref().map(|_| analysis.headline_time);
-    let front = analysis.front.as_ref().map(|front| {
-        let mut numbers = json!(front.headline);
-        numbers["length"] = json!(front.length);
-        numbers
-    });
+    let front = analysis.front.as_ref();
+    let front = front.map(|front| with(json!(front.headline), "length", front.length));
     json!({
         "field": {
             "name": analysis.name,
@@ -64,15 +52,15 @@ pub(super) fn of(analysis: &Analysis) -> Value {
             },
         },
         "interval": analysis.interval,
-        "moved": Words::of(analysis).as_ref().map(moved),
+        "moved": analysis.answer.as_ref().map(|answer| moved(analysis, answer)),
         "noise": analysis.noise.as_ref().map(NoiseFloor::numbers),
         "parseval": analysis.parseval,
         "direction": analysis.direction,
         "low_high": {
-            "frequency": edge(analysis.frequency_edge),
-            "wavenumber": edge(analysis.wavenumber_edge),
-            "along_x": along_x,
-            "along_t": along_t,
+            "frequency": analysis.frequency_edge.map(edge),
+            "wavenumber": analysis.wavenumber_edge.map(edge),
+            "along_x": along_x.as_ref().map(|_| analysis.headline_space),
+            "along_t": along_t.as_ref().map(|_| analysis.headline_time),
             "front_passage": front,
         },
         "accuracy": analysis.accuracy,
@@ -80,45 +68,44 @@ pub(super) fn of(analysis: &Analysis) -> Value {
     })
 }
 
+/// With one more member.
+fn with(mut numbers: Value, name: &str, value: impl serde::Serialize) -> Value {
+    numbers[name] = json!(value);
+    numbers
+}
+
 /// `moved`. Frequencies and wavenumbers are in the units of the axes, sites count in the file.
-fn moved(words: &Words) -> Value {
-    let answer = words.answer;
-    let site = |place: &Place| json!(place.rows[0]);
-    let last_site = |place: &Place| json!(place.rows[1]);
-    let time = |place: &Place| json!(place.at);
-    let along_x = |of: &Movement| movement(of, &site, &last_site, &|reason| words.why(reason));
-    let mut frequency = along_x(&answer.frequency);
-    frequency["launch"] = json!(answer.launch.as_ref().map(along_x));
-    frequency["profile"] = json!(answer.along_x.as_ref().map(profile));
-    let mut wavenumber = movement(&answer.wavenumber, &time, &time, &Reason::parts);
-    wavenumber["profile"] = json!(answer.along_t.as_ref().map(profile));
-    let reason = words.undirected();
-    let told = |share: f64| reason.is_none().then_some(share);
-    let direction = words.direction.map(|direction| {
+fn moved(analysis: &Analysis, answer: &Answer) -> Value {
+    let sites: Ends = [|of| json!(of.rows[0]), |of| json!(of.rows[1])];
+    let times: Ends = [|of| json!(of.at); 2];
+    let along_x = movement(&answer.frequency, sites);
+    let along_x = with(along_x, "profile", answer.along_x.as_ref().map(profile));
+    let launch = answer.launch.as_ref().map(|of| movement(of, sites));
+    let in_time = movement(&answer.wavenumber, times);
+    let reason = analysis.undirected.map(|reason| reason.message());
+    let told = analysis.direction_of_waves();
+    let direction = analysis.direction.map(|_| {
         json!({
-            "toward_plus_x": told(direction.toward_plus_x),
-            "toward_minus_x": told(direction.toward_minus_x),
+            "toward_plus_x": told.map(|of| of.toward_plus_x),
+            "toward_minus_x": told.map(|of| of.toward_minus_x),
             "speed": answer.speed,
             "reason": reason,
         })
     });
     json!({
-        "frequency": frequency,
-        "wavenumber": wavenumber,
+        "frequency": with(along_x, "launch", launch),
+        "wavenumber": with(in_time, "profile", answer.along_t.as_ref().map(profile)),
         "front": answer.front,
         "periodic": answer.is_periodic,
         "direction": direction,
     })
 }
 
-fn movement<'w>(
-    of: &Movement,
-    first: &dyn Fn(&Place) -> Value,
-    last: &dyn Fn(&Place) -> Value,
-    why: &dyn Fn(&Reason) -> (&'w str, String, &'w str),
-) -> Value {
-    let why = of.reason.as_ref().map(why);
-    let reason = why.as_ref().map(|(_, reason, _)| reason);
+/// Where the first and the last place are.
+type Ends = [fn(&Place) -> Value; 2];
+
+fn movement(of: &Movement, [first, last]: Ends) -> Value {
+    let why = of.reason.map(|reason| reason.parts());
     let most = of.moves().then(|| {
         let most = of.most();
         json!({
@@ -156,7 +143,7 @@ fn movement<'w>(
         "to": of.to.as_ref().map(last),
         "from_rows": of.from.map(|place| place.rows),
         "to_rows": of.to.map(|place| place.rows),
-        "reason": reason,
+        "reason": why.as_ref().map(|(_, reason, _)| reason),
         "reason_code": why.as_ref().map(|(code, ..)| code),
         "advice": why.as_ref().map(|(.., advice)| advice),
     })
@@ -164,18 +151,17 @@ fn movement<'w>(
 
 /// Up and down from the first group to each; errors are halves of 95 % intervals.
 fn profile(evidence: &Evidence) -> Value {
-    let moves = |way: usize, of: fn(&Move) -> f64| -> Vec<f64> {
-        evidence.moves.iter().map(|both| of(&both[way])).collect()
+    let groups = &evidence.groups;
+    let of = |way: usize, part: fn(&Move) -> f64| -> Vec<f64> {
+        evidence.moves.iter().map(|both| part(&both[way])).collect()
     };
-    let groups = || evidence.groups.iter();
-    let rows: Vec<[usize; 2]> = groups().map(|group| group.place.rows).collect();
     json!({
-        "position": groups().map(|group| group.place.at).collect::<Vec<_>>(),
-        "rows": rows,
-        "up": moves(0, |of| of.share),
-        "up_error": moves(0, |of| of.error),
-        "down": moves(1, |of| of.share),
-        "down_error": moves(1, |of| of.error),
-        "energy": groups().map(|group| group.energy).collect::<Vec<_>>(),
+        "position": groups.iter().map(|group| group.place.at).collect::<Vec<_>>(),
+        "rows": groups.iter().map(|group| group.place.rows).collect::<Vec<_>>(),
+        "up": of(0, |of| of.share),
+        "up_error": of(0, |of| of.error),
+        "down": of(1, |of| of.share),
+        "down_error": of(1, |of| of.error),
+        "energy": groups.iter().map(|group| group.energy).collect::<Vec<_>>(),
     })
 }

@@ -22,21 +22,19 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     sheet.line(signed, signed, k, &axes.wavenumber_signed);
     let power = Power::of(analysis);
     if let Some(moments) = &analysis.along_space {
-        let units = [f, &power.of_site(axes)];
+        let units = [f, &power.of_site()];
         measures(sheet, ["frequency", "position"], units, moments);
     }
     if let Some(moments) = &analysis.along_time {
-        let units = [k, &power.of_time(axes)];
+        let units = [k, &power.of_time()];
         measures(sheet, ["wavenumber", "time"], units, moments);
     }
     if let Some(front) = &analysis.front {
         sheet.line("front_arrival", "position", time, &front.arrival);
-        for (name, shares) in [
-            ("low_frequency_share_front", &front.low_share),
-            ("high_frequency_share_front", &front.high_share),
-        ] {
-            sheet.line(name, "position", "1", shares);
-        }
+        let low: Vec<f64> = front.high_share.iter().map(|high| 1.0 - high).collect();
+        sheet.line("low_frequency_share_front", "position", "1", low);
+        let high = "high_frequency_share_front";
+        sheet.line(high, "position", "1", &front.high_share);
     }
     if let Some([plus, minus]) = &analysis.direction_by_frequency {
         sheet.line("toward_plus_x_share", "frequency", "1", plus);
@@ -57,12 +55,12 @@ pub(super) fn add<'a>(analysis: &'a Analysis, sheet: &mut Sheet<'a>) {
     }
     let [time, space] = [("time", time), ("position", space)];
     if let Some(spectra) = &analysis.short_time {
-        let label = power.over_frequency(axes);
+        let label = power.over_frequency();
         let names = [space, ("frequency", f), time];
         short(sheet, "short_time", names, &label, spectra);
     }
     if let Some(spectra) = &analysis.short_space {
-        let label = power.over_wavenumber(axes);
+        let label = power.over_wavenumber();
         let names = [time, ("wavenumber", k), space];
         short(sheet, "short_space", names, &label, spectra);
     }
@@ -101,15 +99,17 @@ fn short<'a>(
     label: &str,
     spectra: &'a ShortTimeSpectra,
 ) {
-    let stacked = spectra.stacked();
-    let (n, m, s) = stacked.dim();
+    let each = spectra.spectra.iter();
+    let places: Vec<f64> = each.clone().map(|one| one.at).collect();
+    let values: Vec<f64> = each.flat_map(|one| one.values.iter().copied()).collect();
     let [place, bin, frame] = axes.map(|(axis, unit)| (format!("{name}_{axis}"), unit));
-    let dimensions = [(&*place.0, n), (&*bin.0, m), (&*frame.0, s)];
-    // A new array is contiguous, in order.
-    let values = stacked.into_raw_vec_and_offset().0;
+    let dimensions = [
+        (&*place.0, places.len()),
+        (&*bin.0, spectra.bins.len()),
+        (&*frame.0, spectra.frames.len()),
+    ];
     let name = format!("{name}_spectrum");
     sheet.variable(&name, &dimensions, unit::split(label).1, values);
-    let places: Vec<f64> = spectra.spectra.iter().map(|one| one.at).collect();
     sheet.line(&bin.0, &bin.0, bin.1, &spectra.bins);
     sheet.line(&frame.0, &frame.0, frame.1, &spectra.frames);
     sheet.line(&place.0, &place.0, place.1, places);

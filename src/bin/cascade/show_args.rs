@@ -192,7 +192,7 @@ fn axis<D: Dimension + Copy>(
     let end = |measure: Option<Measure<D>>, open: f64| measure.map_or(Ok(open), number);
     Ok(match typed {
         None => ShowAxis::Auto,
-        Some(Limits::All) => ShowAxis::Whole,
+        Some(Limits::All) => ShowAxis::WHOLE,
         Some(Limits::UpTo(high)) => ShowAxis::UpTo(number(high)?),
         Some(Limits::Between(low, high)) => ShowAxis::Interval {
             low: end(low, f64::NEG_INFINITY)?,

@@ -368,7 +368,6 @@ fn moments(n: usize, high: f64) -> Moments {
 fn headline(n: usize) -> Headline {
     let spot = |row: usize, share: f64| {
         Some(Spot {
-            row,
             index: row,
             at: row as f64,
             high_share: Some(share),
@@ -384,14 +383,13 @@ fn headline(n: usize) -> Headline {
 fn front(n: usize) -> Front {
     let high_share: Vec<f64> = (0..n).map(|j| 0.1 + 0.3 * j as f64 / n as f64).collect();
     Front {
-        length: FrontLength::Window {
+        length: Some(FrontWindow {
             window: 0.02,
             samples: 40,
             pulse_width: Some(0.002),
-        },
+        }),
         arrival: (0..n).map(|j| 1e-3 * j as f64).collect(),
         fits: vec![true; n],
-        low_share: high_share.iter().map(|share| 1.0 - share).collect(),
         high_share,
         headline: headline(n),
     }
