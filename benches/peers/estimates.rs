@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         milliseconds.sort_by(f64::total_cmp);
         println!("{name:<28} {:.2}", milliseconds[RUNS / 2]);
-        wavecascade::Result::Ok(())
+        Ok::<(), wavecascade::Error>(())
     };
     time("coherence, 1024", &|| {
         let request = CoherenceRequest {

@@ -5,6 +5,8 @@ use crate::measure::{Frequency, size};
 use crate::moved::{Answer, Fate, Front, Movement, Place, Reason, Verdict};
 use crate::sheet::{Fact, three_digits, with_half};
 
+/// Difference of the shares by direction, as a part of both, up to which waves stand.
+const EVEN: f64 = 0.1;
 /// Loss per 100 bodies below which a front keeps its energy.
 const KEEPS: f64 = 1e-3;
 
@@ -12,7 +14,12 @@ const KEEPS: f64 = 1e-3;
 pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
     let words = Words::of(analysis)?;
     let mut facts = vec![words.moved(), words.in_time()];
-    facts.extend(words.direction(analysis));
+    facts.extend(
+        words
+            .direction(analysis)
+            .into_iter()
+            .chain(words.attenuation()),
+    );
     Some((words.verdict(), facts))
 }
 
@@ -20,6 +27,8 @@ pub(super) fn describe(analysis: &Analysis) -> Option<(String, Vec<Fact>)> {
 pub(crate) struct Words<'a> {
     axes: &'a Axes,
     answer: &'a Answer,
+    /// Whether waves stand, or come from both sides.
+    stands: bool,
 }
 
 /// `40.7 ± 1.9 %`.
@@ -38,27 +47,24 @@ pub(crate) fn both(of: &Movement, at: impl Fn(f64) -> String) -> [String; 2] {
         .map(|(of, word)| format!("{} {word} {}", with_error(of.share, of.error), at(of.at)))
 }
 
-/// How it goes, in one of three words, and which shares do, with what became of them by the end.
-fn told<'w>(
-    of: &Movement,
-    words: [&'w str; 3],
-    at: impl Fn(f64) -> String,
-    by: &str,
-) -> (&'w str, String) {
-    let [up, down] = both(of, at);
-    let (word, shares) = match of.verdict {
+/// How it goes, in one of three words, and which shares do.
+fn told<'w>(of: &Movement, words: [&'w str; 3], [up, down]: [String; 2]) -> (&'w str, String) {
+    match of.verdict {
         Verdict::Up => (words[0], up),
         Verdict::Down => (words[1], down),
         _ => (words[2], format!("{up}, {down}")),
-    };
+    }
+}
+
+/// What became of a move by the end.
+fn fate(of: &Movement) -> String {
     let end = of.at_end.map(|moves| moves[of.way()]);
     let end = end.map_or(String::new(), |end| with_error(end.share, end.error));
-    let fate = match of.fate {
+    match of.fate {
         Some(Fate::Back) => format!(", back at the end ({end})"),
         Some(Fate::Lost) => format!(", then lost ({end} at the end)"),
         Some(Fate::Stays) | None => String::new(),
-    };
-    (word, format!("{shares} by {by}{fate}"))
+    }
 }
 
 /// Three digits with their unit, if there is one.
@@ -70,8 +76,15 @@ impl<'a> Words<'a> {
     /// `None` where no answer was requested.
     pub fn of(analysis: &'a Analysis) -> Option<Words<'a>> {
         let answer = analysis.answer.as_ref()?;
-        let axes = &analysis.axes;
-        Some(Words { axes, answer })
+        let is_even = analysis.direction.is_some_and(|of| {
+            let [plus, minus] = [of.toward_plus_x, of.toward_minus_x];
+            (plus - minus).abs() < EVEN * (plus + minus)
+        });
+        Some(Words {
+            axes: &analysis.axes,
+            answer,
+            stands: is_even && !answer.has_fronts,
+        })
     }
 
     pub fn frequency(&self, f: f64) -> String {
@@ -123,7 +136,7 @@ impl<'a> Words<'a> {
         if !told.is_empty() {
             return told.join("; ");
         }
-        let (what, of) = match self.answer.is_periodic {
+        let (what, of) = match self.answer.is_periodic || k.bound < f.bound.min(1.0) {
             true => ("in wavenumber in time", k),
             false => ("in frequency along x", f),
         };
@@ -138,26 +151,45 @@ impl<'a> Words<'a> {
             true => "towards -x",
             false => "along x",
         };
-        if !of.moves() {
-            let bound = below(of.bound);
-            return format!("no energy moves in frequency {way} (less than {bound}, at 95 %)");
-        }
-        let site = of.to.map_or(0, |to| to.rows[1]);
-        let by = format!(
-            "{} {site}",
-            ["site", "body"][usize::from(self.answer.is_struck)]
-        );
-        let words = match of.lags {
-            true => ["low", "high", "some"],
-            false => ["moves up", "moves down", "spreads"],
+        let site = |place: Place| place.rows[1];
+        let Some(to) = of.to.filter(|_| of.moves()).map(site) else {
+            let sites =
+                ends.map(|(from, to)| format!(" from site {} to {}", from.rows[0], site(to)));
+            let (sites, bound) = (sites.unwrap_or_default(), below(of.bound));
+            return format!(
+                "no energy moves in frequency {way}{sites} (less than {bound}, at 95 %)"
+            );
         };
-        let (moves, shares) = told(of, words, |f| self.frequency(f), &by);
+        match of.transfer == Some(true) && !of.lags {
+            true => {
+                let words = ["moves up", "moves down", "spreads"];
+                let (moves, shares) = told(of, words, both(of, |f| self.frequency(f)));
+                format!(
+                    "energy {moves} in frequency {way}: {shares} by site {to}{}",
+                    fate(of)
+                )
+            }
+            false => self.shares(of, &format!("site {to}")) + &fate(of),
+        }
+    }
+
+    /// Which shares have changed, where no energy is told to move.
+    fn shares(&self, of: &Movement, by: &str) -> String {
+        let changed = [(of.up, "grows"), (of.down, "falls")].map(|(of, how)| {
+            let share = with_error(of.share, of.error);
+            format!("share above {} {how} by {share}", self.frequency(of.at))
+        });
+        let (late, changed) = told(of, ["lower", "higher", "some"], changed);
         match of.transfer {
-            _ if of.lags => format!("{moves} frequencies lag behind the front: {shares}"),
-            Some(true) => format!("energy {moves} in frequency {way}: {shares}"),
-            Some(false) => format!("selective loss: {shares}; no energy is gained there"),
+            _ if of.lags => {
+                format!("{late} frequencies lag behind the front: its {changed} by {by}")
+            }
+            Some(true) => format!("energy moves: its {changed} by {by}"),
+            Some(false) => {
+                format!("selective loss: the {changed} by {by}, no energy is gained there")
+            }
             None => {
-                format!("content {moves}: {shares}; whether energy is gained there cannot be told")
+                format!("the {changed} by {by}; whether energy is gained there cannot be told")
             }
         }
     }
@@ -166,10 +198,13 @@ impl<'a> Words<'a> {
         if !of.moves() {
             return format!("wavenumbers stay (less than {} moves)", below(of.bound));
         }
+        let (so, shares) = told(
+            of,
+            ["rise", "fall", "spread"],
+            both(of, |k| self.wavenumber(k)),
+        );
         let by = of.to.map_or(String::new(), |to| self.time(&to));
-        let words = ["rise", "fall", "spread"];
-        let (so, shares) = told(of, words, |k| self.wavenumber(k), &by);
-        format!("wavenumbers {so}: {shares}")
+        format!("wavenumbers {so}: {shares} by {by}{}", fate(of))
     }
 
     /// Of a struck chain.
@@ -189,7 +224,10 @@ impl<'a> Words<'a> {
                 let bound = below(of.bound);
                 format!(", and its content stays (less than {bound} moves)")
             }
-            _ => format!("; {}", self.along_x(of)),
+            _ => {
+                let by = of.to.map_or(0, |place| place.rows[1]);
+                format!("; {}", self.shares(of, &format!("body {by}")))
+            }
         };
         format!("the front {loses}{content}")
     }
@@ -225,6 +263,23 @@ impl<'a> Words<'a> {
             evidence.above(of.past().unwrap_or(evidence.upper[half]))
         });
         Fact::new("moved", said.join("; ")).along(profile)
+    }
+
+    /// The energy at the last place over that at the first, where one wave passes both. Of a struck chain the first line says it: first
+    /// bodies hold all that the launch leaves behind.
+    fn attenuation(&self) -> Option<Fact> {
+        let is_one = !self.answer.frequency.energy_ratio.is_nan();
+        let evidence = self.answer.along_x.as_ref();
+        let evidence = evidence.filter(|_| is_one && !self.stands && !self.answer.is_struck)?;
+        let (first, last) = (evidence.groups.first()?, evidence.groups.last()?);
+        let ratio = last.energy / first.energy;
+        let [from, to] = [first, last].map(|group| self.sites(&group.place));
+        // Without a sign of zero.
+        let decibels = (100.0 * ratio.log10()).round() / 10.0 + 0.0;
+        let share = three_digits(100.0 * ratio);
+        let text = format!("the energy at {to} is {share} % of that at {from} ({decibels:+.1} dB)");
+        let energies = evidence.groups.iter().map(|group| group.energy).collect();
+        (ratio > 0.0).then(|| Fact::new("attenuation", text).along(Some(energies)))
     }
 
     fn in_time(&self) -> Fact {
