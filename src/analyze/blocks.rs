@@ -8,6 +8,7 @@ use ndarray::{Array2, ArrayViewMut2, Axis, s};
 use crate::error::Result;
 use crate::numeric::pieces;
 use crate::observer::Observer;
+use crate::prepare::Prepared;
 use crate::system::scratch_pool::ScratchPool;
 
 /// Fills two arrays that hold the rows (or columns, by `axis`) `of`, in parallel: `tile` computes at most `size` of them with a
@@ -44,6 +45,8 @@ pub(super) struct RowBlocks<'a> {
     pub columns: [usize; 2],
     /// Rows of a tile: a multiple of so many, and at most so many.
     pub tile: [usize; 2],
+    /// Of the field that blocks are computed from, if they are: pages that are mapped for one are let go once it is there.
+    pub pages: Option<&'a Prepared<'a>>,
     pub observer: &'a dyn Observer,
 }
 
@@ -67,10 +70,14 @@ impl RowBlocks<'_> {
             let [first, second] = first_rows(arrays, rows.len());
             let of = (rows, size.next_multiple_of(step).min(most), Axis(0));
             let with = (&pool, self.observer);
-            fill(of, (first, second), with, |rows, (mut a, mut b), room| {
+            let found = fill(of, (first, second), with, |rows, (mut a, mut b), room| {
                 let both = [&mut a, &mut b].map(|rows| rows.as_slice_mut().expect("whole rows"));
                 Ok(tile(rows, both, room))
-            })
+            });
+            if let Some(prepared) = self.pages {
+                prepared.release_pages();
+            }
+            found
         };
         let mut last: Option<(Range<usize>, Vec<F>)> = None;
         for rows in pieces(self.rows, block).map(Some).chain([None]) {

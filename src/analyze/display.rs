@@ -179,7 +179,8 @@ impl ShowAxis {
         let slack = 0.5 * axis.step + 1e-9 * (last - first);
         let is_inside =
             |end: f64| end.is_infinite() || (first - slack..=last + slack).contains(&end);
-        let holds = !axis.between((low.max(axis.first), high)).is_empty();
+        let lowest = axis.first.min(last);
+        let holds = high >= lowest && !axis.between((low.max(lowest), high)).is_empty();
         if low < high && is_inside(low) && is_inside(high) && holds {
             return Ok(());
         }

@@ -92,28 +92,28 @@ pub(super) fn transform_profiles<T: Real>(all: &Stages, edge: f64) -> Result<Spa
         block: plan.blocks.times,
         columns: [nx, columns],
         tile: [lanes::WIDTH, plan.tiles.times],
+        pages: Some(prepared),
         observer: all.observer,
     };
-    let begin = |_| {
-        prepared.release_pages();
-        Ok(())
-    };
     let tile = |times, arrays: [&mut [f64]; 2], worker: &mut _| pass.tile(times, arrays, worker);
-    blocks.each(begin, tile, |from, seen, [profiles, spectra]| {
-        let spectra = spectra.view();
-        done.take(prepared, (from, seen), profiles.view(), spectra);
-        if let Some(flux) = &mut flux {
-            flux.take(spectra, all.outputs)?;
-        }
-        match plan.request.results.spatial {
-            true => {
-                let array = LargeArray::SPATIAL_SPECTRUM;
-                all.outputs.put(array, (from, 0), spectra)
+    blocks.each(
+        |_| Ok(()),
+        tile,
+        |from, seen, [profiles, spectra]| {
+            let spectra = spectra.view();
+            done.take(prepared, (from, seen), profiles.view(), spectra);
+            if let Some(flux) = &mut flux {
+                flux.take(spectra, all.outputs)?;
             }
-            false => Ok(()),
-        }
-    })?;
-    prepared.release_pages();
+            match plan.request.results.spatial {
+                true => {
+                    let array = LargeArray::SPATIAL_SPECTRUM;
+                    all.outputs.put(array, (from, 0), spectra)
+                }
+                false => Ok(()),
+            }
+        },
+    )?;
     Ok(done)
 }
 

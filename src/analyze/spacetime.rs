@@ -101,6 +101,7 @@ pub(super) fn transform_frequencies<T: Real>(
         block: plan.blocks.frequencies,
         columns: [nk, records],
         tile: [ComplexTransform::<T>::TOGETHER, TILE],
+        pages: None,
         observer: all.observer,
     };
     blocks.each(begin, tile, |from, directions, [powers, records]| {

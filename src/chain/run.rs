@@ -255,7 +255,7 @@ impl Simulation {
             let again = |samples| coarser(coarse, samples);
             let (difference, differences) = difference((&run, &checks), other?, &again)?;
             // Both runs may share an error, which what is conserved tells.
-            let error = SURE * difference.max(self.drift_of_momentum(&run)) / scale;
+            let error = (SURE * difference).max(self.drift_of_momentum(&run)) / scale;
             run.report.error = Some(error);
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
@@ -305,8 +305,8 @@ impl Simulation {
         }
     }
 
-    /// The least root of a sum of squares of errors of velocities that explains the change of the momentum of a chain
-    /// that nothing outside pushes: |Σ m (v - v_0)| / √(Σ m²), the largest of all samples; 0 of other chains.
+    /// What the largest error of a velocity is not below in a chain that nothing outside pushes: the change of its momentum over
+    /// its mass, |Σ m (v - v_0)| / Σ m, the largest of all samples; 0 of other chains.
     fn drift_of_momentum(&self, run: &Run) -> f64 {
         let chain = &self.chain;
         let is_closed = matches!(chain.ends, Ends::Periodic | Ends::Free)
@@ -319,7 +319,7 @@ impl Simulation {
         let mass = ArrayView1::from(&chain.mass);
         let momenta = run.velocity.dot(&mass);
         let changes = momenta.iter().map(|momentum| momentum - momenta[0]);
-        changes.fold(0.0, |most: f64, change| most.max(change.abs())) / mass.dot(&mass).sqrt()
+        changes.fold(0.0, |most: f64, change| most.max(change.abs())) / mass.sum()
     }
 
     /// The largest speed that a drive brings about, which the scale it was guessed by may be far

@@ -106,7 +106,7 @@ impl Prepared<'_> {
                 let rows = self.snapshots(first..times.end, &mut room);
                 seen.take(rows, self.n_sites(), first < times.start);
                 observer.advance(times.len() as u64);
-                self.release_times(times);
+                self.release_times(first..times.end);
                 Ok::<_, Error>(seen)
             })
             .try_reduce(none, |a, b| Ok(a.merged(b)));

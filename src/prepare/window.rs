@@ -216,8 +216,8 @@ impl Window {
             Window::Dpss { time_bandwidth } => {
                 let limit = (n as f64 + 1.0) / 2.0;
                 let is_valid = n <= 1 || time_bandwidth > 0.0 && time_bandwidth < limit;
-                let expected = "a time-bandwidth product above 0 and below (samples + 1) / 2";
-                (is_valid, expected.into(), time_bandwidth)
+                let expected = format!("a time-bandwidth product above 0 and below {limit}");
+                (is_valid, expected, time_bandwidth)
             }
             Window::Samples(Given(given)) => {
                 let is_valid = n == usize::MAX || n == given.len();

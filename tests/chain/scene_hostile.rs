@@ -86,7 +86,7 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
         "law = 'tanh(d)'\ngravity = 0.2",
         4,
         "gravity",
-        "contact 4",
+        "contact 5",
     ),
     (GOOD, "ground_cell = [0, 0]", 3, "ground_cell", "above 0"),
     (

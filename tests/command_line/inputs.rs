@@ -342,28 +342,28 @@ fn regress_units_that_are_none_are_named() {
         (text(&output.stdout) + &text(&output.stderr), warnings)
     };
     for (options, words) in [
-        ("--unit banana", ["\"banana\"", "--unit m/s"]),
-        ("--unit bananas/s", ["\"bananas\"", "--unit m/s"]),
+        ("--unit banana", ["\"banana\"", "`--unit`, such as m/s"]),
+        ("--unit bananas/s", ["\"bananas\"", "`--unit`, such as m/s"]),
         (
             "--unit mm",
             [
                 "a unit of displacement, and not of velocity",
-                "--quantity displacement",
+                "`--quantity`",
             ],
         ),
         (
             "--unit m/s^2",
-            ["a unit of acceleration", "--quantity acceleration"],
+            ["a unit of acceleration", "`--quantity`"],
         ),
-        ("--unit ms", ["ms is a unit of time", "--unit m/s"]),
-        ("--unit kHz", ["kHz is a unit of frequency", "--unit m/s"]),
+        ("--unit ms", ["ms is a unit of time", "`--unit`, such as m/s"]),
+        ("--unit kHz", ["kHz is a unit of frequency", "`--unit`, such as m/s"]),
         (
             "--unit m/s --quantity strain-rate",
-            ["not of strain rate", "--quantity velocity"],
+            ["not of strain rate", "`--quantity`"],
         ),
         (
             "--time-unit ms --space-unit foobar --dx 2",
-            ["\"foobar\"", "--space-unit m"],
+            ["\"foobar\"", "`--space-unit`, such as m"],
         ),
         (
             "--dx 2 --space-unit ms",

@@ -37,7 +37,7 @@ fn regress_memory_that_is_refused_is_an_error() {
         "filter field.npy --frequency 0.1:0.2 --memory 100GB --threads 1",
         "simulate --sites 1000 --samples 100000 --end-time 10 --memory 100GB",
     ] {
-        let (code, said) = limited(&place, 230_000, words);
+        let (code, said) = limited(&place, 170_000, words);
         assert_eq!(code, Some(1), "{words}: {said}");
         assert!(said.starts_with("error: "), "{said}");
         contains_all(&said, &["help: ", "refuses"]);
@@ -170,7 +170,7 @@ fn regress_a_run_larger_than_memory_is_refused() {
     let simulate = "simulate --sites 200 --samples 20000 --end-time 20 --out run.npz --quiet";
     place.says(simulate);
     for words in ["budget run.npz", "compare run.npz run.npz"] {
-        let (code, said) = limited(&place, 230_000, words);
+        let (code, said) = limited(&place, 170_000, words);
         assert_eq!(code, Some(2), "{words}: {said}");
         contains_all(&said, &["run.npz", "memory"]);
         assert_eq!(place.names().len(), 1, "{words}");

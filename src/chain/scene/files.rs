@@ -100,14 +100,14 @@ pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
             places,
             is_si,
         };
-        if !file.path.exists() {
-            let expected = "a file that is there; a relative path starts at the scene's folder";
-            return Err(file.fault(expected, "nothing"));
-        }
         if let Some(other) = own.iter().find(|key| table.contains_key(**key)) {
             let found = format!("it beside {}", places.mention(other));
             let expected = format!("one key that decides {what}");
             return Err(file.fault(expected, found));
+        }
+        if !file.path.exists() {
+            let expected = "a file that is there; a relative path starts at the scene's folder";
+            return Err(file.fault(expected, "nothing"));
         }
         let values: Vec<Value> = match key {
             "state" => file.state()?.into_iter().map(numbers).collect(),

@@ -115,7 +115,14 @@ impl Crossing<'_> {
             let unresolved = change.is_nan() || change > LARGEST_CHANGE;
             let wrong = mobility * error > tolerance;
             if unresolved || wrong {
-                let part = by_change.min(by_error).min(0.5).max(0.01) * length;
+                let mut shorter: f64 = 0.5;
+                if unresolved {
+                    shorter = shorter.min(by_change);
+                }
+                if wrong {
+                    shorter = shorter.min(by_error);
+                }
+                let part = shorter.max(0.01) * length;
                 all.longest = all.longest.min(if closes {
                     opening + part
                 } else {

@@ -84,7 +84,14 @@ impl Pass<'_> {
         let realisations = longest.max().unwrap_or(0) * self.realisations.tapers();
         let pass = 16 * bins * realisations as u64
             + self.grid.threads() * (8 * TOGETHER as u64 * samples + scratch);
-        self.result_bytes() + sites * sums + pass + self.realisations.bytes()
+        // Delays are searched once the sums are gone.
+        let beyond = (sites * sums + pass).saturating_sub(self.search_bytes());
+        self.result_bytes() + beyond + self.realisations.bytes()
+    }
+
+    fn search_bytes(&self) -> u64 {
+        let length = self.realisations.segments.length;
+        DelaySearch::working_bytes(length, self.grid.threads())
     }
 
     /// The transforms of the reference.
@@ -237,10 +244,8 @@ impl Divided for Pass<'_> {
     fn result_bytes(&self) -> u64 {
         let (bins, sites) = (self.realisations.bins() as u64, self.grid.sites as u64);
         let of_sites = (4 * 8 * bins + OF_SITE).saturating_mul(sites);
-        let length = self.realisations.segments.length;
         // Delays are searched in the arrays.
-        let search = DelaySearch::working_bytes(length, self.grid.threads());
-        of_sites.saturating_add(OF_BIN * bins + search)
+        of_sites.saturating_add(OF_BIN * bins + self.search_bytes())
     }
 
     fn sums(&self, shots: &Shots<'_>, portions: &[Portion]) -> Result<(f64, Vec<Sums>)> {
