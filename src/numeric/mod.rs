@@ -31,8 +31,8 @@ pub(crate) use least_squares::{deviation, eliminated, inverted, jackknife, mean_
 pub(crate) use logarithm::ln_normal;
 pub(crate) use order::{median, sorted};
 pub(crate) use quantile::{
-    chi_square_level, chi_square_quantile, fisher_level, fisher_tail, stirling_remainder,
-    student_outside, student_two_sided,
+    chi_square_level, chi_square_quantile, fisher_level, fisher_tail, student_outside,
+    student_two_sided,
 };
 pub(crate) use random::{Random, split_mix, unit_interval};
 pub(crate) use root::between as find_root;

@@ -351,12 +351,15 @@ fn regress_units_that_are_none_are_named() {
                 "`--quantity`",
             ],
         ),
+        ("--unit m/s^2", ["a unit of acceleration", "`--quantity`"]),
         (
-            "--unit m/s^2",
-            ["a unit of acceleration", "`--quantity`"],
+            "--unit ms",
+            ["ms is a unit of time", "`--unit`, such as m/s"],
         ),
-        ("--unit ms", ["ms is a unit of time", "`--unit`, such as m/s"]),
-        ("--unit kHz", ["kHz is a unit of frequency", "`--unit`, such as m/s"]),
+        (
+            "--unit kHz",
+            ["kHz is a unit of frequency", "`--unit`, such as m/s"],
+        ),
         (
             "--unit m/s --quantity strain-rate",
             ["not of strain rate", "`--quantity`"],

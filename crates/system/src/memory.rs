@@ -89,6 +89,15 @@ pub fn may_fail() -> bool {
     MAY_FAIL.get()
 }
 
+/// Has memory of 4 MiB and more go back to the system as soon as it is freed; the allocator of glibc keeps up to 64 MiB otherwise.
+pub fn return_large_memory() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: sets a parameter of the allocator.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, 4 << 20);
+    }
+}
+
 /// Bytes in a binary unit, rounded up, so that the printed limit suffices.
 pub fn size(bytes: u64) -> String {
     const UNITS: [&str; 5] = ["bytes", "KiB", "MiB", "GiB", "TiB"];

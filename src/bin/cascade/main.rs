@@ -71,6 +71,7 @@ fn main() -> std::process::ExitCode {
 /// Runs the command that was typed; returns the exit code.
 fn program() -> u8 {
     wavecascade_system::signals::prepare(FILE_LOST);
+    wavecascade_system::memory::return_large_memory();
     match run(gone::parsed(words::typed())) {
         Ok(()) => 0,
         Err(failure) => failure.report(),

@@ -80,6 +80,7 @@ pub(super) enum Pressing {
 pub(super) struct Correction {
     pub(super) power: f64,
     one_end: Rule,
+    both_ends: Rule,
     smooth: Rule,
 }
 
@@ -101,6 +102,7 @@ impl Correction {
         Correction {
             power,
             one_end: gauss_jacobi(NODES, power, 0.0),
+            both_ends: gauss_jacobi(NODES, power, power),
             smooth: gauss_jacobi(SMOOTH_NODES, 0.0, 0.0),
         }
     }
@@ -115,27 +117,64 @@ impl Correction {
         forces: &[f64; MOST_STAGES],
         speed: impl Fn(f64) -> f64,
     ) -> Missed {
-        let force = PressingForce {
-            correction: self,
-            kernel,
-            contact,
-            overlap,
+        let mut missed = Missed::default();
+        let mut add = |s: f64, weight: f64| {
+            missed.impulse += weight;
+            missed.moment += weight * (1.0 - s);
+            missed.work += weight * speed(s);
         };
-        let mut whole = [0.0; 3];
         for span in spans.iter().flatten() {
-            let part = force.up_to(*span, 1.0, |s: f64| [1.0, 1.0 - s, speed(s)]);
-            whole = plus(whole, part);
+            match *span {
+                Pressing::Beside { opening, end } => {
+                    let length = end - opening;
+                    for &(node, weight) in &self.one_end {
+                        let s = opening + length * node;
+                        let force = kernel.onset(contact, overlap.at(s), node);
+                        add(s, length.abs() * weight * force);
+                    }
+                }
+                Pressing::Between { from, to } => {
+                    let length = to - from;
+                    for &(node, weight) in &self.both_ends {
+                        let s = from + length * node;
+                        let force = kernel.onset(contact, overlap.at(s), node * (1.0 - node));
+                        add(s, length * weight * force);
+                    }
+                }
+                Pressing::Near { opening } if !is_close(opening) => {
+                    for &(node, weight) in &self.smooth {
+                        add(node, weight * kernel.onset(contact, overlap.at(node), 1.0));
+                    }
+                }
+                Pressing::Near { opening } => {
+                    let (far, close) = if opening < 0.0 {
+                        (1.0, 0.0)
+                    } else {
+                        (0.0, 1.0)
+                    };
+                    for (end, sign) in [(far, 1.0), (close, -1.0)] {
+                        let length: f64 = end - opening;
+                        for &(node, weight) in &self.one_end {
+                            let s = opening + length * node;
+                            let force = kernel.onset(contact, overlap.at(s), node);
+                            add(s, sign * length.abs() * weight * force);
+                        }
+                    }
+                }
+            }
         }
-        let of = |weights: &Weights| -> f64 { weights.iter().map(|&(j, w)| w * forces[j]).sum() };
-        let work =
-            |(stage, weight): &(usize, f64)| weight * forces[*stage] * speed(tableau.c[*stage]);
-        let [impulse, moment, passed] = whole;
-        Missed {
-            impulse: impulse - of(&tableau.bp),
-            moment: moment - of(&tableau.b),
-            work: passed - tableau.bp.iter().map(work).sum::<f64>(),
-            estimate: of(&tableau.error),
+        for &(stage, weight) in &tableau.bp {
+            let weighted = weight * forces[stage];
+            missed.impulse -= weighted;
+            missed.work -= weighted * speed(tableau.c[stage]);
         }
+        for &(stage, weight) in &tableau.b {
+            missed.moment -= weight * forces[stage];
+        }
+        for &(stage, weight) in &tableau.error {
+            missed.estimate += weight * forces[stage];
+        }
+        missed
     }
 
     /// What the method misses up to each stage that it weighs.
@@ -215,13 +254,7 @@ impl<K: Kernel> SimdKernel for UpToStages<'_, K> {
     fn run<L: Lanes>(self) -> [LaneBlock; 2] {
         let mut sums = [L::splat(0.0); 2];
         for span in self.spans.iter().flatten() {
-            let part = self.force.up_to(
-                *span,
-                L::load(self.nodes),
-                #[inline(always)]
-                |s| [L::splat(1.0), s],
-            );
-            sums = plus(sums, part);
+            sums = plus(sums, self.force.up_to(*span, L::load(self.nodes)));
         }
         let mut out = [LaneBlock::default(); 2];
         for (sum, out) in sums.into_iter().zip(&mut out) {
@@ -232,95 +265,67 @@ impl<K: Kernel> SimdKernel for UpToStages<'_, K> {
 }
 
 #[inline(always)]
-fn plus<N: Number, const M: usize>(mut a: [N; M], b: [N; M]) -> [N; M] {
-    for (a, b) in a.iter_mut().zip(b) {
-        *a = *a + b;
-    }
-    a
+fn plus<N: Number>(a: [N; 2], b: [N; 2]) -> [N; 2] {
+    [a[0] + b[0], a[1] + b[1]]
 }
 
 #[inline(always)]
-fn times<N: Number, const M: usize>(factor: N, mut a: [N; M]) -> [N; M] {
-    for value in &mut a {
-        *value = factor * *value;
-    }
-    a
+fn less<N: Number>(a: [N; 2], b: [N; 2]) -> [N; 2] {
+    [a[0] - b[0], a[1] - b[1]]
 }
 
 impl<K: Kernel> PressingForce<'_, K> {
-    /// Integrals of the force times some weights between an opening and another place.
+    /// Between an opening and another place.
     #[inline(always)]
-    fn beside<N: Number, const M: usize>(
-        &self,
-        opening: f64,
-        end: N,
-        weigh: impl Fn(N) -> [N; M],
-    ) -> [N; M] {
+    fn beside<N: Number>(&self, opening: f64, end: N) -> [N; 2] {
         let opening = N::splat(opening);
         let length = end - opening;
-        let mut sums = [N::splat(0.0); M];
+        let mut sums = [N::splat(0.0); 2];
         for &(node, weight) in &self.correction.one_end {
             let (node, weight) = (N::splat(node), N::splat(weight));
             let s = opening + length * node;
             let force = weight * self.kernel.onset(self.contact, self.overlap.at(s), node);
-            sums = plus(sums, times(force, weigh(s)));
+            sums = plus(sums, [force, force * s]);
         }
-        times(length.abs(), sums)
+        sums.map(|sum| length.abs() * sum)
     }
 
-    /// The same from 0 to c.
+    /// From 0 to c.
     #[inline(always)]
-    fn up_to<N: Number, const M: usize>(
-        &self,
-        span: Pressing,
-        c: N,
-        weigh: impl Fn(N) -> [N; M] + Copy,
-    ) -> [N; M] {
-        let less = N::splat(-1.0);
+    fn up_to<N: Number>(&self, span: Pressing, c: N) -> [N; 2] {
         let later = |t: f64| (c - N::splat(t)).choose(c, N::splat(t));
         let earlier = |t: f64| (N::splat(t) - c).choose(c, N::splat(t));
         match span {
             Pressing::Beside { opening, end } if end > opening => {
-                self.beside(opening, later(opening), weigh)
+                self.beside(opening, later(opening))
             }
             Pressing::Beside { opening, end } => {
-                let whole = self.beside(opening, N::splat(end), weigh);
-                plus(
-                    whole,
-                    times(less, self.beside(opening, earlier(opening), weigh)),
-                )
+                let whole = self.beside(opening, N::splat(end));
+                less(whole, self.beside(opening, earlier(opening)))
             }
             Pressing::Between { from, to } => {
                 let middle = N::splat(0.5 * (from + to));
-                let whole = plus(
-                    self.beside(from, middle, weigh),
-                    self.beside(to, middle, weigh),
-                );
-                let part = self.beside(from, later(from), weigh);
+                let whole = plus(self.beside(from, middle), self.beside(to, middle));
+                let part = self.beside(from, later(from));
                 let is_past = c - N::splat(to);
-                std::array::from_fn(
-                    #[inline(always)]
-                    |i| is_past.choose(whole[i], part[i]),
-                )
+                [0, 1].map(|i| is_past.choose(whole[i], part[i]))
             }
             Pressing::Near { opening } if is_close(opening) => {
-                let (to, start) = (
-                    self.beside(opening, c, weigh),
-                    self.beside(opening, N::splat(0.0), weigh),
-                );
+                let (to, start) = (self.beside(opening, c), self.beside(opening, N::splat(0.0)));
                 match opening < 0.0 {
-                    true => plus(to, times(less, start)),
-                    false => plus(start, times(less, to)),
+                    true => less(to, start),
+                    false => less(start, to),
                 }
             }
             Pressing::Near { .. } => {
-                let mut sums = [N::splat(0.0); M];
+                let mut sums = [N::splat(0.0); 2];
                 for &(node, weight) in &self.correction.smooth {
                     let s = c * N::splat(node);
-                    let overlap = self.overlap.at(s);
-                    let onset = self.kernel.onset(self.contact, overlap, N::splat(1.0));
+                    let onset = self
+                        .kernel
+                        .onset(self.contact, self.overlap.at(s), N::splat(1.0));
                     let force = c * N::splat(weight) * onset;
-                    sums = plus(sums, times(force, weigh(s)));
+                    sums = plus(sums, [force, force * s]);
                 }
                 sums
             }

@@ -1,9 +1,5 @@
 //! Gauss-Jacobi rules on 0..1, for integrands that start or end like a power.
 
-use std::f64::consts::TAU;
-
-use crate::numeric::stirling_remainder;
-
 /// Nodes and weights: `integral of s^left (1 - s)^right g(s) ds = sum w g(s)`.
 pub(crate) type Rule = Vec<(f64, f64)>;
 
@@ -70,9 +66,22 @@ fn jacobi(n: usize, alpha: f64, beta: f64, z: f64) -> (f64, f64) {
 
 /// Euler's beta function.
 fn beta(a: f64, b: f64) -> f64 {
-    let [whole, of_a, of_b] = [a + b, a, b].map(stirling_remainder);
-    let powers = (a / (a + b)).powf(a) * (b / (a + b)).powf(b);
-    powers * (TAU * (1.0 / a + 1.0 / b)).sqrt() * (of_a + of_b - whole).exp()
+    let shift = 12.0;
+    if a < shift {
+        return beta(a + 1.0, b) * (a + b) / a;
+    }
+    if b < shift {
+        return beta(a, b + 1.0) * (a + b) / b;
+    }
+    (ln_gamma(a) + ln_gamma(b) - ln_gamma(a + b)).exp()
+}
+
+/// Stirling's series, for arguments of 12 and above.
+fn ln_gamma(x: f64) -> f64 {
+    let r = 1.0 / (x * x);
+    let series =
+        (1.0 / 12.0 - r * (1.0 / 360.0 - r * (1.0 / 1260.0 - r * (1.0 / 1680.0 - r / 1188.0)))) / x;
+    (x - 0.5) * x.ln() - x + 0.5 * (2.0 * std::f64::consts::PI).ln() + series
 }
 
 #[cfg(test)]

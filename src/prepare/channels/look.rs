@@ -109,7 +109,7 @@ impl<'a> Look<'a> {
         };
         let firsts: Vec<usize> = look.sites.clone().step_by(TILE).collect();
         let tiles: Result<Vec<Vec<Record>>> = firsts.into_par_iter().map(of_tile).collect();
-        look.records = tiles?.concat();
+        look.records = tiles?.into_iter().flatten().collect();
         if let Some(known) = known {
             look.samples = n;
             let records = look.records.iter_mut().zip(known);
