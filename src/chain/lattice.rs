@@ -443,8 +443,9 @@ impl Chain {
             let expected = "a static force of 0 or more";
             return Err(refuse("precompression", expected, self.precompression));
         }
-        let contacts = self.contacts().chain(self.left_contact()).enumerate();
-        for (j, contact) in contacts.filter(|(_, contact)| contact.static_overlap.is_nan()) {
+        let mut contacts = self.contacts().chain(self.left_contact()).enumerate();
+        let is_none = |(_, contact): &(usize, Contact)| contact.static_overlap.is_nan();
+        if let Some((j, contact)) = contacts.find(is_none) {
             let option = match self.on_site.gravity > 0.0 {
                 true => "gravity",
                 false => "precompression",

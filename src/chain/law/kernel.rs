@@ -168,11 +168,14 @@ impl Kernel for Spring {
     }
 }
 
+/// A law, and the power with which it opens.
+type Opening = (Law, Option<f64>);
+
 /// Any laws, contact by contact.
 #[derive(Debug, Clone)]
 pub(crate) struct General {
-    /// At the place of each contact, its law and the power with which it opens.
-    contacts: Arc<[Option<(Law, Option<f64>)>]>,
+    /// At the place of each contact.
+    contacts: Arc<[Option<Opening>]>,
     all_open: bool,
 }
 

@@ -12,7 +12,7 @@ pub(super) fn check_cell<T>(check: Check, key: &str, cell: &[T]) -> Result<()> {
     }
     let sites = check.scene.sites.unwrap_or(0);
     let is_ring = matches!(check.scene.ends, Some(EndsTyped::Periodic));
-    if is_ring && sites % cell.len() != 0 {
+    if is_ring && !sites.is_multiple_of(cell.len()) {
         let expected = format!("a cell that fits into the {sites} sites of the ring");
         return Err(check.fault(key, expected, format!("{} values", cell.len())));
     }

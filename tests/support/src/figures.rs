@@ -243,7 +243,6 @@ fn uniform(rows: usize, columns: usize, value: f32) -> Analysis {
             low_share: all.clone(),
             high_share: all.clone(),
             energy: all,
-            ..Moments::default()
         }
     };
     let full = full();
@@ -360,7 +359,6 @@ fn moments(n: usize, high: f64) -> Moments {
         high_share: low_share.iter().map(|share| 1.0 - share).collect(),
         low_share,
         energy: curve(&|x| 3e-4 * (-4.0 * x).exp() * ripple(x)),
-        ..Moments::default()
     }
 }
 
