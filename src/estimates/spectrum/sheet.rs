@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use ndarray::Array2;
 use serde_json::{Value, json};
 
-use super::{LineTest, NoiseFloor, SiteNoise, SpectrumEstimate};
+use super::{LineTest, NoiseFloor, SiteNoise, SpectrumAxis, SpectrumEstimate};
 use crate::estimates::realisations::without_mean;
 use crate::sheet::{
     BLACK, BLUE, Chart, Column, Describe, HeatChart, Level, Look, Mark, PlotRow, Role, Series,
@@ -37,10 +37,28 @@ impl Describe for SpectrumEstimate {
             ..Sheet::of("spectrum", "Spectra with intervals", DEFINITIONS)
         };
         sheet.degrees_of_freedom(self.degrees_range(), self.alpha);
-        if without > 0 {
-            let why = "transients, records that are too short, or filled by more than a twentieth";
-            let text = format!("at {without} of {all} {columns}: {why}");
-            sheet.fact("no interval", text);
+        let filled = self.steadiness.iter().filter(|s| s.is_nan()).count();
+        if filled > 0 {
+            let text = format!(
+                "of {filled} of {all} {columns} more than a twentieth of the samples were filled, or are missing: no \
+                 interval is stated"
+            );
+            sheet.warn(text, "leave segments with gaps out: `--gaps leave-out`");
+        }
+        // Those of which nothing is left are named already.
+        let empty = self
+            .segments_left
+            .as_ref()
+            .map_or(0, |left| left.empty().len());
+        let transient = without.saturating_sub(empty + filled);
+        if transient > 0 {
+            let why = match (self.independence.is_short, self.along) {
+                (true, _) => "have records that are too short",
+                (_, SpectrumAxis::Time) => "have a transient, which is one realisation",
+                (_, SpectrumAxis::Space) => "have their energy at a few sites",
+            };
+            let text = format!("{transient} of {all} {columns} {why}: no interval is stated");
+            sheet.warn(text, "name several records of the same sites, one a shot");
         }
         if let Some(left) = &self.segments_left {
             left.describe(&mut sheet, columns);
