@@ -216,7 +216,7 @@ def test_warnings_of_tasks_reach_the_user_once(bursts):
     assert found == []
     options = {"segment": 128, "reference": 3}
     _, expected = whole_and_parts(wc.coherence, {"field": bursts, **options})
-    assert expected.startswith("the reference is a transient")
+    assert expected.startswith("one transient is one realisation")
     with heard() as found:
         averaged(da.from_array(bursts, chunks=(400, 5)), "coherence", **options).compute(
             scheduler="threads"
