@@ -69,6 +69,9 @@ impl Describe for SpectrumEstimate {
         let of_mean = in_time.map(|steadiness| ("steadiness in time", number(steadiness)));
         let rows = rows.chain(of_mean);
         self.independence.describe(&mut sheet, self.segment, rows);
+        // Each site has its own realisations, of which the warnings above speak.
+        let of_all = self.independence.warning();
+        sheet.warnings.retain(|warning| *warning != of_all);
         sheet.numbers(json!({
             "along": self.along,
             "time_unit": words.time,
