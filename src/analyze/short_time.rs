@@ -3,11 +3,11 @@
 use ndarray::Array2;
 use ndarray::parallel::prelude::*;
 
-use super::plan::{checked_window, require};
+use super::plan::checked_window;
 use super::request::Request;
 use super::result::{ShortTimeSpectra, ShortTimeSpectrum};
 use super::stages::Stages;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::Axis;
 use crate::transform::{
     Real, RecordScratch, RecordTransform, Scale, Segments, fold, frequencies, power, wavenumbers,
@@ -152,9 +152,9 @@ fn choose(
     let length = length.unwrap_or(default);
     let is_within = (1..=record).contains(&length);
     let expected = format!("1 to {record} samples");
-    require(is_within, length_option, expected, length)?;
+    Error::require(is_within, length_option, expected, length)?;
     let hop = hop.unwrap_or((length / 4).max(1));
-    require(hop > 0, hop_option, "at least 1 sample", hop)?;
+    Error::require(hop > 0, hop_option, "at least 1 sample", hop)?;
     Ok(Segments {
         record,
         length,

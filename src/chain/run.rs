@@ -3,7 +3,7 @@
 use ndarray::ArrayView1;
 
 use super::growth::{Checks, grown_rounding};
-use super::lattice::{Ends, refuse};
+use super::lattice::refuse;
 use super::recorder::{Recorder, SampleTimes};
 use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
@@ -254,8 +254,7 @@ impl Simulation {
             let mut run = run?;
             let again = |samples| coarser(coarse, samples);
             let (difference, differences) = difference((&run, &checks), other?, &again)?;
-            // Both runs may share an error, which what is conserved tells.
-            let error = (SURE * difference).max(self.drift_of_momentum(&run)) / scale;
+            let error = SURE * difference / scale;
             run.report.error = Some(error);
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
@@ -303,23 +302,6 @@ impl Simulation {
             });
             return Ok(run);
         }
-    }
-
-    /// What the largest error of a velocity is not below in a chain that nothing outside pushes: the change of its momentum over
-    /// its mass, |Σ m (v - v_0)| / Σ m, the largest of all samples; 0 of other chains.
-    fn drift_of_momentum(&self, run: &Run) -> f64 {
-        let chain = &self.chain;
-        let is_closed = matches!(chain.ends, Ends::Periodic | Ends::Free)
-            && self.drive.is_none()
-            && chain.losses.drag == 0.0
-            && !chain.on_site.any();
-        if !is_closed {
-            return 0.0;
-        }
-        let mass = ArrayView1::from(&chain.mass);
-        let momenta = run.velocity.dot(&mass);
-        let changes = momenta.iter().map(|momentum| momentum - momenta[0]);
-        changes.fold(0.0, |most: f64, change| most.max(change.abs())) / mass.sum()
     }
 
     /// The largest speed that a drive brings about, which the scale it was guessed by may be far

@@ -381,6 +381,26 @@ mod tests {
         );
     }
 
+    /// A ratio is 1 or more, a loss 0 or more, a coefficient of a law may be negative: by what scenes accept.
+    #[test]
+    fn keys_have_the_bounds_of_the_scene() {
+        let text = "sites = 5\nstiffness_ratio = 1\nlaw = \"spring\"\nalpha = -0.1\ndashpot = 0.1\nmass_ratio = 2";
+        let scene = SceneSource::new(None, text);
+        for (text, low, is_log) in [
+            ("stiffness_ratio", 1.0, true),
+            ("stiffness_ratio=0.5..3", 1.0, true),
+            ("stiffness_ratio=0.5..0.9", f64::NAN, false),
+            ("alpha", f64::NEG_INFINITY, false),
+            ("dashpot", 0.0, false),
+            ("mass_ratio", 0.0, true),
+        ] {
+            match FreeKey::of(text, &scene) {
+                Ok(key) => assert_eq!((key.bounds[0], key.is_log), (low, is_log), "{text}"),
+                Err(error) => assert!(low.is_nan(), "{text}: {error}"),
+            }
+        }
+    }
+
     #[test]
     fn what_cannot_be_fitted_is_refused() {
         for (text, part) in [

@@ -30,7 +30,7 @@ pub(crate) fn fresnel_auxiliary(z: f64) -> [f64; 2] {
             (0.5 - c) * cos + (0.5 - s) * sin,
         ];
     }
-    // In y = z s: the Gaussian asks for steps below 0.4, the poles at |s| = 1 for steps below 0.11 z.
+    // In y = z s: the Gaussian needs steps below 0.4, the poles at |s| = 1 for steps below 0.11 z.
     let step = f64::min(0.4, 0.11 * z);
     let [mut f, mut g] = [0.5, 0.0];
     for i in 1..=(5.2 / step) as usize {

@@ -63,7 +63,7 @@ impl ReadAhead {
         let (pieces, stripes) = (split(&times, piece), split(&sites, stripe));
         let read = |times: &Range<usize>, stripe: &Range<usize>, values: &mut &mut [f64]| {
             let part = values.split_off_mut(..times.len() * stripe.len());
-            let part = part.expect("room for all");
+            let part = part.expect("memory for all");
             field.read_time_major(times.clone(), stripe.clone(), part);
         };
         if is_time_major {

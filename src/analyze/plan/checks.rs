@@ -12,26 +12,13 @@ use crate::transform::Segments;
 /// More threads than any machine has cores are a slip of the hand.
 const MOST_THREADS: usize = 1024;
 
-/// That a request `holds`, else the error of an option.
-pub(in crate::analyze) fn require(
-    holds: bool,
-    option: &'static str,
-    expected: impl Into<String>,
-    found: impl ToString,
-) -> Result<()> {
-    match holds {
-        true => Ok(()),
-        false => Err(Error::request(option, expected, found.to_string())),
-    }
-}
-
 pub(super) fn site_range(field: &Field, request: &Request) -> Result<Range<usize>> {
     let all = field.n_sites();
     let range = request.sites.clone().unwrap_or(0..all);
     let is_inside = !range.is_empty() && range.end <= all;
     let expected = format!("a range of sites within 0:{all}");
     let found = format!("{}:{}", range.start, range.end);
-    require(is_inside, "sites", expected, found)?;
+    Error::require(is_inside, "sites", expected, found)?;
     Ok(range)
 }
 
@@ -43,7 +30,7 @@ pub(super) fn time_range(
     let (n, axis) = (field.n_times(), &field.time);
     match request.times {
         TimeRange::All => {
-            require(n > 0, "field", "at least one time", "none")?;
+            Error::require(n > 0, "field", "at least one time", "none")?;
             Ok(0..n)
         }
         TimeRange::Interval { from, to } => {
@@ -59,7 +46,7 @@ pub(super) fn time_range(
                 axis.step
             );
             let holds = last >= 0.0 && first <= last;
-            require(holds, "times", expected, format!("{from}:{to}"))?;
+            Error::require(holds, "times", expected, format!("{from}:{to}"))?;
             Ok(first as usize..last as usize + 1)
         }
         TimeRange::UntilArrival { threshold } => until_arrival(field, sites, threshold),
@@ -74,7 +61,7 @@ const QUIET: f64 = 0.125;
 fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<Range<usize>> {
     let expected = "a share of the largest amplitude between 0 and 1";
     let is_share = threshold > 0.0 && threshold < 1.0;
-    require(is_share, "arrival-threshold", expected, threshold)?;
+    Error::require(is_share, "arrival-threshold", expected, threshold)?;
     let (n, width) = (field.n_times(), sites.len());
     let mut largest = 0.0f64;
     let mut at_last = Vec::with_capacity(n);
@@ -94,7 +81,7 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
     let option = "until-arrival";
     let expected = "a last site that is quiet at the first time";
     let found = format!("|v| = {:.3e} there at once", at_last[0]);
-    require(end > 0, option, expected, found)?;
+    Error::require(end > 0, option, expected, found)?;
     let before = &mut at_last[..end];
     let before = *before.select_nth_unstable_by(end / 2, f64::total_cmp).1;
     let expected = format!(
@@ -103,7 +90,7 @@ fn until_arrival(field: &Field, sites: &Range<usize>, threshold: f64) -> Result<
     );
     let found =
         format!("a median |v| of {before:.3e} before, and more than that after {end} samples");
-    require(
+    Error::require(
         before <= QUIET * threshold * largest,
         option,
         expected,
@@ -118,10 +105,10 @@ pub(super) fn segments(request: &Request, n_times: usize) -> Result<Segments> {
     };
     let expected = format!("1 to {n_times} samples (the record)");
     let is_within = (1..=n_times).contains(&welch.segment);
-    require(is_within, "segment", expected, welch.segment)?;
+    Error::require(is_within, "segment", expected, welch.segment)?;
     let expected = format!("fewer samples than a segment of {}", welch.segment);
     let advances = welch.overlap < welch.segment;
-    require(advances, "overlap", expected, welch.overlap)?;
+    Error::require(advances, "overlap", expected, welch.overlap)?;
     Ok(Segments {
         record: n_times,
         length: welch.segment,
@@ -132,7 +119,7 @@ pub(super) fn segments(request: &Request, n_times: usize) -> Result<Segments> {
 pub(super) fn padded(option: &'static str, asked: Option<usize>, samples: usize) -> Result<usize> {
     let length = asked.unwrap_or(samples);
     let expected = format!("at least the {samples} samples to be transformed");
-    require(length >= samples, option, expected, length)?;
+    Error::require(length >= samples, option, expected, length)?;
     Ok(length)
 }
 
@@ -144,7 +131,7 @@ pub(super) fn check_references(
 ) -> Result<()> {
     let expected = "refuse, interpolate or mask: segments are left out of averages over them, which have \
                     intervals";
-    require(
+    Error::require(
         request.gaps != Gaps::LeaveOut,
         "gaps",
         expected,
@@ -154,12 +141,12 @@ pub(super) fn check_references(
         let option = "subtract-noise";
         let expected = "spectra along time without space-time spectra, which keep the noise";
         let without = !request.results.spacetime;
-        require(without, option, expected, "space-time spectra")?;
+        Error::require(without, option, expected, "space-time spectra")?;
         let expected = "spectra along time";
-        require(request.results.temporal, option, expected, "none")?;
+        Error::require(request.results.temporal, option, expected, "none")?;
         let expected = "noise that is found in the field";
         let is_found = request.noise.is_none();
-        require(is_found, option, expected, "noise that is stated")?;
+        Error::require(is_found, option, expected, "noise that is stated")?;
     }
     check_left_out(request, sites)?;
     let followed = request.short_time.sites.iter();
@@ -167,9 +154,9 @@ pub(super) fn check_references(
     let asked = request.reference_site.iter();
     for (option, site) in asked.map(|site| ("reference-site", site)).chain(followed) {
         let expected = format!("a site of the range {}:{}", sites.start, sites.end);
-        require(sites.contains(site), option, expected, site)?;
+        Error::require(sites.contains(site), option, expected, site)?;
         let is_there = !request.without_sites.contains(site);
-        require(is_there, option, "a site that is not left out", site)?;
+        Error::require(is_there, option, "a site that is not left out", site)?;
     }
     let (from, to) = (field.time.at(times.start), field.time.at(times.end - 1));
     let slack = 0.5 * field.time.step;
@@ -179,7 +166,7 @@ pub(super) fn check_references(
     for (option, t) in asked.map(|t| ("reference-time", t)).chain(followed) {
         let expected = format!("a time from {} to {}", rounded(from), rounded(to));
         let is_inside = (from - slack..=to + slack).contains(t);
-        require(is_inside, option, expected, t)?;
+        Error::require(is_inside, option, expected, t)?;
     }
     let highest = 0.5 / field.time.step.abs();
     // Of a single site there is no other wavenumber than 0.
@@ -191,17 +178,17 @@ pub(super) fn check_references(
     ] {
         let edge = edge.unwrap_or(0.0);
         let expected = format!("a number from 0 to {}, where the axis ends", rounded(end));
-        require((0.0..=end).contains(&edge), option, expected, edge)?;
+        Error::require((0.0..=end).contains(&edge), option, expected, edge)?;
     }
     let (window, noise) = (request.front_window, request.noise);
     for (option, given) in [("front-window", window), ("noise", noise)] {
         let given = given.unwrap_or(1.0);
         let is_above = given > 0.0 && given.is_finite();
-        require(is_above, option, "a number above 0", given)?;
+        Error::require(is_above, option, "a number above 0", given)?;
     }
     let threads = request.threads.unwrap_or(1);
     let is_possible = (1..=MOST_THREADS).contains(&threads);
-    require(
+    Error::require(
         is_possible,
         "threads",
         format!("1 to {MOST_THREADS}"),
@@ -218,10 +205,10 @@ fn check_left_out(request: &Request, sites: &Range<usize>) -> Result<()> {
     let option = "without-sites";
     for site in left_out {
         let expected = format!("sites of the range {}:{}", sites.start, sites.end);
-        require(sites.contains(site), option, expected, site)?;
+        Error::require(sites.contains(site), option, expected, site)?;
     }
     let remain = sites.clone().any(|site| !left_out.contains(&site));
-    require(remain, option, "sites that remain", "all sites")?;
+    Error::require(remain, option, "sites that remain", "all sites")?;
     let short_space = results.short_time && !request.short_time.times.is_empty();
     let expected =
         "spectra along time alone, since spectra along space need sites at even distances";
@@ -231,7 +218,7 @@ fn check_left_out(request: &Request, sites: &Range<usize>) -> Result<()> {
         (results.flux_surrogate, "the flux surrogate"),
         (short_space, "short-time spectra along space"),
     ] {
-        require(!is_wanted, option, expected, what)?;
+        Error::require(!is_wanted, option, expected, what)?;
     }
     Ok(())
 }
@@ -249,7 +236,7 @@ pub(in crate::analyze) fn checked_window(
     let weights = window.samples(samples);
     let leaves_some = sum_of_squares(&weights) > 0.0;
     let found = format!("{window} over {samples} samples, all zero");
-    require(
+    Error::require(
         leaves_some,
         option,
         "a window that leaves some samples",
@@ -280,6 +267,6 @@ pub(super) fn direction_band(asked: Option<(f64, f64)>, frequencies: &[f64]) -> 
     let holds = frequencies.iter().any(|&f| in_band(f, band));
     let highest = rounded(highest);
     let expected = format!("two frequencies with a bin between them, up to {highest}");
-    require(holds, "direction-band", expected, format!("{from}:{to}"))?;
+    Error::require(holds, "direction-band", expected, format!("{from}:{to}"))?;
     Ok(band)
 }

@@ -13,7 +13,7 @@ use super::result::{Axes, Conventions};
 use super::{display, short_time};
 use crate::arrays::{LargeArray, Precision};
 use crate::diagnostics::{Bins, Keep, MAP_LIMIT, MapBuilder};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::{Axis, Field, Quantity};
 use crate::prepare::{Tiles, survey_bytes};
 use crate::transform::{
@@ -23,7 +23,7 @@ use checks::{
     check_axes, check_references, direction_band, padded, segments, site_range, time_range,
 };
 
-pub(super) use checks::{checked_window, require};
+pub(super) use checks::checked_window;
 
 /// What will be computed, in which blocks, with which transforms; see [`plan`].
 #[derive(Debug, Clone)]
@@ -223,7 +223,7 @@ impl Plan {
         let planned = size(self.axes.n_times, self.axes.n_sites);
         let expected = format!("a field with the axes of the plan, {planned}: plan this one");
         let found = size(field.n_times(), field.n_sites()) + " of " + &field.name;
-        require(is_own, "plan", expected, found)
+        Error::require(is_own, "plan", expected, found)
     }
 
     /// Rows of the matrix between the two halves of a space-time transform.

@@ -156,9 +156,9 @@ impl<'a> ShapeSearch<'a> {
         // How far the mode is in step with a wave, and the line through the phases that it leaves.
         let left = |q: f64| {
             let turn = |(j, z): (usize, &Complex<f64>)| z * Complex::cis(-q * j as f64);
-            let turned: Vec<Complex<f64>> = weighted.iter().enumerate().map(turn).collect();
-            let all: Complex<f64> = turned.iter().sum();
-            let cells = turned.iter().zip(mode).enumerate();
+            let rotated: Vec<Complex<f64>> = weighted.iter().enumerate().map(turn).collect();
+            let all: Complex<f64> = rotated.iter().sum();
+            let cells = rotated.iter().zip(mode).enumerate();
             let points =
                 cells.map(|(j, (z, own))| [j as f64, (z * all.conj()).arg(), own.norm_sqr()]);
             Some((all.norm_sqr(), LineFit::weighted(points)?))
