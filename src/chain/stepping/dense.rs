@@ -10,13 +10,13 @@
 use std::ops::Range;
 
 use super::super::law::Kernel;
-use super::driver::{Driver, Method};
+use super::Stepping;
+use super::driver::Driver;
 use super::hermite::Nodes;
 use super::islands::Island;
 use super::pair::{PairStep, Span};
 use super::rates::{Blend, Defects, Derive, NodeRows, Press, Rates};
 use super::system::State;
-use super::{StepControl, Stepping};
 use crate::Result;
 use crate::numeric::lanes::{WIDTH, widest};
 use crate::observer::Observer;
@@ -231,9 +231,6 @@ impl<K: Kernel> Driver<K> {
         let [Some(before), Some(from)] = *times else {
             return Inside::Stepped;
         };
-        let StepControl::LocalError(tolerance) = self.control else {
-            return Inside::Stepped;
-        };
         if self.system.has_pulls() {
             return Inside::Stepped;
         }
@@ -259,7 +256,7 @@ impl<K: Kernel> Driver<K> {
             states,
             rates: [&rates[0], &rates[1], &rates[2]],
         };
-        let allowed = [1.0, self.energy_scale].map(|unit| SHARE * tolerance * unit / ratio);
+        let allowed = [1.0, self.energy_scale].map(|unit| SHARE * self.tolerance() * unit / ratio);
         let mut doubtful: Vec<Range<usize>> = opened
             .iter()
             .map(|s| s.saturating_sub(BESIDE)..s + BESIDE)
@@ -307,13 +304,10 @@ impl<K: Kernel> Driver<K> {
 
     /// The parts of islands that hold these places.
     fn patches(&self, mut doubtful: Vec<Range<usize>>) -> Inside {
-        let Method::Pair { tableau, .. } = &self.method else {
-            return Inside::Stepped;
-        };
         if self.system.periodic && !doubtful.is_empty() {
             return Inside::Stepped;
         }
-        let reach = tableau.stages() + CORRECTED;
+        let reach = self.tableau.stages() + CORRECTED;
         doubtful.sort_unstable_by_key(|places| places.start);
         let mut patches: Vec<Patch> = Vec::new();
         for places in doubtful {
@@ -351,20 +345,11 @@ impl<K: Kernel> Driver<K> {
         start: &State,
         to: &mut State,
     ) -> bool {
-        let (
-            Method::Pair {
-                tableau,
-                corrections,
-            },
-            StepControl::LocalError(tolerance),
-        ) = (&self.method, self.control)
-        else {
-            return false;
-        };
+        let tolerance = self.tolerance();
         let step = PairStep {
             system: &self.system,
-            tableau,
-            corrections,
+            tableau: &self.tableau,
+            corrections: &self.corrections,
             tolerance,
             span: Span {
                 t: from,

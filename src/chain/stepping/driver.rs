@@ -1,6 +1,5 @@
 //! From sample to sample: islands, steps, and the choice of their length.
 
-use super::composed::{self, Splitting};
 use super::correction::Correction;
 use super::dense::Dense;
 use super::islands::Islands;
@@ -41,25 +40,6 @@ const HARDLY_ANY: f64 = 1e-3;
 /// Rounding of the largest velocity, over the tolerance, from which on no step can meet that: the motion runs away.
 const ROUNDING: f64 = 1e3;
 
-#[derive(Debug)]
-pub(super) enum Method {
-    Pair {
-        tableau: Box<Tableau>,
-        corrections: Vec<Correction>,
-    },
-    Composition(Splitting),
-}
-
-impl Method {
-    /// Force evaluations a step.
-    pub(super) fn evaluations(&self) -> usize {
-        match self {
-            Method::Pair { tableau, .. } => tableau.stages() - 1,
-            Method::Composition(splitting) => splitting.drifts.len(),
-        }
-    }
-}
-
 /// How a step is made again.
 #[derive(Debug, Clone, Copy)]
 enum Shorter {
@@ -72,7 +52,9 @@ enum Shorter {
 #[derive(Debug)]
 pub(super) struct Driver<K> {
     pub(super) system: System<K>,
-    pub(super) method: Method,
+    pub(super) tableau: Tableau,
+    /// Of what contacts that open and close add to the error.
+    pub(super) corrections: Vec<Correction>,
     pub(super) islands: Islands,
     pub(super) control: StepControl,
     energy: bool,
@@ -101,11 +83,17 @@ pub(super) struct Driver<K> {
 }
 
 impl<K: Kernel> Driver<K> {
-    pub(super) fn new(task: &Task, system: System<K>, method: Method, state: State) -> Self {
-        let evaluations = method.evaluations();
+    pub(super) fn new(
+        task: &Task,
+        system: System<K>,
+        tableau: Tableau,
+        corrections: Vec<Correction>,
+        state: State,
+    ) -> Self {
+        let stages = tableau.stages();
         let fading = system.kernel.all_open() && !task.chain.is_pressed();
         // Forces of an open power law die out within a few sites ahead of the front.
-        let ahead = if fading { 12 } else { 4 * evaluations + 1 };
+        let ahead = if fading { 12 } else { 4 * stages - 3 };
         let step = match task.control {
             StepControl::Fixed(step) => step,
             StepControl::LocalError(_) => {
@@ -141,11 +129,12 @@ impl<K: Kernel> Driver<K> {
             dense: None,
             caution: 1.0,
             next: state.clone(),
-            scratch: StepScratch::new(system.places(), evaluations + 1, lossy_or_pushed),
+            scratch: StepScratch::new(system.places(), stages, lossy_or_pushed),
             state,
             cost: Cost::default(),
             system,
-            method,
+            tableau,
+            corrections,
         };
         driver.set_drive();
         driver
@@ -203,36 +192,18 @@ impl<K: Kernel> Driver<K> {
     }
 
     fn attempt(&mut self, h: f64) -> StepOutcome {
-        let tolerance = match self.control {
-            StepControl::LocalError(tolerance) => tolerance,
-            StepControl::Fixed(_) => 0.0,
+        let step = PairStep {
+            system: &self.system,
+            tableau: &self.tableau,
+            corrections: &self.corrections,
+            tolerance: self.tolerance(),
+            span: Span { t: self.time, h },
         };
-        let span = Span { t: self.time, h };
         let mut all = StepOutcome::default();
         self.opened.clear();
         for island in &self.islands.active {
-            all = all.and(match &self.method {
-                Method::Pair {
-                    tableau,
-                    corrections,
-                } => PairStep {
-                    system: &self.system,
-                    tableau,
-                    corrections,
-                    tolerance,
-                    span,
-                }
-                .advance(island, &self.state, &mut self.next, &mut self.scratch),
-                Method::Composition(splitting) => composed::advance(
-                    &self.system,
-                    splitting,
-                    island,
-                    span,
-                    &self.state,
-                    &mut self.next,
-                    &mut self.scratch,
-                ),
-            });
+            let (state, next) = (&self.state, &mut self.next);
+            all = all.and(step.advance(island, state, next, &mut self.scratch));
             if self.dense.is_some() {
                 self.opened.extend(self.scratch.events.inside());
             }
@@ -245,16 +216,8 @@ impl<K: Kernel> Driver<K> {
         for gap in &self.islands.gaps {
             let (x, v) = (&self.state.x[gap.clone()], &self.state.v[gap.clone()]);
             let x1 = &mut self.next.x[gap.clone()];
-            match &self.method {
-                Method::Pair { .. } => {
-                    for ((x1, x), v) in x1.iter_mut().zip(x).zip(v) {
-                        *x1 = x + h * v;
-                    }
-                }
-                Method::Composition(splitting) => {
-                    x1.copy_from_slice(x);
-                    splitting.fly(h, v, x1);
-                }
+            for ((x1, x), v) in x1.iter_mut().zip(x).zip(v) {
+                *x1 = x + h * v;
             }
             self.next.v[gap.clone()].copy_from_slice(v);
         }
@@ -273,19 +236,16 @@ impl<K: Kernel> Driver<K> {
 
     /// The factor by which the next step may be longer, and whether this one was good enough.
     fn judge(&self, error: f64) -> (f64, bool) {
-        match (self.control, &self.method) {
-            (StepControl::LocalError(tolerance), Method::Pair { tableau, .. }) => {
-                let exponent = -1.0 / f64::from(tableau.embedded_order + 1);
-                let factor = SAFETY * (error / tolerance).powf(exponent);
-                let most = if error > HARDLY_ANY * tolerance {
-                    GROWTH
-                } else {
-                    FAST_GROWTH
-                };
-                (factor.clamp(0.2, most), error <= tolerance)
-            }
-            _ => (1.0, true),
-        }
+        let StepControl::LocalError(tolerance) = self.control else {
+            return (1.0, true);
+        };
+        let exponent = -1.0 / f64::from(self.tableau.embedded_order + 1);
+        let factor = SAFETY * (error / tolerance).powf(exponent);
+        let most = match error > HARDLY_ANY * tolerance {
+            true => GROWTH,
+            false => FAST_GROWTH,
+        };
+        (factor.clamp(0.2, most), error <= tolerance)
     }
 
     /// How a step must be made again, if it was not good enough.
@@ -309,17 +269,23 @@ impl<K: Kernel> Driver<K> {
         Ok((!accepted).then_some(Shorter::Steps(h * factor.min(0.9))))
     }
 
+    /// Of the error of a velocity in a step; 0 for fixed steps.
+    pub(super) fn tolerance(&self) -> f64 {
+        match self.control {
+            StepControl::LocalError(tolerance) => tolerance,
+            StepControl::Fixed(_) => 0.0,
+        }
+    }
+
     /// Whether velocities have grown so large that their rounding alone exceeds the tolerance by far.
     fn runs_away(&self) -> bool {
-        let StepControl::LocalError(tolerance) = self.control else {
-            return false;
-        };
         let fastest = self
             .state
             .v
             .iter()
             .fold(0.0, |most: f64, v| most.max(v.abs()));
-        f64::EPSILON * fastest > ROUNDING * tolerance
+        let tolerance = self.tolerance();
+        tolerance > 0.0 && f64::EPSILON * fastest > ROUNDING * tolerance
     }
 
     /// The error of a motion that no step follows any more, with the contact that is farthest from rest.
@@ -410,7 +376,7 @@ impl<K: Kernel> Stepping for Driver<K> {
             }
             let outcome = self.attempt(h);
             self.fly(h);
-            self.cost.forces += self.islands.contacts() * self.method.evaluations() as u64;
+            self.cost.forces += self.islands.contacts() * (self.tableau.stages() - 1) as u64;
             if outcome.leaked {
                 self.survey(h);
                 self.caution *= 2.0;

@@ -1,6 +1,5 @@
 //! Stepping a chain from sample to sample.
 
-mod composed;
 mod correction;
 mod dense;
 mod driver;
@@ -25,16 +24,15 @@ use super::law::{self, Kernel, Law};
 use crate::Result;
 use crate::numeric::lanes::AlignedRow;
 use crate::observer::Observer;
-use composed::Splitting;
 use correction::Correction;
 pub(crate) use correction::{Quintic, openings};
-use driver::{Driver, Method};
+use driver::Driver;
 pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
 use system::{System, resonator_place};
-use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 pub(crate) use tableau::{MOST_STAGES, Tableau, Weights};
+use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 
 /// An integration method; [`Scheme::citation`] names the source of each.
 #[derive(
@@ -76,21 +74,16 @@ impl Scheme {
 
     /// The order at which the error falls with the step, away from contacts that open.
     pub fn order(&self) -> u32 {
-        match self {
-            Scheme::Nystrom => Tableau::nystrom_8_6().order,
-            Scheme::RungeKutta => Tableau::runge_kutta_8_5().order,
-            Scheme::VelocityVerlet => VERLET.order,
-            Scheme::Symplectic4 => SYMPLECTIC_4.order,
-            Scheme::Symplectic6 => SYMPLECTIC_6.order,
-        }
+        self.tableau().order
     }
 
-    fn composition(&self) -> Option<&'static Composition> {
+    fn tableau(&self) -> Tableau {
         match self {
-            Scheme::VelocityVerlet => Some(&VERLET),
-            Scheme::Symplectic4 => Some(&SYMPLECTIC_4),
-            Scheme::Symplectic6 => Some(&SYMPLECTIC_6),
-            Scheme::Nystrom | Scheme::RungeKutta => None,
+            Scheme::Nystrom => Tableau::nystrom_8_6(),
+            Scheme::RungeKutta => Tableau::runge_kutta_8_5(),
+            Scheme::VelocityVerlet => VERLET.tableau(),
+            Scheme::Symplectic4 => SYMPLECTIC_4.tableau(),
+            Scheme::Symplectic6 => SYMPLECTIC_6.tableau(),
         }
     }
 
@@ -267,21 +260,17 @@ fn general(chain: &Chain) -> law::General {
 }
 
 fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn Stepping>> {
-    let system = System::new(task.chain, kernel.clone(), task.drive.cloned());
-    let state = initial_state(task, &system);
-    let pair = |tableau| Method::Pair {
-        tableau: Box::new(tableau),
-        corrections: kernel.powers().into_iter().map(Correction::new).collect(),
-    };
-    let method = match task.scheme.composition() {
-        Some(composition) => Method::Composition(Splitting::new(composition)),
-        None if task.scheme == Scheme::Nystrom => pair(Tableau::nystrom_8_6()),
-        None => pair(Tableau::runge_kutta_8_5()),
-    };
-    if let (Method::Composition(_), StepControl::LocalError(_)) = (&method, task.control) {
+    let adapts = task.scheme.is_adaptive();
+    if let (false, StepControl::LocalError(_)) = (adapts, task.control) {
         return Err(refuse("step", "a step length for this scheme", "none"));
     }
-    Ok(Box::new(Driver::new(task, system, method, state)))
+    // A correction would not be symplectic.
+    let powers = if adapts { kernel.powers() } else { Vec::new() };
+    let corrections = powers.into_iter().map(Correction::new).collect();
+    let system = System::new(task.chain, kernel, task.drive.cloned());
+    let state = initial_state(task, &system);
+    let driver = Driver::new(task, system, task.scheme.tableau(), corrections, state);
+    Ok(Box::new(driver))
 }
 
 fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {

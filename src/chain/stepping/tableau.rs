@@ -258,7 +258,7 @@ const RUNGE_KUTTA_8_5: RungeKuttaPair = RungeKuttaPair {
 /// A symmetric composition of kicks and drifts: `kick b_1, drift a_1, kick b_2, ...` and back.
 #[derive(Debug)]
 pub(crate) struct Composition {
-    pub(crate) order: u32,
+    order: u32,
     /// The first half of the kicks, the middle one included where their number is odd.
     kicks: &'static [f64],
     /// The first half of the drifts, the middle one included where their number is odd.
@@ -315,14 +315,35 @@ pub(crate) const SYMPLECTIC_6: Composition = Composition {
 };
 
 impl Composition {
-    /// All kicks and drifts of a step; there is one more kick than there are drifts.
-    pub(crate) fn stages(&self) -> (Vec<f64>, Vec<f64>) {
+    /// As a Nystrom method: its stages are the kicks, between which the sites fly. Velocities of stages are those in the
+    /// middle of a kick, during which the force is constant.
+    pub(crate) fn tableau(&self) -> Tableau {
         // A middle drift leaves an even number of kicks, a middle kick an even number of drifts.
         let middle_drift = self.drifts.len() == self.kicks.len();
-        (
-            mirrored(self.kicks, !middle_drift),
-            mirrored(self.drifts, middle_drift),
-        )
+        let kicks = mirrored(self.kicks, !middle_drift);
+        let mut c = vec![0.0];
+        for drift in mirrored(self.drifts, middle_drift) {
+            c.push(c[c.len() - 1] + drift);
+        }
+        let last = kicks.len() - 1;
+        c[last] = 1.0;
+        let before = |i: usize| weights((0..i).map(|j| kicks[j] * (c[i] - c[j])));
+        let middle = |i: usize| {
+            let half = |j: usize| if j == i { 0.5 } else { 1.0 };
+            weights((0..=i).map(|j| half(j) * kicks[j]))
+        };
+        let a: Vec<Weights> = (0..=last).map(before).collect();
+        Tableau {
+            order: self.order,
+            embedded_order: 0,
+            b: a[last].clone(),
+            velocity: (0..=last).map(middle).collect(),
+            bp: weights(kicks.iter().copied()),
+            error: kicks.iter().map(|_| 0.0).enumerate().collect(),
+            nodes: LaneBlock::default(),
+            a,
+            c,
+        }
     }
 }
 
@@ -350,7 +371,7 @@ pub(crate) struct Tableau {
     pub(crate) bp: Weights,
     /// Weights of the error estimate of the velocity.
     pub(crate) error: Weights,
-    /// Nodes of the stages of `bp`, of which there are eight.
+    /// Nodes of the stages of `bp`, of which pairs have eight.
     pub(crate) nodes: LaneBlock,
 }
 
