@@ -1,7 +1,8 @@
 //! From sample to sample: islands, steps, and the choice of their length.
 
-use super::correction::Correction;
+use super::correction::{Correction, openings};
 use super::dense::Dense;
+use super::events::{Crosses, StepEnds};
 use super::islands::Islands;
 use super::pair::press_placed;
 use super::pair::{PairStep, Span, StepOutcome, StepScratch};
@@ -11,6 +12,7 @@ use super::{Cost, Mark, Samples, StepControl, Stepping, Task};
 use crate::chain::drive::Drive;
 use crate::chain::lattice::{Chain, Contact, refuse};
 use crate::chain::law::Kernel;
+use crate::chain::simulation::Simulation;
 use crate::numeric::root;
 use crate::observer::Observer;
 use crate::{Error, Result};
@@ -71,8 +73,6 @@ pub(super) struct Driver<K> {
     pub(super) next: State,
     pub(super) scratch: StepScratch,
     pub(super) cost: Cost,
-    /// Contacts that open or close inside the last step tried.
-    pub(super) opened: Vec<usize>,
     /// Where states between steps are wanted.
     pub(super) dense: Option<Box<Dense>>,
     /// Until when the drive is smooth, 0 once it is over, and the longest step until then. Steps end there, and see
@@ -90,42 +90,35 @@ impl<K: Kernel> Driver<K> {
         corrections: Vec<Correction>,
         state: State,
     ) -> Self {
+        let Simulation { chain, drive, .. } = task.simulation;
         let stages = tableau.stages();
-        let fading = system.kernel.all_open() && !task.chain.is_pressed();
+        let fading = chain.law.all_open() && !chain.is_pressed();
         // Forces of an open power law die out within a few sites ahead of the front.
         let ahead = if fading { 12 } else { 4 * stages - 3 };
+        let period = drive.as_ref().map_or(f64::INFINITY, |drive| {
+            1.0 / drive.waveform().angular_frequency()
+        });
         let step = match task.control {
             StepControl::Fixed(step) => step,
             StepControl::LocalError(_) => {
-                let contact = contact_time(task.chain, task.velocity_scale, Extreme::Fastest);
-                let drive = task.drive.map_or(f64::INFINITY, |drive| {
-                    1.0 / drive.waveform().angular_frequency()
-                });
-                1e-3 * contact.min(drive).min(1.0 / task.chain.fastest_resonator())
+                let contact = contact_time(chain, task.velocity_scale, Extreme::Fastest);
+                1e-3 * contact.min(period).min(1.0 / chain.fastest_resonator())
             }
         };
-        let waveform = task.drive.map(Drive::waveform);
+        let lightest = chain.mass.iter().copied().fold(f64::INFINITY, f64::min);
         let lossy_or_pushed = system.has_pulls();
         let mut driver = Driver {
-            drive: task.drive.cloned(),
+            drive: drive.clone(),
             drive_ends: 0.0,
-            drive_step: waveform
-                .map_or(f64::INFINITY, |wave| DRIVE_STEP / wave.angular_frequency()),
-            islands: Islands::new(task.window, ahead),
+            drive_step: DRIVE_STEP * period,
+            islands: Islands::new(task.simulation.window, ahead),
             control: task.control,
             energy: task.energy,
-            energy_scale: task.velocity_scale
-                * task
-                    .chain
-                    .mass
-                    .iter()
-                    .copied()
-                    .fold(f64::INFINITY, f64::min),
+            energy_scale: task.velocity_scale * lightest,
             time: 0.0,
             step,
             surveyed: f64::NEG_INFINITY,
             surveys: 0,
-            opened: Vec::new(),
             dense: None,
             caution: 1.0,
             next: state.clone(),
@@ -152,23 +145,16 @@ impl<K: Kernel> Driver<K> {
             self.next.force[shut].fill(0.0);
         }
         self.surveys += 1;
-        if let Some(dense) = &mut self.dense {
-            dense.surveyed = true;
-        }
     }
 
-    /// Before a step: contacts outside the islands of the step before it carry no force in the state
-    /// that this one overwrites.
+    /// Before a step: contacts outside its islands carry no force in the state that it overwrites, which is older between
+    /// samples.
     fn shut_stale(&mut self) {
-        let Some(dense) = self.dense.as_mut().filter(|dense| dense.stale) else {
-            return;
-        };
-        dense.stale = false;
-        for shut in self
-            .islands
-            .shut(self.islands.at_rest.min(self.next.force.len()))
-        {
-            self.next.force[shut].fill(0.0);
+        if self.dense.is_some() {
+            let moved = self.islands.at_rest.min(self.next.force.len());
+            for shut in self.islands.shut(moved) {
+                self.next.force[shut].fill(0.0);
+            }
         }
     }
 
@@ -200,12 +186,13 @@ impl<K: Kernel> Driver<K> {
             span: Span { t: self.time, h },
         };
         let mut all = StepOutcome::default();
-        self.opened.clear();
+        let mut opened = self.dense.as_mut().map(|dense| &mut dense.opened);
+        opened.iter_mut().for_each(|opened| opened.clear());
         for island in &self.islands.active {
             let (state, next) = (&self.state, &mut self.next);
             all = all.and(step.advance(island, state, next, &mut self.scratch));
-            if self.dense.is_some() {
-                self.opened.extend(self.scratch.events.inside());
+            if let Some(opened) = &mut opened {
+                opened.extend(self.scratch.events.inside());
             }
         }
         all
@@ -320,7 +307,7 @@ impl<K: Kernel> Driver<K> {
         }
         std::mem::swap(&mut self.state, &mut self.next);
         if let Some(dense) = &mut self.dense {
-            dense.accept(self.time, &self.opened, &mut self.next);
+            dense.accept(self.time, &mut self.next);
         }
         self.time = end;
         self.cost.steps += 1;
@@ -370,10 +357,10 @@ impl<K: Kernel> Stepping for Driver<K> {
             if end <= self.time || h.is_nan() {
                 return Err(self.lost());
             }
-            self.shut_stale();
             if self.time + h > self.surveyed {
                 self.survey(h);
             }
+            self.shut_stale();
             let outcome = self.attempt(h);
             self.fly(h);
             self.cost.forces += self.islands.contacts() * (self.tableau.stages() - 1) as u64;
@@ -418,7 +405,7 @@ impl<K: Kernel> Stepping for Driver<K> {
         let lands = matches!(self.control, StepControl::Fixed(_));
         let end = samples.times.last().copied().unwrap_or(self.time);
         if !lands {
-            self.dense = Some(Box::new(Dense::new(&self.state, samples.places)));
+            self.dense = Some(Box::new(Dense::new(self.time, &self.state, samples.places)));
         }
         for (sample, &t) in samples.times.iter().enumerate() {
             while self.time < t {
@@ -439,6 +426,39 @@ impl<K: Kernel> Stepping for Driver<K> {
 
     fn state(&self) -> &State {
         &self.state
+    }
+
+    fn motion(&self, s: usize, t: f64, state: &State) -> [f64; 3] {
+        self.system.motion(self.drive.as_ref(), s, t, state)
+    }
+
+    fn openings(
+        &self,
+        [(t, start), (to, end)]: [(f64, &State); 2],
+        matters: &dyn Fn(usize, f64) -> bool,
+    ) -> Vec<(f64, usize)> {
+        let h = to - t;
+        let ends = StepEnds {
+            system: &self.system,
+            drive: self.drive.as_ref(),
+            span: Span { t, h },
+            states: [start, end],
+        };
+        let first = match self.system.periodic {
+            true => FIRST_CONTACT,
+            false => self.system.contacts.start,
+        };
+        let mut found = Vec::new();
+        for s in first..self.system.contacts.end {
+            let crosses = |at: Crosses| (at.passes || at.grazes) && matters(s, at.most.max(at.way));
+            if self.system.opens[s] > 0.0
+                && let Some(overlap) = ends.crossing(s, crosses)
+            {
+                found.extend(openings(&overlap).map(|share| (t + h * share, s)));
+            }
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found
     }
 
     fn step(&self) -> f64 {
