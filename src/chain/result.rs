@@ -41,7 +41,7 @@ pub struct RunReport {
     pub velocity_scale: f64,
     /// Twice the largest difference of a velocity, relative to the scale, between this run and one
     /// whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR), or by less next to
-    /// the finest steps that rounding allows; smaller, where the larger one leads to the same steps. What rounding leaves of flights, if that is more; `None` if not requested.
+    /// the finest steps that rounding allows, and where both have nearly the same steps the estimated errors of all these. What rounding leaves of flights, if that is more; `None` if not requested.
     pub error: Option<f64>,
     /// Largest change of the energy not explained by input and losses, relative to the largest
     /// energy. Small drift does not imply small errors of velocities.

@@ -16,9 +16,9 @@ use crate::{Error, Result};
 /// their error.
 pub const CHECK_FACTOR: f64 = 1.0 / 32.0;
 
-/// The number of steps of two runs, over one another, from which on their errors differ as their local errors do: at the order 8
-/// by more than 2.
-const APART: f64 = 1.1;
+/// The number of steps of two runs, over one another, below which what they differ by says little of their errors. With local
+/// errors that differ by 32 it is 1.5 to 1.7 where these determine the steps.
+const APART: f64 = 1.25;
 
 /// The local error of the first coarser run, over that at which most runs keep the tolerance.
 const FIRST_CHECK: f64 = 2.0;
@@ -245,17 +245,13 @@ impl Simulation {
                 },
             );
             let mut run = run?;
-            let (mut other, mut finer) = (other?, local);
-            while share_steps(&run, &other.1) && finer > LEAST_LOCAL_ERROR {
-                finer = (finer * CHECK_FACTOR).max(LEAST_LOCAL_ERROR);
-                other = check(finer)?;
-            }
+            let other = other?;
             let (difference, differences) = difference((&run, &checks), &other);
-            let unseen = match share_steps(&run, &other.1) {
-                true => LEAST_LOCAL_ERROR,
+            let shared = match share_steps(&run, &other.1) {
+                true => checks.estimated,
                 false => 0.0,
             };
-            let error = SURE * (difference / scale + unseen);
+            let error = SURE * (difference + shared) / scale;
             run.report.error = Some(error);
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
@@ -436,6 +432,7 @@ impl Simulation {
                 return Err(Error::Cancelled);
             }
         }
+        checks.estimated = stepping.estimated();
         recorder.finish(control, stepping.cost())
     }
 }
@@ -450,8 +447,8 @@ fn difference((run, checks): (&Run, &Checks), (samples, other, others): &Other) 
     (largest, others.differences(checks).unwrap_or(rows))
 }
 
-/// Whether two runs share their steps, and with them their errors: those of a short run from rest, or beside many samples,
-/// do not follow the local error.
+/// Whether two runs share their steps, and with them their errors: those of a short run from rest, of a drive, or beside many
+/// samples do not follow the local error.
 fn share_steps(a: &Run, b: &Run) -> bool {
     let [a, b] = [a, b].map(|run| run.report.cost.steps as f64);
     a.max(b) < APART * a.min(b)

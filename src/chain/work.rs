@@ -193,9 +193,10 @@ impl Simulation {
                 .iter()
                 .fold(0.0, |most: f64, of| most.max(of.rounding));
             let expected = format!(
-                "a tolerance above {least:.1e}, by which rounding of an overlap changes the force there, or laws less steep"
+                "a law less steep, or a tolerance above {least:.1e}, by which rounding of an overlap changes the force there"
             );
-            Error::require(least <= tolerance, "tolerance", expected, tolerance)?;
+            let found = format!("the tolerance {tolerance:e}");
+            Error::require(least <= tolerance, "law", expected, found)?;
         }
         let Work { steps, limit } = self.work_of(time, &contacts);
         let is_damped = !matches!(limit, "motion" | "step");

@@ -382,8 +382,8 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
     (
         GOOD,
         "law = 'power'\nexponent = 1e9\ntolerance = 1e-8",
-        5,
-        "tolerance",
+        3,
+        "law",
         "rounding",
     ),
     (

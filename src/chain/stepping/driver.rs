@@ -73,6 +73,7 @@ pub(super) struct Driver<K> {
     pub(super) next: State,
     pub(super) scratch: StepScratch,
     pub(super) cost: Cost,
+    estimated: f64,
     /// Where states between steps are wanted.
     pub(super) dense: Option<Box<Dense>>,
     /// Until when the drive is smooth, 0 once it is over, and the longest step until then. Steps end there, and see
@@ -125,6 +126,7 @@ impl<K: Kernel> Driver<K> {
             scratch: StepScratch::new(system.places(), stages, lossy_or_pushed),
             state,
             cost: Cost::default(),
+            estimated: 0.0,
             system,
             tableau,
             corrections,
@@ -312,6 +314,7 @@ impl<K: Kernel> Driver<K> {
         self.time = end;
         self.cost.steps += 1;
         self.cost.corrected_contacts += outcome.corrected;
+        self.estimated += outcome.error;
         if let StepControl::Fixed(_) = self.control {
             return;
         }
@@ -488,6 +491,10 @@ impl<K: Kernel> Stepping for Driver<K> {
 
     fn cost(&self) -> Cost {
         self.cost
+    }
+
+    fn estimated(&self) -> f64 {
+        self.estimated
     }
 }
 

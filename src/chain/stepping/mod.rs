@@ -182,6 +182,9 @@ pub(crate) trait Stepping {
     fn reset(&mut self, mark: &Mark);
 
     fn cost(&self) -> Cost;
+
+    /// The largest estimated errors of a velocity in each step so far, added up.
+    fn estimated(&self) -> f64;
 }
 
 /// A point on the way.
