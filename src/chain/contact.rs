@@ -19,9 +19,8 @@
 //! crystals*, equation 1.
 
 use super::elliptic::ellipse_integrals;
-use super::lattice::refuse;
-use crate::Result;
 use crate::numeric::root;
+use crate::{Error, Result};
 
 /// An isotropic elastic material.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -68,14 +67,9 @@ impl Material {
     fn check(&self) -> Result<()> {
         positive("young", self.young)?;
         positive("density", self.density)?;
-        if !(self.poisson > -1.0 && self.poisson <= 0.5) {
-            return Err(refuse(
-                "poisson",
-                "Poisson's ratio above -1, at most 0.5",
-                self.poisson,
-            ));
-        }
-        Ok(())
+        let expected = "Poisson's ratio above -1, at most 0.5";
+        let is_one = self.poisson > -1.0 && self.poisson <= 0.5;
+        Error::require(is_one, "poisson", expected, self.poisson)
     }
 }
 
@@ -166,16 +160,13 @@ impl HertzContact {
                 + p2 * q2
                 + (p1 * q2 + q1 * p2) * cosine * cosine
                 + (p1 * p2 + q1 * q2) * sine * sine);
-        if !(half_sum > 0.0 && product > 0.0 && product.is_finite()) {
-            return Err(refuse(
-                "curvature",
-                "surfaces that touch in a point",
-                format!(
-                    "curvatures {p1:e}, {q1:e} and {p2:e}, {q2:e} at {angle_deg:e} degrees, \
-                     which touch along a line or conform"
-                ),
-            ));
-        }
+        let in_a_point = half_sum > 0.0 && product > 0.0 && product.is_finite();
+        let found = format!(
+            "curvatures {p1:e}, {q1:e} and {p2:e}, {q2:e} at {angle_deg:e} degrees, \
+             which touch along a line or conform"
+        );
+        let expected = "surfaces that touch in a point";
+        Error::require(in_a_point, "curvature", expected, found)?;
         let mean = product.sqrt();
         let shape = CurvatureIntegrals::of(half_difference / mean, ellipse);
         let compliance = |m: &Material| (1.0 - m.poisson * m.poisson) / m.young;
@@ -208,13 +199,9 @@ impl HertzContact {
 /// [`crate::Error::Request`] for an angle that is not finite or a multiple of 180 degrees.
 pub fn stiffness_ratio(angle_deg: f64, ellipse: Ellipse) -> Result<f64> {
     let (sine, cosine) = folded_sin_cos(angle_deg)?;
-    if sine == 0.0 {
-        return Err(refuse(
-            "angle",
-            "cylinders that are not parallel",
-            format!("{angle_deg} degrees"),
-        ));
-    }
+    let found = format!("{angle_deg} degrees");
+    let expected = "cylinders that are not parallel";
+    Error::require(sine != 0.0, "angle", expected, found)?;
     Ok(CurvatureIntegrals::of(cosine / sine, ellipse).form_factor() / sine.sqrt())
 }
 
@@ -226,13 +213,8 @@ pub fn stiffness_ratio(angle_deg: f64, ellipse: Ellipse) -> Result<f64> {
 /// # Errors
 /// [`crate::Error::Request`] for a ratio below 1 or above 1e60.
 pub fn angle_of_stiffness_ratio(ratio: f64, ellipse: Ellipse) -> Result<f64> {
-    if !(1.0..=1e60).contains(&ratio) {
-        return Err(refuse(
-            "stiffness-ratio",
-            "a ratio of 1 to 1e60",
-            format!("{ratio:e}"),
-        ));
-    }
+    let (is_one, found) = ((1.0..=1e60).contains(&ratio), format!("{ratio:e}"));
+    Error::require(is_one, "stiffness-ratio", "a ratio of 1 to 1e60", found)?;
     let target = (ratio - 1.0).ln_1p().sqrt();
     let excess = |w: f64| {
         let shape = CurvatureIntegrals::of_ellipse(w, ellipse);
@@ -297,9 +279,8 @@ impl CurvatureIntegrals {
 
 /// Sine and cosine of an angle in degrees folded to 0..90, exact at both ends.
 fn folded_sin_cos(angle_deg: f64) -> Result<(f64, f64)> {
-    if !angle_deg.is_finite() {
-        return Err(refuse("angle", "a finite angle in degrees", angle_deg));
-    }
+    let expected = "a finite angle in degrees";
+    Error::require(angle_deg.is_finite(), "angle", expected, angle_deg)?;
     let angle = angle_deg.abs() % 180.0;
     let folded = if angle > 90.0 { 180.0 - angle } else { angle };
     Ok(if folded <= 45.0 {
@@ -311,8 +292,6 @@ fn folded_sin_cos(angle_deg: f64) -> Result<(f64, f64)> {
 }
 
 fn positive(option: &'static str, value: f64) -> Result<()> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(refuse(option, "a positive number", value))
+    let is_one = value > 0.0 && value.is_finite();
+    Error::require(is_one, option, "a positive number", value)
 }

@@ -26,6 +26,8 @@ const SATURATED: f64 = 1e-2;
 pub(super) struct Checks {
     sites: usize,
     velocity: Vec<Vec<f64>>,
+    /// The estimated errors of all steps, added up.
+    pub(super) estimated: f64,
 }
 
 impl Checks {
@@ -35,6 +37,7 @@ impl Checks {
         Checks {
             sites: if is_wanted { sites } else { 0 },
             velocity: Vec::new(),
+            estimated: 0.0,
         }
     }
 

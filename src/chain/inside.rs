@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::lattice::Ends;
 use super::path::NodeState;
 use super::simulation::Simulation;
-use super::stepping::{self, FIRST_CONTACT, FIRST_SITE, Samples, StepControl};
+use super::stepping::{FIRST_CONTACT, FIRST_SITE, Samples};
 use crate::Result;
 use crate::observer::Observer;
 
@@ -21,10 +21,8 @@ impl Simulation {
         observer: &dyn Observer,
         visit: &mut dyn FnMut(NodeState, &[f64]),
     ) -> Result<()> {
-        let scale = self.velocity_scale(times.last().copied().unwrap_or(0.0));
-        let control = StepControl::LocalError(local_error * scale);
-        let mut stepping = stepping::prepare(&self.task(control, scale, true))?;
-        let (n, m) = (self.chain.n_sites(), self.chain.n_contacts());
+        let (mut stepping, _) = self.stepping(times, local_error, true)?;
+        let m = self.chain.n_contacts();
         let sides = |j: &usize| FIRST_CONTACT + j - 1..FIRST_CONTACT + j + 1;
         // The last contact of a ring leads to the first site.
         let first = (self.chain.ends == Ends::Periodic).then_some(FIRST_SITE..FIRST_SITE + 1);
@@ -37,12 +35,7 @@ impl Simulation {
             places: &places,
         };
         stepping.advance_through(wanted, observer, &mut |i, state| {
-            let place = NodeState {
-                t: times[i],
-                x: &state.x[FIRST_SITE..][..n],
-                v: &state.v[FIRST_SITE..][..n],
-                resonators: state.resonators(&self.chain),
-            };
+            let place = NodeState::of(&self.chain, times[i], state);
             visit(place, &state.passed[FIRST_CONTACT..][..m]);
             observer.advance(1);
         })
@@ -82,9 +75,7 @@ mod tests {
     /// Steps end at each sample.
     fn landing(simulation: &Simulation, samples: usize, local_error: f64) -> Vec<Row> {
         let times = times(samples);
-        let scale = simulation.velocity_scale(times[samples - 1]);
-        let control = StepControl::LocalError(local_error * scale);
-        let mut stepping = stepping::prepare(&simulation.task(control, scale, true)).unwrap();
+        let (mut stepping, _) = simulation.stepping(&times, local_error, true).unwrap();
         let (n, m) = (simulation.chain.n_sites(), simulation.chain.n_contacts());
         let mut row = |t: &f64| {
             stepping.advance_to(*t, &Silent).unwrap();

@@ -7,13 +7,9 @@
 //! between these times. Near an opening at `t_o` the variable is `s` with `t - t_o ~ s^4`, in which
 //! all multiples of the power 1/4 are smooth.
 
-use super::drive::Drive;
-use super::lattice::Contact;
-use super::law::Law;
+use super::lattice::{Chain, Contact};
 use super::simulation::Simulation;
-use super::stepping::{
-    self, FIRST_CONTACT, FIRST_SITE, Mark, Quintic, State, StepControl, Stepping, openings,
-};
+use super::stepping::{self, FIRST_SITE, Mark, State, Stepping};
 use crate::error::Result;
 use crate::observer::Observer;
 
@@ -47,6 +43,18 @@ pub(crate) struct NodeState<'a> {
     pub(crate) resonators: [&'a [f64]; 2],
 }
 
+impl NodeState<'_> {
+    pub(super) fn of<'s>(chain: &'s Chain, t: f64, state: &'s State) -> NodeState<'s> {
+        let n = chain.n_sites();
+        NodeState {
+            t,
+            x: &state.x[FIRST_SITE..][..n],
+            v: &state.v[FIRST_SITE..][..n],
+            resonators: state.resonators(chain),
+        }
+    }
+}
+
 /// Called at the nodes of the quadrature.
 pub(crate) trait NodeVisitor {
     fn visit(&mut self, visit: Node, place: NodeState);
@@ -71,15 +79,12 @@ impl Simulation {
         observer: &dyn Observer,
         path: &mut dyn NodeVisitor,
     ) -> Result<()> {
-        let end = times.last().copied().unwrap_or(0.0);
-        let scale = self.velocity_scale(end);
-        let control = StepControl::LocalError(local_error * scale);
-        let task = self.task(control, scale, false);
+        let (stepping, scale) = self.stepping(times, local_error, false)?;
         let largest_energy = self.chain.stored_energy(&self.displacement)
             + 0.5 * scale * scale * self.chain.mass.iter().copied().fold(0.0, f64::max);
         let mut walk = Walk {
             simulation: self,
-            stepping: stepping::prepare(&task)?,
+            stepping,
             observer,
             noticed: NOTICED * largest_energy,
             smooth: stepping::gauss(SMOOTH_NODES),
@@ -120,14 +125,8 @@ impl Walk<'_> {
         self.of(self.stepping.state(), t)
     }
 
-    fn of<'s>(&self, state: &'s State, t: f64) -> NodeState<'s> {
-        let n = self.simulation.chain.n_sites();
-        NodeState {
-            t,
-            x: &state.x[FIRST_SITE..][..n],
-            v: &state.v[FIRST_SITE..][..n],
-            resonators: state.resonators(&self.simulation.chain),
-        }
+    fn of<'s>(&'s self, state: &'s State, t: f64) -> NodeState<'s> {
+        NodeState::of(&self.simulation.chain, t, state)
     }
 
     /// One step towards `target`; returns where it ends.
@@ -139,23 +138,11 @@ impl Walk<'_> {
         } else {
             from + (target - from) / steps
         };
-        let to = if self.simulation.chain.losses.any() {
-            // Steps around a damper's jump are too short to integrate over one by one.
-            self.stepping.advance_to(to, self.observer)?;
-            to
-        } else {
-            self.stepping.step_towards(to, self.observer)?
-        };
+        let to = self.go_towards(to)?;
         let allowed = self.stepping.step();
         // What opens soon after the step is felt in it.
         let middle = self.stepping.mark();
-        let beyond = to + (to - from);
-        let beyond = if self.simulation.chain.losses.any() {
-            self.stepping.advance_to(beyond, self.observer)?;
-            beyond
-        } else {
-            self.stepping.step_towards(beyond, self.observer)?
-        };
+        let beyond = self.go_towards(to + (to - from))?;
         let soon = self.openings(&middle, beyond)?;
         self.stepping.reset(&middle);
         let cusps = path.cusps(self.of(&mark.state, from), self.of(&middle.state, to));
@@ -183,6 +170,15 @@ impl Walk<'_> {
         self.stepping.advance_to(to, self.observer)?;
         self.stepping.set_step(allowed);
         Ok(to)
+    }
+
+    /// A step, or several where there are dampers: around a jump of theirs steps are too short to integrate over one by one.
+    fn go_towards(&mut self, to: f64) -> Result<f64> {
+        if self.simulation.chain.losses.any() {
+            self.stepping.advance_to(to, self.observer)?;
+            return Ok(to);
+        }
+        self.stepping.step_towards(to, self.observer)
     }
 
     /// Visits the nodes of a piece, with the openings before and after it.
@@ -235,49 +231,9 @@ impl Walk<'_> {
 
     /// The times inside a step at which contacts open or close, to the last digits.
     fn openings(&mut self, mark: &Mark, to: f64) -> Result<Vec<f64>> {
-        let chain = &self.simulation.chain;
-        if !chain.law.each().iter().any(Law::is_one_sided) {
-            return Ok(Vec::new());
-        }
-        let h = to - mark.time;
-        let mut found: Vec<(f64, usize)> = Vec::new();
-        let [start, end] = [&mark.state, self.stepping.state()];
-        let first = if chain.has_left_wall() {
-            1
-        } else {
-            FIRST_CONTACT
-        };
-        for s in first..FIRST_CONTACT + chain.n_contacts() {
-            if !self.contacts[s].is_some_and(|contact| contact.law.is_one_sided()) {
-                continue;
-            }
-            let d0 = self.static_overlap(s);
-            let of = |state: &State| d0 + state.x[s - 1] - state.x[s];
-            let closing = |state: &State| h * (state.v[s - 1] - state.v[s]);
-            let (before, after) = (of(start), of(end));
-            let crosses = (before > 0.0) != (after > 0.0);
-            let (closing, closing_end) = (closing(start), closing(end));
-            let grazes = closing * closing_end < 0.0
-                && before.abs().min(after.abs()) < closing.abs() + closing_end.abs();
-            if !crosses && !grazes {
-                continue;
-            }
-            let most = before.max(after).max(closing.abs() + closing_end.abs());
-            if self.energy(s, most) < self.noticed {
-                continue;
-            }
-            let bend = |t: f64, state: &State| {
-                h * h
-                    * (acceleration(self.simulation, s - 1, t, state)
-                        - acceleration(self.simulation, s, t, state))
-            };
-            let path = Quintic::hermite(
-                [before, closing, bend(mark.time, start)],
-                [after, closing_end, bend(to, end)],
-            );
-            found.extend(openings(&path).map(|share| (mark.time + h * share, s)));
-        }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let noticed = |s, overlap| self.energy(s, overlap) >= self.noticed;
+        let ends = [(mark.time, &mark.state), (to, self.stepping.state())];
+        let found = self.stepping.openings(ends, &noticed);
         self.refine(mark, to, found)
     }
 
@@ -312,30 +268,4 @@ impl Walk<'_> {
         let energy = |of: Contact| of.law.energy(of.coefficient, 0.0, overlap);
         self.contacts[s].map_or(0.0, energy)
     }
-}
-
-/// Acceleration of place s at time t.
-pub(super) fn acceleration(simulation: &Simulation, s: usize, t: f64, state: &State) -> f64 {
-    let chain = &simulation.chain;
-    let Some(mass) = s.checked_sub(FIRST_SITE).and_then(|j| chain.mass.get(j)) else {
-        return match &simulation.drive {
-            Some(Drive::Wall(wave)) if s == 0 => wave.acceleration_at(t),
-            _ => 0.0,
-        };
-    };
-    if let Some((site, wave)) = simulation.drive.as_ref().and_then(Drive::motion)
-        && FIRST_SITE + site == s
-    {
-        return wave.acceleration_at(t);
-    }
-    let right = state.force.get(s + 1).copied().unwrap_or(0.0);
-    let push = match &simulation.drive {
-        Some(Drive::Body(site, wave)) if FIRST_SITE + site == s => wave.at(t),
-        _ => 0.0,
-    };
-    let ground = chain.on_site.ground.as_ref();
-    let held = ground.map_or(0.0, |ground| ground.force(s - FIRST_SITE, state.x[s]));
-    let at = [state.x[s], state.v[s]];
-    let held = held - chain.resonator_force(s - FIRST_SITE, at, state.resonators(chain));
-    (state.force[s] - right + push - chain.losses.drag * state.v[s] - held) / mass
 }

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use super::drive::Drive;
-use super::lattice::Ends;
+use super::lattice::{Chain, Ends};
 use super::result::Run;
 use super::stepping::Quintic;
 use crate::numeric::GoldenSection;
@@ -46,12 +46,6 @@ impl Run {
         let x = self.displacement.as_ref()?;
         self.force.as_ref()?;
         let chain = &self.chain;
-        let left = contact;
-        let right = match contact + 1 {
-            j if j < chain.n_sites() => Some(j),
-            _ if chain.ends == Ends::Periodic => Some(0),
-            _ => None,
-        };
         let motion = |sample: usize, site: usize| {
             [
                 x[[sample, site]],
@@ -59,12 +53,11 @@ impl Run {
                 self.acceleration(sample, site),
             ]
         };
+        let right = right_of(chain, contact);
         let overlap = |sample: usize| {
-            let wall = [0.0; 3];
-            let other = right.map_or(wall, |right| motion(sample, right));
-            let mut own = motion(sample, left);
-            own.iter_mut().zip(other).for_each(|(a, b)| *a -= b);
-            own
+            let other = right.map_or([0.0; 3], |right| motion(sample, right));
+            let own = motion(sample, contact);
+            std::array::from_fn(|i| own[i] - other[i])
         };
         let last = self.time.len() - 1;
         let nodes = |stride: usize| -> Vec<(f64, [f64; 3])> {
@@ -109,11 +102,7 @@ impl Run {
     pub(crate) fn impedance(&self, contact: usize) -> Option<f64> {
         let x = self.displacement.as_ref()?;
         let chain = &self.chain;
-        let right = match contact + 1 {
-            j if j < chain.n_sites() => Some(j),
-            _ if chain.ends == Ends::Periodic => Some(0),
-            _ => None,
-        };
+        let right = right_of(chain, contact);
         let law = chain.contact(contact);
         let overlaps = x
             .rows()
@@ -183,6 +172,14 @@ impl Run {
     }
 }
 
+/// The site behind a contact; `None` for a wall.
+fn right_of(chain: &Chain, contact: usize) -> Option<usize> {
+    match contact + 1 {
+        j if j < chain.n_sites() => Some(j),
+        _ => (chain.ends == Ends::Periodic).then_some(0),
+    }
+}
+
 /// The largest force and its time along overlaps of these times, values, rates and accelerations.
 fn highest(nodes: &[(f64, [f64; 3])], force: impl Fn(f64, f64) -> f64) -> Option<(f64, f64)> {
     let interval = |i: usize| {
@@ -196,21 +193,16 @@ fn highest(nodes: &[(f64, [f64; 3])], force: impl Fn(f64, f64) -> f64) -> Option
         })
     };
     let step = 1.0 / SAMPLES_PER_STEP as f64;
+    let most = |a: (f64, f64), b: (f64, f64)| if b.0 > a.0 { b } else { a };
     let looked: Vec<(f64, f64)> = (0..nodes.len() - 1)
         .map(|i| {
             let (_, _, force) = interval(i);
             let looks = (0..=SAMPLES_PER_STEP).map(|look| step * look as f64);
-            looks
-                .map(|s| (force(s), s))
-                .fold(
-                    (f64::NEG_INFINITY, 0.0),
-                    |a, b| if b.0 > a.0 { b } else { a },
-                )
+            let forces = looks.map(|s| (force(s), s));
+            forces.fold((f64::NEG_INFINITY, 0.0), most)
         })
         .collect();
-    let seen = looked
-        .iter()
-        .fold(f64::NEG_INFINITY, |m, look| look.0.max(m));
+    let (seen, _) = looked.iter().copied().fold((f64::NEG_INFINITY, 0.0), most);
     let near = looked
         .iter()
         .enumerate()
@@ -220,7 +212,7 @@ fn highest(nodes: &[(f64, [f64; 3])], force: impl Fn(f64, f64) -> f64) -> Option
         let (s, value) = largest((s - step).max(0.0), (s + step).min(1.0), force);
         (value, from + s * h)
     })
-    .reduce(|a, b| if b.0 > a.0 { b } else { a })
+    .reduce(most)
 }
 
 /// Where a function of one hump is largest, by golden sections down to half the digits, at which

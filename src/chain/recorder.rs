@@ -33,11 +33,6 @@ impl SampleTimes {
         }
     }
 
-    /// The same time in this many equal parts.
-    pub(super) fn cut_in(self, parts: usize) -> SampleTimes {
-        SampleTimes::all(self.end, parts + 1)
-    }
-
     pub(super) fn number(&self) -> usize {
         self.last.div_ceil(self.stride) + 1
     }

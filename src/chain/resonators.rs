@@ -131,14 +131,6 @@ impl Chain {
         self.losses.any() || self.resonators().is_some_and(Resonators::any_damping)
     }
 
-    /// Force of the resonator of site j on its body, towards +x; 0 without one.
-    pub(crate) fn resonator_force(&self, j: usize, [x, v]: [f64; 2], [y, w]: [&[f64]; 2]) -> f64 {
-        match self.resonators() {
-            Some(all) => all.force(j, y[j] - x, w[j] - v),
-            None => 0.0,
-        }
-    }
-
     /// Energy of all resonators.
     pub(crate) fn resonator_energy(&self, displacement: &[f64], resonators: [&[f64]; 2]) -> f64 {
         let mut energies = vec![0.0; self.resonators().map_or(0, |all| all.mass.len())];

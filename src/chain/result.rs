@@ -41,7 +41,7 @@ pub struct RunReport {
     pub velocity_scale: f64,
     /// Twice the largest difference of a velocity, relative to the scale, between this run and one
     /// whose local error is larger by `1 / `[`CHECK_FACTOR`](super::CHECK_FACTOR), or by less next to
-    /// the finest steps that rounding allows. What rounding leaves of flights, if that is more; `None` if not requested.
+    /// the finest steps that rounding allows, and where both have nearly the same steps the estimated errors of all these. What rounding leaves of flights, if that is more; `None` if not requested.
     pub error: Option<f64>,
     /// Largest change of the energy not explained by input and losses, relative to the largest
     /// energy. Small drift does not imply small errors of velocities.
@@ -55,15 +55,6 @@ pub struct RunReport {
 #[serde(rename_all = "kebab-case", tag = "code")]
 #[non_exhaustive]
 pub enum RunWarning {
-    /// The tolerance could not be assured: smaller steps no longer bring two runs together, since
-    /// the chain amplifies differences of the last digit.
-    Sensitive {
-        tolerance: f64,
-        reached: f64,
-        /// Largest change of a velocity, relative to the scale, over the relative change of the
-        /// masses that caused it; too small where the velocities are then nothing alike.
-        amplification: f64,
-    },
     /// The tolerance was given up after a pair of runs: the chain amplifies their difference, and
     /// rounding with it, beyond the tolerance.
     Amplifies {
@@ -72,7 +63,8 @@ pub enum RunWarning {
         /// The error that rounding alone leaves, estimated from the growth of the difference.
         rounding: f64,
     },
-    /// The tolerance is below the rounding error of the velocities, which have the error `reached`.
+    /// The tolerance is below the rounding error of the velocities, which have the error `reached`: smaller steps bring two runs
+    /// no closer.
     Rounding { tolerance: f64, reached: f64 },
     /// The overlap of a contact left the range in which its law is known, and was taken along a line.
     OutsideLaw {

@@ -7,7 +7,7 @@ use super::lattice::refuse;
 use super::recorder::{Recorder, SampleTimes};
 use super::result::{Run, RunReport, RunWarning};
 use super::simulation::{Accuracy, EndTime, Record, Simulation};
-use super::stepping::{self, Cost, FIRST_SITE, State, StepControl, Stepping, Task};
+use super::stepping::{self, Cost, FIRST_SITE, State, StepControl, Stepping};
 use crate::observer::{CancelOnly, Observer};
 use crate::{Error, Result};
 
@@ -15,6 +15,10 @@ use crate::{Error, Result};
 /// limit the steps, runs with local errors closer to each other have nearly the same steps and share
 /// their error.
 pub const CHECK_FACTOR: f64 = 1.0 / 32.0;
+
+/// The number of steps of two runs, over one another, below which what they differ by says little of their errors. With local
+/// errors that differ by 32 it is 1.5 to 1.7 where these determine the steps.
+const APART: f64 = 1.25;
 
 /// The local error of the first coarser run, over that at which most runs keep the tolerance.
 const FIRST_CHECK: f64 = 2.0;
@@ -30,9 +34,6 @@ const LEAST_CHECK: f64 = 10.0;
 /// rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Chains that amplify less than this leave tolerances to be had down to rounding.
-const SENSITIVE: f64 = 1e4;
-
 /// A pair of runs that misses the tolerance by less is no sign of growth.
 const EXCESS: f64 = 30.0;
 
@@ -40,7 +41,7 @@ const EXCESS: f64 = 30.0;
 /// sites fell as the local one to the power of 0.3 to 0.8.
 const FALL: f64 = 1.25;
 
-/// Below this, rounding is no matter of growth: it is what [`SENSITIVE`] chains make of 1e-13.
+/// Below this, rounding is no matter of growth: it is what chains that amplify 1e4 times make of 1e-13.
 const LEAST_GROWN: f64 = 1e-9;
 
 /// The least early difference of two runs, over the coarser local error.
@@ -49,9 +50,6 @@ const LEAST_EARLY: f64 = 0.01;
 /// Samples at which a run is checked. The steps of the checking run end on no other samples, so
 /// that the two runs differ even if every step of the checked run ends on a sample.
 pub(super) const CHECKED_SAMPLES: usize = 128;
-
-/// Local error of a run of changed masses.
-const PERTURBED_ERROR: f64 = 1e-11;
 
 /// Parts of a contact time to one of which an arrival is located.
 const ARRIVAL_PARTS: u32 = 1000;
@@ -225,16 +223,11 @@ impl Simulation {
         if !self.estimate_error {
             return with(local, self.record, all, &mut Checks::default(), observer);
         }
-        let coarser = |local: f64, samples| {
-            let mut checks = Checks::of(samples, self.chain.n_sites());
-            let run = with(
-                local,
-                Record::default(),
-                samples,
-                &mut checks,
-                &CancelOnly(observer),
-            )?;
-            Ok((samples, run, checks))
+        let check = |local: f64| -> Result<Other> {
+            let mut checks = Checks::of(few, self.chain.n_sites());
+            let observer = &CancelOnly(observer);
+            let run = with(local, Record::default(), few, &mut checks, observer)?;
+            Ok((few, run, checks))
         };
         let mut coarse = FIRST_CHECK * local;
         let mut best = (f64::INFINITY, local);
@@ -248,13 +241,17 @@ impl Simulation {
                 || with(local, self.record, all, &mut checks, observer),
                 || match known {
                     Some((_, run, checks)) => Ok((all, run, checks)),
-                    None => coarser(coarse, few),
+                    None => check(coarse),
                 },
             );
             let mut run = run?;
-            let again = |samples| coarser(coarse, samples);
-            let (difference, differences) = difference((&run, &checks), other?, &again)?;
-            let error = SURE * difference / scale;
+            let other = other?;
+            let (difference, differences) = difference((&run, &checks), &other);
+            let shared = match share_steps(&run, &other.1) {
+                true => checks.estimated,
+                false => 0.0,
+            };
+            let error = SURE * (difference + shared) / scale;
             run.report.error = Some(error);
             let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) else {
                 return Ok(run);
@@ -290,16 +287,8 @@ impl Simulation {
                 run = with(local, self.record, all, &mut checks, observer)?;
                 run.report.error = Some(reached);
             }
-            let amplification = self.amplification(&run, local, scale, few, observer)?;
-            run.report.warnings.push(if amplification < SENSITIVE {
-                RunWarning::Rounding { tolerance, reached }
-            } else {
-                RunWarning::Sensitive {
-                    tolerance,
-                    reached,
-                    amplification,
-                }
-            });
+            let warning = RunWarning::Rounding { tolerance, reached };
+            run.report.warnings.push(warning);
             return Ok(run);
         }
     }
@@ -343,30 +332,6 @@ impl Simulation {
         (tolerance * share).max(LEAST_CHECK * LEAST_LOCAL_ERROR)
     }
 
-    /// How much a relative change of 1e-9 of the masses, up and down in the order of Thue and
-    /// Morse, changes the velocities. A change of the impact alone would only scale the motion. Steps whose
-    /// errors are far below such a change tell it as well as finer ones.
-    fn amplification(
-        &self,
-        run: &Run,
-        local: f64,
-        scale: f64,
-        samples: SampleTimes,
-        observer: &dyn Observer,
-    ) -> Result<f64> {
-        let change = 1e-9;
-        let mut other = self.clone();
-        for (j, mass) in other.chain.mass.iter_mut().enumerate() {
-            let up = j.count_ones() % 2 == 0;
-            *mass *= 1.0 + if up { change } else { -change };
-        }
-        let control = StepControl::LocalError(local.max(PERTURBED_ERROR) * scale);
-        let wanted = (samples, &mut Checks::default());
-        let other = other.once(control, scale, wanted, Record::default(), observer)?;
-        let rows = samples.of_runs(&other, run);
-        Ok(largest(&rows) / (change * scale))
-    }
-
     /// When the last site first moves at a thousandth of the velocity scale, as [`EndTime::Arrival`] finds it,
     /// and what finding it cost.
     ///
@@ -384,28 +349,22 @@ impl Simulation {
             Accuracy::Step(step) => StepControl::Fixed(step),
             _ => StepControl::LocalError(1e-7 * scale),
         };
-        let mut stepping = self.prepare(control, scale, false)?;
+        let mut stepping = stepping::prepare(self, control, scale, false)?;
         let unit = self.contact_time(scale);
         let mut time = 0.0;
         let latest = self.latest_arrival(scale);
         let mut before = stepping.mark();
         while still(stepping.state()) {
             observer.go_on()?;
-            if time > latest {
-                let expected = "a front that reaches the last site for `auto`";
-                return Err(refuse("end-time", expected, format!("none until {time:e}")));
-            }
+            let expected = "a front that reaches the last site for `auto`";
+            let found = format!("none until {time:e}");
+            Error::require(time <= latest, "end-time", expected, found)?;
             before = stepping.mark();
             time += unit;
             stepping.advance_to(time, observer)?;
         }
-        if time == 0.0 {
-            return Err(refuse(
-                "end-time",
-                "a last site at rest for `auto`",
-                "a moving one",
-            ));
-        }
+        let expected = "a last site at rest for `auto`";
+        Error::require(time > 0.0, "end-time", expected, "a moving one")?;
         // Located to a thousandth of a contact time by halving the last stretch, on which the site starts
         // from rest.
         let start = before.time;
@@ -436,23 +395,16 @@ impl Simulation {
         stepping::contact_time(&self.chain, scale, stepping::Extreme::Slowest)
     }
 
-    fn prepare(&self, control: StepControl, scale: f64, energy: bool) -> Result<Box<dyn Stepping>> {
-        stepping::prepare(&self.task(control, scale, energy))
-    }
-
-    pub(super) fn task(&self, control: StepControl, scale: f64, energy: bool) -> Task<'_> {
-        Task {
-            chain: &self.chain,
-            drive: self.drive.as_ref(),
-            velocity: &self.velocity,
-            displacement: &self.displacement,
-            resonators: self.resonators.as_ref(),
-            scheme: self.scheme,
-            control,
-            window: self.window,
-            energy,
-            velocity_scale: scale,
-        }
+    /// The stepping to the last of these times, with this error of a velocity a step over the velocity scale, and that.
+    pub(super) fn stepping(
+        &self,
+        times: &[f64],
+        local_error: f64,
+        energy: bool,
+    ) -> Result<(Box<dyn Stepping>, f64)> {
+        let scale = self.velocity_scale(times.last().copied().unwrap_or(0.0));
+        let control = StepControl::LocalError(local_error * scale);
+        Ok((stepping::prepare(self, control, scale, energy)?, scale))
     }
 
     fn once(
@@ -464,7 +416,7 @@ impl Simulation {
         observer: &dyn Observer,
     ) -> Result<Run> {
         observer.stage("stepping", samples.number() as u64);
-        let mut stepping = self.prepare(control, scale, record.energy)?;
+        let mut stepping = stepping::prepare(self, control, scale, record.energy)?;
         let mut recorder = Recorder::new(self, record, scale, samples);
         let end = samples.time(samples.number() - 1);
         for sample in 0..samples.number() {
@@ -480,42 +432,26 @@ impl Simulation {
                 return Err(Error::Cancelled);
             }
         }
+        checks.estimated = stepping.estimated();
         recorder.finish(control, stepping.cost())
     }
 }
 
-/// A run of larger steps, the samples at which it is compared, and what was kept of it for that.
+/// A run of other steps, the samples at which it is compared, and what was kept of it for that.
 type Other = (SampleTimes, Run, Checks);
 
-/// The largest difference of a velocity between a run and one with another local error, at the
-/// given samples, and the largest at each of equally distant times. If dense samples force both
-/// runs to the same steps, they agree to the last bit, which is no check. The difference is then
-/// taken at fewer samples, and finally only at the end of a run whose steps end elsewhere.
-fn difference(
-    (run, checks): (&Run, &Checks),
-    mut other: Other,
-    again: &dyn Fn(SampleTimes) -> Result<Other>,
-) -> Result<(f64, Vec<f64>)> {
-    loop {
-        let (samples, check, others) = other;
-        let rows = samples.of_runs(&check, run);
-        let difference = largest(&rows);
-        if difference != 0.0 {
-            return Ok((difference, others.differences(checks).unwrap_or(rows)));
-        }
-        if samples.number() == 2 {
-            let (_, cut, _) = again(samples.cut_in(3))?;
-            let last = |run: &Run| run.velocity.row(run.velocity.nrows() - 1).to_owned();
-            let pairs = last(&cut).into_iter().zip(last(run));
-            let difference = pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()));
-            return Ok((difference, Vec::new()));
-        }
-        other = again(samples.at_most((samples.number() / 4).max(1)))?;
-    }
+/// The largest difference of a velocity between a run and another, and the largest at each of equally distant times.
+fn difference((run, checks): (&Run, &Checks), (samples, other, others): &Other) -> (f64, Vec<f64>) {
+    let rows = samples.of_runs(other, run);
+    let largest = rows.iter().fold(0.0, |a: f64, b| a.max(*b));
+    (largest, others.differences(checks).unwrap_or(rows))
 }
 
-fn largest(differences: &[f64]) -> f64 {
-    differences.iter().fold(0.0, |a: f64, b| a.max(*b))
+/// Whether two runs share their steps, and with them their errors: those of a short run from rest, of a drive, or beside many
+/// samples do not follow the local error.
+fn share_steps(a: &Run, b: &Run) -> bool {
+    let [a, b] = [a, b].map(|run| run.report.cost.steps as f64);
+    a.max(b) < APART * a.min(b)
 }
 
 #[cfg(test)]

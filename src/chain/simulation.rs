@@ -109,86 +109,69 @@ impl Simulation {
             .into_iter()
             .chain(resonators.map(|(values, name)| (name, values)))
         {
-            if values.len() != n {
-                return Err(refuse(name, &format!("{n} values"), values.len()));
-            }
+            let expected = format!("{n} values");
+            Error::require(values.len() == n, name, expected, values.len())?;
             if let Some(value) = values.iter().find(|v| !v.is_finite()) {
                 return Err(refuse(name, "finite values", value));
             }
         }
-        if let EndTime::At(end) = self.end_time
-            && !(end > 0.0 && end.is_finite())
-        {
-            return Err(refuse("end-time", "a positive time", end));
-        }
-        if self.samples < 2 {
-            return Err(refuse("samples", "2 or more", self.samples));
-        }
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let end = match self.end_time {
+            EndTime::At(end) => {
+                Error::require(positive(end), "end-time", "a positive time", end)?;
+                end
+            }
+            EndTime::Arrival => f64::INFINITY,
+        };
+        Error::require(self.samples >= 2, "samples", "2 or more", self.samples)?;
         match self.accuracy {
             Accuracy::Tolerance(value) | Accuracy::LocalError(value) => {
-                if !(value > 0.0 && value < 1.0) {
-                    return Err(refuse("tolerance", "a number between 0 and 1", value));
-                }
-                if !self.scheme.is_adaptive() {
-                    return Err(refuse("step", "a step for a scheme of fixed steps", "none"));
-                }
+                let expected = "a number between 0 and 1";
+                Error::require(value > 0.0 && value < 1.0, "tolerance", expected, value)?;
+                let expected = "a step for a scheme of fixed steps";
+                Error::require(self.scheme.is_adaptive(), "step", expected, "none")?;
             }
-            Accuracy::Step(step) if !(step > 0.0 && step.is_finite()) => {
-                return Err(refuse("step", "a positive step", step));
+            Accuracy::Step(step) => {
+                Error::require(positive(step), "step", "a positive step", step)?;
             }
-            Accuracy::Step(_) => {}
         }
-        if matches!(self.drive, Some(Drive::Wall(_)))
-            && !matches!(self.chain.ends, Ends::Fixed { .. })
-        {
-            let expected = "a chain fixed at both ends for a driven wall";
+        let ends = match (&self.drive, self.chain.ends) {
+            (Some(Drive::Wall(_)), Ends::Wall | Ends::Free | Ends::Periodic) => {
+                Some("a chain fixed at both ends for a driven wall")
+            }
+            (Some(Drive::Force(_)), Ends::Fixed { .. } | Ends::Periodic) => {
+                Some("a chain whose first end is free for a driving force")
+            }
+            _ => None,
+        };
+        if let Some(expected) = ends {
             return Err(refuse("drive", expected, format!("{:?}", self.chain.ends)));
         }
-        if matches!(self.drive, Some(Drive::Force(_)))
-            && matches!(self.chain.ends, Ends::Fixed { .. } | Ends::Periodic)
-        {
-            let expected = "a chain whose first end is free for a driving force";
-            return Err(refuse("drive", expected, format!("{:?}", self.chain.ends)));
-        }
-        if let Some(site) = self.drive.as_ref().map(Drive::site)
-            && site >= n
-        {
-            let expected = format!("a body from 0 to {}", n - 1);
-            return Err(refuse("drive_site", &expected, site));
-        }
+        let site = self.drive.as_ref().map_or(0, Drive::site);
+        let expected = format!("a body from 0 to {}", n - 1);
+        Error::require(site < n, "drive_site", expected, site)?;
         if let Some((site, wave)) = self.drive.as_ref().and_then(Drive::motion) {
             let own = [
                 ("displacement", self.displacement[site], wave.at(0.0)),
                 ("velocity", self.velocity[site], wave.rate_at(0.0)),
             ];
-            let end = match self.end_time {
-                EndTime::At(end) => end,
-                EndTime::Arrival => f64::INFINITY,
-            };
             let jump = wave.largest_jump(end);
-            if jump > STEADY * wave.amplitude() * wave.angular_frequency() {
-                let expected = "the motion of a body whose velocity does not jump before the end: a tone burst, a \
-                                half-sine of the velocity, or a longer duration";
-                return Err(refuse("drive", expected, format!("a jump by {jump}")));
-            }
+            let steady = jump <= STEADY * wave.amplitude() * wave.angular_frequency();
+            let expected = "the motion of a body whose velocity does not jump before the end: a tone burst, a \
+                            half-sine of the velocity, or a longer duration";
+            Error::require(steady, "drive", expected, format!("a jump by {jump}"))?;
             if let Some((name, found, told)) = own.into_iter().find(|(_, a, b)| a != b) {
                 let expected = format!("that of the drive on site {site}, {told}");
                 return Err(refuse(name, &expected, found));
             }
         }
-        let (needed, allowed) = (
-            self.bytes(),
-            self.memory
-                .unwrap_or_else(crate::system::memory::available_memory),
-        );
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "the run",
-                needed,
-                allowed,
-            });
-        }
+        Error::beyond_memory("the run", self.bytes(), self.allowed_memory())?;
         self.check_work()
+    }
+
+    pub(super) fn allowed_memory(&self) -> u64 {
+        self.memory
+            .unwrap_or_else(crate::system::memory::available_memory)
     }
 
     /// Bytes that the results take.

@@ -1,7 +1,7 @@
 //! The spline of degree five through given values.
 
 use super::lattice::refuse;
-use crate::Result;
+use crate::{Error, Result};
 
 const DEGREE: usize = 5;
 
@@ -29,11 +29,10 @@ impl Spline {
     /// [`crate::Error::Request`] for fewer than six values, times that do not rise, and values that are not finite.
     pub(super) fn through(times: &[f64], values: &[f64]) -> Result<Spline> {
         let n = times.len();
-        if n < LEAST || values.len() != n {
-            let expected = format!("{LEAST} or more values, one a time");
-            let found = format!("{} values at {n} times", values.len());
-            return Err(refuse("drive_values", &expected, found));
-        }
+        let expected = format!("{LEAST} or more values, one a time");
+        let found = format!("{} values at {n} times", values.len());
+        let enough = n >= LEAST && values.len() == n;
+        Error::require(enough, "drive_values", expected, found)?;
         if let Some(i) = (1..n).find(|&i| {
             let step = times[i] - times[i - 1];
             !(step > 0.0 && step.is_finite())
@@ -52,26 +51,14 @@ impl Spline {
             .collect();
         // The last span of knots that begins at or before a time.
         let span = |t: f64| knots[..n].partition_point(|knot| *knot <= t) - 1;
-        let mut coefficients = vec![interpolating(times, values, &knots, span)];
-        for order in 1..=DEGREE {
-            let below = &coefficients[order - 1];
-            let degree = DEGREE + 1 - order;
-            let mut of_order = vec![0.0; n];
-            for i in order..n {
-                let length = knots[i + degree] - knots[i];
-                if length > 0.0 {
-                    of_order[i] = degree as f64 * (below[i] - below[i - 1]) / length;
-                }
-            }
-            coefficients.push(of_order);
-        }
+        let coefficients = interpolating(times, values, &knots, span);
         let pieces = times.windows(2).map(|ends| {
-            let (h, at) = (ends[1] - ends[0], span(ends[0]));
+            let at = span(ends[0]);
             let mut piece = [0.0; DEGREE + 2];
-            let mut scale = 1.0;
-            for (order, of_order) in coefficients.iter().enumerate() {
-                piece[order] = scale * de_boor(&knots, of_order, at, DEGREE - order, ends[0]);
-                scale *= h / (order + 1) as f64;
+            let basis = basis(&knots, at, ends[0], ends[1] - ends[0]);
+            for (spline, c) in basis.iter().zip(&coefficients[at - DEGREE..]) {
+                let powers = piece.iter_mut().zip(spline);
+                powers.for_each(|(sum, power)| *sum += c * power);
             }
             piece
         });
@@ -156,7 +143,7 @@ fn interpolating(
     let mut rows = vec![[0.0; 2 * BAND + 1]; n];
     for (i, row) in rows.iter_mut().enumerate() {
         let at = span(times[i]);
-        for (offset, value) in basis(knots, at, times[i]).into_iter().enumerate() {
+        for (offset, [value, ..]) in basis(knots, at, times[i], 1.0).into_iter().enumerate() {
             if let Some(place) = (at + offset + BAND).checked_sub(DEGREE + i)
                 && let Some(place) = row.get_mut(place)
             {
@@ -187,33 +174,28 @@ fn interpolating(
     solution
 }
 
-/// The B-splines that are not 0 in a span, at time t.
-fn basis(knots: &[f64], span: usize, t: f64) -> [f64; DEGREE + 1] {
-    let mut values = [0.0; DEGREE + 1];
-    values[0] = 1.0;
-    for degree in 1..=DEGREE {
-        let mut saved = 0.0;
-        for r in 0..degree {
-            let (right, left) = (knots[span + r + 1] - t, t - knots[span + 1 + r - degree]);
-            let part = values[r] / (right + left);
-            values[r] = saved + right * part;
-            saved = left * part;
-        }
-        values[degree] = saved;
-    }
-    values
-}
+/// Coefficients of the powers of `(t - from) / h`.
+type Powers = [f64; DEGREE + 1];
 
-/// A sum of B-splines of a degree at a time in this span of the knots, by de Boor's algorithm.
-fn de_boor(knots: &[f64], coefficients: &[f64], span: usize, degree: usize, t: f64) -> f64 {
-    let mut d = [0.0; DEGREE + 1];
-    d[..=degree].copy_from_slice(&coefficients[span - degree..=span]);
-    for r in 1..=degree {
-        for j in (r..=degree).rev() {
-            let (low, high) = (knots[j + span - degree], knots[j + 1 + span - r]);
-            let share = (t - low) / (high - low);
-            d[j] = (1.0 - share) * d[j - 1] + share * d[j];
+/// The B-splines that are not 0 in a span of the knots, by the recurrence of Cox and de Boor.
+fn basis(knots: &[f64], span: usize, from: f64, h: f64) -> [Powers; DEGREE + 1] {
+    // A polynomial times `at + rate (t - from) / h`, over a length.
+    let times = |p: &Powers, [at, rate]: [f64; 2], length: f64| -> Powers {
+        let below = |k: usize| k.checked_sub(1).map_or(0.0, |k| p[k]);
+        std::array::from_fn(|k| (at * p[k] + rate * below(k)) / length)
+    };
+    let mut splines = [[0.0; DEGREE + 1]; DEGREE + 1];
+    splines[0][0] = 1.0;
+    for degree in 1..=DEGREE {
+        let mut saved = [0.0; DEGREE + 1];
+        for r in 0..degree {
+            let (low, high) = (knots[span + 1 + r - degree], knots[span + r + 1]);
+            let falling = times(&splines[r], [high - from, -h], high - low);
+            let rising = times(&splines[r], [from - low, h], high - low);
+            splines[r] = std::array::from_fn(|k| saved[k] + falling[k]);
+            saved = rising;
         }
+        splines[degree] = saved;
     }
-    d[degree]
+    splines
 }

@@ -6,14 +6,6 @@ impl RunWarning {
     /// One sentence with the numbers.
     pub fn message(&self) -> String {
         match self {
-            RunWarning::Sensitive {
-                tolerance,
-                reached,
-                amplification,
-            } => format!(
-                "velocities stand to {reached:.1e}, not to {tolerance:.1e}, whatever the steps: the \
-                 chain amplifies a relative change of its masses at least {amplification:.1e} times"
-            ),
             RunWarning::Amplifies {
                 tolerance,
                 reached,

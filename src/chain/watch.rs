@@ -6,7 +6,6 @@
 //! accurate as the integration itself.
 
 use super::lattice::Chain;
-use super::path::acceleration;
 use super::peak::largest;
 use super::run::{CHECK_FACTOR, LEAST_LOCAL_ERROR};
 use super::simulation::{Accuracy, Simulation};
@@ -81,7 +80,7 @@ impl Simulation {
                 StepControl::LocalError(local.max(LEAST_LOCAL_ERROR) * scale)
             }
         };
-        let stepping = stepping::prepare(&self.task(control, scale, true))?;
+        let stepping = stepping::prepare(self, control, scale, true)?;
         let mark = stepping.mark();
         Ok(ObservedRun {
             simulation: self,
@@ -185,8 +184,8 @@ impl<'a> ObservedRun<'a> {
     fn between(&self, signal: Signal, from: &Mark, to: &Mark) -> Interpolant<'a> {
         let h = to.time - from.time;
         let place = |s: usize, t: f64, state: &State| {
-            let a = acceleration(self.simulation, s, t, state);
-            [state.x[s], h * state.v[s], h * h * a]
+            let [x, v, a] = self.stepping.motion(s, t, state);
+            [x, h * v, h * h * a]
         };
         let ends = [from, to].map(|Mark { time: t, state, .. }| match signal {
             Signal::Velocity(site) => place(FIRST_SITE + site, *t, state),

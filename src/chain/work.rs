@@ -1,11 +1,9 @@
 //! The work of a run, estimated before it begins.
 
-use super::lattice::Contact;
-use super::lattice::{Ends, refuse};
-use super::law::Law;
+use super::lattice::{Contact, Ends};
 use super::simulation::{Accuracy, EndTime, Simulation};
 use super::stepping;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::numeric::root;
 
 /// Steps within the time in which a contact stops a body, at the tolerance [`AT`]. Fewer are made at larger ones, by the
@@ -54,24 +52,33 @@ struct ContactRates {
     stops: f64,
     dashpot: f64,
     tangent: f64,
+    /// By how much rounding of the overlap there changes its force.
+    rounding: f64,
 }
 
 impl Simulation {
     /// The work of a run.
     pub fn work(&self) -> Work {
-        let time = match self.end_time {
+        let time = self.latest_end();
+        self.work_of(time, &self.contact_rates(time))
+    }
+
+    fn latest_end(&self) -> f64 {
+        match self.end_time {
             EndTime::At(time) => time,
             EndTime::Arrival => self.latest_arrival(self.velocity_scale(0.0)),
-        };
+        }
+    }
+
+    fn work_of(&self, time: f64, contacts: &[ContactRates]) -> Work {
         if let Accuracy::Step(step) = self.accuracy {
             return Work {
                 steps: time / step,
                 limit: "step",
             };
         }
-        let contacts = self.contact_rates(time);
-        let (limit, rate) = self.damping_rate(&contacts);
-        let moved = self.steps_of_motion(time, rate, &contacts);
+        let (limit, rate) = self.damping_rate(contacts);
+        let moved = self.steps_of_motion(time, rate, contacts);
         let damped = rate / STABLE * time;
         Work {
             steps: moved + damped,
@@ -93,10 +100,13 @@ impl Simulation {
                 compressed = compressed.min(root::between(-230.0, 230.0, excess).exp());
             }
             let stiffness = contact.stiffness(compressed).abs();
+            let steepness = || compressed * stiffness / contact.force(compressed).abs();
+            let rounding = f64::EPSILON * contact.law.exponent().unwrap_or_else(steepness);
             ContactRates {
                 stops: 1.0 / stop,
                 dashpot: 2.0 * losses.dashpot / mass,
                 tangent: 2.0 * losses.tangent * stiffness / mass,
+                rounding,
             }
         };
         let stops = self.stopping_times(speed).zip(chain.contacts());
@@ -108,11 +118,7 @@ impl Simulation {
         let chain = &self.chain;
         let stops = move |(j, contact): (usize, Contact)| {
             let (c, mass) = (contact.coefficient, chain.reduced_mass(j));
-            let power = match *contact.law {
-                Law::Hertz => Some(1.5),
-                Law::Power { exponent } => Some(exponent),
-                _ => None,
-            };
+            let power = contact.law.exponent();
             match power.filter(|_| contact.static_overlap == 0.0 && c > 0.0 && speed > 0.0) {
                 // `c (v t)^p t = m v`
                 Some(p) => ((mass.ln() + (1.0 - p) * speed.ln() - c.ln()) / (p + 1.0)).exp(),
@@ -178,37 +184,26 @@ impl Simulation {
         rates.into_iter().fold(rates[0], faster)
     }
 
-    /// Refuses a run that would not end in any time worth waiting for.
+    /// Refuses a run that would not end in any time worth waiting for, and a tolerance below what rounding leaves of forces.
     pub(super) fn check_work(&self) -> Result<()> {
-        let Work { steps, limit } = self.work();
+        let time = self.latest_end();
+        let contacts = self.contact_rates(time);
+        if let Accuracy::Tolerance(tolerance) | Accuracy::LocalError(tolerance) = self.accuracy {
+            let least = contacts
+                .iter()
+                .fold(0.0, |most: f64, of| most.max(of.rounding));
+            let expected = format!(
+                "a law less steep, or a tolerance above {least:.1e}, by which rounding of an overlap changes the force there"
+            );
+            let found = format!("the tolerance {tolerance:e}");
+            Error::require(least <= tolerance, "law", expected, found)?;
+        }
+        let Work { steps, limit } = self.work_of(time, &contacts);
         let is_damped = !matches!(limit, "motion" | "step");
         let most = if is_damped { MOST_DAMPED } else { MOST };
-        if steps.is_nan() || steps <= most {
-            return Ok(());
-        }
-        let until = match self.end_time {
-            EndTime::At(time) => format!("to the end time {time}"),
-            EndTime::Arrival => "while the arrival of a front is waited for".to_owned(),
-        };
         let option = if limit == "motion" { "end-time" } else { limit };
-        let losses = self.chain.losses;
-        let value = match limit {
-            "dashpot" => format!("{}: ", losses.dashpot),
-            "tangent" => format!("{}: ", losses.tangent),
-            "drag" => format!("{}: ", losses.drag),
-            _ => String::new(),
-        };
-        let expected = match is_damped {
-            true => format!(
-                "damping that a run of {most:e} steps can follow: less of it, heavier sites or an \
-                 earlier end time"
-            ),
-            false => format!("a run of at most {most:e} steps"),
-        };
-        Err(refuse(
-            option,
-            &expected,
-            format!("{value}about {steps:.1e} steps {until}"),
-        ))
+        let expected = format!("a run of at most {most:e} steps, as `{limit}` determines them");
+        let found = format!("about {steps:.1e} steps to the time {time}");
+        Error::require(steps.is_nan() || steps <= most, option, expected, found)
     }
 }

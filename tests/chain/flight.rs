@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 use test_support::changed;
 use test_support::fields::{chain, fixed};
+use wavecascade::chain::scene::SceneSource;
 use wavecascade::chain::{
     Accuracy, Chain, Drive, EndTime, Ends, Law, Run, RunWarning, Scheme, Simulation, Waveform,
 };
@@ -315,5 +316,55 @@ fn val_conservation_long_fixed_steps_are_warned_of() {
         let run = simulation.run(&Silent).unwrap();
         let found = matches!(run.report.warnings[..], [RunWarning::EnergyBalance { .. }]);
         assert_eq!(found, warns, "{step}: {:?}", run.report);
+    }
+}
+
+/// Runs whose steps the start or the samples limit, not the tolerance: what is stated is not by how little two runs of the same
+/// steps differ.
+#[test]
+fn regress_short_runs_at_coarse_tolerances_have_the_stated_error() {
+    for (scene, samples, end) in [
+        (
+            "sites = 4\nstiffness_ratio = 2.0\nprecompression = 0.1",
+            11,
+            2.0,
+        ),
+        ("sites = 4\nstiffness_ratio = 2.0", 101, 10.0),
+        (
+            "sites = 8\nlaw = 'power'\nexponent = 2.5\nprecompression = 0.1",
+            2,
+            2.0,
+        ),
+        (
+            "sites = 6\nstiffness_ratio = 2.0\nlaw = 'power'\nexponent = 2.5",
+            101,
+            10.0,
+        ),
+        ("sites = 4\nlaw = 'spring'", 3, 5.0),
+        (
+            "sites = 6\nstiffness_ratio = 4.9\nlaw = 'spring'\nalpha = 0.25",
+            3,
+            10.0,
+        ),
+    ] {
+        let run = |tolerance: f64| {
+            let more = format!("samples = {samples}\nend_time = {end:?}\ntolerance = {tolerance}");
+            let scene = format!("{scene}\nends = 'periodic'\n{more}");
+            let setup = SceneSource::new(None, &scene).setup().unwrap();
+            setup.simulation.run(&Silent).unwrap()
+        };
+        let fine = run(1e-11);
+        for tolerance in [1e-3, 1e-2, 1e-1] {
+            let coarse = run(tolerance);
+            let pairs = coarse.velocity.iter().zip(&fine.velocity);
+            let off = pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+            let scale = coarse.report.velocity_scale;
+            let stated = scale * (coarse.report.error.unwrap() + fine.report.error.unwrap());
+            assert!(off <= stated, "{scene} {tolerance}: {off:e} {stated:e}");
+            assert!(
+                stated <= scale * (tolerance + 1e-11),
+                "{scene} {tolerance}: {stated:e}"
+            );
+        }
     }
 }

@@ -381,6 +381,13 @@ const FAULTS: &[(&str, &str, usize, &str, &str)] = &[
     ),
     (
         GOOD,
+        "law = 'power'\nexponent = 1e9\ntolerance = 1e-8",
+        3,
+        "law",
+        "rounding",
+    ),
+    (
+        GOOD,
         "mass_cell = [\n1.0,\n-2.0]",
         5,
         "mass_cell[1]",

@@ -345,15 +345,11 @@ fn conversion(format: ForeignFormat) -> &'static str {
 /// Of a finding about a run.
 pub fn of_run(warning: &RunWarning) -> &'static str {
     match warning {
-        RunWarning::Sensitive { .. } => {
-            "state a larger `tolerance` or an earlier `end_time`; where single velocities are \
-             not to be had, compare energies and spectra, over several seeds"
-        }
         RunWarning::Amplifies { .. } => {
             "state a `tolerance` larger than what rounding leaves, or an earlier `end_time`; where \
              single velocities are not to be had, compare energies and spectra, over several seeds"
         }
-        RunWarning::Rounding { .. } => "state a larger `tolerance`",
+        RunWarning::Rounding { .. } => "state a larger `tolerance` or an earlier `end_time`",
         RunWarning::OutsideLaw { .. } => "give the law over a wider range, or a weaker impact",
         RunWarning::EnergyBalance { .. } => {
             "state a smaller `tolerance`, or with a method of fixed steps a smaller `step`"

@@ -1,8 +1,7 @@
 //! A formula of the overlap.
 
 use super::ContactLaw;
-use crate::chain::lattice::refuse;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::formula::{self, Node, Words};
 use crate::numeric::Jet;
 
@@ -25,11 +24,9 @@ impl Expression {
         let force = formula::parse(typed.trim(), &constants, WORDS)?;
         let text = text.trim().to_owned();
         let Jet { value, slope, .. } = force.at(Jet::variable(0.0));
-        if value != 0.0 || slope.is_nan() {
-            let expected = "a formula of the overlap d that is 0 and has a slope at d = 0";
-            let found = format!("{value}, slope {slope}, of `{text}`");
-            return Err(refuse("law", expected, found));
-        }
+        let expected = "a formula of the overlap d that is 0 and has a slope at d = 0";
+        let found = format!("{value}, slope {slope}, of `{text}`");
+        Error::require(value == 0.0 && !slope.is_nan(), "law", expected, found)?;
         Ok(Expression { text, force })
     }
 }

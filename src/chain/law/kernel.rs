@@ -9,30 +9,6 @@ use crate::numeric::lanes::Number;
 ///
 /// Contacts are given by their place `at` in rows, that of the first one where there are many.
 pub(crate) trait Kernel: Clone + Send + Sync {
-    /// The power of the overlap with which a contact opens; `None` where it does not open.
-    fn opens(&self, _at: usize) -> Option<f64> {
-        None
-    }
-
-    /// Whether all contacts open.
-    fn all_open(&self) -> bool {
-        self.opens(0).is_some()
-    }
-
-    /// The powers with which contacts open.
-    fn powers(&self) -> Vec<f64> {
-        self.opens(0).into_iter().collect()
-    }
-
-    /// Above 0 where a contact of this overlap touches.
-    #[inline(always)]
-    fn touching<N: Number>(&self, at: usize, overlap: N) -> N {
-        match self.opens(at) {
-            Some(_) => overlap,
-            None => N::splat(1.0),
-        }
-    }
-
     /// Excess force at the overlap `d0 + r`, of one contact or of many.
     fn force<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N;
 
@@ -58,11 +34,6 @@ pub(crate) struct Hertz;
 
 impl Kernel for Hertz {
     #[inline(always)]
-    fn opens(&self, _: usize) -> Option<f64> {
-        Some(1.5)
-    }
-
-    #[inline(always)]
     fn force<N: Number>(&self, _: usize, c: N, _: N, r: N) -> N {
         let d = r.positive();
         c * (d * d.sqrt())
@@ -79,11 +50,6 @@ impl Kernel for Hertz {
 pub(crate) struct PressedHertz;
 
 impl Kernel for PressedHertz {
-    #[inline(always)]
-    fn opens(&self, _: usize) -> Option<f64> {
-        Some(1.5)
-    }
-
     #[inline(always)]
     fn force<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
         let d = d0 + r;
@@ -112,11 +78,6 @@ pub(crate) struct Power {
 }
 
 impl Kernel for Power {
-    #[inline(always)]
-    fn opens(&self, _: usize) -> Option<f64> {
-        Some(self.exponent)
-    }
-
     #[inline(always)]
     fn force<N: Number>(&self, _: usize, c: N, d0: N, r: N) -> N {
         let p = self.exponent;
@@ -168,58 +129,17 @@ impl Kernel for Spring {
     }
 }
 
-/// A law, and the power with which it opens.
-type Opening = (Law, Option<f64>);
-
-/// Any laws, contact by contact.
+/// Any laws, each at the place of its contact.
 #[derive(Debug, Clone)]
-pub(crate) struct General {
-    /// At the place of each contact.
-    contacts: Arc<[Option<Opening>]>,
-    all_open: bool,
-}
+pub(crate) struct General(pub(crate) Arc<[Option<Law>]>);
 
 impl General {
-    /// The laws of contacts at these places.
-    pub(crate) fn new(laws: Vec<Option<&Law>>) -> General {
-        let of = |law: &Law| (law.clone(), law.opens());
-        General {
-            all_open: laws.iter().flatten().all(|law| law.is_one_sided()),
-            contacts: laws.into_iter().map(|law| law.map(of)).collect(),
-        }
-    }
-
     fn law(&self, at: usize) -> Option<&Law> {
-        Some(&self.contacts.get(at)?.as_ref()?.0)
+        self.0.get(at)?.as_ref()
     }
 }
 
 impl Kernel for General {
-    fn opens(&self, at: usize) -> Option<f64> {
-        self.contacts.get(at)?.as_ref()?.1
-    }
-
-    fn all_open(&self) -> bool {
-        self.all_open
-    }
-
-    fn powers(&self) -> Vec<f64> {
-        let laws = self.contacts.iter().flatten();
-        let mut powers: Vec<f64> = laws.filter_map(|(_, opens)| *opens).collect();
-        powers.sort_by(f64::total_cmp);
-        powers.dedup();
-        powers
-    }
-
-    fn touching<N: Number>(&self, at: usize, overlap: N) -> N {
-        overlap.at_each(at, overlap, overlap, |at, overlap, _, _| {
-            match self.opens(at) {
-                Some(_) => overlap,
-                None => 1.0,
-            }
-        })
-    }
-
     fn force<N: Number>(&self, at: usize, c: N, d0: N, r: N) -> N {
         c.at_each(at, d0, r, |at, c, d0, r| match self.law(at) {
             // Contacts outside an island are infinitely far apart.
@@ -240,9 +160,10 @@ impl Kernel for General {
     }
 
     fn onset<N: Number>(&self, at: usize, delta: N, node: N) -> N {
-        let of = self.law(at).zip(self.opens(at));
-        delta.map3(node, node, |delta, node, _| match of {
-            Some((law, power)) => law.force(1.0, 0.0, delta.max(0.0)) / node.powf(power),
+        let law = self.law(at);
+        let power = law.and_then(Law::opens).unwrap_or(1.0);
+        delta.map3(node, node, |delta, node, _| match law {
+            Some(law) => law.force(1.0, 0.0, delta.max(0.0)) / node.powf(power),
             None => 0.0,
         })
     }

@@ -4,8 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::Law;
-use crate::chain::lattice::refuse;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// One law for all contacts, or a cell of laws that repeats along the chain from contact 0 on. A contact with a wall before
 /// site 0 has the last one, as if the pattern went on.
@@ -22,9 +21,7 @@ impl Laws {
     /// # Errors
     /// [`crate::Error::Request`] for an empty cell.
     pub fn cell(cell: Vec<Law>) -> Result<Laws> {
-        if cell.is_empty() {
-            return Err(refuse("laws", "one law or more", "none"));
-        }
+        Error::require(!cell.is_empty(), "laws", "one law or more", "none")?;
         Ok(Laws(Arc::from(cell)))
     }
 

@@ -146,7 +146,8 @@ impl Law {
 
     /// Two-sided, `F = c sign(delta) |delta|^p`, p at least 1.
     pub fn two_sided_power(exponent: f64) -> Law {
-        Law::Other(Arc::new(power::TwoSided { exponent }))
+        let pressed = Power { exponent };
+        Law::Other(Arc::new(power::TwoSided { pressed }))
     }
 
     /// Forces at overlaps, two-sided, with a monotone cubic between them and a line beyond.
@@ -273,7 +274,7 @@ impl Law {
     }
 
     /// The power of the overlap that the force is.
-    fn exponent(&self) -> Option<f64> {
+    pub(crate) fn exponent(&self) -> Option<f64> {
         match *self {
             Law::Hertz => Some(1.5),
             Law::Power { exponent } => Some(exponent),

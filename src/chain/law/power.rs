@@ -70,49 +70,33 @@ impl ContactLaw for Power {
     }
 }
 
-/// `F = sign(delta) |delta|^p`.
+/// `F = sign(delta) |delta|^p`: the one-sided law, less that of the opposite overlap.
 #[derive(Debug)]
 pub(super) struct TwoSided {
-    pub(super) exponent: f64,
-}
-
-impl TwoSided {
-    /// The law where the overlap is above 0.
-    fn pressed(&self) -> Power {
-        Power {
-            exponent: self.exponent,
-        }
-    }
+    pub(super) pressed: Power,
 }
 
 impl ContactLaw for TwoSided {
     fn text(&self) -> String {
-        format!("two-sided power {}", self.exponent)
+        format!("two-sided power {}", self.pressed.exponent)
     }
 
     fn force(&self, delta: Jet) -> Jet {
         match delta.value < 0.0 {
-            true => -(-delta).power(self.exponent),
-            false => delta.power(self.exponent),
+            true => -(-delta).power(self.pressed.exponent),
+            false => delta.power(self.pressed.exponent),
         }
     }
 
     fn unit(&self) -> String {
-        format!("N/m^{}", self.exponent)
+        self.pressed.unit()
     }
 
     fn excess_force(&self, d0: f64, r: f64) -> f64 {
-        match d0 + r > 0.0 {
-            true => self.pressed().excess_force(d0, r),
-            false => self.force_at(d0 + r) - self.force_at(d0),
-        }
+        self.pressed.excess_force(d0, r) - self.pressed.force_at(-(d0 + r))
     }
 
     fn excess_energy(&self, d0: f64, r: f64) -> f64 {
-        let p = self.exponent;
-        match d0 + r > 0.0 {
-            true => energy(p, d0, r),
-            false => energy(p, 0.0, -(d0 + r)) - energy(p, 0.0, d0) - self.force_at(d0) * r,
-        }
+        self.pressed.excess_energy(d0, r) + self.pressed.excess_energy(0.0, -(d0 + r))
     }
 }

@@ -1,8 +1,7 @@
 //! A law in compression alone.
 
 use super::{ContactLaw, Law};
-use crate::chain::lattice::refuse;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::numeric::{Jet, Real};
 
 /// `F = f(delta)` for `delta > 0`, else 0.
@@ -21,10 +20,9 @@ impl OneSided {
             true => 1.0,
             false => (at * slope / value * 1e3).round() / 1e3,
         };
-        if !(opens >= 1.0 && value >= 0.0) {
-            let expected = "a force that grows from 0 on, as a power of 1 or more of the overlap";
-            return Err(refuse("law", expected, format!("`{}`", law.text())));
-        }
+        let grows = opens >= 1.0 && value >= 0.0;
+        let expected = "a force that grows from 0 on, as a power of 1 or more of the overlap";
+        Error::require(grows, "law", expected, format!("`{}`", law.text()))?;
         Ok(OneSided { law, opens })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::ContactLaw;
 use crate::chain::lattice::refuse;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::numeric::{Jet, Real};
 
 /// A cubic between neighbouring points that is monotone where they are, with a continuous slope, and lines beyond the ends.
@@ -39,11 +39,9 @@ impl Piece {
 impl Table {
     pub(super) fn new(overlap: Vec<f64>, force: Vec<f64>) -> Result<Table> {
         let n = overlap.len();
-        if n != force.len() || n < 2 {
-            let found = format!("{n} overlaps and {} forces", force.len());
-            let expected = "a table of two rows or more, overlap and force";
-            return Err(refuse("law", expected, found));
-        }
+        let found = format!("{n} overlaps and {} forces", force.len());
+        let expected = "a table of two rows or more, overlap and force";
+        Error::require(n == force.len() && n >= 2, "law", expected, found)?;
         let mut all = overlap.iter().chain(&force);
         if let Some(value) = all.find(|value| !value.is_finite()) {
             return Err(refuse("law", "a table of finite numbers", value));
@@ -55,11 +53,8 @@ impl Table {
         let zero = overlap.iter().position(|delta| *delta == 0.0);
         let Some(zero) = zero.filter(|zero| force[*zero] == 0.0) else {
             let found = zero.map_or("no such row".into(), |zero| force[zero].to_string());
-            return Err(refuse(
-                "law",
-                "a table with no force at the overlap 0",
-                found,
-            ));
+            let expected = "a table with no force at the overlap 0";
+            return Err(refuse("law", expected, found));
         };
         let slope = slopes(&overlap, &force);
         let line = |i: usize| Piece {

@@ -2,17 +2,39 @@
 
 use super::Law;
 use crate::chain::lattice::refuse;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
-/// Words that begin a law, with what follows them.
-const WORDS: [(&str, &str); 7] = [
-    ("hertz", "hertz"),
-    ("power", "power 2.5"),
-    ("spring", "spring alpha=0.25 beta=0"),
-    ("toda", "toda 1"),
-    ("morse", "morse 1"),
-    ("polynomial", "polynomial 1 -0.3 0.05"),
-    ("table", "table -0.1 -2, 0 0, 0.1 1"),
+/// A law from what follows its word; `None` where that is not of the form of the example.
+type Typed = fn(&str) -> Result<Option<Law>>;
+
+/// Words that begin a law, an example, and the law.
+const WORDS: [(&str, &str, Typed); 7] = [
+    ("hertz", "hertz", |rest| {
+        Ok(rest.is_empty().then_some(Law::Hertz))
+    }),
+    ("power", "power 2.5", |rest| {
+        one(rest).map(power).transpose()
+    }),
+    ("spring", "spring alpha=0.25 beta=0", |rest| {
+        Ok(spring(rest))
+    }),
+    ("toda", "toda 1", |rest| {
+        let of = |b| steepness(b).map(Law::toda);
+        one(rest).map(of).transpose()
+    }),
+    ("morse", "morse 1", |rest| {
+        let of = |b| steepness(b).map(Law::morse);
+        one(rest).map(of).transpose()
+    }),
+    ("polynomial", "polynomial 1 -0.3 0.05", |rest| {
+        let terms = numbers(rest).filter(|terms| !terms.is_empty());
+        Ok(terms.map(Law::polynomial))
+    }),
+    ("table", "table -0.1 -2, 0 0, 0.1 1", |rest| {
+        table(rest)
+            .map(|(overlap, force)| Law::table(overlap, force))
+            .transpose()
+    }),
 ];
 
 impl Law {
@@ -34,50 +56,38 @@ impl Law {
             };
         }
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-        let Some((_, example)) = WORDS.iter().find(|(known, _)| *known == word) else {
+        let Some((_, example, law)) = WORDS.iter().find(|(known, ..)| *known == word) else {
             return Law::expression(text);
         };
-        let fault = || {
-            refuse(
-                "law",
-                &format!("`{word}` as in `{example}`"),
-                format!("`{text}`"),
-            )
-        };
-        let numbers = |rest: &str| -> Result<Vec<f64>> {
-            let numbers = rest.split_whitespace().map(|number| {
-                // `NAME=` may stand before a number.
-                let value = number.rsplit('=').next().unwrap_or(number).parse::<f64>();
-                value.ok().filter(|value| value.is_finite())
-            });
-            numbers.collect::<Option<_>>().ok_or_else(fault)
-        };
-        let one = || match numbers(rest)?[..] {
-            [value] => Ok(value),
-            _ => Err(fault()),
-        };
-        match word {
-            "hertz" if rest.is_empty() => Ok(Law::Hertz),
-            "power" => power(one()?),
-            "spring" => spring(rest).ok_or_else(fault),
-            "toda" => steepness(one()?).map(Law::toda),
-            "morse" => steepness(one()?).map(Law::morse),
-            "polynomial" => match numbers(rest)? {
-                terms if terms.is_empty() => Err(fault()),
-                terms => Ok(Law::polynomial(terms)),
-            },
-            "table" => {
-                let row = |row: &str| match numbers(row)?[..] {
-                    [overlap, force] => Ok((overlap, force)),
-                    _ => Err(fault()),
-                };
-                let rows: Result<Vec<(f64, f64)>> = rest.split(',').map(row).collect();
-                let (overlap, force) = rows?.into_iter().unzip();
-                Law::table(overlap, force)
-            }
-            _ => Err(fault()),
-        }
+        let expected = || format!("`{word}` as in `{example}`");
+        law(rest)?.ok_or_else(|| refuse("law", &expected(), format!("`{text}`")))
     }
+}
+
+/// Numbers, each of which may have `NAME=` before it.
+fn numbers(rest: &str) -> Option<Vec<f64>> {
+    let number = |typed: &str| finite(typed.rsplit('=').next().unwrap_or(typed));
+    rest.split_whitespace().map(number).collect()
+}
+
+fn finite(typed: &str) -> Option<f64> {
+    typed.parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+fn one(rest: &str) -> Option<f64> {
+    match numbers(rest)?[..] {
+        [value] => Some(value),
+        _ => None,
+    }
+}
+
+/// Overlaps and forces.
+fn table(rest: &str) -> Option<(Vec<f64>, Vec<f64>)> {
+    let row = |row: &str| match numbers(row)?[..] {
+        [overlap, force] => Some((overlap, force)),
+        _ => None,
+    };
+    rest.split(',').map(row).collect()
 }
 
 /// `alpha=A beta=B`, either of which may be absent.
@@ -85,10 +95,7 @@ fn spring(rest: &str) -> Option<Law> {
     let (mut alpha, mut beta) = (0.0, 0.0);
     for typed in rest.split_whitespace() {
         let (name, value) = typed.split_once('=')?;
-        let value = value
-            .parse::<f64>()
-            .ok()
-            .filter(|value| value.is_finite())?;
+        let value = finite(value)?;
         match name {
             "alpha" => alpha = value,
             "beta" => beta = value,
@@ -103,13 +110,9 @@ fn spring(rest: &str) -> Option<Law> {
 /// # Errors
 /// [`crate::Error::Request`] for an exponent below 1.
 pub(crate) fn power(exponent: f64) -> Result<Law> {
-    if !(exponent >= 1.0 && exponent.is_finite()) {
-        return Err(refuse(
-            "exponent",
-            "a finite exponent of 1 or more",
-            exponent,
-        ));
-    }
+    let expected = "a finite exponent of 1 or more";
+    let is_one = exponent >= 1.0 && exponent.is_finite();
+    Error::require(is_one, "exponent", expected, exponent)?;
     Ok(Law::Power { exponent })
 }
 
@@ -118,8 +121,7 @@ pub(crate) fn power(exponent: f64) -> Result<Law> {
 /// # Errors
 /// [`crate::Error::Request`] for one that is not above 0.
 pub(crate) fn steepness(steepness: f64) -> Result<f64> {
-    if !(steepness > 0.0 && steepness.is_finite()) {
-        return Err(refuse("steepness", "a finite number above 0", steepness));
-    }
+    let is_one = steepness > 0.0 && steepness.is_finite();
+    Error::require(is_one, "steepness", "a finite number above 0", steepness)?;
     Ok(steepness)
 }

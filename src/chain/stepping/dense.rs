@@ -10,13 +10,13 @@
 use std::ops::Range;
 
 use super::super::law::Kernel;
-use super::driver::{Driver, Method};
+use super::driver::Driver;
 use super::hermite::Nodes;
 use super::islands::Island;
 use super::pair::{PairStep, Span};
 use super::rates::{Blend, Defects, Derive, NodeRows, Press, Rates};
 use super::system::State;
-use super::{StepControl, Stepping};
+use super::{Mark, Stepping};
 use crate::Result;
 use crate::numeric::lanes::{WIDTH, widest};
 use crate::observer::Observer;
@@ -38,15 +38,11 @@ struct Patch {
     places: Vec<Range<usize>>,
 }
 
-/// How the states inside a step are found.
+/// How the states inside a step are found: along polynomials between these nodes, if there are any, but for these parts.
 #[derive(Debug, Clone, PartialEq)]
-enum Inside {
-    /// Not known yet.
-    Unknown,
-    /// All islands are stepped.
-    Stepped,
-    /// Along polynomials, but for these parts.
-    Followed(Vec<Patch>),
+struct Inside {
+    nodes: Option<Nodes>,
+    patches: Vec<Patch>,
 }
 
 /// Nodes, and scratch for states between them.
@@ -56,53 +52,44 @@ pub(super) struct Dense {
     wanted: Vec<Range<usize>>,
     /// The state at the start of the last step; that before it is where the next step will be.
     pub(super) start: State,
-    /// When these were; the first is not known after the first step.
-    times: [Option<f64>; 2],
+    /// When these were; there is none before the first step.
+    from: f64,
+    before: Option<f64>,
     rates: [Rates; 3],
-    nodes: Option<Nodes>,
-    inside: Inside,
+    inside: Option<Inside>,
     pub(super) sample: State,
     patch: State,
     /// Contacts that open or close inside the last step.
-    opened: Vec<usize>,
-    /// Whether the islands are new since the last step.
-    pub(super) surveyed: bool,
-    /// Whether the state that the next step overwrites holds forces of contacts now shut.
-    pub(super) stale: bool,
+    pub(super) opened: Vec<usize>,
     largest: Vec<[f64; 2]>,
 }
 
 impl Dense {
-    pub(super) fn new(state: &State, wanted: &[Range<usize>]) -> Dense {
+    pub(super) fn new(time: f64, state: &State, wanted: &[Range<usize>]) -> Dense {
         let places = state.x.len();
         let rates = || Rates::new(places, !state.passed.is_empty());
         Dense {
             wanted: blocks_of(wanted),
             start: state.clone(),
-            times: [None; 2],
+            from: time,
+            before: None,
             rates: [rates(), rates(), rates()],
-            nodes: None,
-            inside: Inside::Unknown,
+            inside: None,
             sample: state.clone(),
             patch: state.clone(),
             opened: Vec::new(),
-            surveyed: false,
-            stale: false,
             largest: Vec::new(),
         }
     }
 
     /// The nodes of a step just accepted: `next` is the state at its start, and gets the one before.
-    pub(super) fn accept(&mut self, start: f64, opened: &[usize], next: &mut State) {
+    pub(super) fn accept(&mut self, start: f64, next: &mut State) {
         std::mem::swap(&mut self.start, next);
-        self.times = [self.times[1], Some(start)];
+        self.before = (start > self.from).then_some(self.from);
+        self.from = start;
         self.rates.rotate_left(1);
         self.rates[2].survey = None;
-        self.stale |= std::mem::take(&mut self.surveyed);
-        self.nodes = None;
-        self.inside = Inside::Unknown;
-        self.opened.clear();
-        self.opened.extend_from_slice(opened);
+        self.inside = None;
     }
 }
 
@@ -112,62 +99,45 @@ impl<K: Kernel> Driver<K> {
         let Some(mut dense) = self.dense.take() else {
             return self.advance_to(t, observer);
         };
-        if dense.inside == Inside::Unknown {
-            dense.inside = self.ways_inside(&mut dense);
-        }
+        let inside = match dense.inside.take() {
+            Some(inside) => inside,
+            None => self.ways_inside(&mut dense),
+        };
         let Dense {
             start,
-            times,
+            from,
             rates,
-            inside,
             sample,
             patch,
             wanted,
-            nodes,
             ..
         } = &mut *dense;
-        let Some(from) = times[1] else {
-            self.dense = Some(dense);
-            return Ok(());
-        };
+        let from = *from;
         self.leave_alone(t - from, wanted, start, sample);
-        let mut well = true;
-        match (inside, times[0]) {
-            (Inside::Followed(patches), Some(before)) => {
-                let nodes = nodes.get_or_insert_with(|| Nodes::new([before, from, self.time]));
-                let weights = nodes.at(t, false);
-                let islands = self.islands.active.iter();
-                for blocks in
-                    islands.flat_map(|island| common(wanted.iter().cloned(), &island.blocks))
-                {
-                    widest(Blend {
-                        island: &Island::part(blocks),
-                        nodes: NodeRows {
-                            states: [&self.next, start, &self.state],
-                            rates: [&rates[0], &rates[1], &rates[2]],
-                        },
-                        weights: &weights,
-                        to: sample,
-                    });
-                }
-                for part in patches.iter() {
-                    well &= self.step_inside(&part.island, &part.places, [from, t], start, patch);
-                    part.places
-                        .iter()
-                        .for_each(|places| copy(patch, sample, places));
-                }
-                if self.system.has_placed() {
-                    self.system.place(t, &mut sample.x, &mut sample.v);
-                }
-            }
-            _ => {
-                let islands = std::mem::take(&mut self.islands.active);
-                for island in &islands {
-                    well &= self.step_inside(island, &[island.places()], [from, t], start, sample);
-                }
-                self.islands.active = islands;
+        if let Some(nodes) = &inside.nodes {
+            let weights = nodes.at(t, false);
+            let islands = self.islands.active.iter();
+            for blocks in islands.flat_map(|island| common(wanted.iter().cloned(), &island.blocks))
+            {
+                widest(Blend {
+                    island: &Island::part(blocks),
+                    nodes: NodeRows {
+                        states: [&self.next, start, &self.state],
+                        rates: [&rates[0], &rates[1], &rates[2]],
+                    },
+                    weights: &weights,
+                    to: sample,
+                });
             }
         }
+        let mut well = true;
+        for part in &inside.patches {
+            well &= self.step_inside(&part.island, &part.places, [from, t], start, patch);
+            let places = part.places.iter();
+            places.for_each(|places| copy(patch, sample, places));
+        }
+        self.system.place(t, &mut sample.x, &mut sample.v);
+        dense.inside = Some(inside);
         if !well {
             self.land_inside(&mut dense, [from, t], observer)?;
         }
@@ -211,16 +181,15 @@ impl<K: Kernel> Driver<K> {
                 force,
             });
         }
-        if self.system.has_placed() {
-            super::pair::press_placed(&self.system, t, [x, v], force);
-        }
+        super::pair::press_placed(&self.system, t, [x, v], force);
     }
 
     /// Where polynomials follow the last step, and where not.
     fn ways_inside(&mut self, dense: &mut Dense) -> Inside {
         let Dense {
             start,
-            times,
+            from,
+            before,
             rates,
             sample,
             opened,
@@ -228,15 +197,10 @@ impl<K: Kernel> Driver<K> {
             wanted,
             ..
         } = dense;
-        let [Some(before), Some(from)] = *times else {
-            return Inside::Stepped;
+        let from = *from;
+        let Some(before) = before.filter(|_| !self.system.has_pulls()) else {
+            return self.stepped();
         };
-        let StepControl::LocalError(tolerance) = self.control else {
-            return Inside::Stepped;
-        };
-        if self.system.has_pulls() {
-            return Inside::Stepped;
-        }
         let states = [&self.next, &*start, &self.state];
         for (state, rates) in states.into_iter().zip(rates.iter_mut()) {
             if rates.survey == Some(self.surveys) {
@@ -252,14 +216,14 @@ impl<K: Kernel> Driver<K> {
             }
             rates.survey = Some(self.surveys);
         }
-        let nodes = Nodes::new([before, from, self.time]);
-        let (checked, ratio) = nodes.check();
-        let weights = nodes.at(checked, true);
+        let times = Nodes::new([before, from, self.time]);
+        let (checked, ratio) = times.check();
+        let weights = times.at(checked, true);
         let nodes = NodeRows {
             states,
             rates: [&rates[0], &rates[1], &rates[2]],
         };
-        let allowed = [1.0, self.energy_scale].map(|unit| SHARE * tolerance * unit / ratio);
+        let allowed = [1.0, self.energy_scale].map(|unit| SHARE * self.tolerance() * unit / ratio);
         let mut doubtful: Vec<Range<usize>> = opened
             .iter()
             .map(|s| s.saturating_sub(BESIDE)..s + BESIDE)
@@ -272,9 +236,7 @@ impl<K: Kernel> Driver<K> {
                 to: sample,
             });
         }
-        if self.system.has_placed() {
-            self.system.place(checked, &mut sample.x, &mut sample.v);
-        }
+        self.system.place(checked, &mut sample.x, &mut sample.v);
         if from < self.drive_ends {
             // What drives the first site has no polynomial.
             doubtful.push(0..WIDTH);
@@ -302,18 +264,30 @@ impl<K: Kernel> Driver<K> {
         }
         let wanted = |places: &Range<usize>| common(wanted.iter().map(places_of), places).next();
         doubtful.retain(|places| wanted(places).is_some());
-        self.patches(doubtful)
+        if self.system.periodic && !doubtful.is_empty() {
+            return self.stepped();
+        }
+        Inside {
+            nodes: Some(times),
+            patches: self.patches(doubtful),
+        }
+    }
+
+    /// All islands are stepped.
+    fn stepped(&self) -> Inside {
+        let whole = |island: &Island| Patch {
+            island: island.clone(),
+            places: vec![island.places()],
+        };
+        Inside {
+            nodes: None,
+            patches: self.islands.active.iter().map(whole).collect(),
+        }
     }
 
     /// The parts of islands that hold these places.
-    fn patches(&self, mut doubtful: Vec<Range<usize>>) -> Inside {
-        let Method::Pair { tableau, .. } = &self.method else {
-            return Inside::Stepped;
-        };
-        if self.system.periodic && !doubtful.is_empty() {
-            return Inside::Stepped;
-        }
-        let reach = tableau.stages() + CORRECTED;
+    fn patches(&self, mut doubtful: Vec<Range<usize>>) -> Vec<Patch> {
+        let reach = self.tableau.stages() + CORRECTED;
         doubtful.sort_unstable_by_key(|places| places.start);
         let mut patches: Vec<Patch> = Vec::new();
         for places in doubtful {
@@ -338,7 +312,7 @@ impl<K: Kernel> Driver<K> {
                 }
             }
         }
-        Inside::Followed(patches)
+        patches
     }
 
     /// One step of the method from the start of the last one; whether these places keep the
@@ -351,20 +325,11 @@ impl<K: Kernel> Driver<K> {
         start: &State,
         to: &mut State,
     ) -> bool {
-        let (
-            Method::Pair {
-                tableau,
-                corrections,
-            },
-            StepControl::LocalError(tolerance),
-        ) = (&self.method, self.control)
-        else {
-            return false;
-        };
+        let tolerance = self.tolerance();
         let step = PairStep {
             system: &self.system,
-            tableau,
-            corrections,
+            tableau: &self.tableau,
+            corrections: &self.corrections,
             tolerance,
             span: Span {
                 t: from,
@@ -387,21 +352,19 @@ impl<K: Kernel> Driver<K> {
         [from, t]: [f64; 2],
         observer: &dyn Observer,
     ) -> Result<()> {
-        let kept = (self.time, self.step, self.surveyed, self.caution);
-        let cost = self.cost;
-        let islands = self.islands.clone();
-        let opened = self.opened.clone();
-        let states = [&mut self.state, &mut self.next]
-            .map(|state| std::mem::replace(state, dense.start.clone()));
-        self.time = from;
-        self.step = t - from;
+        let (mark, next) = (self.mark(), self.next.clone());
+        let (islands, surveyed, cost) = (self.islands.clone(), self.surveyed, self.cost);
+        let (step, state) = (t - from, dense.start.clone());
+        self.reset(&Mark {
+            time: from,
+            step,
+            state,
+        });
         let landed = self.advance_to(t, observer);
         std::mem::swap(&mut dense.sample, &mut self.state);
-        [self.state, self.next] = states;
-        (self.time, self.step, self.surveyed, self.caution) = kept;
-        self.islands = islands;
-        self.opened = opened;
-        self.cost = cost;
+        self.reset(&mark);
+        (self.next, self.islands) = (next, islands);
+        (self.surveyed, self.cost) = (surveyed, cost);
         landed
     }
 }

@@ -1,8 +1,8 @@
 //! From sample to sample: islands, steps, and the choice of their length.
 
-use super::composed::{self, Splitting};
-use super::correction::Correction;
+use super::correction::{Correction, openings};
 use super::dense::Dense;
+use super::events::{Crosses, StepEnds};
 use super::islands::Islands;
 use super::pair::press_placed;
 use super::pair::{PairStep, Span, StepOutcome, StepScratch};
@@ -12,6 +12,7 @@ use super::{Cost, Mark, Samples, StepControl, Stepping, Task};
 use crate::chain::drive::Drive;
 use crate::chain::lattice::{Chain, Contact, refuse};
 use crate::chain::law::Kernel;
+use crate::chain::simulation::Simulation;
 use crate::numeric::root;
 use crate::observer::Observer;
 use crate::{Error, Result};
@@ -41,25 +42,6 @@ const HARDLY_ANY: f64 = 1e-3;
 /// Rounding of the largest velocity, over the tolerance, from which on no step can meet that: the motion runs away.
 const ROUNDING: f64 = 1e3;
 
-#[derive(Debug)]
-pub(super) enum Method {
-    Pair {
-        tableau: Box<Tableau>,
-        corrections: Vec<Correction>,
-    },
-    Composition(Splitting),
-}
-
-impl Method {
-    /// Force evaluations a step.
-    pub(super) fn evaluations(&self) -> usize {
-        match self {
-            Method::Pair { tableau, .. } => tableau.stages() - 1,
-            Method::Composition(splitting) => splitting.drifts.len(),
-        }
-    }
-}
-
 /// How a step is made again.
 #[derive(Debug, Clone, Copy)]
 enum Shorter {
@@ -72,7 +54,9 @@ enum Shorter {
 #[derive(Debug)]
 pub(super) struct Driver<K> {
     pub(super) system: System<K>,
-    pub(super) method: Method,
+    pub(super) tableau: Tableau,
+    /// Of what contacts that open and close add to the error.
+    pub(super) corrections: Vec<Correction>,
     pub(super) islands: Islands,
     pub(super) control: StepControl,
     energy: bool,
@@ -89,8 +73,7 @@ pub(super) struct Driver<K> {
     pub(super) next: State,
     pub(super) scratch: StepScratch,
     pub(super) cost: Cost,
-    /// Contacts that open or close inside the last step tried.
-    pub(super) opened: Vec<usize>,
+    estimated: f64,
     /// Where states between steps are wanted.
     pub(super) dense: Option<Box<Dense>>,
     /// Until when the drive is smooth, 0 once it is over, and the longest step until then. Steps end there, and see
@@ -101,51 +84,52 @@ pub(super) struct Driver<K> {
 }
 
 impl<K: Kernel> Driver<K> {
-    pub(super) fn new(task: &Task, system: System<K>, method: Method, state: State) -> Self {
-        let evaluations = method.evaluations();
-        let fading = system.kernel.all_open() && !task.chain.is_pressed();
+    pub(super) fn new(
+        task: &Task,
+        system: System<K>,
+        tableau: Tableau,
+        corrections: Vec<Correction>,
+        state: State,
+    ) -> Self {
+        let Simulation { chain, drive, .. } = task.simulation;
+        let stages = tableau.stages();
+        let fading = chain.law.all_open() && !chain.is_pressed();
         // Forces of an open power law die out within a few sites ahead of the front.
-        let ahead = if fading { 12 } else { 4 * evaluations + 1 };
+        let ahead = if fading { 12 } else { 4 * stages - 3 };
+        let period = drive.as_ref().map_or(f64::INFINITY, |drive| {
+            1.0 / drive.waveform().angular_frequency()
+        });
         let step = match task.control {
             StepControl::Fixed(step) => step,
             StepControl::LocalError(_) => {
-                let contact = contact_time(task.chain, task.velocity_scale, Extreme::Fastest);
-                let drive = task.drive.map_or(f64::INFINITY, |drive| {
-                    1.0 / drive.waveform().angular_frequency()
-                });
-                1e-3 * contact.min(drive).min(1.0 / task.chain.fastest_resonator())
+                let contact = contact_time(chain, task.velocity_scale, Extreme::Fastest);
+                1e-3 * contact.min(period).min(1.0 / chain.fastest_resonator())
             }
         };
-        let waveform = task.drive.map(Drive::waveform);
+        let lightest = chain.mass.iter().copied().fold(f64::INFINITY, f64::min);
         let lossy_or_pushed = system.has_pulls();
         let mut driver = Driver {
-            drive: task.drive.cloned(),
+            drive: drive.clone(),
             drive_ends: 0.0,
-            drive_step: waveform
-                .map_or(f64::INFINITY, |wave| DRIVE_STEP / wave.angular_frequency()),
-            islands: Islands::new(task.window, ahead),
+            drive_step: DRIVE_STEP * period,
+            islands: Islands::new(task.simulation.window, ahead),
             control: task.control,
             energy: task.energy,
-            energy_scale: task.velocity_scale
-                * task
-                    .chain
-                    .mass
-                    .iter()
-                    .copied()
-                    .fold(f64::INFINITY, f64::min),
+            energy_scale: task.velocity_scale * lightest,
             time: 0.0,
             step,
             surveyed: f64::NEG_INFINITY,
             surveys: 0,
-            opened: Vec::new(),
             dense: None,
             caution: 1.0,
             next: state.clone(),
-            scratch: StepScratch::new(system.places(), evaluations + 1, lossy_or_pushed),
+            scratch: StepScratch::new(system.places(), stages, lossy_or_pushed),
             state,
             cost: Cost::default(),
+            estimated: 0.0,
             system,
-            method,
+            tableau,
+            corrections,
         };
         driver.set_drive();
         driver
@@ -163,23 +147,16 @@ impl<K: Kernel> Driver<K> {
             self.next.force[shut].fill(0.0);
         }
         self.surveys += 1;
-        if let Some(dense) = &mut self.dense {
-            dense.surveyed = true;
-        }
     }
 
-    /// Before a step: contacts outside the islands of the step before it carry no force in the state
-    /// that this one overwrites.
+    /// Before a step: contacts outside its islands carry no force in the state that it overwrites, which is older between
+    /// samples.
     fn shut_stale(&mut self) {
-        let Some(dense) = self.dense.as_mut().filter(|dense| dense.stale) else {
-            return;
-        };
-        dense.stale = false;
-        for shut in self
-            .islands
-            .shut(self.islands.at_rest.min(self.next.force.len()))
-        {
-            self.next.force[shut].fill(0.0);
+        if self.dense.is_some() {
+            let moved = self.islands.at_rest.min(self.next.force.len());
+            for shut in self.islands.shut(moved) {
+                self.next.force[shut].fill(0.0);
+            }
         }
     }
 
@@ -203,38 +180,21 @@ impl<K: Kernel> Driver<K> {
     }
 
     fn attempt(&mut self, h: f64) -> StepOutcome {
-        let tolerance = match self.control {
-            StepControl::LocalError(tolerance) => tolerance,
-            StepControl::Fixed(_) => 0.0,
+        let step = PairStep {
+            system: &self.system,
+            tableau: &self.tableau,
+            corrections: &self.corrections,
+            tolerance: self.tolerance(),
+            span: Span { t: self.time, h },
         };
-        let span = Span { t: self.time, h };
         let mut all = StepOutcome::default();
-        self.opened.clear();
+        let mut opened = self.dense.as_mut().map(|dense| &mut dense.opened);
+        opened.iter_mut().for_each(|opened| opened.clear());
         for island in &self.islands.active {
-            all = all.and(match &self.method {
-                Method::Pair {
-                    tableau,
-                    corrections,
-                } => PairStep {
-                    system: &self.system,
-                    tableau,
-                    corrections,
-                    tolerance,
-                    span,
-                }
-                .advance(island, &self.state, &mut self.next, &mut self.scratch),
-                Method::Composition(splitting) => composed::advance(
-                    &self.system,
-                    splitting,
-                    island,
-                    span,
-                    &self.state,
-                    &mut self.next,
-                    &mut self.scratch,
-                ),
-            });
-            if self.dense.is_some() {
-                self.opened.extend(self.scratch.events.inside());
+            let (state, next) = (&self.state, &mut self.next);
+            all = all.and(step.advance(island, state, next, &mut self.scratch));
+            if let Some(opened) = &mut opened {
+                opened.extend(self.scratch.events.inside());
             }
         }
         all
@@ -245,16 +205,8 @@ impl<K: Kernel> Driver<K> {
         for gap in &self.islands.gaps {
             let (x, v) = (&self.state.x[gap.clone()], &self.state.v[gap.clone()]);
             let x1 = &mut self.next.x[gap.clone()];
-            match &self.method {
-                Method::Pair { .. } => {
-                    for ((x1, x), v) in x1.iter_mut().zip(x).zip(v) {
-                        *x1 = x + h * v;
-                    }
-                }
-                Method::Composition(splitting) => {
-                    x1.copy_from_slice(x);
-                    splitting.fly(h, v, x1);
-                }
+            for ((x1, x), v) in x1.iter_mut().zip(x).zip(v) {
+                *x1 = x + h * v;
             }
             self.next.v[gap.clone()].copy_from_slice(v);
         }
@@ -273,19 +225,16 @@ impl<K: Kernel> Driver<K> {
 
     /// The factor by which the next step may be longer, and whether this one was good enough.
     fn judge(&self, error: f64) -> (f64, bool) {
-        match (self.control, &self.method) {
-            (StepControl::LocalError(tolerance), Method::Pair { tableau, .. }) => {
-                let exponent = -1.0 / f64::from(tableau.embedded_order + 1);
-                let factor = SAFETY * (error / tolerance).powf(exponent);
-                let most = if error > HARDLY_ANY * tolerance {
-                    GROWTH
-                } else {
-                    FAST_GROWTH
-                };
-                (factor.clamp(0.2, most), error <= tolerance)
-            }
-            _ => (1.0, true),
-        }
+        let StepControl::LocalError(tolerance) = self.control else {
+            return (1.0, true);
+        };
+        let exponent = -1.0 / f64::from(self.tableau.embedded_order + 1);
+        let factor = SAFETY * (error / tolerance).powf(exponent);
+        let most = match error > HARDLY_ANY * tolerance {
+            true => GROWTH,
+            false => FAST_GROWTH,
+        };
+        (factor.clamp(0.2, most), error <= tolerance)
     }
 
     /// How a step must be made again, if it was not good enough.
@@ -309,17 +258,23 @@ impl<K: Kernel> Driver<K> {
         Ok((!accepted).then_some(Shorter::Steps(h * factor.min(0.9))))
     }
 
+    /// Of the error of a velocity in a step; 0 for fixed steps.
+    pub(super) fn tolerance(&self) -> f64 {
+        match self.control {
+            StepControl::LocalError(tolerance) => tolerance,
+            StepControl::Fixed(_) => 0.0,
+        }
+    }
+
     /// Whether velocities have grown so large that their rounding alone exceeds the tolerance by far.
     fn runs_away(&self) -> bool {
-        let StepControl::LocalError(tolerance) = self.control else {
-            return false;
-        };
         let fastest = self
             .state
             .v
             .iter()
             .fold(0.0, |most: f64, v| most.max(v.abs()));
-        f64::EPSILON * fastest > ROUNDING * tolerance
+        let tolerance = self.tolerance();
+        tolerance > 0.0 && f64::EPSILON * fastest > ROUNDING * tolerance
     }
 
     /// The error of a motion that no step follows any more, with the contact that is farthest from rest.
@@ -354,11 +309,12 @@ impl<K: Kernel> Driver<K> {
         }
         std::mem::swap(&mut self.state, &mut self.next);
         if let Some(dense) = &mut self.dense {
-            dense.accept(self.time, &self.opened, &mut self.next);
+            dense.accept(self.time, &mut self.next);
         }
         self.time = end;
         self.cost.steps += 1;
         self.cost.corrected_contacts += outcome.corrected;
+        self.estimated += outcome.error;
         if let StepControl::Fixed(_) = self.control {
             return;
         }
@@ -404,13 +360,13 @@ impl<K: Kernel> Stepping for Driver<K> {
             if end <= self.time || h.is_nan() {
                 return Err(self.lost());
             }
-            self.shut_stale();
             if self.time + h > self.surveyed {
                 self.survey(h);
             }
+            self.shut_stale();
             let outcome = self.attempt(h);
             self.fly(h);
-            self.cost.forces += self.islands.contacts() * self.method.evaluations() as u64;
+            self.cost.forces += self.islands.contacts() * (self.tableau.stages() - 1) as u64;
             if outcome.leaked {
                 self.survey(h);
                 self.caution *= 2.0;
@@ -452,7 +408,7 @@ impl<K: Kernel> Stepping for Driver<K> {
         let lands = matches!(self.control, StepControl::Fixed(_));
         let end = samples.times.last().copied().unwrap_or(self.time);
         if !lands {
-            self.dense = Some(Box::new(Dense::new(&self.state, samples.places)));
+            self.dense = Some(Box::new(Dense::new(self.time, &self.state, samples.places)));
         }
         for (sample, &t) in samples.times.iter().enumerate() {
             while self.time < t {
@@ -473,6 +429,39 @@ impl<K: Kernel> Stepping for Driver<K> {
 
     fn state(&self) -> &State {
         &self.state
+    }
+
+    fn motion(&self, s: usize, t: f64, state: &State) -> [f64; 3] {
+        self.system.motion(self.drive.as_ref(), s, t, state)
+    }
+
+    fn openings(
+        &self,
+        [(t, start), (to, end)]: [(f64, &State); 2],
+        matters: &dyn Fn(usize, f64) -> bool,
+    ) -> Vec<(f64, usize)> {
+        let h = to - t;
+        let ends = StepEnds {
+            system: &self.system,
+            drive: self.drive.as_ref(),
+            span: Span { t, h },
+            states: [start, end],
+        };
+        let first = match self.system.periodic {
+            true => FIRST_CONTACT,
+            false => self.system.contacts.start,
+        };
+        let mut found = Vec::new();
+        for s in first..self.system.contacts.end {
+            let crosses = |at: Crosses| (at.passes || at.grazes) && matters(s, at.most.max(at.way));
+            if self.system.opens[s] > 0.0
+                && let Some(overlap) = ends.crossing(s, crosses)
+            {
+                found.extend(openings(&overlap).map(|share| (t + h * share, s)));
+            }
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found
     }
 
     fn step(&self) -> f64 {
@@ -502,6 +491,10 @@ impl<K: Kernel> Stepping for Driver<K> {
 
     fn cost(&self) -> Cost {
         self.cost
+    }
+
+    fn estimated(&self) -> f64 {
+        self.estimated
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::super::drive::Drive;
 use super::super::law::Kernel;
 use super::correction::{
     Missed, NEAR, Pressing, Quintic, opening_nearby, pressing_spans, stage_forces,
@@ -10,7 +11,7 @@ use super::islands::Island;
 use super::pair::{PairStep, Span};
 use super::resolved::{Crossing, Resolved};
 use super::system::{State, System};
-use super::tableau::{MOST_STAGES, Weights};
+use super::tableau::{MOST_STAGES, Tableau, Weights};
 use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Openings that change velocities by less than this share of the tolerance are left as they are.
@@ -130,8 +131,7 @@ impl Events {
         &mut self,
         step: &PairStep<K>,
         island: &Island,
-        path: [&State; 2],
-        force: &[AlignedRow],
+        states: [&State; 2],
         error: &AlignedRow,
     ) {
         let PairStep {
@@ -142,24 +142,37 @@ impl Events {
             ..
         } = *step;
         let Events { found, blocks } = self;
-        let [state, _] = path;
+        let ends = StepEnds {
+            system,
+            drive: system.drive.as_ref(),
+            span,
+            states,
+        };
         if system.has_placed_in(island) {
             // What the ghosts do became known later.
             blocks.extend([0, system.sites / WIDTH, (system.sites + 1) / WIDTH]);
             blocks.sort_unstable();
             blocks.dedup();
         }
-        let energy = !state.passed.is_empty();
-        let forces = [&force[0], &force[tableau.stages() - 1]];
+        let energy = !states[0].passed.is_empty();
         let first = island.places().start + 1;
         let contacts = blocks.iter().flat_map(|b| WIDTH * b..WIDTH * (b + 1));
         for s in contacts.skip_while(|&s| s < first) {
             let negligible = NEGLIGIBLE * tolerance;
-            let opens = system.kernel.opens(s);
-            let Some(correction) = step.corrections.iter().find(|c| Some(c.power) == opens) else {
+            let opens = system.opens[s];
+            let Some(correction) = step.corrections.iter().find(|c| c.power == opens) else {
                 continue;
             };
-            let Some(overlap) = crossing(system, negligible, s, span, path, forces) else {
+            let matters = |crosses: Crosses| {
+                let mobility = [s - 1, s].map(|s| system.mobility[system.image(s)]);
+                let felt = || {
+                    let unit = system.kernel.onset(s, crosses.most, 1.0);
+                    let force = system.coefficient[s] * unit;
+                    span.h * force * mobility[0].max(mobility[1]) > negligible
+                };
+                crosses.grazes || (crosses.passes || crosses.nears) && felt()
+            };
+            let Some(overlap) = ends.crossing(s, matters) else {
                 continue;
             };
             let nearby = || {
@@ -179,7 +192,7 @@ impl Events {
             let contact = (&system.kernel, s);
             let at_stages = stage_forces(contact, tableau, &overlap);
             let missed = if energy {
-                let paths = [s - 1, s].map(|s| place_path(system, s, span, path, forces));
+                let paths = [s - 1, s].map(|s| ends.place(s));
                 let share = [system.flux_share[0][s], system.flux_share[1][s]];
                 correction.along(contact, tableau, along, &at_stages, |at| {
                     (share[0] * paths[0].slope_at(at) + share[1] * paths[1].slope_at(at)) / span.h
@@ -198,7 +211,7 @@ impl Events {
                 contact: s,
                 inside: !matches!(spans[0], Some(Pressing::Near { .. })),
                 missed,
-                changes: changes(step, s, &overlap, &stages.displacement, path, forces),
+                changes: changes(tableau, &ends, s, &overlap, &stages.displacement),
                 resolved: crossing.resolved(system, &missed, tolerance),
                 impulses: stages.impulse,
             });
@@ -285,65 +298,92 @@ impl Events {
     }
 }
 
-/// The overlap of contact s over the step, if it opens or closes in a way that matters.
-#[inline]
-fn crossing<K: Kernel>(
-    system: &System<K>,
-    negligible: f64,
-    s: usize,
-    Span { t, h }: Span,
-    [state, next]: [&State; 2],
-    [force, force_end]: [&AlignedRow; 2],
-) -> Option<Quintic> {
-    let (start, finish) = (system.overlap(s, &state.x), system.overlap(s, &next.x));
-    let (closing, closing_end) = (
-        h * (state.v[s - 1] - state.v[s]),
-        h * (next.v[s - 1] - next.v[s]),
-    );
-    let crosses = (start > 0.0) != (finish > 0.0);
-    let grazes = closing * closing_end < 0.0
-        && (start > 0.0) == (closing < 0.0)
-        && start.abs().min(finish.abs()) < closing.abs() + closing_end.abs();
-    let nears =
-        start > 0.0 && finish > 0.0 && (start < NEAR * closing || finish < -NEAR * closing_end);
-    if !crosses && !grazes && !nears || system.coefficient[s] == 0.0 {
-        return None;
+/// What a step leads to.
+pub(super) struct StepEnds<'a, K> {
+    pub(super) system: &'a System<K>,
+    pub(super) drive: Option<&'a Drive>,
+    pub(super) span: Span,
+    pub(super) states: [&'a State; 2],
+}
+
+impl<K: Kernel> StepEnds<'_, K> {
+    /// Displacement, velocity and acceleration of a place at both ends.
+    fn motions(&self, s: usize) -> [[f64; 3]; 2] {
+        let Span { t, h } = self.span;
+        let at = |end: usize, t: f64| self.system.motion(self.drive, s, t, self.states[end]);
+        [at(0, t), at(1, t + h)]
     }
-    if !grazes {
-        let mobility = system.mobility[s - 1].max(system.mobility[s]);
-        let force = system.coefficient[s] * system.kernel.onset(s, start.max(finish), 1.0);
-        if h * force * mobility <= negligible {
-            return None;
-        }
+
+    fn along(&self, motions: [[f64; 3]; 2]) -> Quintic {
+        let h = self.span.h;
+        let [start, end] = motions.map(|[x, v, a]| [x, h * v, h * h * a]);
+        Quintic::hermite(start, end)
     }
-    let bend = |t: f64, at: &State, force: &[f64]| {
-        let of = |s: usize| system.acceleration(s, t, [&at.x, &at.v], force);
-        h * h * (of(s - 1) - of(s))
-    };
-    let path = [start, closing, bend(t, state, force)];
-    Some(Quintic::hermite(
-        path,
-        [finish, closing_end, bend(t + h, next, force_end)],
-    ))
+
+    /// The path of a place.
+    fn place(&self, s: usize) -> Quintic {
+        self.along(self.motions(s))
+    }
+
+    /// The overlap of a contact.
+    fn overlap(&self, s: usize) -> Quintic {
+        let (left, right, d0) = (
+            self.motions(s - 1),
+            self.motions(s),
+            self.system.static_overlap[s],
+        );
+        self.along([0, 1].map(|end| {
+            let [x, v, a] = std::array::from_fn(|i| left[end][i] - right[end][i]);
+            [d0 + x, v, a]
+        }))
+    }
+
+    /// The overlap of contact s, if it may open or close, or is near it, and `matters` at the larger overlap of both ends, or at
+    /// the way it goes if it only grazes.
+    #[inline]
+    pub(super) fn crossing(&self, s: usize, matters: impl Fn(Crosses) -> bool) -> Option<Quintic> {
+        let (system, h) = (self.system, self.span.h);
+        let [[start, closing], [finish, closing_end]] = self
+            .states
+            .map(|State { x, v, .. }| [system.overlap(s, x), h * (v[s - 1] - v[s])]);
+        let way = closing.abs() + closing_end.abs();
+        let crosses = Crosses {
+            most: start.max(finish),
+            way,
+            passes: (start > 0.0) != (finish > 0.0),
+            grazes: closing * closing_end < 0.0
+                && (start > 0.0) == (closing < 0.0)
+                && start.abs().min(finish.abs()) < way,
+            nears: start > 0.0
+                && finish > 0.0
+                && (start < NEAR * closing || finish < -NEAR * closing_end),
+        };
+        (system.coefficient[s] != 0.0 && matters(crosses)).then(|| self.overlap(s))
+    }
+}
+
+/// How a contact may open or close in a step.
+pub(super) struct Crosses {
+    /// The larger overlap of both ends, and the way of the overlap.
+    pub(super) most: f64,
+    pub(super) way: f64,
+    pub(super) passes: bool,
+    pub(super) grazes: bool,
+    /// It presses throughout, soon after it closed or before it opens.
+    nears: bool,
 }
 
 /// By what the displacements that the stages missed change the forces there.
 fn changes<K: Kernel>(
-    step: &PairStep<K>,
+    tableau: &Tableau,
+    ends: &StepEnds<K>,
     e: usize,
     overlap: &Quintic,
     missed: &[f64; MOST_STAGES],
-    path: [&State; 2],
-    forces: [&AlignedRow; 2],
 ) -> [[f64; MOST_STAGES]; 3] {
-    let PairStep {
-        system,
-        tableau,
-        span,
-        ..
-    } = *step;
+    let StepEnds { system, span, .. } = *ends;
     let mut all = [[0.0; MOST_STAGES]; 3];
-    let [left, right] = [system.mobility[e - 1], system.mobility[e]];
+    let [left, right] = [e - 1, e].map(|s| system.mobility[system.image(s)]);
     let scale = span.h * span.h * system.coefficient[e];
     for (i, (part, k)) in [left, -left - right, right]
         .into_iter()
@@ -354,16 +394,11 @@ fn changes<K: Kernel>(
         if c == 0.0 || part == 0.0 {
             continue;
         }
-        let own = if k == e {
-            *overlap
-        } else {
-            overlap_path(system, k, span, path, forces)
-        };
         let stiffness = widest(Stiffness {
             contact: (&system.kernel, k),
             coefficient: c,
             static_overlap: system.static_overlap[k],
-            overlap: &own,
+            overlap: &if k == e { *overlap } else { ends.overlap(k) },
             nodes: &tableau.nodes,
         });
         for (&(stage, _), stiffness) in tableau.bp.iter().zip(stiffness.0) {
@@ -394,41 +429,4 @@ impl<K: Kernel> SimdKernel for Stiffness<'_, K> {
         kernel.stiffness_along(at, c, d0, r).store(&mut out);
         out
     }
-}
-
-/// The overlap of contact s over the step.
-fn overlap_path<K: Kernel>(
-    system: &System<K>,
-    s: usize,
-    Span { t, h }: Span,
-    [state, next]: [&State; 2],
-    [force, force_end]: [&AlignedRow; 2],
-) -> Quintic {
-    let at = |state: &State, t: f64, force: &[f64]| {
-        let of = |s: usize| system.acceleration(s, t, [&state.x, &state.v], force);
-        let bend = of(s - 1) - of(s);
-        [
-            system.overlap(s, &state.x),
-            h * (state.v[s - 1] - state.v[s]),
-            h * h * bend,
-        ]
-    };
-    Quintic::hermite(at(state, t, force), at(next, t + h, force_end))
-}
-
-/// The path of place s over the step.
-fn place_path<K: Kernel>(
-    system: &System<K>,
-    s: usize,
-    Span { t, h }: Span,
-    [state, next]: [&State; 2],
-    [force, force_end]: [&AlignedRow; 2],
-) -> Quintic {
-    let bend = |t: f64, at: &State, force: &[f64]| {
-        h * h * system.acceleration(s, t, [&at.x, &at.v], force)
-    };
-    Quintic::hermite(
-        [state.x[s], h * state.v[s], bend(t, state, force)],
-        [next.x[s], h * next.v[s], bend(t + h, next, force_end)],
-    )
 }

@@ -29,17 +29,11 @@ impl SimdKernel for Finish<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> f64 {
-        let blocks = self.island.blocks.clone();
-        let (first, n) = (blocks.start, blocks.len());
-        let mobility = &self.mobility.0[blocks.clone()][..n];
-        let d0 = &self.static_overlap.0[blocks.clone()][..n];
-        let (x, v) = (
-            &self.x.0[blocks.clone()][..n],
-            &self.v.0[blocks.clone()][..n],
-        );
-        let x1 = &self.x1.0[blocks.clone()][..n];
-        let v1 = &mut self.v1.0[blocks.clone()][..n];
-        let error = &mut self.error.0[blocks][..n];
+        let island = self.island;
+        let (first, n) = (island.blocks.start, island.blocks.len());
+        let [mobility, d0] = [self.mobility, self.static_overlap].map(|row| island.of(row));
+        let [x, v, x1] = [self.x, self.v, self.x1].map(|row| island.of(row));
+        let [v1, error] = [self.v1, self.error].map(|row| island.of_mut(row));
         let [velocity, estimate] = self.sums;
         let (h, reach) = (L::splat(self.h), L::splat(NEAR));
         let zero = L::splat(0.0);
@@ -101,7 +95,7 @@ impl SimdKernel for Largest<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> f64 {
         let (mut worst, mut faults) = (L::splat(0.0), L::splat(0.0));
-        for block in &self.row.0[self.island.blocks.clone()] {
+        for block in self.island.of(self.row) {
             let value = L::load(block);
             faults = faults + value * L::splat(0.0);
             let value = value.abs();

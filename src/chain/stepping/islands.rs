@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::super::law::Kernel;
 use super::system::{State, System};
-use crate::numeric::lanes::{AlignedRow, Lanes, SimdKernel, WIDTH, widest};
+use crate::numeric::lanes::{AlignedRow, LaneBlock, Lanes, SimdKernel, WIDTH, widest};
 
 /// Blocks of places stepped together, with the contacts between them.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +25,17 @@ impl Island {
     pub(super) fn part(blocks: Range<usize>) -> Island {
         let guards = [false; 2];
         Island { blocks, guards }
+    }
+
+    /// Its blocks of a row.
+    #[inline(always)]
+    pub(super) fn of<'a>(&self, row: &'a AlignedRow) -> &'a [LaneBlock] {
+        &row.0[self.blocks.clone()][..self.blocks.len()]
+    }
+
+    #[inline(always)]
+    pub(super) fn of_mut<'a>(&self, row: &'a mut AlignedRow) -> &'a mut [LaneBlock] {
+        &mut row.0[self.blocks.clone()][..self.blocks.len()]
     }
 
     pub(super) fn places(&self) -> Range<usize> {
@@ -104,8 +115,7 @@ impl Islands {
         self.at_rest = (reached + 2).next_multiple_of(WIDTH).min(places) + WIDTH;
         self.active.clear();
         self.gaps.clear();
-        let opens =
-            system.kernel.all_open() && system.losses.drag == 0.0 && system.ground.is_none();
+        let opens = system.all_open && system.losses.drag == 0.0 && system.ground.is_none();
         // The resonators of a front are far from it in rows.
         if self.window == SteppedSites::Whole || system.periodic || system.resonators.is_some() {
             self.push(0..places, places);

@@ -1,6 +1,5 @@
 //! Stepping a chain from sample to sample.
 
-mod composed;
 mod correction;
 mod dense;
 mod driver;
@@ -19,24 +18,23 @@ mod tableau;
 
 use std::ops::Range;
 
-use super::drive::Drive;
-use super::lattice::{Chain, Ends, refuse};
+use super::lattice::{Chain, Ends};
 use super::law::{self, Kernel, Law};
-use crate::Result;
+use super::simulation::Simulation;
 use crate::numeric::lanes::AlignedRow;
 use crate::observer::Observer;
-use composed::Splitting;
+use crate::{Error, Result};
 use correction::Correction;
 pub(crate) use correction::{Quintic, openings};
-use driver::{Driver, Method};
+use driver::Driver;
 pub(crate) use driver::{Extreme, contact_time, stopping_time};
 pub use islands::SteppedSites;
 pub(crate) use system::{FIRST_CONTACT, FIRST_SITE, State};
 use system::{System, resonator_place};
-use tableau::{Composition, SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 pub(crate) use tableau::{MOST_STAGES, Tableau, Weights};
+use tableau::{SYMPLECTIC_4, SYMPLECTIC_6, VERLET};
 
-/// An integration method; [`Scheme::citation`] names the source of each.
+/// An integration method.
 #[derive(
     Debug,
     Clone,
@@ -76,21 +74,16 @@ impl Scheme {
 
     /// The order at which the error falls with the step, away from contacts that open.
     pub fn order(&self) -> u32 {
-        match self {
-            Scheme::Nystrom => Tableau::nystrom_8_6().order,
-            Scheme::RungeKutta => Tableau::runge_kutta_8_5().order,
-            Scheme::VelocityVerlet => VERLET.order,
-            Scheme::Symplectic4 => SYMPLECTIC_4.order,
-            Scheme::Symplectic6 => SYMPLECTIC_6.order,
-        }
+        self.tableau().order
     }
 
-    fn composition(&self) -> Option<&'static Composition> {
+    fn tableau(&self) -> Tableau {
         match self {
-            Scheme::VelocityVerlet => Some(&VERLET),
-            Scheme::Symplectic4 => Some(&SYMPLECTIC_4),
-            Scheme::Symplectic6 => Some(&SYMPLECTIC_6),
-            Scheme::Nystrom | Scheme::RungeKutta => None,
+            Scheme::Nystrom => Tableau::nystrom_8_6(),
+            Scheme::RungeKutta => Tableau::runge_kutta_8_5(),
+            Scheme::VelocityVerlet => VERLET.tableau(),
+            Scheme::Symplectic4 => SYMPLECTIC_4.tableau(),
+            Scheme::Symplectic6 => SYMPLECTIC_6.tableau(),
         }
     }
 
@@ -102,26 +95,6 @@ impl Scheme {
     /// Whether the step is chosen by the tolerance rather than given.
     pub fn is_adaptive(&self) -> bool {
         matches!(self, Scheme::Nystrom | Scheme::RungeKutta)
-    }
-
-    /// Where the coefficients are from.
-    pub fn citation(&self) -> &'static str {
-        match self {
-            Scheme::Nystrom => {
-                "J. R. Dormand, M. E. A. El-Mikkawy, P. J. Prince, IMA J. Numer. Anal. 7 (1987) 423"
-            }
-            Scheme::RungeKutta => {
-                "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I \
-                 (1993), DOP853"
-            }
-            Scheme::VelocityVerlet => "L. Verlet, Phys. Rev. 159 (1967) 98",
-            Scheme::Symplectic4 => {
-                "S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313, SRKN_6^b"
-            }
-            Scheme::Symplectic6 => {
-                "S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313, SRKN_11^b"
-            }
-        }
     }
 }
 
@@ -185,6 +158,17 @@ pub(crate) trait Stepping {
     /// The state, with a ghost place at each end.
     fn state(&self) -> &State;
 
+    /// Displacement, velocity and acceleration of place s in a state at time t.
+    fn motion(&self, s: usize, t: f64, state: &State) -> [f64; 3];
+
+    /// The times at which contacts open or close between two marks, in order, and their places: those that `matter` at the
+    /// largest overlap that they may have in between.
+    fn openings(
+        &self,
+        between: [(f64, &State); 2],
+        matters: &dyn Fn(usize, f64) -> bool,
+    ) -> Vec<(f64, usize)>;
+
     /// The length of step that the error allows.
     fn step(&self) -> f64;
 
@@ -198,6 +182,9 @@ pub(crate) trait Stepping {
     fn reset(&mut self, mark: &Mark);
 
     fn cost(&self) -> Cost;
+
+    /// The largest estimated errors of a velocity in each step so far, added up.
+    fn estimated(&self) -> f64;
 }
 
 /// A point on the way.
@@ -209,20 +196,13 @@ pub(crate) struct Mark {
 }
 
 /// Request for an integration.
-#[derive(Debug, Clone)]
-pub(crate) struct Task<'a> {
-    pub(crate) chain: &'a Chain,
-    pub(crate) drive: Option<&'a Drive>,
-    pub(crate) velocity: &'a [f64],
-    pub(crate) displacement: &'a [f64],
-    /// Those of resonators; `None`: of their bodies.
-    pub(crate) resonators: Option<&'a [Vec<f64>; 2]>,
-    pub(crate) scheme: Scheme,
-    pub(crate) control: StepControl,
-    pub(crate) window: SteppedSites,
-    pub(crate) energy: bool,
+#[derive(Debug, Clone, Copy)]
+struct Task<'a> {
+    simulation: &'a Simulation,
+    control: StepControl,
     /// The speed that errors are measured by.
-    pub(crate) velocity_scale: f64,
+    velocity_scale: f64,
+    energy: bool,
 }
 
 /// Nodes and weights of Gauss's rule on 0..1.
@@ -230,30 +210,44 @@ pub(crate) fn gauss(nodes: usize) -> Vec<(f64, f64)> {
     quadrature::gauss_jacobi(nodes, 0.0, 0.0)
 }
 
-/// Prepares the stepping of a checked chain.
+/// Prepares the stepping of a checked simulation; errors are measured by a speed.
 ///
 /// # Errors
 /// [`crate::Error::Request`] for losses with a scheme that does not support them, and for step
 /// control that does not fit the scheme.
-pub(crate) fn prepare(task: &Task) -> Result<Box<dyn Stepping>> {
-    if task.chain.has_pulls() && !task.scheme.takes_losses() {
-        let expected = "`runge-kutta`, which takes losses, springs to the ground and resonators";
-        return Err(refuse("scheme", expected, format!("{:?}", task.scheme)));
-    }
-    let pressed = task.chain.is_pressed();
-    match task.chain.law.only() {
+pub(crate) fn prepare(
+    simulation: &Simulation,
+    control: StepControl,
+    velocity_scale: f64,
+    energy: bool,
+) -> Result<Box<dyn Stepping>> {
+    let (chain, scheme) = (&simulation.chain, simulation.scheme);
+    let expected = "`runge-kutta`, which takes losses, springs to the ground and resonators";
+    let takes = !chain.has_pulls() || scheme.takes_losses();
+    Error::require(takes, "scheme", expected, format!("{scheme:?}"))?;
+    let task = &Task {
+        simulation,
+        control,
+        velocity_scale,
+        energy,
+    };
+    let pressed = chain.is_pressed();
+    match chain.law.only() {
         Some(Law::Hertz) if !pressed => with_kernel(task, law::Hertz),
         Some(Law::Hertz) => with_kernel(task, law::PressedHertz),
         Some(&Law::Power { exponent }) => with_kernel(task, law::Power { exponent }),
         Some(&Law::Spring { alpha, beta }) if !pressed => {
             with_kernel(task, law::Spring { alpha, beta })
         }
-        _ => with_kernel(task, general(task.chain)),
+        _ => {
+            let laws = laws(chain).into_iter().map(Option::<&Law>::cloned);
+            with_kernel(task, law::General(laws.collect()))
+        }
     }
 }
 
 /// The laws of a chain's contacts at their places in rows.
-fn general(chain: &Chain) -> law::General {
+fn laws(chain: &Chain) -> Vec<Option<&Law>> {
     let mut laws = vec![None; chain.n_sites() + FIRST_CONTACT];
     for j in 0..chain.n_contacts() {
         laws[j + FIRST_CONTACT] = Some(chain.law.of(j));
@@ -263,28 +257,35 @@ fn general(chain: &Chain) -> law::General {
         Ends::Periodic => laws[chain.n_sites() + 1],
         _ => None,
     };
-    law::General::new(laws)
+    laws
 }
 
 fn with_kernel<K: Kernel + 'static>(task: &Task, kernel: K) -> Result<Box<dyn Stepping>> {
-    let system = System::new(task.chain, kernel.clone(), task.drive.cloned());
+    let simulation = task.simulation;
+    let adapts = simulation.scheme.is_adaptive();
+    let can = adapts || matches!(task.control, StepControl::Fixed(_));
+    Error::require(can, "step", "a step length for this scheme", "none")?;
+    let cell = simulation.chain.law.each().iter();
+    let mut powers: Vec<f64> = cell.filter_map(Law::opens).collect();
+    powers.sort_by(f64::total_cmp);
+    powers.dedup();
+    // A correction would not be symplectic.
+    powers.retain(|_| adapts);
+    let corrections = powers.into_iter().map(Correction::new).collect();
+    let system = System::new(&simulation.chain, kernel, simulation.drive.clone());
     let state = initial_state(task, &system);
-    let pair = |tableau| Method::Pair {
-        tableau: Box::new(tableau),
-        corrections: kernel.powers().into_iter().map(Correction::new).collect(),
-    };
-    let method = match task.scheme.composition() {
-        Some(composition) => Method::Composition(Splitting::new(composition)),
-        None if task.scheme == Scheme::Nystrom => pair(Tableau::nystrom_8_6()),
-        None => pair(Tableau::runge_kutta_8_5()),
-    };
-    if let (Method::Composition(_), StepControl::LocalError(_)) = (&method, task.control) {
-        return Err(refuse("step", "a step length for this scheme", "none"));
-    }
-    Ok(Box::new(Driver::new(task, system, method, state)))
+    let driver = Driver::new(
+        task,
+        system,
+        simulation.scheme.tableau(),
+        corrections,
+        state,
+    );
+    Ok(Box::new(driver))
 }
 
 fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {
+    let simulation = task.simulation;
     let row = || AlignedRow::zeros(system.places());
     let followed = || {
         if task.energy {
@@ -294,12 +295,12 @@ fn initial_state<K: Kernel>(task: &Task, system: &System<K>) -> State {
         }
     };
     let (mut x, mut v, mut force) = (row(), row(), row());
-    x[FIRST_SITE..][..system.sites].copy_from_slice(task.displacement);
-    v[FIRST_SITE..][..system.sites].copy_from_slice(task.velocity);
+    x[FIRST_SITE..][..system.sites].copy_from_slice(&simulation.displacement);
+    v[FIRST_SITE..][..system.sites].copy_from_slice(&simulation.velocity);
     if let Some(all) = &system.resonators {
-        let [at, speed] = match task.resonators {
-            Some([at, speed]) => [&at[..], speed],
-            None => [task.displacement, task.velocity],
+        let [at, speed] = match &simulation.resonators {
+            Some(own) => own.each_ref(),
+            None => [&simulation.displacement, &simulation.velocity],
         };
         for j in all.sites() {
             let s = resonator_place(system.sites, j);

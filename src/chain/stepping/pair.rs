@@ -155,7 +155,7 @@ impl<K: Kernel> PairStep<'_, K> {
         next.force.0[blocks.clone()].copy_from_slice(&force[last].0[blocks]);
 
         if !self.corrections.is_empty() {
-            events.find(self, island, [state, next], force, error);
+            events.find(self, island, [state, next], error);
             if !events.is_empty() {
                 events.correct(self, island, next, force, error);
                 leaked |= island.leaks(&next.force) || events.reach_guards(island);

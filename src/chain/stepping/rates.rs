@@ -156,19 +156,13 @@ impl SimdKernel for Blend<'_> {
             weights,
             to,
         } = self;
-        let blocks = island.blocks.clone();
-        let n = blocks.len();
-        macro_rules! rows {
-            ($from:expr, $name:ident) => {
-                $from.map(|node| &node.$name.0[blocks.clone()][..n])
-            };
-        }
-        let (x, v) = (rows!(states, x), rows!(states, v));
-        let (a, j) = (rows!(rates, acceleration), rows!(rates, jerk));
-        let x_out = &mut to.x.0[blocks.clone()][..n];
-        let v_out = &mut to.v.0[blocks.clone()][..n];
+        let x = states.map(|state| island.of(&state.x));
+        let v = states.map(|state| island.of(&state.v));
+        let a = rates.map(|rates| island.of(&rates.acceleration));
+        let j = rates.map(|rates| island.of(&rates.jerk));
+        let [x_out, v_out] = [&mut to.x, &mut to.v].map(|row| island.of_mut(row));
         let dt = L::splat(weights.dt);
-        for b in 0..n {
+        for b in 0..island.blocks.len() {
             let (x, v): ([L; 3], [L; 3]) = (three(x, b), three(v, b));
             let (a, j): ([L; 3], [L; 3]) = (three(a, b), three(j, b));
             let pushed = a[1].abs() + a[2].abs() + (v[2] - v[1]).abs();
@@ -180,13 +174,10 @@ impl SimdKernel for Blend<'_> {
         if to.passed.is_empty() {
             return;
         }
-        let (w, flux, bend) = (
-            rows!(states, passed),
-            rows!(rates, flux),
-            rows!(rates, flux_rate),
-        );
-        let out = &mut to.passed.0[blocks.clone()][..n];
-        for (b, out) in out.iter_mut().enumerate() {
+        let w = states.map(|state| island.of(&state.passed));
+        let flux = rates.map(|rates| island.of(&rates.flux));
+        let bend = rates.map(|rates| island.of(&rates.flux_rate));
+        for (b, out) in island.of_mut(&mut to.passed).iter_mut().enumerate() {
             let (w, flux, bend): ([L; 3], [L; 3], [L; 3]) =
                 (three(w, b), three(flux, b), three(bend, b));
             let passes = flux[1].abs() + flux[2].abs() + (w[2] - w[1]).abs();

@@ -61,8 +61,10 @@ impl Crossing<'_> {
         missed: &Missed,
         tolerance: f64,
     ) -> Resolved {
-        let power = system.kernel.opens(self.contact).unwrap_or(1.0);
-        let mobility = system.mobility[self.contact - 1] + system.mobility[self.contact];
+        let power = system.opens[self.contact];
+        let places = [self.contact - 1, self.contact];
+        let [left, right] = places.map(|s| system.mobility[system.image(s)]);
+        let mobility = left + right;
         let coefficient = system.coefficient[self.contact];
         let mut all = Resolved {
             error: 0.0,

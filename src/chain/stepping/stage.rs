@@ -184,19 +184,13 @@ impl<K: Kernel> SimdKernel for MoveAndPress<'_, K> {
             static_overlap,
             ..
         } = self.system;
-        let blocks = self.island.blocks.clone();
-        let (first, n) = (blocks.start, blocks.len());
-        let (x, v) = (
-            &self.x.0[blocks.clone()][..n],
-            &self.v.0[blocks.clone()][..n],
-        );
-        let mobility = &mobility.0[blocks.clone()][..n];
-        let c = &coefficient.0[blocks.clone()][..n];
-        let d0 = &static_overlap.0[blocks.clone()][..n];
-        let positions = &mut self.positions.0[blocks.clone()][..n];
-        let force = &mut self.force.0[blocks][..n];
+        let island = self.island;
+        let (first, n) = (island.blocks.start, island.blocks.len());
+        let [x, v, mobility] = [self.x, self.v, mobility].map(|row| island.of(row));
+        let [c, d0] = [coefficient, static_overlap].map(|row| island.of(row));
+        let [positions, force] = [self.positions, self.force].map(|row| island.of_mut(row));
         let reach = L::splat(self.reach);
-        let mut before = outside::<L>(self.island);
+        let mut before = outside::<L>(island);
         let sums = self.sums;
         // The root of a block is taken while the next one moves.
         let mut r = L::splat(0.0);
@@ -262,15 +256,14 @@ impl SimdKernel for Push<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let blocks = self.island.blocks.clone();
-        let n = blocks.len();
-        let mobility = &self.mobility.0[blocks.clone()][..n];
-        let base = &self.base.0[blocks.clone()][..n];
+        let island = self.island;
+        let n = island.blocks.len();
+        let [mobility, base] = [self.mobility, self.base].map(|row| island.of(row));
         let flight = self.flight.map(
             #[inline(always)]
-            |(reach, slope)| (L::splat(reach), &slope.0[blocks.clone()][..n]),
+            |(reach, slope)| (L::splat(reach), island.of(slope)),
         );
-        let out = &mut self.out.0[blocks][..n];
+        let out = island.of_mut(self.out);
         let (sums, pulls) = (self.sums, self.pulls);
         walk(
             n,
@@ -315,7 +308,7 @@ impl<K: Kernel> SimdKernel for Damp<'_, K> {
             drag,
         } = *losses;
         let (dashpot, tangent) = (L::splat(dashpot), L::splat(tangent));
-        let (drag, zero) = (L::splat(drag), L::splat(0.0));
+        let (drag, zero, one) = (L::splat(drag), L::splat(0.0), L::splat(1.0));
         let mut before = [outside::<L>(self.island), zero];
         for b in self.island.blocks.clone() {
             let (x, speed) = (L::load(&self.x.0[b]), L::load(&self.v.0[b]));
@@ -324,7 +317,8 @@ impl<K: Kernel> SimdKernel for Damp<'_, K> {
             let c = L::load(&self.system.coefficient.0[b]);
             let d0 = L::load(&self.system.static_overlap.0[b]);
             let at = WIDTH * b;
-            let closed = kernel.touching(at, d0 + r).choose(dashpot, zero);
+            let touches = L::load(&self.system.opens.0[b]).choose(d0 + r, one);
+            let closed = touches.choose(dashpot, zero);
             let damper = closed + tangent * kernel.stiffness(at, c, d0, r);
             let damping = c.choose(damper * closing, zero);
             damping.store(&mut self.damping.0[b]);

@@ -8,7 +8,7 @@
 
 use super::super::drive::{Drive, Waveform};
 use super::super::lattice::{Chain, Ends, Ground, Losses};
-use super::super::law::Kernel;
+use super::super::law::{Kernel, Law};
 use super::super::resonators::Resonators;
 use super::islands::Island;
 use crate::numeric::lanes::AlignedRow;
@@ -20,6 +20,10 @@ pub(super) struct System<K> {
     pub(super) sites: usize,
     pub(super) coefficient: AlignedRow,
     pub(super) static_overlap: AlignedRow,
+    /// The power with which each contact opens; 0 where it does not.
+    pub(super) opens: AlignedRow,
+    /// Whether all contacts open.
+    pub(super) all_open: bool,
     /// 1/m; 0 for ghosts and for a body that moves as it is told.
     pub(super) mobility: AlignedRow,
     /// Mass of the body that is driven.
@@ -81,6 +85,10 @@ impl<K: Kernel> System<K> {
         let places = n + 2 + chain.resonators().map_or(0, |_| n);
         let row = || AlignedRow::zeros(places);
         let (mut coefficient, mut static_overlap, mut mobility) = (row(), row(), row());
+        let mut opens = row();
+        for (opens, law) in opens.iter_mut().zip(super::laws(chain)) {
+            *opens = law.and_then(Law::opens).unwrap_or(0.0);
+        }
         coefficient[FIRST_CONTACT..][..m].copy_from_slice(&chain.coefficient);
         let overlaps = static_overlap[FIRST_CONTACT..][..m].iter_mut();
         for (overlap, contact) in overlaps.zip(chain.contacts()) {
@@ -132,6 +140,8 @@ impl<K: Kernel> System<K> {
             sites: n,
             coefficient,
             static_overlap,
+            opens,
+            all_open: chain.law.all_open(),
             mobility,
             driven_mass: chain.mass[driven],
             losses: chain.losses,
@@ -179,30 +189,35 @@ impl<K: Kernel> System<K> {
         }
     }
 
-    /// Acceleration of place s at time t, by contacts of these forces or, of a driven wall, as it
-    /// is moved.
+    /// The place of which place s of a ring is the image, else itself.
     #[inline(always)]
-    pub(super) fn acceleration(&self, s: usize, t: f64, at: [&[f64]; 2], force: &[f64]) -> f64 {
-        let [x, _] = at;
-        if let Some((place, wave)) = self.moved()
-            && place == s
-        {
-            return wave.acceleration_at(t);
+    pub(super) fn image(&self, s: usize) -> usize {
+        match s {
+            0 if self.periodic => self.sites,
+            s if self.periodic && s == self.sites + 1 => FIRST_SITE,
+            s => s,
         }
-        let right = force.get(s + 1).copied().unwrap_or(0.0);
-        let mut push = force[s] - right;
-        if let Some(Drive::Body(site, wave)) = &self.drive
-            && FIRST_SITE + site == s
-        {
-            push += wave.at(t);
-        }
-        if let (Some(_), Some(j)) = (&self.resonators, s.checked_sub(FIRST_SITE)) {
-            push += self.resonator_force(j, at);
-        }
-        match self.ground.is_some() {
-            true => self.mobility[s] * (push - self.held(s, x[s])),
-            false => self.mobility[s] * push,
-        }
+    }
+
+    /// Displacement, velocity and acceleration of place s at time t.
+    #[inline(always)]
+    pub(super) fn motion(&self, drive: Option<&Drive>, s: usize, t: f64, at: &State) -> [f64; 3] {
+        let State { x, v, force, .. } = at;
+        let own = self.image(s);
+        let site = own.checked_sub(FIRST_SITE);
+        let outer = match drive {
+            Some(Drive::Wall(wave)) if s == 0 => return [x[s], v[s], wave.acceleration_at(t)],
+            Some(Drive::Motion(moved, wave)) if site == Some(*moved) => {
+                return [x[s], v[s], wave.acceleration_at(t)];
+            }
+            Some(Drive::Body(driven, wave)) if site == Some(*driven) => wave.at(t),
+            _ => 0.0,
+        };
+        let right = force.get(own + 1).copied().unwrap_or(0.0);
+        let pulled = site.map_or(0.0, |j| self.resonator_force(j, [x, v]));
+        let push = force[own] - right + outer + pulled;
+        let held = self.held(own, x[own]) + self.losses.drag * v[own];
+        [x[s], v[s], self.mobility[own] * (push - held)]
     }
 
     /// The place of a body that is driven, by a force or as it moves.
@@ -266,7 +281,7 @@ impl<K: Kernel> System<K> {
         if c == 0.0 {
             return 0.0;
         }
-        let closed = d0 + r > 0.0 || self.kernel.opens(s).is_none();
+        let closed = d0 + r > 0.0 || self.opens[s] == 0.0;
         let dashpot = if closed { dashpot } else { 0.0 };
         (dashpot + tangent * self.kernel.stiffness(s, c, d0, r)) * closing
     }
@@ -309,12 +324,8 @@ impl<K: Kernel> System<K> {
         (FIRST_SITE..FIRST_SITE + self.sites).contains(&s)
     }
 
-    /// Whether places move as they are told or are images of others, which a block alone does not know.
-    pub(super) fn has_placed(&self) -> bool {
-        self.periodic || self.drives_end() || self.moved().is_some()
-    }
-
-    /// Whether such places, or their contacts, are in an island.
+    /// Whether places that move as they are told or are images of others, which a block alone does not know, or their
+    /// contacts, are in an island.
     pub(super) fn has_placed_in(&self, island: &Island) -> bool {
         let places = island.places();
         let at_end = places.start == 0 && (self.periodic || self.drives_end());

@@ -2,23 +2,24 @@
 
 use crate::numeric::lanes::LaneBlock;
 
-/// An embedded explicit pair for `x'' = f(x)`:
-/// `k_i = f(x + c_i h v + h^2 sum a_ij k_j)`, `x1 = x + h v + h^2 sum b_i k_i`,
-/// `v1 = v + h sum bp_i k_i`; the last stage is the next step's first.
-struct NystromPair {
+/// The coefficients of an embedded explicit pair.
+struct Pair {
     order: u32,
     /// Order of the embedded velocity.
     embedded_order: u32,
     c: &'static [f64],
     a: &'static [&'static [f64]],
-    b: &'static [f64],
+    /// Weights of the velocity, and of its error.
     bp: &'static [f64],
-    bp_embedded: &'static [f64],
+    error: &'static [f64],
 }
 
+/// For `x'' = f(x)`: `k_i = f(x + c_i h v + h^2 sum a_ij k_j)`, `v1 = v + h sum bp_i k_i`; the last stage, at
+/// the position at the end, is the next step's first.
+///
 /// Source: J. R. Dormand, M. E. A. El-Mikkawy, P. J. Prince, High-order embedded
 /// Runge-Kutta-Nystrom formulae, IMA Journal of Numerical Analysis 7 (1987) 423-430, RKN8(6)9FM.
-const NYSTROM_8_6: NystromPair = NystromPair {
+const NYSTROM_8_6: Pair = Pair {
     order: 8,
     embedded_order: 6,
     c: &[
@@ -78,17 +79,6 @@ const NYSTROM_8_6: NystromPair = NystromPair {
             0.0,
         ],
     ],
-    b: &[
-        223.0 / 7938.0,
-        0.0,
-        1175.0 / 8064.0,
-        925.0 / 6048.0,
-        41.0 / 448.0,
-        925.0 / 14112.0,
-        1175.0 / 72576.0,
-        0.0,
-        0.0,
-    ],
     bp: &[
         223.0 / 7938.0,
         0.0,
@@ -100,33 +90,24 @@ const NYSTROM_8_6: NystromPair = NystromPair {
         223.0 / 7938.0,
         0.0,
     ],
-    bp_embedded: &[
-        7987313.0 / 109941300.0,
+    error: &[
+        223.0 / 7938.0 - 7987313.0 / 109941300.0,
         0.0,
-        1610737.0 / 40207104.0,
-        10023263.0 / 23454144.0,
-        -497221.0 / 6204800.0,
-        10023263.0 / 23454144.0,
-        1610737.0 / 40207104.0,
-        -4251941.0 / 54970650.0,
-        3.0 / 20.0,
+        5875.0 / 36288.0 - 1610737.0 / 40207104.0,
+        4625.0 / 21168.0 - 10023263.0 / 23454144.0,
+        41.0 / 224.0 - (-497221.0 / 6204800.0),
+        4625.0 / 21168.0 - 10023263.0 / 23454144.0,
+        5875.0 / 36288.0 - 1610737.0 / 40207104.0,
+        223.0 / 7938.0 - (-4251941.0 / 54970650.0),
+        0.0 - 3.0 / 20.0,
     ],
 };
 
-/// An embedded explicit pair for `y' = f(y)`: `k_i = f(y + h sum a_ij k_j)`,
-/// `y1 = y + h sum b_i k_i`, with the weights of its error estimate.
-struct RungeKuttaPair {
-    order: u32,
-    embedded_order: u32,
-    c: &'static [f64],
-    a: &'static [&'static [f64]],
-    b: &'static [f64],
-    error: &'static [f64],
-}
-
+/// For `y' = f(y)`: `k_i = f(y + h sum a_ij k_j)`, `y1 = y + h sum bp_i k_i`.
+///
 /// Source: E. Hairer, S. P. Norsett, G. Wanner, *Solving Ordinary Differential Equations I*, second
 /// edition (1993), section II.10, DOP853 with its fifth-order estimate.
-const RUNGE_KUTTA_8_5: RungeKuttaPair = RungeKuttaPair {
+const RUNGE_KUTTA_8_5: Pair = Pair {
     order: 8,
     embedded_order: 5,
     c: &[
@@ -225,7 +206,7 @@ const RUNGE_KUTTA_8_5: RungeKuttaPair = RungeKuttaPair {
             0.6433927460157636,
         ],
     ],
-    b: &[
+    bp: &[
         0.054293734116568765,
         0.0,
         0.0,
@@ -258,7 +239,7 @@ const RUNGE_KUTTA_8_5: RungeKuttaPair = RungeKuttaPair {
 /// A symmetric composition of kicks and drifts: `kick b_1, drift a_1, kick b_2, ...` and back.
 #[derive(Debug)]
 pub(crate) struct Composition {
-    pub(crate) order: u32,
+    order: u32,
     /// The first half of the kicks, the middle one included where their number is odd.
     kicks: &'static [f64],
     /// The first half of the drifts, the middle one included where their number is odd.
@@ -315,14 +296,35 @@ pub(crate) const SYMPLECTIC_6: Composition = Composition {
 };
 
 impl Composition {
-    /// All kicks and drifts of a step; there is one more kick than there are drifts.
-    pub(crate) fn stages(&self) -> (Vec<f64>, Vec<f64>) {
+    /// As a Nystrom method: its stages are the kicks, between which the sites fly. Velocities of stages are those in the
+    /// middle of a kick, during which the force is constant.
+    pub(crate) fn tableau(&self) -> Tableau {
         // A middle drift leaves an even number of kicks, a middle kick an even number of drifts.
         let middle_drift = self.drifts.len() == self.kicks.len();
-        (
-            mirrored(self.kicks, !middle_drift),
-            mirrored(self.drifts, middle_drift),
-        )
+        let kicks = mirrored(self.kicks, !middle_drift);
+        let mut c = vec![0.0];
+        for drift in mirrored(self.drifts, middle_drift) {
+            c.push(c[c.len() - 1] + drift);
+        }
+        let last = kicks.len() - 1;
+        c[last] = 1.0;
+        let before = |i: usize| weights((0..i).map(|j| kicks[j] * (c[i] - c[j])));
+        let middle = |i: usize| {
+            let half = |j: usize| if j == i { 0.5 } else { 1.0 };
+            weights((0..=i).map(|j| half(j) * kicks[j]))
+        };
+        let a: Vec<Weights> = (0..=last).map(before).collect();
+        Tableau {
+            order: self.order,
+            embedded_order: 0,
+            b: a[last].clone(),
+            velocity: (0..=last).map(middle).collect(),
+            bp: weights(kicks.iter().copied()),
+            error: kicks.iter().map(|_| 0.0).enumerate().collect(),
+            nodes: LaneBlock::default(),
+            a,
+            c,
+        }
     }
 }
 
@@ -350,80 +352,62 @@ pub(crate) struct Tableau {
     pub(crate) bp: Weights,
     /// Weights of the error estimate of the velocity.
     pub(crate) error: Weights,
-    /// Nodes of the stages of `bp`, of which there are eight.
+    /// Nodes of the stages of `bp`, of which pairs have eight.
     pub(crate) nodes: LaneBlock,
 }
 
 /// Stage and weight, zero weights left out.
 pub(crate) type Weights = Vec<(usize, f64)>;
 
+impl Pair {
+    fn tableau(&self, a: Vec<Weights>, velocity: Vec<Weights>) -> Tableau {
+        let mut c = self.c.to_vec();
+        c.resize(a.len(), 1.0);
+        let together = |of: &[f64]| -> Weights {
+            let counts = |i: &usize| self.bp[*i] != 0.0 || self.error[*i] != 0.0;
+            (0..of.len()).filter(counts).map(|i| (i, of[i])).collect()
+        };
+        let bp = together(self.bp);
+        let nodes = LaneBlock(std::array::from_fn(|i| c[bp[i].0]));
+        Tableau {
+            order: self.order,
+            embedded_order: self.embedded_order,
+            b: a.last().cloned().unwrap_or_default(),
+            error: together(self.error),
+            bp,
+            nodes,
+            a,
+            velocity,
+            c,
+        }
+    }
+}
+
 impl Tableau {
     /// The Nystrom pair 8(6), for forces without damping.
     pub(crate) fn nystrom_8_6() -> Tableau {
         let pair = &NYSTROM_8_6;
         let nodes: Vec<usize> = (0..pair.c.len()).filter(|&i| pair.bp[i] != 0.0).collect();
-        let velocity = pair.c.iter().map(|&c| {
-            nodes
-                .iter()
-                .map(|&j| (j, integral_of_lagrange(pair.c, &nodes, j, c)))
-                .collect()
-        });
-        let error = pair.bp.iter().zip(pair.bp_embedded).map(|(w, e)| w - e);
-        Tableau {
-            order: pair.order,
-            embedded_order: pair.embedded_order,
-            c: pair.c.to_vec(),
-            a: pair
-                .a
-                .iter()
-                .map(|row| weights(row.iter().copied()))
-                .collect(),
-            velocity: velocity.collect(),
-            b: weights(pair.b.iter().copied()),
-            bp: together(pair.bp.iter().copied(), error.clone()),
-            error: together(error, pair.bp.iter().copied()),
-            nodes: LaneBlock::default(),
-        }
-        .with_nodes()
+        let velocity = |end: &f64| -> Weights {
+            let weight = |&j: &usize| (j, integral_of_lagrange(pair.c, &nodes, j, *end));
+            nodes.iter().map(weight).collect()
+        };
+        let a = pair.a.iter().map(|row| weights(row.iter().copied()));
+        pair.tableau(a.collect(), pair.c.iter().map(velocity).collect())
     }
 
     /// The Runge-Kutta pair 8(5), for any force; a last stage at the step's end is added.
     pub(crate) fn runge_kutta_8_5() -> Tableau {
         let pair = &RUNGE_KUTTA_8_5;
-        let mut rows: Vec<Vec<f64>> = pair.a.iter().map(|row| row.to_vec()).collect();
-        rows.push(pair.b.to_vec());
-        let squared = |row: &Vec<f64>| -> Weights {
+        let rows: Vec<&[f64]> = pair.a.iter().copied().chain([pair.bp]).collect();
+        let squared = |row: &&[f64]| -> Weights {
             weights((0..row.len()).map(|l| {
                 let terms = row.iter().enumerate().skip(l + 1);
                 terms.map(|(j, w)| w * rows[j][l]).sum()
             }))
         };
-        let a: Vec<Weights> = rows.iter().map(squared).collect();
-        let mut c = pair.c.to_vec();
-        c.push(1.0);
-        Tableau {
-            order: pair.order,
-            embedded_order: pair.embedded_order,
-            c,
-            b: a.last().cloned().unwrap_or_default(),
-            a,
-            velocity: rows
-                .iter()
-                .map(|row| weights(row.iter().copied()))
-                .collect(),
-            bp: together(pair.b.iter().copied(), pair.error.iter().copied()),
-            error: together(pair.error.iter().copied(), pair.b.iter().copied()),
-            nodes: LaneBlock::default(),
-        }
-        .with_nodes()
-    }
-
-    fn with_nodes(mut self) -> Tableau {
-        debug_assert_eq!(self.bp.len(), self.nodes.0.len());
-        for (node, (stage, _)) in self.nodes.0.iter_mut().zip(&self.bp) {
-            *node = self.c[*stage];
-        }
-        self
+        let velocity = rows.iter().map(|row| weights(row.iter().copied()));
+        pair.tableau(rows.iter().map(squared).collect(), velocity.collect())
     }
 
     pub(crate) fn stages(&self) -> usize {
@@ -433,15 +417,6 @@ impl Tableau {
 
 fn weights(row: impl Iterator<Item = f64>) -> Weights {
     row.enumerate().filter(|(_, w)| *w != 0.0).collect()
-}
-
-/// Stage and weight, left out where the other weight is zero too.
-fn together(row: impl Iterator<Item = f64>, other: impl Iterator<Item = f64>) -> Weights {
-    let pairs = row.zip(other).enumerate();
-    pairs
-        .filter(|(_, (w, o))| *w != 0.0 || *o != 0.0)
-        .map(|(stage, (w, _))| (stage, w))
-        .collect()
 }
 
 /// Integral from 0 to `end` of the polynomial that is 1 at `c[one]`, 0 at the other nodes.

@@ -1,9 +1,9 @@
 //! How a chain and its start change with a parameter.
 
 use crate::chain::drive::{Drive, Waveform};
-use crate::chain::lattice::{Chain, Contact, Ends, refuse};
+use crate::chain::lattice::{Chain, Contact, Ends};
 use crate::chain::simulation::Simulation;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// The derivative of a simulation's data with respect to a parameter, by a central difference of the data, not of runs.
 #[derive(Debug, Clone)]
@@ -73,16 +73,14 @@ impl Direction {
                 parts,
             )
         };
-        if kind(below) != kind(above) {
-            let expected = "a parameter that changes values, not how many sites there are, the ends, or the end time";
-            return Err(refuse("gradient", expected, "another chain"));
-        }
+        let expected = "a parameter that changes values, not how many sites there are, the ends, or the end time";
+        let alike = kind(below) == kind(above);
+        Error::require(alike, "gradient", expected, "another chain")?;
         if let [Some(a), Some(b)] = [&below.drive, &above.drive] {
             let kinks = |drive: &Drive| drive.waveform().kinks().collect::<Vec<f64>>();
-            if a.site() != b.site() || kinks(a) != kinks(b) {
-                let expected = "a parameter that does not move when the drive sets in or ends";
-                return Err(refuse("gradient", expected, "one that does"));
-            }
+            let stays = a.site() == b.site() && kinks(a) == kinks(b);
+            let expected = "a parameter that does not move when the drive sets in or ends";
+            Error::require(stays, "gradient", expected, "one that does")?;
         }
         let [mut low, mut high] = [below, above].map(|of| Vec::from(&data(of)[..7]));
         for (rows, of) in [(&mut low, below), (&mut high, above)] {

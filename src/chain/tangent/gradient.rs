@@ -64,16 +64,7 @@ impl Simulation {
         };
         let shape = (directions.len(), times.len(), self.chain.n_sites());
         let needed = 6 * 8 * (shape.0 * shape.1 * shape.2) as u64;
-        let allowed = self
-            .memory
-            .unwrap_or_else(crate::system::memory::available_memory);
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "the gradient",
-                needed,
-                allowed,
-            });
-        }
+        Error::beyond_memory("the gradient", needed, self.allowed_memory())?;
         let at = |local: f64| self.tangents(directions, times, local, observer);
         let (fine, coarse) = rayon::join(|| at(local), || at(COARSER * local));
         let (fine, coarse) = (fine?, coarse?);

@@ -26,9 +26,7 @@ pub use gradient::Gradient;
 use rates::{Active, Motion, Rates};
 
 use super::simulation::Simulation;
-use super::stepping::{
-    self, FIRST_SITE, MOST_STAGES, Quintic, State, StepControl, Tableau, Weights, openings,
-};
+use super::stepping::{FIRST_CONTACT, FIRST_SITE, MOST_STAGES, State, Stepping, Tableau, Weights};
 use crate::Result;
 use crate::numeric::lanes::{LaneBlock, Lanes, WIDTH};
 use crate::observer::Observer;
@@ -104,15 +102,14 @@ impl Simulation {
         observer: &dyn Observer,
         visit: &mut dyn FnMut(&Motion),
     ) -> Result<()> {
-        let scale = self.velocity_scale(times.last().copied().unwrap_or(0.0));
-        let control = StepControl::LocalError(local_error * scale);
-        let mut stepping = stepping::prepare(&self.task(control, scale, false))?;
+        let (mut stepping, scale) = self.stepping(times, local_error, false)?;
         let mut follower = Follower::new(self, directions, [scale, local_error.powf(ESTIMATED)]);
         let mut t = 0.0;
         for &time in times {
             while t < time {
+                let before = stepping.mark();
                 let next = stepping.step_towards(time, observer)?;
-                follower.follow([t, next], stepping.state());
+                follower.follow([t, next], &before.state, &*stepping);
                 t = next;
             }
             visit(&follower.at);
@@ -124,6 +121,8 @@ impl Simulation {
 /// What follows a run step by step.
 struct Follower<'a> {
     rates: Rates<'a>,
+    /// The place of the first link among contacts.
+    first: usize,
     tableau: Tableau,
     sites: usize,
     masses: &'a [f64],
@@ -185,6 +184,7 @@ impl<'a> Follower<'a> {
             work: Motion::zeros(places),
             off: Motion::zeros(places),
             tableau,
+            first: FIRST_CONTACT - usize::from(simulation.chain.has_left_wall()),
             sites: simulation.chain.n_sites(),
             masses: &simulation.chain.mass,
             dashpot: losses.dashpot,
@@ -217,26 +217,26 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// Goes along a step of the run that ends in this state.
-    fn follow(&mut self, [from, to]: [f64; 2], end: &State) {
+    /// Goes along the last step of the run, from this state.
+    fn follow(&mut self, [from, to]: [f64; 2], start: &State, stepping: &dyn Stepping) {
+        let end = stepping.state();
         let places = self.at.places();
         let moves = |s: &usize| end.x[FIRST_SITE + s] != 0.0 || end.v[FIRST_SITE + s] != 0.0;
         let last = (0..self.sites).rev().find(moves).map_or(0, |s| s + 3);
         self.moved = self.moved.max(last).min(self.sites);
-        let mut next = self.at.clone();
-        for s in 0..places {
-            // Resonators are behind the last ghost.
-            let place = FIRST_SITE + s + usize::from(s >= self.sites);
-            next.base[s] = [end.x[place], end.v[place]];
-        }
-        let active = self.rates.active([from, to], [&self.at, &next], self.moved);
-        self.rows = active.places(self.sites, places);
-        self.active = active;
-        let (events, soon) = self.events([from, to], &next);
+        let events = stepping.openings([(from, start), (to, end)], &|_, _| true);
+        let presses = |i: usize| {
+            let s = self.first + i;
+            let presses_at = |state: &State| state.force[s] != 0.0;
+            presses_at(start) || presses_at(end) || events.iter().any(|(_, event)| *event == s)
+        };
+        self.active = self.rates.active(self.moved, presses);
+        self.rows = self.active.places(self.sites, places);
+        let soon = self.next_opening(stepping, to);
         let mut t = from;
-        for (time, link) in events {
+        for (time, s) in events {
             self.cross([t, time], Some(time));
-            self.jump(time, link);
+            self.jump(time, s - self.first);
             self.last = time;
             t = time;
         }
@@ -247,43 +247,30 @@ impl<'a> Follower<'a> {
             flying = row.end;
         }
         fly(&mut self.at, flying..self.sites, to - from);
-        for s in 0..places {
-            self.at.base[s] = next.base[s];
+        for (s, base) in self.at.base.iter_mut().enumerate() {
+            // Resonators are behind the last ghost.
+            let place = FIRST_SITE + s + usize::from(s >= self.sites);
+            *base = [end.x[place], end.v[place]];
         }
         self.note();
     }
 
-    /// When contacts open or close within a step, in order, and when the next one opens after it.
-    fn events(&mut self, [from, to]: [f64; 2], next: &Motion) -> (Vec<(f64, usize)>, Option<f64>) {
-        let h = to - from;
-        let [mut start, mut end] = [(); 2].map(|()| Motion::zeros(self.at.places()));
-        self.rates
-            .evaluate(from, &self.at, &self.active, &mut start);
-        self.rates.evaluate(to, next, &self.active, &mut end);
-        let (mut found, mut soon) = (Vec::new(), f64::INFINITY);
-        for &i in &self.active.links {
+    /// When the next contact opens after a step that ends at this time.
+    fn next_opening(&self, stepping: &dyn Stepping, t: f64) -> Option<f64> {
+        let end = stepping.state();
+        let opens = |&i: &usize| {
             let link = &self.rates.links[i];
-            if !link.opens {
-                continue;
-            }
-            let node = |t: f64, at: &Motion, rate: &Motion| {
-                let [overlap, closing] = self.rates.overlap(link, t, at);
-                let bend = self.rates.bend(link, t, rate);
-                [overlap.value, h * closing.value, h * h * bend]
-            };
-            let (a, b) = (node(from, &self.at, &start), node(to, next, &end));
-            let path = Quintic::hermite(a, b);
-            found.extend(openings(&path).map(|share| (from + h * share, i)));
-            // Where it presses and parts, it opens within this many steps.
-            let [overlap, parting, bend] = b;
-            if overlap > 0.0 && parting < 0.0 {
-                let square = parting * parting - 2.0 * bend * overlap;
-                let share = 2.0 * overlap / (-parting + square.max(0.0).sqrt());
-                soon = soon.min(to + h * share);
-            }
-        }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        (found, Some(soon).filter(|t| t.is_finite()))
+            let s = self.first + i;
+            let [left, right] = [s - 1, s].map(|s| stepping.motion(s, t, end));
+            let [r, parting, bend]: [f64; 3] = std::array::from_fn(|i| left[i] - right[i]);
+            let overlap = link.static_overlap.value + r;
+            // Where it presses and parts.
+            let is_near = link.opens && overlap > 0.0 && parting < 0.0;
+            let square = parting * parting - 2.0 * bend * overlap;
+            is_near.then(|| t + 2.0 * overlap / (-parting + square.max(0.0).sqrt()))
+        };
+        let times = self.active.links.iter().filter_map(opens);
+        times.min_by(f64::total_cmp)
     }
 
     /// What a dashpot that sets in or ends changes.

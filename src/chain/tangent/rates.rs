@@ -64,8 +64,8 @@ impl<L: Lanes> Mul for Dual<L> {
 
 /// A datum of a chain with its derivatives.
 #[derive(Debug, Clone, Copy, Default)]
-struct Parameter {
-    value: f64,
+pub(super) struct Parameter {
+    pub(super) value: f64,
     each: LaneBlock,
 }
 
@@ -215,7 +215,7 @@ pub(super) struct Link<'a> {
     pub(super) left: Option<usize>,
     pub(super) right: Option<usize>,
     coefficient: Parameter,
-    static_overlap: Parameter,
+    pub(super) static_overlap: Parameter,
 }
 
 /// The law of a contact, that before site 0 without index.
@@ -327,7 +327,8 @@ impl<'a> Rates<'a> {
     fn across<L: Lanes>(&self, link: &Link, t: f64, at: &Motion) -> [Dual<L>; 2] {
         let [left, right] = [link.left, link.right].map(|place| place.map(|s| at.read(s)));
         let [x, v] = left.unwrap_or_else(|| {
-            let [x, v, _] = self.wall(t);
+            let drive = self.drive.filter(|drive| matches!(drive, Drive::Wall(_)));
+            let [x, v, _] = drive.map_or_else(Default::default, |_| self.driven(t));
             [x.here(), v.here()]
         });
         let [x1, v1] = right.unwrap_or([Dual::constant(0.0); 2]);
@@ -340,22 +341,6 @@ impl<'a> Rates<'a> {
         [link.static_overlap.here() + r, closing]
     }
 
-    /// What the wall before the first body does.
-    fn wall(&self, t: f64) -> [Parameter; 3] {
-        match self.drive {
-            Some(Drive::Wall(_)) => self.driven(t),
-            _ => Default::default(),
-        }
-    }
-
-    /// Second derivative of the overlap of a link in time.
-    pub(super) fn bend(&self, link: &Link, t: f64, rates: &Motion) -> f64 {
-        let left = link
-            .left
-            .map_or_else(|| self.wall(t)[2].value, |s| rates.base[s][1]);
-        left - link.right.map_or(0.0, |s| rates.base[s][1])
-    }
-
     /// Sets a body whose motion is prescribed.
     pub(super) fn place(&self, t: f64, at: &mut Motion) {
         if let Some((site, _)) = self.drive.and_then(Drive::motion) {
@@ -364,14 +349,14 @@ impl<'a> Rates<'a> {
         }
     }
 
-    /// What moves other than in free flight, of the first `moved` bodies, in a step of this length between two states.
-    pub(super) fn active(&self, [from, to]: [f64; 2], ends: [&Motion; 2], moved: usize) -> Active {
+    /// What moves other than in free flight, of the first `moved` bodies, in a step in which these links press.
+    pub(super) fn active(&self, moved: usize, presses: impl Fn(usize) -> bool) -> Active {
         let everywhere = self.chain.has_pulls() || self.drive.is_some();
         let (mut links, mut bodies) = (Vec::new(), Vec::<Range<usize>>::new());
         for (i, link) in self.links.iter().enumerate() {
             let nearest = link.left.unwrap_or(0).min(link.right.unwrap_or(usize::MAX));
             let acts = everywhere || !link.opens || link.static_overlap.value > 0.0;
-            if nearest < moved && (acts || self.presses(link, [from, to], ends)) {
+            if nearest < moved && (acts || presses(i)) {
                 links.push(i);
                 let both = [link.left, link.right].into_iter().flatten();
                 bodies.extend(both.map(|s| s..s + 1));
@@ -389,18 +374,6 @@ impl<'a> Rates<'a> {
             joined
         });
         Active { links, bodies }
-    }
-
-    /// Whether a link may press within a step.
-    fn presses(&self, link: &Link, times: [f64; 2], ends: [&Motion; 2]) -> bool {
-        let node = |i: usize| {
-            let [overlap, closing] = self.overlap(link, times[i], ends[i]);
-            [overlap.value, closing.value]
-        };
-        let ([a, closing], [b, parting]) = (node(0), node(1));
-        let half = 0.5 * (times[1] - times[0]);
-        let meets = closing > 0.0 && parting < 0.0;
-        a > 0.0 || b > 0.0 || meets && (a + half * closing).max(b - half * parting) > 0.0
     }
 
     /// Rates of change at time t of what is active.
