@@ -158,12 +158,10 @@ impl<'a> Contacts<'a> {
 
     /// Force on site j towards -x by drag, the ground and a resonator.
     pub(super) fn pull(&self, j: usize, at: ChainState) -> f64 {
-        let ChainState {
-            x, v, resonators, ..
-        } = at;
+        let (x, v) = (at.x, at.v);
         let ground = self.chain.on_site.ground.as_ref();
         let held = ground.map_or(0.0, |ground| ground.force(j, x[j]));
-        let resonator = match (self.chain.resonators(), resonators) {
+        let resonator = match (self.chain.resonators(), at.resonators) {
             (Some(all), [y, w]) if j < y.len() => all.force(j, y[j] - x[j], w[j] - v[j]),
             _ => 0.0,
         };
@@ -262,16 +260,11 @@ impl<'a> Contacts<'a> {
 
     /// `phi` and its slope from the overlaps of `state`.
     pub(super) fn evaluate_roots(&self, state: &mut ContactState) {
-        let ContactState {
-            overlap,
-            phi,
-            phi_slope,
-            ..
-        } = state;
+        let (overlap, phi, slope) = (&state.overlap, &mut state.phi, &mut state.phi_slope);
         if self.just_touch() {
-            return hertz_roots([&self.coefficient, overlap], [phi, phi_slope]);
+            return hertz_roots([&self.coefficient, overlap], [phi, slope]);
         }
-        let roots = phi.iter_mut().zip(phi_slope);
+        let roots = phi.iter_mut().zip(slope);
         for (i, ((phi, slope), r)) in roots.zip(overlap).enumerate() {
             (*phi, *slope) = self.contact(i).root_energy(*r);
         }

@@ -17,7 +17,6 @@ mod arrays;
 mod balance;
 mod branches;
 mod contacts;
-mod curves;
 mod equipartition;
 mod filter;
 mod frequency;
@@ -43,7 +42,6 @@ mod units;
 mod waiting;
 mod wavenumber;
 
-pub use curves::Curves;
 pub use equipartition::ModeBudget;
 pub use filter::{Filter, ScaleOf};
 pub(crate) use frequency::usual_pairs;
@@ -53,8 +51,8 @@ pub use modes::Basis;
 pub use motion::Motion;
 pub use request::{BudgetRequest, Views};
 pub use result::{
-    BranchBudget, Budget, Closure, Direction, Identities, IntegratedFluxCheck, Integration,
-    LargestPassage, PassedError, Residual, ScaleBudget, WavenumberBudget,
+    BranchBudget, Budget, Closure, Curves, Direction, Identities, IntegratedFluxCheck, Integration,
+    LargestPassage, Residual, ScaleBudget, WavenumberBudget,
 };
 pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 pub use triads::{Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, chain_triads};

@@ -1,12 +1,13 @@
 //! The pass over time: real space and wavenumbers, sample by sample.
 
+use super::balance::running;
 use super::branches::Branches;
 use super::contacts::Contacts;
 use super::modes::{Basis, Modes};
 use super::motion::Motion;
 use super::real_space::{Exchanged, SiteBalance, SiteTerms};
 use super::request::BudgetRequest;
-use super::result::{Budget, Closure, empty_map};
+use super::result::Budget;
 use super::spectral::Spectral;
 use super::waiting::Waiting;
 use super::wavenumber::{Terms, Transfers};
@@ -64,21 +65,8 @@ pub(super) fn pass(
         pitch: request.pitch,
         units: request.units.clone(),
         time: motion.time.to_vec(),
-        kinetic: Vec::with_capacity(samples),
-        contact: Vec::with_capacity(samples),
-        lost: Vec::with_capacity(samples),
-        input: Vec::with_capacity(samples),
-        scale: 0.0,
-        passed: Vec::new(),
-        left_behind: Vec::new(),
         followed: motion.energy_passed.is_some(),
-        flux_map: empty_map(),
-        wavenumber: None,
-        frequency: None,
-        scales: None,
-        modes: None,
-        closure: Closure::default(),
-        errors: None,
+        ..Budget::default()
     };
     observer.stage("budgets", samples as u64);
     waiting.each_sample(
@@ -100,23 +88,17 @@ pub(super) fn pass(
             exchanged.set(motion, i);
             balance.follow(i, &sites.energy, &exchanged);
             let total = sites.kinetic + sites.contact;
-            let Exchanged {
-                passed,
-                lost,
-                input,
-            } = &exchanged;
+            let (passed, lost) = (&exchanged.passed, &exchanged.lost);
             budget.kinetic.push(sites.kinetic);
             budget.contact.push(sites.contact);
             budget.lost.push(sum(lost));
-            budget.input.push(*input);
-            budget.scale = budget.scale.max(total.abs()).max(input.abs());
+            budget.input.push(exchanged.input);
+            budget.scale = budget.scale.max(total.abs()).max(exchanged.input.abs());
             if i + 1 == samples {
-                let mut held = 0.0;
-                let sums = sites.energy.iter().map(|e| {
-                    held += e;
-                    held
-                });
-                budget.left_behind = sums.take(m).collect();
+                running(
+                    &mut budget.left_behind,
+                    sites.energy.iter().copied().take(m),
+                );
                 budget.passed = passed.clone();
             }
             waiting.push(LargeArray::SITE_ENERGY, &sites.energy);

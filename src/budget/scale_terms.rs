@@ -13,12 +13,8 @@ pub(super) struct ScaleScratch {
     pub(super) contacts: ContactState,
     /// Force, overlap, velocity; damping, push, displacement, force of the ground, motion of resonators where there are any.
     rows: Filtered,
-    /// Elastic force plus damping.
-    force: Vec<f64>,
-    /// Force on each site from outside.
-    push: Vec<f64>,
-    /// Force of each spring to the ground.
-    ground: Vec<f64>,
+    /// Elastic force plus damping of each contact, and the forces on each site from outside and of its spring to the ground.
+    at_places: [Vec<f64>; 3],
     /// Force of the contact law at the filtered overlaps.
     law_force: Vec<f64>,
     /// Of the contact left of each site, and last of the one right of the last site: energy of the law at the filtered
@@ -39,14 +35,7 @@ pub(super) struct ScaleTerms {
 impl Scales<'_> {
     /// Transforms the state of one instant, for [`Scales::terms`] at every scale.
     pub(super) fn load(&self, at: ChainState, scratch: &mut ScaleScratch) {
-        let ScaleScratch {
-            contacts: state,
-            rows,
-            force,
-            push,
-            ground,
-            ..
-        } = scratch;
+        let (state, [force, push, ground]) = (&mut scratch.contacts, &mut scratch.at_places);
         self.contacts.evaluate(at, state);
         let inside = self.contacts.offset..;
         let [elastic, overlap, damping] =
@@ -76,7 +65,7 @@ impl Scales<'_> {
         if chain.resonators().is_some() {
             kinds.extend(at.resonators);
         }
-        self.sublattices.transform(&kinds, rows);
+        self.sublattices.transform(&kinds, &mut scratch.rows);
     }
 
     /// Filtered overlaps with their first and second time derivatives, at one scale.
@@ -86,11 +75,7 @@ impl Scales<'_> {
         at: ChainState,
         scratch: &mut ScaleScratch,
     ) -> [Vec<f64>; 3] {
-        let ScaleScratch {
-            contacts: state,
-            rows,
-            ..
-        } = scratch;
+        let (state, rows) = (&mut scratch.contacts, &mut scratch.rows);
         self.contacts.evaluate(at, state);
         let acceleration = self.contacts.accelerations(at, state);
         let contacts = self.contacts.offset..self.contacts.len();
@@ -113,13 +98,8 @@ impl Scales<'_> {
     ) {
         let chain = self.contacts.chain();
         let (n, m) = (chain.n_sites(), chain.n_contacts());
-        let ScaleScratch {
-            rows,
-            law_force,
-            at_sites,
-            ..
-        } = scratch;
-        let mut filtered = self.sublattices.filter(&planned.gains, rows);
+        let (law_force, at_sites) = (&mut scratch.law_force, &mut scratch.at_sites);
+        let mut filtered = self.sublattices.filter(&planned.gains, &mut scratch.rows);
         let on_site = &chain.on_site;
         // In the order of `load`.
         let mut row = |is_there: bool| match is_there {

@@ -59,8 +59,7 @@ pub(super) struct TransferScratch {
     /// Of the motion of sites, of contacts, then of [`Transfers::springs`].
     squares: Vec<Square>,
     springs: Vec<[Vec<f64>; 2]>,
-    other: Vec<Complex<f64>>,
-    another: Vec<Complex<f64>>,
+    others: [Vec<Complex<f64>>; 2],
 }
 
 impl<'a> Transfers<'a> {
@@ -100,8 +99,7 @@ impl<'a> Transfers<'a> {
             contacts: ContactState::default(),
             squares: (0..2 + springs).map(square).collect(),
             springs: Vec::new(),
-            other: line(),
-            another: line(),
+            others: [line(), line()],
         }
     }
 
@@ -127,12 +125,12 @@ impl<'a> Transfers<'a> {
     ) {
         self.load_roots(at, scratch);
         self.load_rates(at, scratch);
-        let TransferScratch { size, squares, .. } = &mut *scratch;
+        let (size, squares) = (&mut scratch.size, &scratch.squares);
         for row in [&mut terms.energy, &mut terms.transfer, size] {
             row.clear();
             row.resize(self.modes.len(), 0.0);
         }
-        for Square { factor, root, rate } in squares.iter() {
+        for Square { factor, root, rate } in squares {
             let out = terms.energy.iter_mut().zip(&mut terms.transfer);
             let out = out.zip(&mut *size).zip(&self.weights);
             for ((((energy, transfer), size), weight), (root, rate)) in
@@ -148,7 +146,7 @@ impl<'a> Transfers<'a> {
         let branches = self.branches.as_ref();
         terms.split = branches.map(|branches| {
             let [sites, contacts] = [&squares[0], &squares[1]];
-            branches.split(&sites.root, &sites.rate, &contacts.root, &contacts.rate)
+            branches.split([&sites.root, &sites.rate], [&contacts.root, &contacts.rate])
         });
         if self.lossy {
             self.losses(at, scratch, &mut terms.loss);
@@ -188,14 +186,8 @@ impl<'a> Transfers<'a> {
     }
 
     fn load_roots(&self, at: ChainState, scratch: &mut TransferScratch) {
-        let TransferScratch {
-            modes: work,
-            row,
-            contacts: state,
-            squares,
-            springs,
-            ..
-        } = scratch;
+        let (work, state, row) = (&mut scratch.modes, &mut scratch.contacts, &mut scratch.row);
+        let (squares, springs) = (&mut scratch.squares, &mut scratch.springs);
         self.contacts.evaluate(at, state);
         self.contacts.evaluate_roots(state);
         *springs = self.springs(at);
@@ -210,14 +202,8 @@ impl<'a> Transfers<'a> {
     }
 
     fn load_rates(&self, at: ChainState, scratch: &mut TransferScratch) {
-        let TransferScratch {
-            modes: work,
-            row,
-            contacts: state,
-            squares,
-            springs,
-            ..
-        } = scratch;
+        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+        let (squares, springs) = (&mut scratch.squares, &scratch.springs);
         let (modes, contacts) = (&self.modes, self.contacts);
         contacts.push_all(&state.elastic, row);
         if let Some(ground) = &contacts.chain().on_site.ground {
@@ -250,15 +236,8 @@ impl<'a> Transfers<'a> {
 
     /// `L(k)`: what dampers and drag take from the sites, and the dashpots of resonators from these.
     fn losses(&self, at: ChainState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
-        let TransferScratch {
-            modes: work,
-            row,
-            contacts: state,
-            squares,
-            other,
-            another,
-            ..
-        } = scratch;
+        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+        let (moving, [other, another]) = (&scratch.squares[0].root, &mut scratch.others);
         let chain = self.contacts.chain();
         row.resize(at.v.len(), 0.0);
         self.contacts.push_all(&state.damping, row);
@@ -274,7 +253,7 @@ impl<'a> Transfers<'a> {
         self.modes.of_sites(row, work, other);
         loss.clear();
         loss.resize(self.weights.len(), 0.0);
-        self.add_power(-1.0, [&squares[0].root, other], loss);
+        self.add_power(-1.0, [moving, other], loss);
         if let Some(all) = chain.resonators() {
             let root = |j: usize| all.mass[j].sqrt();
             let momentum: Vec<f64> = (0..w.len()).map(|j| root(j) * w[j]).collect();
@@ -291,14 +270,8 @@ impl<'a> Transfers<'a> {
 
     /// `I(k)`: the power of the external force, and of a moving wall on its contact.
     fn inputs(&self, scratch: &mut TransferScratch, input: &mut Vec<f64>) {
-        let TransferScratch {
-            modes: work,
-            row,
-            contacts: state,
-            squares,
-            other,
-            ..
-        } = scratch;
+        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+        let (squares, other) = (&scratch.squares, &mut scratch.others[0]);
         let pushed = self.contacts.pushed();
         row.clear();
         row.resize(self.root_mass.len(), 0.0);
