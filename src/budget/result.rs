@@ -47,7 +47,7 @@ pub struct Budget {
 
 impl Budget {
     /// Energy of the chain at each sample.
-    pub(super) fn energies(&self) -> Vec<f64> {
+    pub fn energies(&self) -> Vec<f64> {
         let parts = self.kinetic.iter().zip(&self.contact);
         parts.map(|(kinetic, contact)| kinetic + contact).collect()
     }

@@ -8,6 +8,8 @@
 //! dampers and drag; plus `I(k)`, the power of a driven end. `sum T = 0`: it is exchange between
 //! wavenumbers, whatever the state.
 
+use std::f64::consts::SQRT_2;
+
 use num_complex::Complex;
 
 use super::branches::{BranchSplit, Branches};
@@ -59,7 +61,7 @@ pub(super) struct TransferScratch {
     /// Of the motion of sites, of contacts, then of [`Transfers::springs`].
     squares: Vec<Square>,
     springs: Vec<[Vec<f64>; 2]>,
-    others: [Vec<Complex<f64>>; 2],
+    other: Vec<Complex<f64>>,
 }
 
 impl<'a> Transfers<'a> {
@@ -99,7 +101,7 @@ impl<'a> Transfers<'a> {
             contacts: ContactState::default(),
             squares: (0..2 + springs).map(square).collect(),
             springs: Vec::new(),
-            others: [line(), line()],
+            other: line(),
         }
     }
 
@@ -237,7 +239,7 @@ impl<'a> Transfers<'a> {
     /// `L(k)`: what dampers and drag take from the sites, and the dashpots of resonators from these.
     fn losses(&self, at: ChainState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
         let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
-        let (moving, [other, another]) = (&scratch.squares[0].root, &mut scratch.others);
+        let (squares, other) = (&scratch.squares, &mut scratch.other);
         let chain = self.contacts.chain();
         row.resize(at.v.len(), 0.0);
         self.contacts.push_all(&state.damping, row);
@@ -253,25 +255,25 @@ impl<'a> Transfers<'a> {
         self.modes.of_sites(row, work, other);
         loss.clear();
         loss.resize(self.weights.len(), 0.0);
-        self.add_power(-1.0, [moving, other], loss);
+        self.add_power(-1.0, [&squares[0].root, other], loss);
         if let Some(all) = chain.resonators() {
-            let root = |j: usize| all.mass[j].sqrt();
-            let momentum: Vec<f64> = (0..w.len()).map(|j| root(j) * w[j]).collect();
             let damped = |j: usize| match all.mass[j] > 0.0 {
-                true => all.force(j, 0.0, w[j] - at.v[j]) / root(j),
+                true => all.force(j, 0.0, w[j] - at.v[j]) / all.mass[j].sqrt(),
                 false => 0.0,
             };
-            let damped: Vec<f64> = (0..w.len()).map(damped).collect();
-            self.modes.of_sites(&momentum, work, other);
-            self.modes.of_sites(&damped, work, another);
-            self.add_power(1.0, [other, another], loss);
+            row.clear();
+            row.extend((0..w.len()).map(damped));
+            self.modes.of_sites(row, work, other);
+            // The square is the kinetic energy, half of that of `sqrt(m) w`.
+            let moving = &squares[squares.len() - 2].root;
+            self.add_power(SQRT_2, [moving, other], loss);
         }
     }
 
     /// `I(k)`: the power of the external force, and of a moving wall on its contact.
     fn inputs(&self, scratch: &mut TransferScratch, input: &mut Vec<f64>) {
         let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
-        let (squares, other) = (&scratch.squares, &mut scratch.others[0]);
+        let (squares, other) = (&scratch.squares, &mut scratch.other);
         let pushed = self.contacts.pushed();
         row.clear();
         row.resize(self.root_mass.len(), 0.0);

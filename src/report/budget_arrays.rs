@@ -268,12 +268,12 @@ pub fn write_measured_arrays(
         .collect();
     let named = named.iter().map(|(name, errors)| (name.as_str(), *errors));
     for (name, array) in [
-        ("velocity", &measured.velocity),
+        ("velocity", &measured.values.velocity),
         ("velocity_error", &errors.velocity),
         ("displacement", &measured.displacement),
-        ("overlap", &measured.overlap),
+        ("overlap", &measured.values.overlap),
         ("overlap_error", &errors.overlap),
-        ("force", &measured.force),
+        ("force", &measured.values.force),
         ("force_error", &errors.force),
         ("energy_flux_error", &errors.flux),
         ("energy_passed_error", &errors.passed),

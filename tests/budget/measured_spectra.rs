@@ -133,7 +133,8 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
         let record = spoilt.of(&run, 40 + seed);
         for (stated, share) in [(0.01, &mut known), (0.0, &mut unknown)] {
             let measured = measure(&run, record.view(), &options(Drift::None, gains(stated)));
-            let [within, _] = coverage(&measured.overlap, &overlap, &measured.errors.overlap);
+            let [within, _] =
+                coverage(&measured.values.overlap, &overlap, &measured.errors.overlap);
             *share += within / seeds as f64;
         }
     }
@@ -163,7 +164,7 @@ fn val_simulation_uncertain_gains_coefficients_and_masses_enter_all_errors() {
             );
             let measured = measured.unwrap();
             let force = run.force.as_ref().unwrap();
-            let [forces, _] = coverage(&measured.force, force, &measured.errors.force);
+            let [forces, _] = coverage(&measured.values.force, force, &measured.errors.force);
             let (found, arrays, errors) = measured.budget(&BudgetRequest::default()).unwrap();
             let (_, exact) = budget(&Motion::of(&run).unwrap(), &pinned(&found)).unwrap();
             let name = LargeArray::ENERGY_SPECTRUM;
@@ -265,7 +266,11 @@ fn val_simulation_the_energy_given_is_not_biased() {
                 assert!(z.abs() < 4.0, "{noise} {ratio} {seed} {energy:?}");
                 mean += z / seeds as f64;
                 squares += z * z / seeds as f64;
-                let most = measured.energy.iter().fold(0.0, |m: f64, e| m.max(*e));
+                let most = measured
+                    .values
+                    .energy
+                    .iter()
+                    .fold(0.0, |m: f64, e| m.max(*e));
                 largest += (most - 0.5) / energy.error / seeds as f64;
             }
             // Three standard errors of the mean of twelve records.
@@ -319,7 +324,7 @@ fn val_simulation_the_energy_given_is_that_of_the_blow() {
     let record = Spoilt::by(1e-3).of(&run, 4);
     let measured = measure(&run, record.view(), &options(Drift::None, gains(0.0)));
     let energy = measured.report.energy;
-    let left = measured.energy[[1200, 0]];
+    let left = measured.values.energy[[1200, 0]];
     assert!(left < 0.2, "{left}");
     assert!(
         (energy.value - 0.5).abs() < 3.0 * energy.error,

@@ -11,9 +11,8 @@ use std::ops::Range;
 
 use ndarray::{Array2, Axis};
 
-use super::derive::Derived;
-use super::estimate::{HALVED, add_squares, finish_squares, raised};
-use super::repetitions::Repetitions;
+use super::derive::{Derived, HALVED};
+use super::estimate::{add_squares, finish_squares, raised};
 use super::{MeasuredMotion, derive};
 use crate::arrays::{Arrays, Collect, LargeArray, Sink};
 use crate::budget::frequency::usual_pairs;
@@ -80,18 +79,20 @@ impl MeasuredMotion {
         request: &BudgetRequest,
         observer: &dyn Observer,
     ) -> Result<(Curves, Arrays)> {
-        let made = |chain: &Chain, displacement: &Array2<f64>, velocity: &Array2<f64>| {
-            let motion = derive::motion(chain, self.time.view(), displacement, velocity);
+        let (measurement, velocity) = (&self.measurement, &self.values.velocity);
+        let (chain, dt, missing) = (&measurement.chain, measurement.dt, &measurement.missing);
+        let made = |varied: &Chain, displacement: &Array2<f64>, velocity: &Array2<f64>| {
+            let motion = derive::motion(varied, self.time.view(), displacement, velocity);
             let collect = Collect::default();
-            let budget = run_beside(&motion, &self.chain, request, &collect, &Silent)?;
+            let budget = run_beside(&motion, chain, request, &collect, &Silent)?;
             let mut arrays = collect.into_arrays();
-            // [`super::Errors`] has these.
+            // [`MeasuredMotion::errors`] has these.
             for known in [LargeArray::ENERGY_FLUX, LargeArray::ENERGY_PASSED] {
                 arrays.remove(&known);
             }
             Ok::<_, Error>((budget.curves(), arrays))
         };
-        let (here, arrays) = made(&self.chain, &self.displacement, &self.velocity)?;
+        let (here, arrays) = made(chain, &self.displacement, velocity)?;
         let values: usize = arrays.values().map(Array2::len).sum();
         let needed = (values as u64).saturating_mul(8 * HELD);
         let what = "the budgets of repeated measurements";
@@ -104,23 +105,15 @@ impl MeasuredMotion {
         for sums in curves.values_mut() {
             sums.fill(0.0);
         }
-        let repetitions = Repetitions {
-            chain: &self.chain,
-            dt: self.dt,
-            channels: &self.channels,
-            missing: &self.missing,
-            options: &self.options,
-            velocity: &self.velocity,
-        };
-        let count = self.options.repetitions;
+        let count = measurement.options.repetitions;
         observer.stage("errors", count as u64);
         let again = |number| {
             observer.go_on()?;
-            let (chain, velocity) = repetitions.again(number);
-            let (displacement, velocity) = Derived::moved(&chain, self.dt, velocity, &self.missing);
-            made(&chain, &displacement, &velocity)
+            let (varied, velocity) = measurement.again(velocity, number);
+            let (displacement, velocity) = Derived::moved(&varied, dt, velocity, missing);
+            made(&varied, &displacement, &velocity)
         };
-        repetitions.each(again, |found| {
+        measurement.each(again, |found| {
             let (again, found) = found?;
             for (name, sum) in &mut squares {
                 add_squares(sum, &found[name], &arrays[name]);
@@ -131,14 +124,11 @@ impl MeasuredMotion {
             observer.advance(1);
             Ok::<(), Error>(())
         })?;
-        let half = repetitions.every_other_sample();
-        let (displacement, velocity) =
-            Derived::moved(&self.chain, 2.0 * self.dt, half, &self.missing);
-        let [displacement, velocity] = [
-            shifted(&self.displacement, &displacement),
-            shifted(&self.velocity, &velocity),
-        ];
-        let (sampled, sampled_arrays) = made(&self.chain, &displacement, &velocity)?;
+        let half = measurement.every_other_sample(velocity);
+        let half = Derived::moved(chain, 2.0 * dt, half, missing);
+        let [displacement, velocity] = [(&self.displacement, half.0), (velocity, half.1)]
+            .map(|(full, half)| shifted(full, &half));
+        let (sampled, sampled_arrays) = made(chain, &displacement, &velocity)?;
         for (name, sum) in &mut squares {
             finish_squares(sum, count);
             add_sampling(*name, sum, &sampled_arrays[name], &arrays[name]);
@@ -150,7 +140,7 @@ impl MeasuredMotion {
         Ok((curves, squares))
     }
 
-    /// Errors that are known otherwise: of energies and of what passed, no less than [`super::Errors`]
+    /// Errors that are known otherwise: of energies and of what passed, no less than [`MeasuredMotion::errors`]
     /// has them; of losses, what another rule of quadrature finds.
     fn add_known(&self, budget: &Budget, curves: &mut Curves) {
         let last = budget.time.len() - 1;
