@@ -8,9 +8,12 @@
 //! apart checks both. At the largest k either is 0: the first since `sum T = 0`, the second if
 //! energies and losses balance.
 
-use super::result::{Budget, IntegratedFluxCheck, PassedError, WavenumberBudget};
+use super::result::{Budget, IntegratedFluxCheck, WavenumberBudget};
 use super::wavenumber::Terms;
-use crate::numeric::lanes::{Lanes, SimdKernel, widest};
+
+/// Passed energies below this share of the energy are rounding errors: spectral energies are squares
+/// of transforms, each with an error of a few units in the last place.
+const ROUNDING: f64 = 1e-14;
 
 /// A balance of many quantities: `change = integral of rate`, and how far it is from closing.
 #[derive(Debug, Clone, Default)]
@@ -64,41 +67,20 @@ pub(super) fn add(sums: &mut [f64], weight: f64, values: &[f64]) {
 
 /// The largest of residuals that are 0 or more; NaN counts as larger than any number.
 pub(super) fn worst_of(worst: f64, off: &[f64]) -> f64 {
-    widest(Worst { worst, off })
-}
-
-struct Worst<'a> {
-    worst: f64,
-    off: &'a [f64],
-}
-
-impl SimdKernel for Worst<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> f64 {
-        let keep = |worst: &mut f64, off: f64| {
-            *worst = if *worst >= off || worst.is_nan() {
-                *worst
-            } else {
-                off
-            };
-        };
-        // In lanes: the largest does not depend on the order.
-        let mut lanes = [self.worst; 8];
-        let chunks = self.off.chunks_exact(8);
-        let rest = chunks.remainder();
-        for chunk in chunks {
-            for (lane, off) in lanes.iter_mut().zip(chunk) {
-                keep(lane, *off);
-            }
+    let larger = |a: f64, b: f64| if a >= b || a.is_nan() { a } else { b };
+    // In lanes: the largest does not depend on the order.
+    let mut lanes = [worst; 8];
+    let chunks = off.chunks_exact(8);
+    let rest = chunks.remainder();
+    for chunk in chunks {
+        for (lane, off) in lanes.iter_mut().zip(chunk) {
+            *lane = larger(*lane, *off);
         }
-        let mut worst = self.worst;
-        for off in lanes.iter().chain(rest) {
-            keep(&mut worst, *off);
-        }
-        worst
     }
+    lanes
+        .into_iter()
+        .chain(rest.iter().copied())
+        .fold(worst, larger)
 }
 
 /// Which of the two is given.
@@ -193,9 +175,14 @@ impl Passage {
             GivenRate::Transfer => self.check.two_ways,
             GivenRate::Balance => self.check.at_largest_wavenumber,
         };
-        found.passed_error = PassedError::numerical(error, budget.scale);
+        found.passed_error = error.max(ROUNDING * budget.scale);
         budget.closure.wavenumber = budget.relative(self.worst);
-        budget.closure.integrated_flux = self.check.relative_to(budget.scale);
+        let check = IntegratedFluxCheck {
+            at_largest_wavenumber: self.check.at_largest_wavenumber / budget.scale,
+            two_ways: self.check.two_ways / budget.scale,
+        };
+        let is_finite = check.at_largest_wavenumber.is_finite() && check.two_ways.is_finite();
+        budget.closure.integrated_flux = is_finite.then_some(check);
         budget.wavenumber = Some(found);
     }
 }

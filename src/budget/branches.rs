@@ -78,12 +78,11 @@ impl Branches {
         self.optical.len()
     }
 
+    /// Of motions and of contacts, each with its rate.
     pub(super) fn split(
         &self,
-        q: &[Complex<f64>],
-        f: &[Complex<f64>],
-        phi: &[Complex<f64>],
-        rate: &[Complex<f64>],
+        sites: [&[Complex<f64>]; 2],
+        contacts: [&[Complex<f64>]; 2],
     ) -> BranchSplit {
         let count = self.optical.len();
         let mut split = BranchSplit {
@@ -97,7 +96,7 @@ impl Branches {
             let is_end = m == 0 || 4 * m == self.sites;
             let weight = if is_end { 1.0 } else { 2.0 };
             let pair = |z: &[Complex<f64>]| self.sublattices(z, m);
-            let (q, f, phi, rate) = (pair(q), pair(f), pair(phi), pair(rate));
+            let ([q, f], [phi, rate]) = (sites.map(pair), contacts.map(pair));
             let total = 0.5 * norm(q) + norm(phi);
             let [q1, f1] = [q, f].map(|z| project(optical.sites, z));
             let [phi1, rate1] = [phi, rate].map(|z| project(optical.contacts, z));

@@ -41,15 +41,6 @@ pub(super) struct ContactState {
     pub(super) push: f64,
 }
 
-/// Force and mean speed of a range of contacts at one instant.
-#[derive(Debug, Clone, Default)]
-pub(super) struct PowerRow {
-    overlap: Vec<f64>,
-    energy: Vec<f64>,
-    pub(super) force: Vec<f64>,
-    pub(super) speed: Vec<f64>,
-}
-
 /// What a budget over wavenumbers needs.
 const ABOVE_REST: &str = "`frequency` or `scale`, since energy by wavenumber needs contacts whose energy is never below \
                           that at rest";
@@ -158,12 +149,10 @@ impl<'a> Contacts<'a> {
 
     /// Force on site j towards -x by drag, the ground and a resonator.
     pub(super) fn pull(&self, j: usize, at: ChainState) -> f64 {
-        let ChainState {
-            x, v, resonators, ..
-        } = at;
+        let (x, v) = (at.x, at.v);
         let ground = self.chain.on_site.ground.as_ref();
         let held = ground.map_or(0.0, |ground| ground.force(j, x[j]));
-        let resonator = match (self.chain.resonators(), resonators) {
+        let resonator = match (self.chain.resonators(), at.resonators) {
             (Some(all), [y, w]) if j < y.len() => all.force(j, y[j] - x[j], w[j] - v[j]),
             _ => 0.0,
         };
@@ -178,6 +167,19 @@ impl<'a> Contacts<'a> {
 
     /// Fills `state` from the motion at one time.
     pub(super) fn evaluate(&self, at: ChainState, state: &mut ContactState) {
+        self.evaluate_some(0..self.len(), at, state);
+        state.push = self.drive.map_or(0.0, |drive| {
+            let site = drive.site();
+            let inner = || {
+                let on = |force: &[f64]| self.push_on(site, force);
+                on(&state.elastic) + on(&state.damping) - self.pull(site, at)
+            };
+            drive.push_at(at.t, self.chain.mass[site], inner)
+        });
+    }
+
+    /// The same for a range of contacts, from the first of which rows then begin, without the external force.
+    fn evaluate_some(&self, some: Range<usize>, at: ChainState, state: &mut ContactState) {
         let ChainState { t, x, v, .. } = at;
         for row in [
             &mut state.overlap,
@@ -188,7 +190,7 @@ impl<'a> Contacts<'a> {
             &mut state.phi,
             &mut state.phi_slope,
         ] {
-            row.resize(self.len(), 0.0);
+            row.resize(some.len(), 0.0);
         }
         let (wall, wall_velocity) = match self.drive {
             Some(Drive::Wall(wave)) => (wave.at(t), wave.rate_at(t)),
@@ -196,36 +198,32 @@ impl<'a> Contacts<'a> {
         };
         state.wall_velocity = wall_velocity;
         // Contacts between adjacent sites first, then those at the ends.
-        let inner = self.offset..self.len().min(self.offset + x.len() - 1);
+        let end = some.end.min(self.offset + x.len() - 1);
+        let inner = some.start.max(self.offset).min(end)..end;
+        let sites = inner.start - self.offset..inner.end + 1 - self.offset;
+        let places = inner.start - some.start..inner.end - some.start;
         for (row, values) in [(&mut state.overlap, x), (&mut state.closing, v)] {
-            for (difference, pair) in row[inner.clone()].iter_mut().zip(values.windows(2)) {
+            let pairs = values[sites.clone()].windows(2);
+            for (difference, pair) in row[places.clone()].iter_mut().zip(pairs) {
                 *difference = pair[0] - pair[1];
             }
         }
-        for i in (0..self.offset).chain(inner.end..self.len()) {
+        for i in (some.start..inner.start).chain(inner.end..some.end) {
             let [left, right] = self.sites(i);
             let at =
                 |site: Option<usize>, values: &[f64], wall: f64| site.map_or(wall, |j| values[j]);
             // A wall on the right is fixed.
-            state.overlap[i] = at(left, x, wall) - at(right, x, 0.0);
-            state.closing[i] = at(left, v, wall_velocity) - at(right, v, 0.0);
+            state.overlap[i - some.start] = at(left, x, wall) - at(right, x, 0.0);
+            state.closing[i - some.start] = at(left, v, wall_velocity) - at(right, v, 0.0);
         }
         let out = [&mut state.elastic[..], &mut state.energy];
-        self.forces_and_energies(0..self.len(), &state.overlap, out);
+        self.forces_and_energies(some.clone(), &state.overlap, out);
         if self.chain.losses.any() {
             let motion = state.overlap.iter().zip(&state.closing);
-            for (i, (damping, (r, closing))) in state.damping.iter_mut().zip(motion).enumerate() {
+            for (i, (damping, (r, closing))) in some.zip(state.damping.iter_mut().zip(motion)) {
                 *damping = self.chain.damping(self.contact(i), *r, *closing);
             }
         }
-        state.push = self.drive.map_or(0.0, |drive| {
-            let site = drive.site();
-            let inner = || {
-                let on = |force: &[f64]| self.push_on(site, force);
-                on(&state.elastic) + on(&state.damping) - self.pull(site, at)
-            };
-            drive.push_at(t, self.chain.mass[site], inner)
-        });
     }
 
     /// Refuses contact energies below those at rest, as bistable laws have them: they are no squares.
@@ -243,17 +241,18 @@ impl<'a> Contacts<'a> {
         for at in (0..motion.samples()).map(|i| motion.at(i)) {
             self.evaluate(at, &mut state);
             largest = state.energy.iter().fold(largest, |a, b| a.max(b.abs()));
-            let is_below = |found: &(usize, f64)| found.1 < -ROUNDING * largest;
-            let held = ground.and_then(|ground| {
-                let mut all = (0..).zip(at.x).map(|(j, x)| (j, ground.energy(j, *x)));
-                all.find(is_below)
+            let springs = ground.into_iter().flat_map(|ground| {
+                let energy = move |(j, x): (usize, &f64)| (j, ground.energy(j, *x));
+                at.x.iter().enumerate().map(energy)
             });
-            let held = held.map(|(j, energy)| (format!("the ground's spring at site {j}"), energy));
-            let contact = (0..).zip(state.energy.iter().copied()).find(is_below);
-            let contact =
-                contact.map(|(i, energy)| (format!("contact {}", i - self.offset.min(i)), energy));
-            if let Some((place, energy)) = held.or(contact) {
-                let found = format!("{energy:.3e} in {place} at time {}", at.t);
+            let springs = springs.map(|(j, energy)| ("the ground's spring at site", j, energy));
+            let contacts = state.energy.iter().enumerate();
+            let number = |i: usize| i.saturating_sub(self.offset);
+            let contacts = contacts.map(|(i, energy)| ("contact", number(i), *energy));
+            let mut all = springs.chain(contacts);
+            if let Some((what, j, energy)) = all.find(|(.., energy)| *energy < -ROUNDING * largest)
+            {
+                let found = format!("{energy:.3e} in {what} {j} at time {}", at.t);
                 return Err(Error::request("only", ABOVE_REST, found));
             }
         }
@@ -262,16 +261,11 @@ impl<'a> Contacts<'a> {
 
     /// `phi` and its slope from the overlaps of `state`.
     pub(super) fn evaluate_roots(&self, state: &mut ContactState) {
-        let ContactState {
-            overlap,
-            phi,
-            phi_slope,
-            ..
-        } = state;
+        let (overlap, phi, slope) = (&state.overlap, &mut state.phi, &mut state.phi_slope);
         if self.just_touch() {
-            return hertz_roots([&self.coefficient, overlap], [phi, phi_slope]);
+            return hertz_roots([&self.coefficient, overlap], [phi, slope]);
         }
-        let roots = phi.iter_mut().zip(phi_slope);
+        let roots = phi.iter_mut().zip(slope);
         for (i, ((phi, slope), r)) in roots.zip(overlap).enumerate() {
             (*phi, *slope) = self.contact(i).root_energy(*r);
         }
@@ -295,45 +289,22 @@ impl<'a> Contacts<'a> {
         }
     }
 
-    /// Forces, including damping, and mean speeds of a range of contacts; 0 at a wall, which
+    /// Forces, including damping, and mean speeds of a range of the chain's contacts; 0 at a wall, which
     /// transmits no energy.
-    pub(super) fn forces_and_speeds(&self, some: Range<usize>, at: ChainState, row: &mut PowerRow) {
-        let (n, count) = (self.chain.n_sites(), some.len());
-        let PowerRow {
-            overlap,
-            energy,
-            force,
-            speed,
-        } = row;
-        for row in [&mut *overlap, energy, force, speed] {
-            row.resize(count, 0.0);
-        }
-        for (r, x) in overlap.iter_mut().zip(at.x[some.start..].windows(2)) {
-            *r = x[0] - x[1];
-        }
-        for (speed, v) in speed.iter_mut().zip(at.v[some.start..].windows(2)) {
-            *speed = 0.5 * (v[0] + v[1]);
-        }
-        // The contact to the right of the last site.
-        let behind = some.contains(&(n - 1)).then_some(count - 1);
-        if let Some(last) = behind {
-            overlap[last] = at.x[n - 1] - at.x[0];
-            speed[last] = 0.5 * (at.v[n - 1] + at.v[0]);
-        }
-        let shifted = some.start + self.offset..some.end + self.offset;
-        self.forces_and_energies(shifted.clone(), overlap, [&mut *force, energy]);
-        if self.chain.losses.any() {
-            for (i, force) in force.iter_mut().enumerate() {
-                let left = some.start + i;
-                let right = if left + 1 < n { left + 1 } else { 0 };
-                let closing = at.v[left] - at.v[right];
-                let contact = self.contact(shifted.start + i);
-                *force += self.chain.damping(contact, overlap[i], closing);
-            }
-        }
-        if let Some(last) = behind.filter(|_| self.chain.ends != Ends::Periodic) {
-            (force[last], speed[last]) = (0.0, 0.0);
-        }
+    pub(super) fn forces_and_speeds(
+        &self,
+        some: Range<usize>,
+        at: ChainState,
+        state: &mut ContactState,
+    ) -> impl Iterator<Item = [f64; 2]> {
+        let some = some.start + self.offset..some.end + self.offset;
+        self.evaluate_some(some.clone(), at, state);
+        let forces = state.elastic.iter().zip(&state.damping);
+        some.zip(forces)
+            .map(move |(i, (elastic, damping))| match self.sites(i) {
+                [Some(left), Some(right)] => [elastic + damping, 0.5 * (at.v[left] + at.v[right])],
+                _ => [0.0; 2],
+            })
     }
 
     /// Force of contact i, including damping, at an overlap beyond the static one and its rate.

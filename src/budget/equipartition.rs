@@ -8,11 +8,11 @@
 //! Source: R. Livi, M. Pettini, S. Ruffo, M. Sparpaglione, A. Vulpiani, Phys. Rev. A 31, 1039 (1985); J. De Luca,
 //! A. J. Lichtenberg, M. A. Lieberman, Chaos 5, 283 (1995).
 
+use super::Task;
 use super::motion::Motion;
 use super::waiting::Waiting;
-use crate::arrays::{LargeArray, Sink};
+use crate::arrays::LargeArray;
 use crate::error::Result;
-use crate::observer::Observer;
 
 /// Energy by normal mode of the linearized chain; the energies themselves are
 /// [`LargeArray::MODE_ENERGY`].
@@ -41,15 +41,12 @@ impl ModeBudget {
 
 /// # Errors
 /// As [`crate::chain::Chain::normal_modes`]; errors of the sink; [`crate::Error::Cancelled`].
-pub(super) fn pass(
-    motion: &Motion,
-    sink: &dyn Sink,
-    observer: &dyn Observer,
-) -> Result<ModeBudget> {
+pub(super) fn pass(task: &Task) -> Result<ModeBudget> {
+    let (motion, observer) = (task.motion, task.observer);
     let modes = motion.chain.normal_modes()?;
     let (n, free, samples) = (modes.frequency.len(), modes.free, motion.samples());
     observer.stage("modes", samples as u64);
-    let mut waiting = Waiting::new(sink);
+    let mut waiting = Waiting::new(task.sink);
     waiting.reserve(LargeArray::MODE_ENERGY, (samples, n - free), None)?;
     let mut found = ModeBudget {
         frequency: modes.frequency[free..].to_vec(),

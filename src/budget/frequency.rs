@@ -18,14 +18,15 @@ use ndarray::{Array2, Axis, s};
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use super::Task;
 use super::balance::worst_of;
-use super::contacts::{Contacts, PowerRow};
+use super::contacts::{ContactState, Contacts};
 use super::motion::Motion;
 use super::request::BudgetRequest;
 use super::result::Budget;
 use super::stepped::instant;
 use super::wavenumber::dot;
-use crate::arrays::{LargeArray, Sink};
+use crate::arrays::LargeArray;
 use crate::chain::{NodeState, Simulation};
 use crate::diagnostics::{MAP_LIMIT, Map, MapBuilder, edge_of};
 use crate::error::Result;
@@ -124,13 +125,9 @@ pub(crate) fn usual_pairs(budget: &Budget) -> Vec<[usize; 2]> {
 }
 
 /// Computes power-flow spectra of all contacts; the arrays are `(frequency, contact)`.
-pub(super) fn power_flow(
-    motion: &Motion,
-    contacts: &Contacts,
-    request: &BudgetRequest,
-    sink: &dyn Sink,
-    observer: &dyn Observer,
-) -> Result<FrequencyFlow> {
+pub(super) fn power_flow(task: &Task) -> Result<FrequencyFlow> {
+    let (motion, contacts, request) = (task.motion, task.contacts, task.request);
+    let (sink, observer) = (task.sink, task.observer);
     let (samples, m) = (motion.samples(), motion.chain.n_contacts());
     let dt = motion.step();
     let frequency = frequencies(samples, dt);
@@ -182,7 +179,8 @@ pub(super) fn power_flow(
             Ok(bands)
         })
         .collect::<Result<_>>()?;
-    let bands: Vec<[f64; 2]> = bands.into_iter().flatten().collect();
+    let bands = bands.into_iter().flatten();
+    let (low, high) = bands.map(<(f64, f64)>::from).unzip();
     let map = map.into_inner().unwrap_or_else(PoisonError::into_inner);
     let units = &request.units;
     let (f, x) = (units.frequency(), units.position());
@@ -192,8 +190,8 @@ pub(super) fn power_flow(
         chosen: Vec::new(),
         refined: Vec::new(),
         map: map.finish(label, (&f, 0.0, df), x),
-        low: bands.iter().map(|[low, _]| *low).collect(),
-        high: bands.iter().map(|[_, high]| *high).collect(),
+        low,
+        high,
         frequency,
         edge,
     };
@@ -248,17 +246,16 @@ impl PowerSpectra {
 fn records(motion: &Motion, contacts: &Contacts, block: Range<usize>) -> [Vec<f64>; 2] {
     let samples = motion.samples();
     let mut records = [0, 1].map(|_| vec![0.0; block.len() * samples]);
-    let mut row = PowerRow::default();
+    let mut state = ContactState::default();
     // Tiled transposition: direct writes to all records would cause cache-set conflicts.
     let mut tiles = [[[0.0; TILE]; BLOCK]; 2];
     for first in (0..samples).step_by(TILE) {
         let count = TILE.min(samples - first);
         for i in 0..count {
-            contacts.forces_and_speeds(block.clone(), motion.at(first + i), &mut row);
-            for (tile, row) in tiles.iter_mut().zip([&row.force, &row.speed]) {
-                for (column, value) in tile.iter_mut().zip(row) {
-                    column[i] = *value;
-                }
+            let at = motion.at(first + i);
+            let row = contacts.forces_and_speeds(block.clone(), at, &mut state);
+            for (j, [force, speed]) in row.enumerate() {
+                (tiles[0][j][i], tiles[1][j][i]) = (force, speed);
             }
         }
         for (records, tile) in records.iter_mut().zip(&tiles) {
@@ -316,13 +313,14 @@ pub(super) fn refine(
     let times: Vec<f64> = (0..samples)
         .map(|i| duration * (i as f64 / INTERVALS as f64))
         .collect();
-    let mut row = PowerRow::default();
+    let mut state = ContactState::default();
     let mut keep = |place: NodeState, followed: &[f64]| {
         let at = instant(0.0, place);
         for ((j, [force, speed]), passed) in chosen.iter().zip(&mut records).zip(&mut passed) {
-            contacts.forces_and_speeds(*j..j + 1, at, &mut row);
-            force.push(row.force[0]);
-            speed.push(row.speed[0]);
+            for [here, mean] in contacts.forces_and_speeds(*j..j + 1, at, &mut state) {
+                force.push(here);
+                speed.push(mean);
+            }
             *passed = followed[*j];
         }
     };

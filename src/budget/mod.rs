@@ -17,7 +17,6 @@ mod arrays;
 mod balance;
 mod branches;
 mod contacts;
-mod curves;
 mod equipartition;
 mod filter;
 mod frequency;
@@ -31,7 +30,6 @@ mod request;
 mod result;
 mod rows;
 mod scale;
-mod scale_pass;
 mod scale_terms;
 mod sheet;
 mod spectral;
@@ -43,7 +41,6 @@ mod units;
 mod waiting;
 mod wavenumber;
 
-pub use curves::Curves;
 pub use equipartition::ModeBudget;
 pub use filter::{Filter, ScaleOf};
 pub(crate) use frequency::usual_pairs;
@@ -53,8 +50,8 @@ pub use modes::Basis;
 pub use motion::Motion;
 pub use request::{BudgetRequest, Views};
 pub use result::{
-    BranchBudget, Budget, Closure, Direction, Identities, IntegratedFluxCheck, Integration,
-    LargestPassage, PassedError, Residual, ScaleBudget, WavenumberBudget,
+    BranchBudget, Budget, Closure, Curves, Direction, Identities, IntegratedFluxCheck, Integration,
+    LargestPassage, Residual, ScaleBudget, WavenumberBudget,
 };
 pub use tendency::{Burgers, Tendency, TendencyBudget, tendency_budget};
 pub use triads::{Locality, QuadraticLaw, TriadIdentities, Triads, TriadsRequest, chain_triads};
@@ -103,10 +100,17 @@ fn run_beside(
     motion.check()?;
     request.check(motion)?;
     crate::system::threads::in_pool(request.threads, || {
-        let contacts = Contacts::of(motion);
-        let mut budget = rows::pass(motion, &contacts, stated, request, sink, observer)?;
+        let task = &Task {
+            motion,
+            contacts: &Contacts::of(motion),
+            stated,
+            request,
+            sink,
+            observer,
+        };
+        let mut budget = rows::pass(task)?;
         if request.views.frequency {
-            let flow = frequency::power_flow(motion, &contacts, request, sink, observer)?;
+            let flow = frequency::power_flow(task)?;
             let off = |j: usize| (flow.passed(j) - budget.passed[j]).abs();
             let off: Vec<f64> = (0..budget.n_contacts).map(off).collect();
             budget.closure.frequency = match budget.followed {
@@ -117,22 +121,25 @@ fn run_beside(
             budget.frequency = Some(flow);
         }
         if request.views.scale {
-            scale_pass::pass(
-                motion,
-                &contacts,
-                stated,
-                request,
-                sink,
-                observer,
-                &mut budget,
-            )?;
+            scale::pass(task, &mut budget)?;
         }
         if request.normal_modes {
-            budget.modes = Some(equipartition::pass(motion, sink, observer)?);
+            budget.modes = Some(equipartition::pass(task)?);
         }
         if request.integration == Integration::Stepping {
-            stepped::close(motion, &contacts, request, sink, observer, &mut budget)?;
+            stepped::close(task, &mut budget)?;
         }
         Ok(budget)
     })
+}
+
+/// What every pass works on.
+struct Task<'a, 'm> {
+    motion: &'a Motion<'m>,
+    contacts: &'a Contacts<'m>,
+    /// The chain whose unit cell and branches count.
+    stated: &'a Chain,
+    request: &'a BudgetRequest,
+    sink: &'a dyn Sink,
+    observer: &'a dyn Observer,
 }

@@ -10,10 +10,11 @@ use crate::chain::Ends;
 use crate::transform::fold;
 
 /// What rows along a chain are expanded in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Basis {
     /// `exp(i k x)` over the N sites; the N contacts are at their left sites.
+    #[default]
     Fourier,
     /// Between two walls: sines of the sites, cosines of the contacts, `k = pi m / (N + 1)`.
     Standing,
@@ -117,17 +118,16 @@ impl Modes {
         out: &mut [Complex<f64>],
     ) {
         let n = self.sites;
-        let ModesScratch { input, output, .. } = scratch;
         match self.basis {
             Basis::Fourier => self.fourier(row, scratch, out),
             Basis::Standing => {
                 // The odd continuation: site j is at j + 1.
+                let input = &mut scratch.input;
                 input.fill(0.0);
                 input[1..=n].copy_from_slice(row);
                 for (mirrored, value) in input[n + 2..].iter_mut().rev().zip(row) {
                     *mirrored = -value;
                 }
-                debug_assert_eq!(output.len(), n + 2);
                 let scale = (0.5 / (n + 1) as f64).sqrt();
                 self.transform(scratch);
                 for (out, z) in out.iter_mut().zip(&scratch.output) {
@@ -176,13 +176,11 @@ impl Modes {
     }
 
     fn transform(&self, scratch: &mut ModesScratch) {
-        let ModesScratch {
-            input,
-            output,
-            work,
-        } = scratch;
+        let (input, output) = (&mut scratch.input, &mut scratch.output);
         // The lengths are the plan's own, so this cannot fail.
-        let _ = self.plan.process_with_scratch(input, output, work);
+        let _ = self
+            .plan
+            .process_with_scratch(input, output, &mut scratch.work);
     }
 }
 

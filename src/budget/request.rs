@@ -79,25 +79,15 @@ impl BudgetRequest {
     /// # Errors
     /// [`Error::Request`] for the option that does not fit the motion.
     pub(super) fn check(&self, motion: &Motion) -> Result<()> {
-        let (above, length) = (f64::MIN_POSITIVE, "a positive length");
-        for (option, value, least, expected) in [
-            ("pitch", Some(self.pitch), above, length),
-            ("map-scale", self.map_scale, above, length),
-            (
-                "band-edge-frequency",
-                self.band_edge_frequency,
-                0.0,
-                "0 or more",
-            ),
-            (
-                "band-edge-wavenumber",
-                self.band_edge_wavenumber,
-                0.0,
-                "0 or more",
-            ),
+        let (length, edge) = ("a positive length", "0 or more");
+        for (option, value, expected) in [
+            ("pitch", Some(self.pitch), length),
+            ("map-scale", self.map_scale, length),
+            ("band-edge-frequency", self.band_edge_frequency, edge),
+            ("band-edge-wavenumber", self.band_edge_wavenumber, edge),
         ] {
-            let fits = |value: &f64| value.is_finite() && *value >= least;
-            if let Some(value) = value.filter(|value| !fits(value)) {
+            let fits = |value: f64| value > 0.0 || (value == 0.0 && expected == edge);
+            if let Some(value) = value.filter(|value| !(value.is_finite() && fits(*value))) {
                 return Err(Error::request(option, expected, value));
             }
         }

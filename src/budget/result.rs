@@ -1,16 +1,17 @@
 //! Results of a budget other than its large arrays.
 
-use super::curves::Curves;
+use std::collections::BTreeMap;
+
 use super::equipartition::ModeBudget;
 use super::filter::ScaleOf;
 use super::frequency::FrequencyFlow;
 use super::modes::Basis;
 use super::units::BudgetUnits;
-use crate::diagnostics::{Map, MapAxis, Reduction};
+use crate::diagnostics::Map;
 use crate::numeric::count_at_or_below;
 
 /// A budget: curves, numbers and maps; the arrays over time go to a [`crate::arrays::Sink`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Budget {
     pub n_sites: usize,
     pub n_contacts: usize,
@@ -40,33 +41,89 @@ pub struct Budget {
     /// Energy by normal mode, where it is requested.
     pub modes: Option<ModeBudget>,
     pub closure: Closure,
-    /// Standard errors; measured motions only.
-    pub errors: Option<Box<Curves>>,
+    /// Standard errors of [`Budget::curves`]; measured motions only.
+    pub errors: Option<Curves>,
 }
 
 impl Budget {
     /// Energy of the chain at each sample.
-    pub(super) fn energies(&self) -> Vec<f64> {
+    pub fn energies(&self) -> Vec<f64> {
         let parts = self.kinetic.iter().zip(&self.contact);
         parts.map(|(kinetic, contact)| kinetic + contact).collect()
     }
 
     /// A residual relative to [`Budget::scale`].
     pub(super) fn relative(&self, worst: f64) -> Residual {
-        let relative = if worst == 0.0 {
-            0.0
-        } else {
-            worst / self.scale
-        };
-        match relative.is_finite() {
-            true => Residual::Closed(relative),
-            false => Residual::Undefined("it is not finite".into()),
+        match worst / self.scale {
+            _ if worst == 0.0 => Residual::Closed(0.0),
+            relative if relative.is_finite() => Residual::Closed(relative),
+            _ => Residual::Undefined("it is not finite".into()),
         }
+    }
+
+    /// Curves over time, contacts, wavenumbers or scales, under their names in files: those of all views that were
+    /// requested. `passed` is by the end, `between` has `low`, `high` and `behind` of each requested pair of contacts.
+    pub fn curves(&self) -> Curves {
+        let mut curves = BTreeMap::from([
+            ("total_energy", self.energies()),
+            ("kinetic_energy", self.kinetic.clone()),
+            ("contact_energy", self.contact.clone()),
+            ("lost_energy", self.lost.clone()),
+            ("passed", self.passed.clone()),
+            ("left_behind", self.left_behind.clone()),
+        ]);
+        if let Some(found) = &self.wavenumber {
+            curves.extend([
+                ("integrated_flux", found.integrated_flux.clone()),
+                ("late_flux", found.late_flux.clone()),
+                ("low_wavenumber_energy", found.low_energy.clone()),
+                ("band_edge_flux", found.edge_flux.clone()),
+                ("wavenumber_centroid", found.centroid.clone()),
+            ]);
+            if let Some(branches) = &found.branches {
+                curves.insert("optical_energy", branches.optical_energy.clone());
+                curves.insert("optical_transfer", branches.optical_transfer.clone());
+            }
+        }
+        if let Some(flow) = &self.frequency {
+            curves.insert("low_frequency_passed", flow.low.clone());
+            curves.insert("high_frequency_passed", flow.high.clone());
+            let pairs = flow.chosen.iter();
+            let between = pairs.flat_map(|pair| [pair.low, pair.high, pair.behind]);
+            curves.insert("between", between.collect());
+        }
+        if let Some(found) = &self.scales {
+            curves.insert("integrated_scale_flux", found.integrated_flux.clone());
+        }
+        curves
+    }
+
+    /// Standard error of a curve's i-th value; `None` where it has none.
+    pub(super) fn error(&self, curve: &str, i: usize) -> Option<f64> {
+        self.errors.as_ref()?.get(curve)?.get(i).copied()
+    }
+
+    /// Direction of the net energy passed over the record; `None` for a chain without energy.
+    pub fn direction(&self) -> Option<Direction> {
+        let found = self.wavenumber.as_ref()?;
+        let passed = found.passed_edge()?;
+        let (least, undecided) = match &self.errors {
+            None => (found.passed_error, Direction::None),
+            Some(_) => (SIGNIFICANT * found.passed_error, Direction::Unresolved),
+        };
+        Some(match passed.abs() <= least {
+            true => undecided,
+            false if passed > 0.0 => Direction::TowardsHighK,
+            false => Direction::TowardsLowK,
+        })
     }
 }
 
+/// Curves under their names, see [`Budget::curves`].
+pub type Curves = BTreeMap<&'static str, Vec<f64>>;
+
 /// The budget over wavenumbers.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct WavenumberBudget {
     pub basis: Basis,
     /// In rad per length; k and -k are combined.
@@ -80,8 +137,9 @@ pub struct WavenumberBudget {
     pub integrated_flux: Vec<f64>,
     /// The same over the second half of the record, after an impact is over.
     pub late_flux: Vec<f64>,
-    /// Error of the integrated flux at the edge.
-    pub passed_error: PassedError,
+    /// Error of the integrated flux at the edge: the deviation of its checks, at least the rounding error; of a measured
+    /// motion the standard error.
+    pub passed_error: f64,
     /// Energy below the edge at each sample.
     pub low_energy: Vec<f64>,
     /// `Pi` through the edge at each sample.
@@ -105,19 +163,6 @@ impl WavenumberBudget {
         let bins = count_at_or_below(&self.wavenumber, self.edge);
         bins.checked_sub(1).filter(|_| self.edge.is_finite())
     }
-
-    /// Direction of the net energy passed over the record; `None` for a chain without energy.
-    pub fn direction(&self) -> Option<Direction> {
-        let passed = self.passed_edge()?;
-        Some(match self.passed_error {
-            PassedError::Numerical(error) if passed.abs() <= error => Direction::None,
-            PassedError::Standard(error) if passed.abs() <= SIGNIFICANT * error => {
-                Direction::Unresolved
-            }
-            _ if passed > 0.0 => Direction::TowardsHighK,
-            _ => Direction::TowardsLowK,
-        })
-    }
 }
 
 /// Wavenumber past which most energy has gone, net.
@@ -140,14 +185,11 @@ impl Budget {
         let (bin, (flux, wavenumber)) = flux
             .enumerate()
             .max_by(|(_, a), (_, b)| a.0.abs().total_cmp(&b.0.abs()))?;
-        let error = match &self.errors {
-            Some(errors) => errors.integrated_flux[bin],
-            None => found.passed_error.value(),
-        };
+        let error = self.error("integrated_flux", bin);
         (self.scale > 0.0 && found.passed_bin().is_some()).then(|| LargestPassage {
             wavenumber: *wavenumber,
             share: flux / self.scale,
-            error: error / self.scale,
+            error: error.unwrap_or(found.passed_error) / self.scale,
             late: found.late_flux[bin] / self.scale,
         })
     }
@@ -155,32 +197,6 @@ impl Budget {
 
 /// Number of standard errors above which a direction is reported.
 const SIGNIFICANT: f64 = 2.0;
-
-/// Passed energies below this share of the energy are rounding errors: spectral energies are squares
-/// of transforms, each with an error of a few units in the last place.
-const ROUNDING: f64 = 1e-14;
-
-/// Error of the energy that has passed the edge.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PassedError {
-    /// Numerical error: the deviation of its checks, at least the rounding error.
-    Numerical(f64),
-    /// Standard error of a measurement.
-    Standard(f64),
-}
-
-impl PassedError {
-    /// From the deviation `off` of a check and the reference energy `scale`, in units of energy.
-    pub(super) fn numerical(off: f64, scale: f64) -> PassedError {
-        PassedError::Numerical(off.max(ROUNDING * scale))
-    }
-
-    /// In units of energy.
-    pub fn value(self) -> f64 {
-        let (PassedError::Numerical(error) | PassedError::Standard(error)) = self;
-        error
-    }
-}
 
 /// Direction of the net energy transfer between low and high wavenumbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -259,19 +275,6 @@ pub struct IntegratedFluxCheck {
     pub two_ways: f64,
 }
 
-impl IntegratedFluxCheck {
-    /// In units of [`Budget::scale`]; `None` where that is 0.
-    pub(super) fn relative_to(self, scale: f64) -> Option<IntegratedFluxCheck> {
-        let [at_largest_wavenumber, two_ways] =
-            [self.at_largest_wavenumber, self.two_ways].map(|off| off / scale);
-        let finite = at_largest_wavenumber.is_finite() && two_ways.is_finite();
-        finite.then_some(IntegratedFluxCheck {
-            at_largest_wavenumber,
-            two_ways,
-        })
-    }
-}
-
 /// A residual, or the reason why it is undefined.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Residual {
@@ -323,25 +326,4 @@ pub struct Identities {
     pub energy_sum: f64,
     /// `sum_k L` against the dissipation of the sample.
     pub loss_sum: Option<f64>,
-}
-
-/// An empty map, a placeholder.
-pub(super) fn empty_map() -> Map {
-    let axis = || MapAxis {
-        label: String::new(),
-        low: 0.0,
-        high: 1.0,
-    };
-    Map {
-        values: ndarray::Array2::zeros((0, 0)),
-        x: axis(),
-        y: axis(),
-        reduction: Reduction::Extreme {
-            rows: 1,
-            columns: 1,
-        },
-        range: None,
-        label: String::new(),
-        detail: None,
-    }
 }

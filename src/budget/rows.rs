@@ -1,36 +1,29 @@
 //! The pass over time: real space and wavenumbers, sample by sample.
 
+use super::Task;
+use super::balance::running;
 use super::branches::Branches;
 use super::contacts::Contacts;
 use super::modes::{Basis, Modes};
 use super::motion::Motion;
 use super::real_space::{Exchanged, SiteBalance, SiteTerms};
-use super::request::BudgetRequest;
-use super::result::{Budget, Closure, empty_map};
+use super::result::Budget;
 use super::spectral::Spectral;
 use super::waiting::Waiting;
 use super::wavenumber::{Terms, Transfers};
-use crate::arrays::{LargeArray, Sink};
-use crate::chain::Chain;
+use crate::arrays::LargeArray;
 use crate::diagnostics::Keep;
 use crate::error::Result;
 use crate::numeric::sum;
-use crate::observer::Observer;
 
 /// Real space, and wavenumbers if requested.
-pub(super) fn pass(
-    motion: &Motion,
-    contacts: &Contacts,
-    stated: &Chain,
-    request: &BudgetRequest,
-    sink: &dyn Sink,
-    observer: &dyn Observer,
-) -> Result<Budget> {
+pub(super) fn pass(task: &Task) -> Result<Budget> {
+    let (motion, contacts, request) = (task.motion, task.contacts, task.request);
     let chain = motion.chain;
     let (samples, n, m) = (motion.samples(), chain.n_sites(), chain.n_contacts());
     let modes = Modes::new(Basis::of(chain.ends), n);
     let of_stated = Motion {
-        chain: stated,
+        chain: task.stated,
         ..*motion
     };
     let branches = Branches::of(&Contacts::of(&of_stated), &modes);
@@ -40,7 +33,7 @@ pub(super) fn pass(
     }
     let transfers = Transfers::new(contacts, modes, branches, motion.drive.is_some());
     let lossy = if chain.is_lossy() { n } else { 0 };
-    let mut waiting = Waiting::new(sink);
+    let mut waiting = Waiting::new(task.sink);
     for (array, columns, shown) in [
         (LargeArray::SITE_ENERGY, n, None),
         (LargeArray::ENERGY_FLUX, m, Some(Keep::Extreme)),
@@ -64,26 +57,13 @@ pub(super) fn pass(
         pitch: request.pitch,
         units: request.units.clone(),
         time: motion.time.to_vec(),
-        kinetic: Vec::with_capacity(samples),
-        contact: Vec::with_capacity(samples),
-        lost: Vec::with_capacity(samples),
-        input: Vec::with_capacity(samples),
-        scale: 0.0,
-        passed: Vec::new(),
-        left_behind: Vec::new(),
         followed: motion.energy_passed.is_some(),
-        flux_map: empty_map(),
-        wavenumber: None,
-        frequency: None,
-        scales: None,
-        modes: None,
-        closure: Closure::default(),
-        errors: None,
+        ..Budget::default()
     };
-    observer.stage("budgets", samples as u64);
+    task.observer.stage("budgets", samples as u64);
     waiting.each_sample(
         samples,
-        observer,
+        task.observer,
         (SiteTerms::default(), Terms::default()),
         || transfers.scratch(),
         |scratch, i, (sites, spectra)| {
@@ -100,23 +80,17 @@ pub(super) fn pass(
             exchanged.set(motion, i);
             balance.follow(i, &sites.energy, &exchanged);
             let total = sites.kinetic + sites.contact;
-            let Exchanged {
-                passed,
-                lost,
-                input,
-            } = &exchanged;
+            let (passed, lost) = (&exchanged.passed, &exchanged.lost);
             budget.kinetic.push(sites.kinetic);
             budget.contact.push(sites.contact);
             budget.lost.push(sum(lost));
-            budget.input.push(*input);
-            budget.scale = budget.scale.max(total.abs()).max(input.abs());
+            budget.input.push(exchanged.input);
+            budget.scale = budget.scale.max(total.abs()).max(exchanged.input.abs());
             if i + 1 == samples {
-                let mut held = 0.0;
-                let sums = sites.energy.iter().map(|e| {
-                    held += e;
-                    held
-                });
-                budget.left_behind = sums.take(m).collect();
+                running(
+                    &mut budget.left_behind,
+                    sites.energy.iter().copied().take(m),
+                );
                 budget.passed = passed.clone();
             }
             waiting.push(LargeArray::SITE_ENERGY, &sites.energy);

@@ -1,5 +1,7 @@
 //! Energies and their rates for the coarse-grained motion at one instant, at every scale.
 
+use std::ops::Range;
+
 use super::contacts::ContactState;
 use super::motion::ChainState;
 use super::scale::{PlannedFilter, Scales};
@@ -13,12 +15,8 @@ pub(super) struct ScaleScratch {
     pub(super) contacts: ContactState,
     /// Force, overlap, velocity; damping, push, displacement, force of the ground, motion of resonators where there are any.
     rows: Filtered,
-    /// Elastic force plus damping.
-    force: Vec<f64>,
-    /// Force on each site from outside.
-    push: Vec<f64>,
-    /// Force of each spring to the ground.
-    ground: Vec<f64>,
+    /// Elastic force plus damping of each contact, and the forces on each site from outside and of its spring to the ground.
+    at_places: [Vec<f64>; 3],
     /// Force of the contact law at the filtered overlaps.
     law_force: Vec<f64>,
     /// Of the contact left of each site, and last of the one right of the last site: energy of the law at the filtered
@@ -39,14 +37,7 @@ pub(super) struct ScaleTerms {
 impl Scales<'_> {
     /// Transforms the state of one instant, for [`Scales::terms`] at every scale.
     pub(super) fn load(&self, at: ChainState, scratch: &mut ScaleScratch) {
-        let ScaleScratch {
-            contacts: state,
-            rows,
-            force,
-            push,
-            ground,
-            ..
-        } = scratch;
+        let (state, [force, push, ground]) = (&mut scratch.contacts, &mut scratch.at_places);
         self.contacts.evaluate(at, state);
         let inside = self.contacts.offset..;
         let [elastic, overlap, damping] =
@@ -76,7 +67,7 @@ impl Scales<'_> {
         if chain.resonators().is_some() {
             kinds.extend(at.resonators);
         }
-        self.sublattices.transform(&kinds, rows);
+        self.sublattices.transform(&kinds, &mut scratch.rows);
     }
 
     /// Filtered overlaps with their first and second time derivatives, at one scale.
@@ -86,11 +77,7 @@ impl Scales<'_> {
         at: ChainState,
         scratch: &mut ScaleScratch,
     ) -> [Vec<f64>; 3] {
-        let ScaleScratch {
-            contacts: state,
-            rows,
-            ..
-        } = scratch;
+        let (state, rows) = (&mut scratch.contacts, &mut scratch.rows);
         self.contacts.evaluate(at, state);
         let acceleration = self.contacts.accelerations(at, state);
         let contacts = self.contacts.offset..self.contacts.len();
@@ -113,13 +100,8 @@ impl Scales<'_> {
     ) {
         let chain = self.contacts.chain();
         let (n, m) = (chain.n_sites(), chain.n_contacts());
-        let ScaleScratch {
-            rows,
-            law_force,
-            at_sites,
-            ..
-        } = scratch;
-        let mut filtered = self.sublattices.filter(&planned.gains, rows);
+        let (law_force, at_sites) = (&mut scratch.law_force, &mut scratch.at_sites);
+        let mut filtered = self.sublattices.filter(&planned.gains, &mut scratch.rows);
         let on_site = &chain.on_site;
         // In the order of `load`.
         let mut row = |is_there: bool| match is_there {
@@ -141,51 +123,43 @@ impl Scales<'_> {
         let out = [&mut law_force[..], &mut energy[1..]];
         self.contacts
             .forces_and_energies(inside, &overlap[..m], out);
-        let inner = m.min(n - 1);
-        widest(ContactPowers {
-            speed: &speed[..inner + 1],
-            forces: [&force[..inner], &law_force[..inner]],
-            passes: &mut passes[1..=inner],
-            taken: &mut taken[1..=inner],
-        });
         if chain.ends == Ends::Periodic {
-            let around = (speed[n - 1], speed[0]);
+            let (last, first) = (speed[n - 1], speed[0]);
+            let taken_around = (force[n - 1] - law_force[n - 1]) * (last - first);
             for at in [0, n] {
                 energy[at] = energy[n];
-                passes[at] = 0.5 * force[n - 1] * (around.0 + around.1);
-                taken[at] = (force[n - 1] - law_force[n - 1]) * (around.0 - around.1);
+                passes[at] = 0.5 * force[n - 1] * (last + first);
+                taken[at] = taken_around;
             }
         }
-        let ScaleTerms {
-            flux,
+        let (flux, energies, energy_rate) =
+            (&mut terms.flux, &mut terms.energy, &mut terms.energy_rate);
+        let (contacts, sites) = (planned.contacts.clone(), planned.sites.clone());
+        for row in [&mut *energies, energy_rate] {
+            row.resize(sites.len(), 0.0);
+        }
+        widest(Powers {
+            mass: &chain.mass,
+            speed,
+            forces: [force, &law_force[..]],
+            drag: chain.losses.drag,
+            inner: m.min(n - 1),
+            sites: sites.clone(),
+            at_sites,
             energy: energies,
-            energy_rate,
-        } = terms;
-        let contacts = planned.contacts.clone();
+            rate: energy_rate,
+        });
         let right_of = |j: usize| if j + 1 < n { j + 1 } else { 0 };
         flux.clear();
-        flux.extend_from_slice(&taken[1..][contacts.clone()]);
+        flux.extend_from_slice(&at_sites[2][1..][contacts.clone()]);
         if !damping.is_empty() {
             // The power of the filtered damper is heat, not flux.
             for (flux, j) in flux.iter_mut().zip(contacts) {
                 *flux -= damping[j] * (speed[j] - speed[right_of(j)]);
             }
         }
-        let sites = planned.sites.clone();
-        for row in [&mut *energies, energy_rate] {
-            row.resize(sites.len(), 0.0);
-        }
-        let beside = sites.start..sites.end + 1;
-        widest(Balance {
-            mass: &chain.mass[sites.clone()],
-            speed: &speed[sites],
-            drag: chain.losses.drag,
-            beside: [energy, passes, taken].map(|row| &row[beside.clone()]),
-            energy: energies,
-            rate: energy_rate,
-        });
         let out = energies.iter_mut().zip(energy_rate);
-        for (j, (energy, rate)) in planned.sites.clone().zip(out) {
+        for (j, (energy, rate)) in sites.zip(out) {
             if let Some(push) = push.get(j) {
                 *rate += push * speed[j];
             }
@@ -209,52 +183,46 @@ impl Scales<'_> {
     }
 }
 
-/// `bar F_j (bar v_j + bar v_{j+1}) / 2` and
-/// `(bar F_j - F_j(bar delta_j)) (bar v_j - bar v_{j+1})`.
-struct ContactPowers<'a> {
+/// `bar F_j (bar v_j + bar v_{j+1}) / 2` and `(bar F_j - F_j(bar delta_j)) (bar v_j - bar v_{j+1})` of the contacts between
+/// neighbours; from these, energies of sites and their rates of change.
+struct Powers<'a> {
+    mass: &'a [f64],
     speed: &'a [f64],
     /// The filtered force, and that of the law at the filtered overlaps.
     forces: [&'a [f64]; 2],
-    passes: &'a mut [f64],
-    taken: &'a mut [f64],
-}
-
-impl SimdKernel for ContactPowers<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let [force, law_force] = self.forces;
-        let contacts = self.speed.windows(2).zip(force.iter().zip(law_force));
-        let out = self.passes.iter_mut().zip(self.taken);
-        for ((passes, taken), (speed, (force, law_force))) in out.zip(contacts) {
-            *passes = 0.5 * force * (speed[0] + speed[1]);
-            *taken = (force - law_force) * (speed[0] - speed[1]);
-        }
-    }
-}
-
-/// Energies of sites and their rates of change.
-struct Balance<'a> {
-    mass: &'a [f64],
-    speed: &'a [f64],
     drag: f64,
-    /// Energy, passed and taken power of the contacts; one entry more than sites.
-    beside: [&'a [f64]; 3],
+    /// Contacts between neighbours.
+    inner: usize,
+    sites: Range<usize>,
+    /// As in [`ScaleScratch`].
+    at_sites: &'a mut [Vec<f64>; 3],
     energy: &'a mut [f64],
     rate: &'a mut [f64],
 }
 
-impl SimdKernel for Balance<'_> {
+impl SimdKernel for Powers<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let [held, passes, taken] = self.beside.map(|row| row.windows(2));
-        let sites = self.mass.iter().zip(self.speed);
+        let [held, passes, taken] = self.at_sites;
+        let forces = self.forces[0].iter().zip(self.forces[1]);
+        let contacts = self.speed.windows(2).zip(forces);
+        let out = passes[1..=self.inner]
+            .iter_mut()
+            .zip(&mut taken[1..=self.inner]);
+        for ((passes, taken), (speed, (force, law_force))) in out.zip(contacts) {
+            *passes = 0.5 * force * (speed[0] + speed[1]);
+            *taken = (force - law_force) * (speed[0] - speed[1]);
+        }
+        let beside = self.sites.start..self.sites.end + 1;
+        let [held, passes, taken] = [held, passes, taken].map(|row| row[beside.clone()].windows(2));
+        let sites = self.mass[self.sites.clone()]
+            .iter()
+            .zip(&self.speed[self.sites]);
         let out = self.energy.iter_mut().zip(self.rate);
-        let beside = held.zip(passes.zip(taken));
-        for ((energy, rate), ((mass, speed), (held, (passes, taken)))) in out.zip(sites.zip(beside))
+        for ((energy, rate), ((mass, speed), (held, (passes, taken)))) in
+            out.zip(sites.zip(held.zip(passes.zip(taken))))
         {
             let square = speed * speed;
             *energy = 0.5 * (mass * square + held[0] + held[1]);

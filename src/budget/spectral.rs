@@ -3,9 +3,7 @@
 use super::balance::{GivenRate, Passage, running};
 use super::motion::Motion;
 use super::request::BudgetRequest;
-use super::result::{
-    BranchBudget, Budget, Identities, Integration, PassedError, WavenumberBudget, empty_map,
-};
+use super::result::{BranchBudget, Budget, Identities, Integration, WavenumberBudget};
 use super::waiting::Waiting;
 use super::wavenumber::{Terms, Transfers};
 use crate::arrays::LargeArray;
@@ -68,16 +66,9 @@ impl Spectral {
             budget: WavenumberBudget {
                 basis: transfers.modes.basis(),
                 edge: f64::NAN,
-                integrated_flux: Vec::new(),
-                late_flux: Vec::new(),
-                passed_error: PassedError::Numerical(0.0),
-                low_energy: Vec::new(),
-                edge_flux: Vec::new(),
-                centroid: Vec::new(),
-                energy_map: empty_map(),
-                flux_map: empty_map(),
                 branches,
                 wavenumber,
+                ..WavenumberBudget::default()
             },
         })
     }

@@ -2,22 +2,21 @@
 
 use rayon::prelude::*;
 
+use super::Task;
 use super::balance::{GivenRate, Passage, RunningBalance, worst_of};
-use super::contacts::Contacts;
 use super::filter::ScaleOf;
 use super::frequency;
 use super::modes::{Basis, Modes};
 use super::motion::{ChainState, Motion};
-use super::request::BudgetRequest;
 use super::result::{Budget, Integration};
 use super::scale::{PlannedFilter, Scales};
 use super::scale_terms::{ScaleScratch, ScaleTerms};
 use super::waiting::{BATCH, Waiting};
 use super::wavenumber::{Terms, Transfers};
-use crate::arrays::{LargeArray, Sink};
+use crate::arrays::LargeArray;
 use crate::chain::{Node, NodeState, NodeVisitor, Quintic, Scheme, Simulation, openings};
 use crate::error::Result;
-use crate::observer::{CancelOnly, Observer};
+use crate::observer::CancelOnly;
 
 /// Error of a velocity a step, relative to the velocity scale.
 const LOCAL_ERROR: f64 = 1e-12;
@@ -32,16 +31,11 @@ const SITES_TOGETHER: usize = 1 << 15;
 const NOTICED: f64 = 1e-20;
 
 /// Puts integrals along the stepping, and their residuals, in place of those from samples.
-pub(super) fn close(
-    motion: &Motion,
-    contacts: &Contacts,
-    request: &BudgetRequest,
-    sink: &dyn Sink,
-    observer: &dyn Observer,
-    budget: &mut Budget,
-) -> Result<()> {
+pub(super) fn close(task: &Task, budget: &mut Budget) -> Result<()> {
+    let (motion, contacts, request) = (task.motion, task.contacts, task.request);
+    let observer = task.observer;
     let wavenumbers = budget.wavenumber.as_ref().map(|of| of.wavenumber.len());
-    let mut waiting = Waiting::new(sink);
+    let mut waiting = Waiting::new(task.sink);
     if let Some(count) = wavenumbers {
         let shape = (motion.samples(), count);
         waiting.reserve(LargeArray::INTEGRATED_SPECTRAL_FLUX, shape, None)?;
@@ -57,13 +51,14 @@ pub(super) fn close(
     }
     let chain = motion.chain;
     let first = motion.at(0);
-    let mut simulation = Simulation::impact(chain.clone(), 0.0, motion.duration(), 2);
-    simulation.displacement = first.x.to_vec();
-    simulation.velocity = first.v.to_vec();
-    simulation.resonators = chain
-        .resonators()
-        .map(|_| first.resonators.map(<[f64]>::to_vec));
-    simulation.drive = motion.drive.cloned();
+    let resonators = chain.resonators();
+    let mut simulation = Simulation {
+        displacement: first.x.to_vec(),
+        velocity: first.v.to_vec(),
+        resonators: resonators.map(|_| first.resonators.map(<[f64]>::to_vec)),
+        drive: motion.drive.cloned(),
+        ..Simulation::impact(chain.clone(), 0.0, motion.duration(), 2)
+    };
     if chain.has_pulls() {
         simulation.scheme = Scheme::RungeKutta;
     }
@@ -172,9 +167,7 @@ impl SpectralFlux<'_> {
     fn add(&mut self, place: &Visited, samples: usize) {
         let terms = &place.spectral;
         match place.visit {
-            Some(Node::Node(weight)) => {
-                self.passage.add(weight, terms);
-            }
+            Some(Node::Node(weight)) => self.passage.add(weight, terms),
             Some(Node::Sample(i)) => {
                 let row = self.passage.sample(i, &terms.energy);
                 self.waiting.push(LargeArray::INTEGRATED_SPECTRAL_FLUX, row);
@@ -212,21 +205,11 @@ struct ScaleFlux<'a> {
 impl Followed<'_, '_> {
     /// Evaluates the places that wait, on all threads, and adds them up in order.
     fn evaluate(&mut self) {
-        let Followed {
-            motion,
-            spectral,
-            scale,
-            places,
-            waiting,
-            ..
-        } = self;
-        let places = &mut places[..std::mem::take(waiting)];
+        let (motion, spectral, scale) = (self.motion, &mut self.spectral, &mut self.scale);
+        let places = &mut self.places[..std::mem::take(&mut self.waiting)];
         let transfers = spectral.as_ref().map(|flux| flux.transfers);
         let scales = scale.as_ref().map(|flux| (flux.scales, flux.planned));
-        let scratch = || {
-            let of_spectra = transfers.map(Transfers::scratch);
-            (of_spectra, ScaleScratch::default())
-        };
+        let scratch = || (transfers.map(Transfers::scratch), ScaleScratch::default());
         places.par_iter_mut().with_min_len(ALONE).for_each_init(
             scratch,
             |(of_spectra, of_scales), place| {
@@ -287,15 +270,10 @@ impl NodeVisitor for Followed<'_, '_> {
         let Some(scale) = &mut self.scale else {
             return Vec::new();
         };
-        let ScaleFlux {
-            scales,
-            planned,
-            scratch,
-            ..
-        } = scale;
+        let (scales, planned) = (scale.scales, scale.planned);
         let (h, t0) = (to.t - from.t, self.motion.time[0]);
-        let [start, end] =
-            [from, to].map(|place| scales.overlaps(planned, instant(t0, place), scratch));
+        let [start, end] = [from, to]
+            .map(|place| scales.overlaps(planned, instant(t0, place), &mut scale.scratch));
         let (contacts, offset) = (scales.contacts, scales.contacts.offset);
         let mut cusps = Vec::new();
         for j in planned.contacts.clone() {

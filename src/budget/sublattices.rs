@@ -52,13 +52,7 @@ impl Sublattices {
 
     /// Transforms rows; places behind the end of one count as 0.
     pub(super) fn transform(&self, rows: &[&[f64]], scratch: &mut Filtered) {
-        let Filtered {
-            transformed,
-            weighted,
-            pairs,
-            work,
-            ..
-        } = scratch;
+        let (transformed, work) = (&mut scratch.transformed, &mut scratch.work);
         let zero = Complex::default();
         transformed.clear();
         for row in rows {
@@ -76,7 +70,7 @@ impl Sublattices {
                 transformed.resize(end, zero);
             }
         }
-        for buffer in [weighted, pairs] {
+        for buffer in [&mut scratch.weighted, &mut scratch.pairs] {
             buffer.resize(transformed.len(), zero);
         }
         let least = self
@@ -93,14 +87,8 @@ impl Sublattices {
         gains: &[f64],
         scratch: &'s mut Filtered,
     ) -> std::slice::ChunksExact<'s, f64> {
-        let Filtered {
-            transformed,
-            weighted,
-            pairs,
-            work,
-            rows,
-        } = scratch;
-        let from = transformed.chunks_exact(self.cells);
+        let (weighted, pairs) = (&mut scratch.weighted, &mut scratch.pairs);
+        let from = scratch.transformed.chunks_exact(self.cells);
         for (to, from) in weighted.chunks_exact_mut(self.cells).zip(from) {
             let parts: (&mut [f64], &[f64]) =
                 (bytemuck::cast_slice_mut(to), bytemuck::cast_slice(from));
@@ -109,12 +97,13 @@ impl Sublattices {
             }
         }
         self.inverse
-            .process_outofplace_with_scratch(weighted, pairs, work);
+            .process_outofplace_with_scratch(weighted, pairs, &mut scratch.work);
         if self.cell == 2 {
             // The two parts of a cell are its sites.
             return bytemuck::cast_slice(pairs).chunks_exact(self.sites());
         }
         let of_a_row = self.cell.div_ceil(2);
+        let rows = &mut scratch.rows;
         rows.resize(pairs.len() / of_a_row * self.cell, 0.0);
         for (i, pair) in pairs.chunks_exact(self.cells).enumerate() {
             let (row, first) = (i / of_a_row, 2 * (i % of_a_row));

@@ -148,14 +148,16 @@ fn check(u: ArrayView2<f64>, [t0, dt]: [f64; 2], length: f64) -> Result<()> {
     if !t0.is_finite() {
         return Err(Error::request("t0", "a finite time", t0));
     }
-    check_positive([("dt", dt), ("length", length)])
+    for (option, value) in [("dt", dt), ("length", length)] {
+        check_least(option, value, f64::MIN_POSITIVE, "a positive number")?;
+    }
+    Ok(())
 }
 
-fn check_positive<const N: usize>(values: [(&'static str, f64); N]) -> Result<()> {
-    let is_wrong = |value: f64| !(value > 0.0 && value.is_finite());
-    match values.into_iter().find(|(_, value)| is_wrong(*value)) {
-        Some((option, value)) => Err(Error::request(option, "a positive number", value)),
-        None => Ok(()),
+fn check_least(option: &'static str, value: f64, least: f64, expected: &str) -> Result<()> {
+    match value >= least && value.is_finite() {
+        true => Ok(()),
+        false => Err(Error::request(option, expected, value)),
     }
 }
 
@@ -194,10 +196,8 @@ impl Burgers {
         if places < 3 {
             return Err(Error::request("places", "3 or more", places));
         }
-        if !(viscosity >= 0.0 && viscosity.is_finite()) {
-            return Err(Error::request("viscosity", "0 or more", viscosity));
-        }
-        check_positive([("length", length)])?;
+        check_least("viscosity", viscosity, 0.0, "0 or more")?;
+        check_least("length", length, f64::MIN_POSITIVE, "a positive number")?;
         let fine = (3 * places).div_ceil(2);
         Ok(Burgers {
             viscosity,

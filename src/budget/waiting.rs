@@ -3,7 +3,6 @@
 use ndarray::ArrayView2;
 use rayon::prelude::*;
 
-use super::result::empty_map;
 use crate::arrays::{LargeArray, Sink};
 use crate::diagnostics::{Keep, MAP_LIMIT, Map, MapBuilder};
 use crate::error::Result;
@@ -114,6 +113,6 @@ impl<'a> Waiting<'a> {
     ) -> Map {
         let rows = self.arrays.iter_mut().find(|rows| rows.array == array);
         let map = rows.and_then(|rows| rows.map.take());
-        map.map_or_else(empty_map, |map| map.finish(label, y, x))
+        map.map_or_else(Map::default, |map| map.finish(label, y, x))
     }
 }

@@ -8,6 +8,8 @@
 //! dampers and drag; plus `I(k)`, the power of a driven end. `sum T = 0`: it is exchange between
 //! wavenumbers, whatever the state.
 
+use std::f64::consts::SQRT_2;
+
 use num_complex::Complex;
 
 use super::branches::{BranchSplit, Branches};
@@ -60,7 +62,6 @@ pub(super) struct TransferScratch {
     squares: Vec<Square>,
     springs: Vec<[Vec<f64>; 2]>,
     other: Vec<Complex<f64>>,
-    another: Vec<Complex<f64>>,
 }
 
 impl<'a> Transfers<'a> {
@@ -101,7 +102,6 @@ impl<'a> Transfers<'a> {
             squares: (0..2 + springs).map(square).collect(),
             springs: Vec::new(),
             other: line(),
-            another: line(),
         }
     }
 
@@ -127,12 +127,12 @@ impl<'a> Transfers<'a> {
     ) {
         self.load_roots(at, scratch);
         self.load_rates(at, scratch);
-        let TransferScratch { size, squares, .. } = &mut *scratch;
+        let (size, squares) = (&mut scratch.size, &scratch.squares);
         for row in [&mut terms.energy, &mut terms.transfer, size] {
             row.clear();
             row.resize(self.modes.len(), 0.0);
         }
-        for Square { factor, root, rate } in squares.iter() {
+        for Square { factor, root, rate } in squares {
             let out = terms.energy.iter_mut().zip(&mut terms.transfer);
             let out = out.zip(&mut *size).zip(&self.weights);
             for ((((energy, transfer), size), weight), (root, rate)) in
@@ -148,7 +148,7 @@ impl<'a> Transfers<'a> {
         let branches = self.branches.as_ref();
         terms.split = branches.map(|branches| {
             let [sites, contacts] = [&squares[0], &squares[1]];
-            branches.split(&sites.root, &sites.rate, &contacts.root, &contacts.rate)
+            branches.split([&sites.root, &sites.rate], [&contacts.root, &contacts.rate])
         });
         if self.lossy {
             self.losses(at, scratch, &mut terms.loss);
@@ -188,14 +188,8 @@ impl<'a> Transfers<'a> {
     }
 
     fn load_roots(&self, at: ChainState, scratch: &mut TransferScratch) {
-        let TransferScratch {
-            modes: work,
-            row,
-            contacts: state,
-            squares,
-            springs,
-            ..
-        } = scratch;
+        let (work, state, row) = (&mut scratch.modes, &mut scratch.contacts, &mut scratch.row);
+        let (squares, springs) = (&mut scratch.squares, &mut scratch.springs);
         self.contacts.evaluate(at, state);
         self.contacts.evaluate_roots(state);
         *springs = self.springs(at);
@@ -210,14 +204,8 @@ impl<'a> Transfers<'a> {
     }
 
     fn load_rates(&self, at: ChainState, scratch: &mut TransferScratch) {
-        let TransferScratch {
-            modes: work,
-            row,
-            contacts: state,
-            squares,
-            springs,
-            ..
-        } = scratch;
+        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+        let (squares, springs) = (&mut scratch.squares, &scratch.springs);
         let (modes, contacts) = (&self.modes, self.contacts);
         contacts.push_all(&state.elastic, row);
         if let Some(ground) = &contacts.chain().on_site.ground {
@@ -250,15 +238,8 @@ impl<'a> Transfers<'a> {
 
     /// `L(k)`: what dampers and drag take from the sites, and the dashpots of resonators from these.
     fn losses(&self, at: ChainState, scratch: &mut TransferScratch, loss: &mut Vec<f64>) {
-        let TransferScratch {
-            modes: work,
-            row,
-            contacts: state,
-            squares,
-            other,
-            another,
-            ..
-        } = scratch;
+        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+        let (squares, other) = (&scratch.squares, &mut scratch.other);
         let chain = self.contacts.chain();
         row.resize(at.v.len(), 0.0);
         self.contacts.push_all(&state.damping, row);
@@ -276,29 +257,23 @@ impl<'a> Transfers<'a> {
         loss.resize(self.weights.len(), 0.0);
         self.add_power(-1.0, [&squares[0].root, other], loss);
         if let Some(all) = chain.resonators() {
-            let root = |j: usize| all.mass[j].sqrt();
-            let momentum: Vec<f64> = (0..w.len()).map(|j| root(j) * w[j]).collect();
             let damped = |j: usize| match all.mass[j] > 0.0 {
-                true => all.force(j, 0.0, w[j] - at.v[j]) / root(j),
+                true => all.force(j, 0.0, w[j] - at.v[j]) / all.mass[j].sqrt(),
                 false => 0.0,
             };
-            let damped: Vec<f64> = (0..w.len()).map(damped).collect();
-            self.modes.of_sites(&momentum, work, other);
-            self.modes.of_sites(&damped, work, another);
-            self.add_power(1.0, [other, another], loss);
+            row.clear();
+            row.extend((0..w.len()).map(damped));
+            self.modes.of_sites(row, work, other);
+            // The square is the kinetic energy, half of that of `sqrt(m) w`.
+            let moving = &squares[squares.len() - 2].root;
+            self.add_power(SQRT_2, [moving, other], loss);
         }
     }
 
     /// `I(k)`: the power of the external force, and of a moving wall on its contact.
     fn inputs(&self, scratch: &mut TransferScratch, input: &mut Vec<f64>) {
-        let TransferScratch {
-            modes: work,
-            row,
-            contacts: state,
-            squares,
-            other,
-            ..
-        } = scratch;
+        let (work, row, state) = (&mut scratch.modes, &mut scratch.row, &scratch.contacts);
+        let (squares, other) = (&scratch.squares, &mut scratch.other);
         let pushed = self.contacts.pushed();
         row.clear();
         row.resize(self.root_mass.len(), 0.0);

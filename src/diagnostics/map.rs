@@ -16,7 +16,7 @@ const FINE_NUMBERS: usize = 1 << 19;
 const FINE_LIMIT: (usize, usize) = (4096, 512);
 
 /// A large array reduced by blocks for the eye: no sample is dropped.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Map {
     /// `(rows, columns)`; row 0 is the lowest value of `y`.
     pub values: Array2<f32>,
@@ -40,7 +40,7 @@ impl Map {
 }
 
 /// An axis of a [`Map`]: cell edges from `low` to `high`, evenly divided.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct MapAxis {
     pub label: String,
     pub low: f64,
@@ -54,6 +54,15 @@ pub enum Reduction {
     Max { rows: usize, columns: usize },
     /// The value of largest magnitude of each block, with its sign.
     Extreme { rows: usize, columns: usize },
+}
+
+impl Default for Reduction {
+    fn default() -> Self {
+        Reduction::Extreme {
+            rows: 1,
+            columns: 1,
+        }
+    }
 }
 
 /// What of a block is kept.

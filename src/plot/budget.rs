@@ -136,14 +136,8 @@ fn flux_map(budget: &Budget, name: &str, shared: &SharedScales, style: &Style) -
 /// Motion, contacts, losses and input over time.
 fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> FigureLayout {
     let curve = |label, colour, y: &[f64]| Series::of(label, colour, &budget.time, y);
-    let total: Vec<f64> = budget
-        .kinetic
-        .iter()
-        .zip(&budget.contact)
-        .map(|(a, b)| a + b)
-        .collect();
     let mut curves = vec![
-        curve("in the chain", BLACK, &total),
+        curve("in the chain", BLACK, &budget.energies()),
         curve("of motion", BLUE, &budget.kinetic),
         curve("of contacts", VERMILLION, &budget.contact),
     ];
@@ -155,11 +149,7 @@ fn energies(budget: &Budget, name: &str, shared: &SharedScales) -> FigureLayout 
         curves.push(curve("put in", PURPLE, &budget.input));
     }
     let all = shared.0.iter().flat_map(|budget| {
-        let held = budget
-            .kinetic
-            .iter()
-            .zip(&budget.contact)
-            .map(|(a, b)| a + b);
+        let held = budget.energies().into_iter();
         let rest = [
             &budget.kinetic,
             &budget.contact,

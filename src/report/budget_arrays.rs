@@ -211,26 +211,24 @@ pub fn write_budget_arrays(budget: &Budget, file: &dyn LabelledArrays) -> Result
     line("time", &budget.time)?;
     line("position", &places(budget.n_sites, 0.0))?;
     line("contact_position", &places(budget.n_contacts, 0.5))?;
-    line("kinetic_energy", &budget.kinetic)?;
-    line("contact_energy", &budget.contact)?;
-    line("lost_energy", &budget.lost)?;
     line("input_energy", &budget.input)?;
-    line("left_behind", &budget.left_behind)?;
+    for (name, values) in &budget.curves() {
+        // Others are in the large arrays, or in the numbers.
+        if known(name).is_some() {
+            line(name, values)?;
+            if let Some(errors) = &budget.errors {
+                line(&format!("{name}_error"), &errors[name])?;
+            }
+        }
+    }
     if let Some(found) = &budget.wavenumber {
         line("wavenumber", &found.wavenumber)?;
-        line("wavenumber_centroid", &found.centroid)?;
-        line("low_wavenumber_energy", &found.low_energy)?;
-        line("band_edge_flux", &found.edge_flux)?;
         if let Some(branches) = &found.branches {
             line("cell_wavenumber", &branches.wavenumber)?;
-            line("optical_energy", &branches.optical_energy)?;
-            line("optical_transfer", &branches.optical_transfer)?;
         }
     }
     if let Some(flow) = &budget.frequency {
         line("frequency", &flow.frequency)?;
-        line("low_frequency_passed", &flow.low)?;
-        line("high_frequency_passed", &flow.high)?;
     }
     if let Some(found) = &budget.scales {
         let of =
@@ -241,7 +239,6 @@ pub fn write_budget_arrays(budget: &Budget, file: &dyn LabelledArrays) -> Result
             "scale_cutoff_wavenumber",
             &of(|scale| scale.cutoff_wavenumber),
         )?;
-        line("integrated_scale_flux", &found.integrated_flux)?;
     }
     if let Some(found) = &budget.modes {
         let cycles = found.frequency.iter().map(|w| w / (2.0 * PI));
@@ -249,25 +246,6 @@ pub fn write_budget_arrays(budget: &Budget, file: &dyn LabelledArrays) -> Result
         line("modes_energy", &found.energy)?;
         line("mode_entropy", &found.entropy)?;
         line("normalized_mode_entropy", &found.normalized_entropy)?;
-    }
-    let Some(errors) = &budget.errors else {
-        return Ok(());
-    };
-    for (name, values) in [
-        ("kinetic_energy_error", &errors.kinetic),
-        ("contact_energy_error", &errors.contact),
-        ("lost_energy_error", &errors.lost),
-        ("left_behind_error", &errors.left_behind),
-        ("wavenumber_centroid_error", &errors.centroid),
-        ("low_wavenumber_energy_error", &errors.low_energy),
-        ("band_edge_flux_error", &errors.edge_flux),
-        ("optical_energy_error", &errors.optical_energy),
-        ("optical_transfer_error", &errors.optical_transfer),
-        ("low_frequency_passed_error", &errors.low_frequency),
-        ("high_frequency_passed_error", &errors.high_frequency),
-        ("integrated_scale_flux_error", &errors.integrated_scale_flux),
-    ] {
-        line(name, values)?;
     }
     Ok(())
 }
@@ -290,12 +268,12 @@ pub fn write_measured_arrays(
         .collect();
     let named = named.iter().map(|(name, errors)| (name.as_str(), *errors));
     for (name, array) in [
-        ("velocity", &measured.velocity),
+        ("velocity", &measured.values.velocity),
         ("velocity_error", &errors.velocity),
         ("displacement", &measured.displacement),
-        ("overlap", &measured.overlap),
+        ("overlap", &measured.values.overlap),
         ("overlap_error", &errors.overlap),
-        ("force", &measured.force),
+        ("force", &measured.values.force),
         ("force_error", &errors.force),
         ("energy_flux_error", &errors.flux),
         ("energy_passed_error", &errors.passed),

@@ -33,21 +33,24 @@ fn coverages(run: &Run, measured: &MeasuredMotion) -> Vec<(&'static str, [f64; 2
     vec![
         (
             "overlap",
-            coverage(&measured.overlap, &overlap, &errors.overlap),
+            coverage(&measured.values.overlap, &overlap, &errors.overlap),
         ),
-        ("force", coverage(&measured.force, force, &errors.force)),
-        ("flux", coverage(&measured.flux, &flux, &errors.flux)),
+        (
+            "force",
+            coverage(&measured.values.force, force, &errors.force),
+        ),
+        ("flux", coverage(&measured.values.flux, &flux, &errors.flux)),
         (
             "passed",
             coverage(
-                &measured.energy_passed,
+                &measured.values.passed,
                 run.energy_passed.as_ref().unwrap(),
                 &errors.passed,
             ),
         ),
         (
             "energy",
-            coverage(&measured.energy, &energy, &errors.energy),
+            coverage(&measured.values.energy, &energy, &errors.energy),
         ),
     ]
 }
@@ -138,7 +141,7 @@ fn val_convergence_of_clean_records() {
             trapezoid.row_mut(i).assign(&next);
         }
         plain.push(off(&trapezoid));
-        let overlap = measured.overlap.clone();
+        let overlap = measured.values.overlap.clone();
         let exact = Array2::from_shape_fn(overlap.dim(), |(i, j)| {
             run.chain.overlap(j, truth.row(i).as_slice().unwrap())
         });
@@ -213,7 +216,7 @@ fn val_simulation_a_missing_site_is_found_from_its_neighbours() {
                         .to_owned()
                 };
                 let [within, over] = coverage(
-                    &columns(&measured.velocity),
+                    &columns(&measured.values.velocity),
                     &columns(&run.velocity),
                     &columns(&measured.errors.velocity),
                 );

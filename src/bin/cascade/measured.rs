@@ -158,7 +158,7 @@ pub fn of_field(
         pitch: if stated { field.space.step } else { base.pitch },
         units,
         integration: Integration::Samples,
-        ..views.choices(motion.time.len(), motion.chain.n_sites(), base)?
+        ..views.choices(motion.time.len(), setup.simulation.chain.n_sites(), base)?
     };
     Ok(MeasuredInput { motion, request })
 }

@@ -1,6 +1,6 @@
 //! What follows from velocities: displacements, forces, fluxes, energies, momentum.
 
-use ndarray::{Array1, Array2, ArrayView1, Axis};
+use ndarray::{Array1, Array2, ArrayView1, Axis, s};
 
 use super::missing;
 use crate::budget::contacts::{ContactState, Contacts};
@@ -9,24 +9,49 @@ use crate::budget::quadrature::{CUBIC, Quadrature};
 use crate::budget::real_space::SiteTerms;
 use crate::chain::Chain;
 
-/// Arrays over `(time, site)` or `(time, contact)`.
-#[derive(Debug, Clone)]
-pub(super) struct Derived {
-    pub(super) velocity: Array2<f64>,
-    pub(super) displacement: Array2<f64>,
-    /// Overlap beyond the static one.
-    pub(super) overlap: Array2<f64>,
-    /// Force beyond the static one, damping included.
-    pub(super) force: Array2<f64>,
-    pub(super) flux: Array2<f64>,
+/// What follows from velocities, or the standard errors of that: `(time, site)` or `(time, contact)`.
+#[derive(Debug, Clone, Default)]
+pub struct MotionArrays {
+    /// Drift taken off, zero while at rest, missing sites filled in.
+    pub velocity: Array2<f64>,
+    /// Beyond the static one.
+    pub overlap: Array2<f64>,
+    /// Beyond the static one, damping included.
+    pub force: Array2<f64>,
+    pub flux: Array2<f64>,
     /// Integral of the flux by the trapezoid rule, as budgets of samples have it.
-    pub(super) passed: Array2<f64>,
-    /// Total energy `(time, 1)`.
-    pub(super) energy: Array2<f64>,
-    /// Total energy and what losses have taken, at each time.
-    pub(super) given: Vec<f64>,
+    pub passed: Array2<f64>,
+    /// Total energy, `(time, 1)`.
+    pub energy: Array2<f64>,
     /// `m (v - v(t0))` less the integral of all forces, `(time, site)`.
     pub(super) unbalanced: Array2<f64>,
+}
+
+impl MotionArrays {
+    /// Puts `of` this array, that of `a` and that of `b` in place of each array.
+    pub(super) fn combine(
+        &mut self,
+        a: &MotionArrays,
+        b: &MotionArrays,
+        of: impl Fn(&mut Array2<f64>, &Array2<f64>, &Array2<f64>),
+    ) {
+        of(&mut self.velocity, &a.velocity, &b.velocity);
+        of(&mut self.overlap, &a.overlap, &b.overlap);
+        of(&mut self.force, &a.force, &b.force);
+        of(&mut self.flux, &a.flux, &b.flux);
+        of(&mut self.passed, &a.passed, &b.passed);
+        of(&mut self.energy, &a.energy, &b.energy);
+        of(&mut self.unbalanced, &a.unbalanced, &b.unbalanced);
+    }
+}
+
+/// What follows from velocities.
+#[derive(Debug, Clone)]
+pub(super) struct Derived {
+    pub(super) values: MotionArrays,
+    pub(super) displacement: Array2<f64>,
+    /// Total energy and what losses have taken, at each time.
+    pub(super) given: Vec<f64>,
     /// Integral of the elastic force, `(time, contact)`, that of a wall before site 0 first.
     pub(super) impulse: Array2<f64>,
 }
@@ -62,51 +87,46 @@ impl Derived {
         let motion = motion(chain, time.view(), &displacement, &velocity);
         let contacts = Contacts::of(&motion);
         let offset = contacts.offset;
-        let mut out = Derived {
-            overlap: Array2::zeros((samples, m)),
-            force: Array2::zeros((samples, m)),
-            flux: Array2::zeros((samples, m)),
-            passed: Array2::zeros((samples, m)),
-            energy: Array2::zeros((samples, 1)),
-            given: Vec::new(),
-            unbalanced: Array2::zeros((samples, n)),
-            impulse: Array2::zeros((samples, contacts.len())),
-            velocity: Array2::default((0, 0)),
-            displacement: Array2::default((0, 0)),
-        };
+        let [mut overlap, mut force, mut flux] = [(); 3].map(|()| Array2::zeros((samples, m)));
+        let [mut energy, mut lost] = [(); 2].map(|()| Array2::zeros((samples, 1)));
+        let mut pushed = Array2::zeros((samples, n));
+        let mut elastic = Array2::zeros((samples, contacts.len()));
         let mut state = ContactState::default();
         let mut sites = SiteTerms::default();
-        let mut lost = Array2::zeros((samples, 1));
         for i in 0..samples {
             let at = motion.at(i);
             contacts.evaluate(at, &mut state);
             sites.evaluate(&contacts, at, &state);
-            out.energy[[i, 0]] = sites.kinetic + sites.contact;
+            energy[[i, 0]] = sites.kinetic + sites.contact;
             lost[[i, 0]] = crate::numeric::sum(&sites.loss);
-            out.flux.row_mut(i).assign(&ArrayView1::from(&sites.flux));
-            let forces = state.elastic.iter().zip(&state.damping);
-            let force: Vec<f64> = forces.map(|(e, d)| e + d).collect();
-            for j in 0..m {
-                out.overlap[[i, j]] = state.overlap[j + offset];
-                out.force[[i, j]] = force[j + offset];
-            }
+            flux.row_mut(i).assign(&ArrayView1::from(&sites.flux));
+            elastic.row_mut(i).assign(&ArrayView1::from(&state.elastic));
+            let all = &elastic.row(i) + &ArrayView1::from(&state.damping);
+            let inside = ArrayView1::from(&state.overlap[offset..]);
+            overlap.row_mut(i).assign(&inside.slice(s![..m]));
+            force.row_mut(i).assign(&all.slice(s![offset..offset + m]));
+            let all = all.to_vec();
             for j in 0..n {
-                out.unbalanced[[i, j]] = contacts.push_on(j, &force) - contacts.pull(j, at);
+                pushed[[i, j]] = contacts.push_on(j, &all) - contacts.pull(j, at);
             }
-            let elastic = ArrayView1::from(&state.elastic);
-            out.impulse.row_mut(i).assign(&elastic);
         }
-        out.passed = Quadrature::new(samples, 2).running(out.flux.view(), dt);
         let lost = quadrature.running(lost.view(), dt);
-        out.given = (&out.energy + &lost).into_raw_vec_and_offset().0;
-        out.impulse = quadrature.running(out.impulse.view(), dt);
-        let pushed = quadrature.running(out.unbalanced.view(), dt);
         let mass = ArrayView1::from(&chain.mass);
         let gained = (&velocity - &velocity.row(0)) * mass;
-        out.unbalanced = gained - pushed;
-        out.velocity = velocity;
-        out.displacement = displacement;
-        out
+        Derived {
+            given: (&energy + &lost).into_raw_vec_and_offset().0,
+            impulse: quadrature.running(elastic.view(), dt),
+            values: MotionArrays {
+                passed: Quadrature::new(samples, 2).running(flux.view(), dt),
+                unbalanced: gained - quadrature.running(pushed.view(), dt),
+                velocity,
+                overlap,
+                force,
+                flux,
+                energy,
+            },
+            displacement,
+        }
     }
 
     /// Displacements and velocities alone.
@@ -123,8 +143,12 @@ impl Derived {
     }
 }
 
-/// Largest magnitude so far along time, of each column of what two samplings differ by.
-pub(super) fn envelope(full: &Array2<f64>, half: &Array2<f64>, share: f64) -> Array2<f64> {
+/// Share of the difference of two samplings that is the error of the finer one, at an error of
+/// second order.
+pub(super) const HALVED: f64 = 1.0 / 3.0;
+
+/// The largest error by the sampling so far along time, of each column, by what every other sample finds.
+pub(super) fn envelope(full: &Array2<f64>, half: &Array2<f64>) -> Array2<f64> {
     let mut out = Array2::zeros(full.dim());
     let last = half.nrows() - 1;
     for (column, mut out) in out.axis_iter_mut(Axis(1)).enumerate() {
@@ -132,7 +156,7 @@ pub(super) fn envelope(full: &Array2<f64>, half: &Array2<f64>, share: f64) -> Ar
         for (i, out) in out.iter_mut().enumerate() {
             // An odd sample is as far off as the next even one.
             let k = i.div_ceil(2).min(last);
-            most = most.max(share * (full[[2 * k, column]] - half[[k, column]]).abs());
+            most = most.max(HALVED * (full[[2 * k, column]] - half[[k, column]]).abs());
             *out = most;
         }
     }

@@ -1,42 +1,17 @@
 //! Straight lines through quiet parts, and the uncertainty of a channel's offset and slope.
 
-/// A straight line through a quiet part.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct LinearTrend {
-    pub(super) count: f64,
-    pub(super) offset: f64,
-    pub(super) slope: f64,
-    /// Squares of standard errors over the variance of the noise.
-    pub(super) offset_share: f64,
-    pub(super) slope_share: f64,
-    /// Variance of the residuals.
-    pub(super) variance: f64,
+use crate::numeric::LineFit;
+
+/// The line through a quiet part, over samples from `start` on; `None` for fewer than three samples.
+pub(super) fn line_through(record: &[f64], start: usize) -> Option<LineFit> {
+    let points = record.iter().enumerate();
+    let points: Vec<(f64, f64)> = points.map(|(i, v)| (i as f64 - start as f64, *v)).collect();
+    LineFit::through(&points)
 }
 
-impl LinearTrend {
-    /// `None` for fewer than three samples. Times are from `start`, in samples.
-    pub(super) fn through(record: &[f64], start: usize) -> Option<LinearTrend> {
-        let count = record.len() as f64;
-        if record.len() < 3 {
-            return None;
-        }
-        let middle = 0.5 * (count - 1.0);
-        let mean = record.iter().sum::<f64>() / count;
-        let spread = count * (count * count - 1.0) / 12.0;
-        let moment = |(i, v): (usize, &f64)| (i as f64 - middle) * (v - mean);
-        let slope = record.iter().enumerate().map(moment).sum::<f64>() / spread;
-        let residual = |(i, v): (usize, &f64)| v - mean - slope * (i as f64 - middle);
-        let squares = record.iter().enumerate().map(|s| residual(s).powi(2));
-        let lever = middle - start as f64;
-        Some(LinearTrend {
-            count,
-            offset: mean - slope * lever,
-            slope,
-            offset_share: 1.0 / count + lever * lever / spread,
-            slope_share: 1.0 / spread,
-            variance: squares.sum::<f64>() / (count - 2.0),
-        })
-    }
+/// Variance of what a line leaves.
+pub(super) fn variance(line: &LineFit) -> f64 {
+    line.squares / (line.points as f64 - 2.0)
 }
 
 /// Variance of a quantity over channels, given values and the variances of their errors.
@@ -72,22 +47,16 @@ pub(super) struct Drifting {
 }
 
 impl Drifting {
-    pub(super) fn of(
-        line: Option<LinearTrend>,
-        start: usize,
-        variance: f64,
-        prior: [f64; 2],
-    ) -> Drifting {
+    pub(super) fn of(line: Option<LineFit>, variance: f64, prior: [f64; 2]) -> Drifting {
         let mut covariance = [prior[0], 0.0, prior[1]];
         let mut at = [0.0, 0.0];
         // The gain of a Kalman filter, with offset and slope at the middle of the line measured
         // apart, since their errors are independent.
         let measured = line.map(|line| {
-            let lever = 0.5 * (line.count - 1.0) - start as f64;
-            let mean = line.offset + line.slope * lever;
+            let mean = line.intercept + line.slope * line.middle;
             [
-                ([1.0, lever], mean, variance / line.count),
-                ([0.0, 1.0], line.slope, variance * line.slope_share),
+                ([1.0, line.middle], mean, variance / line.points as f64),
+                ([0.0, 1.0], line.slope, variance / line.spread),
             ]
         });
         for (row, measured, error) in measured.into_iter().flatten() {

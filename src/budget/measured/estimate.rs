@@ -27,110 +27,51 @@ use std::convert::Infallible;
 use ndarray::{Array1, Array2, Zip};
 use rayon::prelude::*;
 
-use super::derive::{self, Derived, envelope};
+use super::derive::{self, Derived, HALVED, MotionArrays, envelope};
 use super::momentum::{Fits, Fitter};
-use super::repetitions::Repetitions;
+use super::repetitions::Measurement;
 use super::report::Estimate;
 use crate::budget::contacts::Contacts;
 
 /// Repetitions that weights are found from.
 const FEW: usize = 8;
 
-/// Share of the difference of two samplings that is the error of the finer one, at an error of
-/// second order.
-pub(super) const HALVED: f64 = 1.0 / 3.0;
-
-/// Standard errors of what follows from velocities.
-#[derive(Debug, Clone, Default)]
-pub struct Errors {
-    /// Of velocities, `(time, site)`.
-    pub velocity: Array2<f64>,
-    /// Of overlaps, forces, fluxes and energies passed, `(time, contact)`.
-    pub overlap: Array2<f64>,
-    pub force: Array2<f64>,
-    pub flux: Array2<f64>,
-    pub passed: Array2<f64>,
-    /// Of the total energy, `(time, 1)`.
-    pub energy: Array2<f64>,
-    /// Of the momentum that no force explains, `(time, site)`.
-    pub(super) unbalanced: Array2<f64>,
-}
-
-impl Errors {
-    fn each(&mut self) -> [&mut Array2<f64>; 7] {
-        [
-            &mut self.velocity,
-            &mut self.overlap,
-            &mut self.force,
-            &mut self.flux,
-            &mut self.passed,
-            &mut self.energy,
-            &mut self.unbalanced,
-        ]
-    }
-}
-
-fn each(derived: &Derived) -> [&Array2<f64>; 7] {
-    [
-        &derived.velocity,
-        &derived.overlap,
-        &derived.force,
-        &derived.flux,
-        &derived.passed,
-        &derived.energy,
-        &derived.unbalanced,
-    ]
-}
-
-/// What noise, drift and uncertainties leave open.
-pub(super) struct Repeated<'a> {
-    pub(super) repetitions: &'a Repetitions<'a>,
-    pub(super) derived: &'a Derived,
-}
-
-impl Repeated<'_> {
-    /// One more measurement of the same motion.
-    fn again(&self, number: usize) -> Derived {
-        let Repetitions { dt, missing, .. } = *self.repetitions;
-        let (chain, velocity) = self.repetitions.again(number);
-        Derived::of(&chain, dt, velocity, missing)
+impl Measurement {
+    /// What follows from one more measurement of the same motion.
+    fn derived_again(&self, derived: &Derived, number: usize) -> Derived {
+        let (chain, velocity) = self.again(&derived.values.velocity, number);
+        Derived::of(&chain, self.dt, velocity, &self.missing)
     }
 
     /// Errors of arrays, the factors of coefficients in every repetition, and the energy given.
-    pub(super) fn errors(&self) -> (Errors, Fits, Estimate) {
-        let Repetitions {
-            chain, dt, missing, ..
-        } = *self.repetitions;
-        let derived = self.derived;
-        let half = self.repetitions.every_other_sample();
-        let half = Derived::of(chain, 2.0 * dt, half, missing);
-        let time = Array1::zeros(derived.velocity.nrows());
-        let motion = derive::motion(chain, time.view(), &derived.displacement, &derived.velocity);
+    pub(super) fn errors(&self, derived: &Derived) -> (MotionArrays, Fits, Estimate) {
+        let half = self.every_other_sample(&derived.values.velocity);
+        let half = Derived::of(&self.chain, 2.0 * self.dt, half, &self.missing);
+        let time = Array1::zeros(derived.displacement.nrows());
+        let (x, v) = (&derived.displacement, &derived.values.velocity);
+        let motion = derive::motion(&self.chain, time.view(), x, v);
         let contacts = Contacts::of(&motion);
-        let fitter = Fitter::new(&contacts, &self.open(&half));
-        let mut errors = Errors::default();
-        for (sum, like) in errors.each().into_iter().zip(each(derived)) {
+        let fitter = Fitter::new(&contacts, &self.open(derived, &half));
+        let mut errors = MotionArrays::default();
+        errors.combine(&derived.values, &half.values, |sum, like, _| {
             *sum = Array2::zeros(like.dim());
-        }
+        });
         let (mut given, mut fits) = (Vec::new(), Vec::new());
         let again = |number| {
-            let again = self.again(number);
+            let again = self.derived_again(derived, number);
             let fit = fitter.fit(&again, 1);
             (again, fit)
         };
-        let Ok(()) = self.repetitions.each(again, |(again, fit)| {
+        let Ok(()) = self.each(again, |(again, fit)| {
             fits.push(fit);
-            let pairs = each(&again).into_iter().zip(each(self.derived));
-            for (sum, (again, here)) in errors.each().into_iter().zip(pairs) {
-                add_squares(sum, again, here);
-            }
+            errors.combine(&again.values, &derived.values, add_squares);
             given.push(again.given);
             Ok::<(), Infallible>(())
         });
-        for sum in errors.each() {
+        errors.combine(&derived.values, &half.values, |sum, _, _| {
             finish_squares(sum, fits.len());
-        }
-        self.add_sampling(&half, &contacts, &mut errors);
+        });
+        add_sampling([derived, &half], &contacts, &mut errors);
         let given = energy_given(&derived.given, &half.given, &given);
         let fits = Fits {
             here: fitter.fit(derived, 1),
@@ -141,55 +82,60 @@ impl Repeated<'_> {
     }
 
     /// Variance of the momentum that is left open, from a few repetitions.
-    fn open(&self, half: &Derived) -> Array2<f64> {
-        let here = &self.derived.unbalanced;
-        let off = |number| (self.again(number).unbalanced - here).mapv(|x| x * x);
+    fn open(&self, derived: &Derived, half: &Derived) -> Array2<f64> {
+        let here = &derived.values.unbalanced;
+        let again = |number| self.derived_again(derived, number).values.unbalanced;
+        let off = |number| (again(number) - here).mapv(|x| x * x);
         let found: Vec<Array2<f64>> = (0..FEW).into_par_iter().map(off).collect();
-        let mut open = envelope(here, &half.unbalanced, HALVED);
+        let mut open = envelope(here, &half.values.unbalanced);
         open.mapv_inplace(|off| off * off);
         for squares in found {
             open.scaled_add((FEW as f64).recip(), &squares);
         }
         open
     }
+}
 
-    fn add_sampling(&self, half: &Derived, contacts: &Contacts, errors: &mut Errors) {
-        let derived = self.derived;
-        let off = |full: &Array2<f64>, half: &Array2<f64>| envelope(full, half, HALVED);
-        let overlap = off(&derived.overlap, &half.overlap);
-        let add = |to: &mut Array2<f64>, what: &Array2<f64>| {
-            to.zip_mut_with(what, |to, what| *to = to.hypot(*what));
+/// Adds what the sampling makes wrong; that of overlaps goes through the law into forces and fluxes.
+fn add_sampling([derived, half]: [&Derived; 2], contacts: &Contacts, errors: &mut MotionArrays) {
+    let values = &derived.values;
+    let overlap = envelope(&values.overlap, &half.values.overlap);
+    for ((i, j), sampling) in overlap.indexed_iter() {
+        let (id, r) = (j + contacts.offset, values.overlap[[i, j]]);
+        let here = contacts.contact(id).force(r);
+        let over = |e: f64| {
+            let up = (contacts.contact(id).force(r + e) - here).abs();
+            up.max((contacts.contact(id).force(r - e) - here).abs())
         };
-        for ((i, j), sampling) in overlap.indexed_iter() {
-            let (id, r) = (j + contacts.offset, derived.overlap[[i, j]]);
-            let here = contacts.contact(id).force(r);
-            let over = |e: f64| {
-                let up = (contacts.contact(id).force(r + e) - here).abs();
-                up.max((contacts.contact(id).force(r - e) - here).abs())
-            };
-            // Three errors of the overlap are to be within three of the force, also where an open
-            // contact may be closed, which few repetitions show.
-            let open = over(3.0 * errors.overlap[[i, j]]) / 3.0;
-            let v = derived.velocity.row(i);
-            let speed = match contacts.sites(id) {
-                [Some(left), Some(right)] => 0.5 * (v[left] + v[right]).abs(),
-                _ => 0.0,
-            };
-            let (force, sampling) = (errors.force[[i, j]].max(open), over(*sampling));
-            errors.force[[i, j]] = force.hypot(sampling);
-            let flux = errors.flux[[i, j]].max(open * speed);
-            errors.flux[[i, j]] = flux.hypot(sampling * speed);
-        }
-        add(&mut errors.overlap, &overlap);
-        add(&mut errors.passed, &off(&derived.passed, &half.passed));
-        add(&mut errors.energy, &off(&derived.energy, &half.energy));
-        let unbalanced = off(&derived.unbalanced, &half.unbalanced);
-        add(&mut errors.unbalanced, &unbalanced);
+        // Three errors of the overlap are to be within three of the force, also where an open
+        // contact may be closed, which few repetitions show.
+        let open = over(3.0 * errors.overlap[[i, j]]) / 3.0;
+        let v = values.velocity.row(i);
+        let speed = match contacts.sites(id) {
+            [Some(left), Some(right)] => 0.5 * (v[left] + v[right]).abs(),
+            _ => 0.0,
+        };
+        let sampling = over(*sampling);
+        let (force, flux) = (&mut errors.force[[i, j]], &mut errors.flux[[i, j]]);
+        *force = force.max(open).hypot(sampling);
+        *flux = flux.max(open * speed).hypot(sampling * speed);
+    }
+    let half = &half.values;
+    for (error, off) in [
+        (&mut errors.overlap, overlap),
+        (&mut errors.passed, envelope(&values.passed, &half.passed)),
+        (&mut errors.energy, envelope(&values.energy, &half.energy)),
+        (
+            &mut errors.unbalanced,
+            envelope(&values.unbalanced, &half.unbalanced),
+        ),
         // Only those of missing sites depend on the sampling.
-        add(
+        (
             &mut errors.velocity,
-            &off(&derived.velocity, &half.velocity),
-        );
+            envelope(&values.velocity, &half.velocity),
+        ),
+    ] {
+        error.zip_mut_with(&off, |error, off| *error = error.hypot(*off));
     }
 }
 

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, s};
 
 use super::derive::motion;
 use crate::budget::contacts::Contacts;
@@ -46,35 +46,29 @@ pub(super) fn fill(
     displacement: &mut Array2<f64>,
     velocity: &mut Array2<f64>,
 ) {
-    let mut first = 0;
-    while let Some(from) = (first..missing.len()).find(|j| missing[*j]) {
-        let end = (from..missing.len())
-            .find(|j| !missing[*j])
-            .unwrap_or(missing.len());
-        let gap = Gap {
-            chain,
-            sites: from..end,
-        };
-        let (x, v) = gap.motion(dt, displacement, velocity);
-        for j in from..end {
-            displacement.column_mut(j).assign(&x.column(j - from));
-            velocity.column_mut(j).assign(&v.column(j - from));
+    let mut from = 0;
+    for run in missing.chunk_by(|a, b| a == b) {
+        let sites = from..from + run.len();
+        from = sites.end;
+        if run[0] {
+            let gap = Gap {
+                chain,
+                sites: sites.clone(),
+            };
+            let (x, v) = gap.motion(dt, displacement, velocity);
+            displacement.slice_mut(s![.., sites.clone()]).assign(&x);
+            velocity.slice_mut(s![.., sites]).assign(&v);
         }
-        first = end;
     }
 }
+
+/// Position and velocity of a site.
+type Place = [f64; 2];
 
 /// Missing sites in a row.
 struct Gap<'a> {
     chain: &'a Chain,
     sites: Range<usize>,
-}
-
-/// Positions and velocities of the sites of a gap at one time.
-#[derive(Clone)]
-struct GapState {
-    x: Vec<f64>,
-    v: Vec<f64>,
 }
 
 impl Gap<'_> {
@@ -95,11 +89,11 @@ impl Gap<'_> {
         let left = ids[0].and_then(|id| contacts.sites(id)[0]);
         let right = ids[count].and_then(|id| contacts.sites(id)[1]);
         let at = |site: Option<usize>, i: usize| match site {
-            Some(j) => (displacement[[i, j]], velocity[[i, j]]),
-            None => (0.0, 0.0),
+            Some(j) => [displacement[[i, j]], velocity[[i, j]]],
+            None => [0.0; 2],
         };
 
-        let squeezed = (0..samples).map(|i| at(left, i).0 - at(right, i).0);
+        let squeezed = (0..samples).map(|i| at(left, i)[0] - at(right, i)[0]);
         let most = squeezed.fold(0.0, |m: f64, r| m.max(r.abs()));
         let stiffest = |i: usize| ids[i].map_or(0.0, |id| contacts.contact(id).stiffness(most));
         let fastest = (0..count).map(|i| {
@@ -109,33 +103,30 @@ impl Gap<'_> {
         let steps = ((dt * fastest / STEP).ceil() as usize).clamp(1, MOST_STEPS);
         let h = dt / steps as f64;
 
-        let acceleration = |ends: [(f64, f64); 2], state: &GapState, out: &mut [f64]| {
+        let ground = self.chain.on_site.ground.as_ref();
+        let acceleration = |ends: [Place; 2], state: &[Place], out: &mut [f64]| {
             let place = |i: usize| match i {
                 0 => ends[0],
                 i if i > count => ends[1],
-                i => (state.x[i - 1], state.v[i - 1]),
+                i => state[i - 1],
             };
             let force = |i: usize| {
                 let (a, b) = (place(i), place(i + 1));
-                ids[i].map_or(0.0, |id| contacts.total_force(id, a.0 - b.0, a.1 - b.1))
+                ids[i].map_or(0.0, |id| contacts.total_force(id, a[0] - b[0], a[1] - b[1]))
             };
             let mut before = force(0);
             for (i, out) in out.iter_mut().enumerate() {
                 let after = force(i + 1);
-                let site = self.sites.start + i;
-                let ground = self.chain.on_site.ground.as_ref();
-                let held = ground.map_or(0.0, |ground| ground.force(site, state.x[i]));
-                let pull = self.chain.losses.drag * state.v[i] + held;
+                let (site, [x, v]) = (self.sites.start + i, state[i]);
+                let held = ground.map_or(0.0, |ground| ground.force(site, x));
+                let pull = self.chain.losses.drag * v + held;
                 *out = (before - after - pull) / self.chain.mass[site];
                 before = after;
             }
         };
 
         let [mut x, mut v] = [0, 1].map(|_| Array2::zeros((samples, count)));
-        let mut state = GapState {
-            x: vec![0.0; count],
-            v: vec![0.0; count],
-        };
+        let mut state = vec![[0.0; 2]; count];
         for i in 0..samples.saturating_sub(1) {
             let ends = [left, right].map(|site| [at(site, i), at(site, i + 1)]);
             for step in 0..steps {
@@ -145,8 +136,8 @@ impl Gap<'_> {
                 };
                 runge_kutta(h, between, &acceleration, &mut state);
             }
-            for k in 0..count {
-                (x[[i + 1, k]], v[[i + 1, k]]) = (state.x[k], state.v[k]);
+            for (k, place) in state.iter().enumerate() {
+                [x[[i + 1, k]], v[[i + 1, k]]] = *place;
             }
         }
         (x, v)
@@ -155,25 +146,24 @@ impl Gap<'_> {
 
 /// Value and slope at the share u of an interval, of the cubic with these values and slopes at its
 /// ends.
-fn hermite((x0, v0): (f64, f64), (x1, v1): (f64, f64), dt: f64, u: f64) -> (f64, f64) {
+fn hermite([x0, v0]: Place, [x1, v1]: Place, dt: f64, u: f64) -> Place {
     let rise = x1 - x0;
     let (a, b) = (dt * v0 - rise, rise - dt * v1);
     let w = 1.0 - u;
     let x = x0 * w + x1 * u + u * w * (a * w + b * u);
     let slope = rise + (w - u) * (a * w + b * u) + u * w * (b - a);
-    (x, slope / dt)
+    [x, slope / dt]
 }
 
 /// A step of the classical method of fourth order.
 fn runge_kutta(
     h: f64,
-    ends: impl Fn(f64) -> [(f64, f64); 2],
-    acceleration: &impl Fn([(f64, f64); 2], &GapState, &mut [f64]),
-    state: &mut GapState,
+    ends: impl Fn(f64) -> [Place; 2],
+    acceleration: &impl Fn([Place; 2], &[Place], &mut [f64]),
+    state: &mut [Place],
 ) {
-    let count = state.x.len();
-    let start = state.clone();
-    let (mut a, mut now) = (vec![0.0; count], start.clone());
+    let start = state.to_vec();
+    let (mut a, mut now) = (vec![0.0; state.len()], start.clone());
     for (part, next, weight) in [
         (0.0, 0.5, 1.0),
         (0.5, 0.5, 2.0),
@@ -182,11 +172,10 @@ fn runge_kutta(
     ] {
         acceleration(ends(part), &now, &mut a);
         for (k, a) in a.iter().enumerate() {
-            let v = now.v[k];
-            state.x[k] += h * weight / 6.0 * v;
-            state.v[k] += h * weight / 6.0 * a;
-            now.x[k] = start.x[k] + h * next * v;
-            now.v[k] = start.v[k] + h * next * a;
+            for (of, rate) in [now[k][1], *a].into_iter().enumerate() {
+                state[k][of] += h * weight / 6.0 * rate;
+                now[k][of] = start[k][of] + h * next * rate;
+            }
         }
     }
 }

@@ -5,7 +5,7 @@
 //! their static force); with them come overlaps, forces, fluxes and energies, from which a
 //! [`Motion`] for every budget is made. A site is at rest until the wave arrives. Before that its
 //! channel records noise and drift. Both, and the stated uncertainties of gains, coefficients and
-//! masses ([`Uncertainty`]), are propagated to all results: to [`Errors`], and by
+//! masses ([`Uncertainty`]), are propagated to all results: to [`MeasuredMotion::errors`], and by
 //! [`MeasuredMotion::run`] to every number over wavenumbers, frequencies and scales.
 //! [`from_field`] refuses a measurement that is all below noise; a warning names contacts whose force is.
 //!
@@ -34,52 +34,34 @@ use crate::chain::Chain;
 use crate::error::{Error, Result};
 use crate::field::{Field, Quantity};
 use derive::Derived;
-pub use estimate::Errors;
-use estimate::Repeated;
+pub use derive::MotionArrays;
 pub use momentum::{Factor, Momentum, SiteMomentum};
 use noise::Channels;
 pub use noise::SiteNoise;
 pub use options::{Drift, MeasuredOptions, Noise, Uncertainty};
-use repetitions::Repetitions;
+use repetitions::Measurement;
 pub use report::{ContactEstimate, Estimate, Lack, MeasuredReport, MeasuredWarning, MissingSite};
 
-/// A measured motion of a chain; arrays are `(time, site)` or `(time, contact)`.
+/// A measured motion of a chain.
 #[derive(Debug, Clone)]
 pub struct MeasuredMotion {
-    pub chain: Chain,
     pub time: Array1<f64>,
-    /// Drift taken off, zero while at rest, missing sites filled in.
-    pub velocity: Array2<f64>,
-    /// From the static state.
+    /// From the static state, `(time, site)`.
     pub displacement: Array2<f64>,
-    /// Beyond the static one.
-    pub overlap: Array2<f64>,
-    /// Beyond the static one, damping included.
-    pub force: Array2<f64>,
-    pub flux: Array2<f64>,
-    pub energy_passed: Array2<f64>,
-    /// Total energy, `(time, 1)`.
-    pub energy: Array2<f64>,
+    pub values: MotionArrays,
     /// Standard errors of all these.
-    pub errors: Errors,
+    pub errors: MotionArrays,
     pub report: MeasuredReport,
     /// What losses took by the end.
     lost: f64,
-    dt: f64,
-    channels: Channels,
-    missing: Vec<bool>,
-    options: MeasuredOptions,
+    measurement: Measurement,
 }
 
 impl MeasuredMotion {
     /// The motion that budgets are made from.
     pub fn motion(&self) -> Motion<'_> {
-        derive::motion(
-            &self.chain,
-            self.time.view(),
-            &self.displacement,
-            &self.velocity,
-        )
+        let (x, v) = (&self.displacement, &self.values.velocity);
+        derive::motion(&self.measurement.chain, self.time.view(), x, v)
     }
 }
 
@@ -133,41 +115,29 @@ pub fn from_velocities(
                 };
             }
         }
-        let derived = Derived::of(chain, dt, velocity, &missing);
-        let repeated = Repeated {
-            repetitions: &Repetitions {
-                chain,
-                dt,
-                channels: &channels,
-                missing: &missing,
-                options,
-                velocity: &derived.velocity,
-            },
-            derived: &derived,
-        };
-        let (errors, fits, given) = repeated.errors();
-        let momentum = Momentum::of(&derived, &errors, &fits);
-        let report = report::of(&derived, &errors, &missing, &channels, momentum, given)?;
-        let last = derived.velocity.nrows() - 1;
-        let lost = derived.given[last] - derived.energy[[last, 0]];
-        let first = t0 + dt * options.start as f64;
-        Ok(MeasuredMotion {
+        let measurement = Measurement {
             chain: chain.clone(),
-            time: Array1::from_shape_fn(derived.velocity.nrows(), |i| first + dt * i as f64),
-            velocity: derived.velocity,
-            displacement: derived.displacement,
-            overlap: derived.overlap,
-            force: derived.force,
-            flux: derived.flux,
-            energy_passed: derived.passed,
-            energy: derived.energy,
-            errors,
-            report,
-            lost,
             dt,
             channels,
             missing,
             options: options.clone(),
+        };
+        let mut derived = Derived::of(chain, dt, velocity, &measurement.missing);
+        let (errors, fits, given) = measurement.errors(&derived);
+        let momentum = Momentum::of(&derived, &errors, &fits);
+        let report = report::of(&derived, &errors, &measurement, momentum, given)?;
+        // Nobody reads it any more.
+        derived.values.unbalanced = Array2::default((0, 0));
+        let last = derived.given.len() - 1;
+        let first = t0 + dt * options.start as f64;
+        Ok(MeasuredMotion {
+            time: (0..=last).map(|i| first + dt * i as f64).collect(),
+            lost: derived.given[last] - derived.values.energy[[last, 0]],
+            displacement: derived.displacement,
+            values: derived.values,
+            errors,
+            report,
+            measurement,
         })
     })
 }

@@ -7,10 +7,10 @@
 //! factors reported. Their errors are those of the repetitions, and
 //! what half of the samples find another factor by.
 
-use ndarray::{Array1, Array2, s};
+use ndarray::{Array1, Array2, ArrayView1, s};
 
-use super::derive::Derived;
-use super::estimate::{Errors, raised};
+use super::derive::{Derived, MotionArrays};
+use super::estimate::raised;
 use crate::budget::contacts::Contacts;
 use crate::numeric::median;
 
@@ -120,7 +120,7 @@ impl Fitter {
         let (mut common_right, mut common_left) = (0.0, 0.0);
         for (site, list) in self.pushes.iter().enumerate() {
             let weight = self.weight.slice(s![..;every, site]);
-            let residual = derived.unbalanced.column(site);
+            let residual = derived.values.unbalanced.column(site);
             let pushed: Vec<Array1<f64>> = list
                 .iter()
                 .map(|(i, sign)| *sign * &derived.impulse.column(*i))
@@ -154,50 +154,38 @@ fn solve(rows: &[Vec<(usize, f64)>], right: &[f64]) -> Vec<Option<f64>> {
     let scale = rows.iter().enumerate().map(|(i, row)| {
         let own = row.iter().filter(|(k, _)| *k == i);
         let diagonal: f64 = own.map(|(_, a)| a).sum();
-        if diagonal > 0.0 {
-            diagonal.sqrt().recip()
-        } else {
-            0.0
-        }
+        (diagonal > 0.0).then(|| diagonal.sqrt().recip())
     });
-    let scale: Vec<f64> = scale.collect();
-    let apply = |x: &[f64]| -> Vec<f64> {
-        let sum = |(i, row): (usize, &Vec<(usize, f64)>)| {
-            scale[i] * row.iter().map(|(k, a)| a * scale[*k] * x[*k]).sum::<f64>()
-        };
-        rows.iter().enumerate().map(sum).collect()
+    let known: Vec<Option<f64>> = scale.collect();
+    let scale: Array1<f64> = known.iter().map(|scale| scale.unwrap_or(0.0)).collect();
+    let apply = |x: &Array1<f64>| -> Array1<f64> {
+        let x = x * &scale;
+        let sum = |row: &Vec<(usize, f64)>| row.iter().map(|(k, a)| a * x[*k]).sum::<f64>();
+        rows.iter().map(sum).collect::<Array1<f64>>() * &scale
     };
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-    let mut x = vec![0.0; right.len()];
-    let mut rest: Vec<f64> = right.iter().zip(&scale).map(|(r, s)| r * s).collect();
+    let mut x = Array1::zeros(right.len());
+    let mut rest = &ArrayView1::from(right) * &scale;
     let mut direction = rest.clone();
-    let mut squares = dot(&rest, &rest);
+    let mut squares = rest.dot(&rest);
     let enough = 1e-24 * squares;
     for _ in 0..4 * right.len() {
-        if squares <= enough {
-            break;
-        }
         let applied = apply(&direction);
-        let step = squares / dot(&direction, &applied);
-        if !step.is_finite() {
+        let step = squares / direction.dot(&applied);
+        if squares <= enough || !step.is_finite() {
             break;
         }
-        for i in 0..x.len() {
-            x[i] += step * direction[i];
-            rest[i] -= step * applied[i];
-        }
-        let next = dot(&rest, &rest);
-        for i in 0..x.len() {
-            direction[i] = rest[i] + next / squares * direction[i];
-        }
+        x.scaled_add(step, &direction);
+        rest.scaled_add(-step, &applied);
+        let next = rest.dot(&rest);
+        direction = direction * (next / squares) + &rest;
         squares = next;
     }
-    let known = x.iter().zip(&scale);
-    known.map(|(x, s)| (*s > 0.0).then_some(x * s)).collect()
+    let solved = x.iter().zip(known);
+    solved.map(|(x, scale)| Some(x * scale?)).collect()
 }
 
 impl Momentum {
-    pub(super) fn of(derived: &Derived, errors: &Errors, fits: &Fits) -> Momentum {
+    pub(super) fn of(derived: &Derived, errors: &MotionArrays, fits: &Fits) -> Momentum {
         let Fits {
             here: fit,
             halved,
@@ -227,9 +215,9 @@ impl Momentum {
                 .filter(|factor| factor.error < 1.0)
         });
         Momentum {
-            sites: (0..derived.unbalanced.ncols())
+            sites: (0..derived.values.unbalanced.ncols())
                 .map(|j| SiteMomentum {
-                    residual: rms(&derived.unbalanced, j),
+                    residual: rms(&derived.values.unbalanced, j),
                     expected: rms(&errors.unbalanced, j),
                 })
                 .collect(),

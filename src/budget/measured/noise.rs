@@ -10,10 +10,11 @@
 
 use ndarray::ArrayView2;
 
-use super::drift::{Drifting, LinearTrend, spread_of};
+use super::drift::{Drifting, line_through, spread_of, variance};
 use super::quiet::{QuietPart, quiet_part};
 use super::{Drift, MeasuredOptions, Noise};
 use crate::error::{Error, Result};
+use crate::numeric::LineFit;
 
 /// Fewest quiet samples from which a channel's own noise is estimated.
 pub(super) const LEAST_QUIET: usize = 32;
@@ -95,12 +96,12 @@ impl Channels {
         let quiet: Vec<QuietPart> = quiet.collect();
         let part = |j: usize| &columns[j][..quiet[j].samples];
         let all = 0..columns.len();
-        let line = |j| LinearTrend::through(part(j), options.start);
-        let lines: Vec<Option<LinearTrend>> = all.clone().map(line).collect();
+        let line = |j| line_through(part(j), options.start);
+        let lines: Vec<Option<LineFit>> = all.clone().map(line).collect();
         let live = |j: &usize| !missing[*j];
         let own = |j: &usize| live(j) && quiet[*j].samples >= LEAST_QUIET;
         let known = all.clone().filter(own);
-        let known: Vec<(usize, LinearTrend)> = known.filter_map(|j| Some((j, lines[j]?))).collect();
+        let known: Vec<(usize, LineFit)> = known.filter_map(|j| Some((j, lines[j]?))).collect();
         if known.is_empty() {
             let longest = all.filter(live).map(|j| quiet[j].samples).max();
             let expected = format!(
@@ -113,17 +114,19 @@ impl Channels {
             .iter()
             .map(|(j, line)| (part(*j), *line, options.start));
         let correlation = correlation_time(parts, scale);
-        let sum = |of: fn(&LinearTrend) -> f64| known.iter().map(|(_, line)| of(line)).sum::<f64>();
-        let pooled = sum(|l| l.variance * (l.count - 2.0)) / sum(|l| l.count - 2.0);
-        let spread = |of: fn(&LinearTrend) -> [f64; 2]| {
+        let sum = |of: fn(&LineFit) -> f64| known.iter().map(|(_, line)| of(line)).sum::<f64>();
+        let pooled = sum(|line| line.squares) / sum(|line| line.points as f64 - 2.0);
+        // Of values with the squares of their errors, in units of the variance of the noise.
+        let spread = |of: &dyn Fn(&LineFit) -> [f64; 2]| {
             let values = known.iter().map(|(_, line)| {
                 let [value, share] = of(line);
-                (value, correlation * line.variance * share)
+                (value, correlation * variance(line) * share)
             });
             spread_of(values.collect())
         };
-        let offsets = || spread(|line| [line.offset, line.offset_share]);
-        let slopes = || spread(|line| [line.slope, line.slope_share]);
+        let offset_share = |l: &LineFit| 1.0 / l.points as f64 + l.middle * l.middle / l.spread;
+        let offsets = || spread(&|line| [line.intercept, offset_share(line)]);
+        let slopes = || spread(&|line| [line.slope, 1.0 / line.spread]);
         let prior = match options.drift {
             Drift::None => [0.0; 2],
             Drift::Constant => [offsets(), 0.0],
@@ -131,10 +134,9 @@ impl Channels {
         };
         let sites = all.map(|j| {
             let line = lines[j].filter(|_| live(&j));
-            let variance = line
-                .filter(|_| own(&j))
-                .map_or(pooled, |line| line.variance);
-            let drift = Drifting::of(line, options.start, correlation * variance, prior);
+            let own_line = line.as_ref().filter(|_| own(&j));
+            let variance = own_line.map_or(pooled, variance);
+            let drift = Drifting::of(line, correlation * variance, prior);
             let [offset_variance, covariance, slope_variance] = drift.covariance;
             SiteNoise {
                 arrival: quiet[j].arrival.filter(|_| live(&j)),
@@ -180,20 +182,21 @@ fn rest(quiet: &[QuietPart], missing: &[bool], j: usize) -> usize {
 /// `1 + 2 sum_l rho_l` over the first lags with Bartlett's weights; 1 where that is no more than
 /// chance.
 fn correlation_time<'a>(
-    parts: impl Iterator<Item = (&'a [f64], LinearTrend, usize)>,
+    parts: impl Iterator<Item = (&'a [f64], LineFit, usize)>,
     scale: f64,
 ) -> f64 {
     let mut sums = [0.0; LAGS + 1];
     let mut count = 0.0;
     for (part, line, start) in parts {
         // What rounding leaves is no noise.
-        if line.variance.sqrt() <= ROUNDING * scale {
+        let variance = variance(&line);
+        if variance.sqrt() <= ROUNDING * scale {
             continue;
         }
-        let residual = |i: usize| part[i] - line.offset - line.slope * (i as f64 - start as f64);
+        let residual = |i: usize| part[i] - line.intercept - line.slope * (i as f64 - start as f64);
         for (lag, sum) in sums.iter_mut().enumerate() {
             let products = (lag..part.len()).map(|i| residual(i) * residual(i - lag));
-            *sum += products.sum::<f64>() / line.variance;
+            *sum += products.sum::<f64>() / variance;
         }
         count += part.len() as f64;
     }

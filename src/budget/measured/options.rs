@@ -109,8 +109,7 @@ impl MeasuredOptions {
     ) -> Result<()> {
         chain.check()?;
         if chain.resonators().is_some() {
-            let expected =
-                "a chain without resonators, whose motion velocities of the bodies do not tell";
+            let expected = "a chain without resonators, which velocities of the bodies do not tell";
             return Err(Error::request("resonator_mass", expected, "resonators"));
         }
         let (samples, n) = record.dim();
@@ -122,11 +121,8 @@ impl MeasuredOptions {
         }
         if samples < self.start.saturating_add(4) {
             let found = format!("{samples}, start {}", self.start);
-            return refuse(
-                "field",
-                "4 samples or more from the start of the motion on",
-                found,
-            );
+            let expected = "4 samples or more from the start of the motion on";
+            return refuse("field", expected, found);
         }
         if !(dt > 0.0 && dt.is_finite() && t0.is_finite()) {
             return refuse("dt", "a positive step of time", dt.to_string());
@@ -152,12 +148,7 @@ impl MeasuredOptions {
 /// Arrays of a result, of its errors, of its half and of a batch of repetitions.
 pub(super) fn check_memory(samples: usize, chain: &Chain) -> Result<()> {
     let columns = 4 * chain.n_sites() as u64 + 6 * chain.n_contacts() as u64;
-    let needed = (samples as u64)
-        .saturating_mul(columns)
-        .saturating_mul(8 * 7);
-    Error::beyond_memory(
-        "the measured motion with its errors",
-        needed,
-        available_memory(),
-    )
+    let needed = (samples as u64).saturating_mul(8 * 7 * columns);
+    let what = "the measured motion with its errors";
+    Error::beyond_memory(what, needed, available_memory())
 }

@@ -1,7 +1,7 @@
 //! The measurement repeated: the same motion with other noise, drift and gains, and a chain as it
 //! may as well be.
 
-use ndarray::{Array2, Axis, s};
+use ndarray::{Array2, ArrayViewMut1, Axis, s};
 use rayon::prelude::*;
 
 use super::MeasuredOptions;
@@ -22,20 +22,19 @@ enum Of {
 }
 
 /// A measurement that can be repeated.
-pub(super) struct Repetitions<'a> {
-    pub(super) chain: &'a Chain,
+#[derive(Debug, Clone)]
+pub(super) struct Measurement {
+    pub(super) chain: Chain,
     pub(super) dt: f64,
-    pub(super) channels: &'a Channels,
-    pub(super) missing: &'a [bool],
-    pub(super) options: &'a MeasuredOptions,
-    /// Drift taken off, zero while at rest, `(time, site)`.
-    pub(super) velocity: &'a Array2<f64>,
+    pub(super) channels: Channels,
+    pub(super) missing: Vec<bool>,
+    pub(super) options: MeasuredOptions,
 }
 
-impl Repetitions<'_> {
+impl Measurement {
     /// The chain and the velocities of a repetition; columns of missing sites are zero.
-    pub(super) fn again(&self, number: usize) -> (Chain, Array2<f64>) {
-        let mut velocity = self.velocity.clone();
+    pub(super) fn again(&self, velocity: &Array2<f64>, number: usize) -> (Chain, Array2<f64>) {
+        let mut velocity = velocity.clone();
         let columns = velocity.axis_iter_mut(Axis(1)).enumerate();
         for (j, mut column) in columns {
             if self.missing[j] {
@@ -43,15 +42,15 @@ impl Repetitions<'_> {
                 continue;
             }
             let gain = self.factor(&self.options.uncertainty.gain, Of::Gain, number, j);
-            self.spoil(number, j, |i, added| column[i] = gain * column[i] + added);
+            self.spoil(number, j, gain, column);
         }
         (self.chain_again(number), velocity)
     }
 
     /// The velocities of every other sample; columns of missing sites are zero.
-    pub(super) fn every_other_sample(&self) -> Array2<f64> {
-        let mut half = self.velocity.slice(s![..;2, ..]).to_owned();
-        for (mut column, missing) in half.columns_mut().into_iter().zip(self.missing) {
+    pub(super) fn every_other_sample(&self, velocity: &Array2<f64>) -> Array2<f64> {
+        let mut half = velocity.slice(s![..;2, ..]).to_owned();
+        for (mut column, missing) in half.columns_mut().into_iter().zip(&self.missing) {
             if *missing {
                 column.fill(0.0);
             }
@@ -59,8 +58,8 @@ impl Repetitions<'_> {
         half
     }
 
-    /// Noise and drift of channel j from where it is not at rest.
-    fn spoil(&self, number: usize, j: usize, mut add: impl FnMut(usize, f64)) {
+    /// Another gain, noise and drift of channel j from where it is not at rest.
+    fn spoil(&self, number: usize, j: usize, gain: f64, mut column: ArrayViewMut1<f64>) {
         let site = &self.channels.sites[j];
         let mut random = self.stream(Of::Channel, number, j);
         let (first, second) = (random.normal(), random.normal());
@@ -73,8 +72,8 @@ impl Repetitions<'_> {
         let slope = along * first + rest * second;
         let still = site.rest_samples.saturating_sub(self.options.start);
         let deviation = self.channels.correlation.sqrt() * site.deviation;
-        for i in still..self.velocity.nrows() {
-            add(i, offset + slope * i as f64 + deviation * random.normal());
+        for (i, v) in column.iter_mut().enumerate().skip(still) {
+            *v = gain * *v + (offset + slope * i as f64 + deviation * random.normal());
         }
     }
 

@@ -2,10 +2,10 @@
 
 use ndarray::Array2;
 
-use super::derive::Derived;
-use super::estimate::Errors;
+use super::derive::{Derived, MotionArrays};
 use super::momentum::Momentum;
-use super::noise::{Channels, SiteNoise};
+use super::noise::SiteNoise;
+use super::repetitions::Measurement;
 use crate::error::{Error, Result};
 
 /// What a measurement yields beside its arrays.
@@ -59,40 +59,31 @@ pub struct ContactEstimate {
 /// [`Error::BelowNoise`] where nothing is left of the energy or of all forces.
 pub(super) fn of(
     derived: &Derived,
-    errors: &Errors,
-    missing: &[bool],
-    channels: &Channels,
+    errors: &MotionArrays,
+    measurement: &Measurement,
     momentum: Momentum,
     given: Estimate,
 ) -> Result<MeasuredReport> {
-    let last = derived.velocity.nrows() - 1;
+    let (values, missing) = (&derived.values, &measurement.missing);
+    let last = values.velocity.nrows() - 1;
     let largest = |array: &Array2<f64>, j: usize| {
         let column = array.column(j);
-        let better = |best, i: usize| {
-            if column[i].abs() > column[best].abs() {
-                i
-            } else {
-                best
-            }
-        };
-        (0..column.len()).fold(0, better)
+        let is_larger = |i: usize, than: usize| column[i].abs() > column[than].abs();
+        (0..column.len()).fold(0, |best, i| if is_larger(i, best) { i } else { best })
     };
     let estimate = |values: &Array2<f64>, errors: &Array2<f64>, at: (usize, usize)| Estimate {
         value: values[at],
         error: errors[at],
     };
-    let contacts = (0..derived.force.ncols()).map(|j| ContactEstimate {
-        force: estimate(
-            &derived.force,
-            &errors.force,
-            (largest(&derived.force, j), j),
-        ),
-        passed: estimate(&derived.passed, &errors.passed, (last, j)),
+    let strongest_at = |j: usize| (largest(&values.force, j), j);
+    let contacts = (0..values.force.ncols()).map(|j| ContactEstimate {
+        force: estimate(&values.force, &errors.force, strongest_at(j)),
+        passed: estimate(&values.passed, &errors.passed, (last, j)),
     });
     let contacts: Vec<ContactEstimate> = contacts.collect();
     // Of the whole record: at its end, too, energy is to be left.
     let worst = Estimate {
-        value: derived.energy[[largest(&derived.energy, 0), 0]],
+        value: values.energy[[largest(&values.energy, 0), 0]],
         error: errors.energy[[largest(&errors.energy, 0), 0]],
     };
     let forces = contacts.iter().map(|contact| contact.force);
@@ -117,14 +108,14 @@ pub(super) fn of(
         MissingSite {
             site,
             velocity: Estimate {
-                value: derived.velocity[[largest(&derived.velocity, site), site]],
+                value: values.velocity[[largest(&values.velocity, site), site]],
                 error: (error.dot(&error) / error.len() as f64).sqrt(),
             },
         }
     });
     let mut report = MeasuredReport {
-        noise_correlation: channels.correlation,
-        sites: channels.sites.clone(),
+        noise_correlation: measurement.channels.correlation,
+        sites: measurement.channels.sites.clone(),
         missing: missing.collect(),
         contacts,
         energy: given,
@@ -166,9 +157,7 @@ pub struct MeasuredWarning {
 
 /// Those of a report.
 fn warnings_of(report: &MeasuredReport) -> Vec<MeasuredWarning> {
-    let MeasuredReport {
-        momentum, contacts, ..
-    } = report;
+    let (momentum, contacts) = (&report.momentum, &report.contacts);
     let (n, m) = (report.sites.len(), contacts.len());
     let is_missing = |site: usize| report.missing.iter().any(|missing| missing.site == site);
     let is_borrowed = |site: usize| report.sites[site].borrowed && !is_missing(site);
@@ -189,14 +178,11 @@ fn warnings_of(report: &MeasuredReport) -> Vec<MeasuredWarning> {
             report.noise_correlation > 1.0
         }),
     ];
-    let found = all.map(|(code, count, is_one)| MeasuredWarning {
-        code,
-        at: (0..count).filter(|i| is_one(*i)).collect(),
+    let found = all.into_iter().map(|(code, count, is_one)| {
+        let at = (0..count).filter(|i| is_one(*i)).collect();
+        MeasuredWarning { code, at }
     });
-    found
-        .into_iter()
-        .filter(|found| !found.at.is_empty())
-        .collect()
+    found.filter(|found| !found.at.is_empty()).collect()
 }
 
 impl MeasuredWarning {
@@ -204,31 +190,25 @@ impl MeasuredWarning {
     pub fn words(&self) -> (String, &'static str) {
         const CHAIN: &str = "check masses, contact law and coefficients of the chain and the gains of the channels, or \
                              state how uncertain they are, and that the contacts just touched at the start";
-        let (said, what, advice) = match self.code {
-            Lack::MomentumOpen => ("forces do not explain the momentum of", "site", CHAIN),
-            Lack::Coefficients | Lack::Coefficient => (
-                "the momenta contradict the coefficient of",
-                "contact",
-                CHAIN,
-            ),
+        let (said, advice) = match self.code {
+            Lack::MomentumOpen => ("forces do not explain the momentum of site", CHAIN),
+            Lack::Coefficients | Lack::Coefficient => {
+                ("the momenta contradict the coefficient of contact", CHAIN)
+            }
             Lack::BelowNoise => (
-                "the force is less than twice its error in",
-                "contact",
+                "the force is less than twice its error in contact",
                 "leave these contacts out of what is concluded",
             ),
             Lack::Missing => (
-                "the motion follows from the neighbours at",
-                "site",
+                "the motion follows from the neighbours at site",
                 "none is needed where the stated error is small enough",
             ),
             Lack::NoQuietPart => (
-                "noise and drift are taken to be those of the other channels at",
-                "site",
+                "noise and drift are taken to be those of the other channels at site",
                 "record some time before the impact, and state the sample at which it begins",
             ),
             Lack::CorrelatedNoise => (
-                "noise is correlated from sample to sample, which errors allow for, at",
-                "site",
+                "noise is correlated from sample to sample, which errors allow for, at site",
                 "look for hum or a filter in the measuring chain",
             ),
         };
@@ -240,6 +220,6 @@ impl MeasuredWarning {
             more => format!(" and {more} more"),
         };
         let places = shown.collect::<Vec<String>>().join(", ");
-        (format!("{said} {what}{plural} {places}{more}"), advice)
+        (format!("{said}{plural} {places}{more}"), advice)
     }
 }

@@ -11,15 +11,12 @@ use std::ops::Range;
 
 use ndarray::{Array2, Axis};
 
-use super::derive::Derived;
-use super::estimate::{HALVED, add_squares, finish_squares, raised};
-use super::repetitions::Repetitions;
+use super::derive::{Derived, HALVED};
+use super::estimate::{add_squares, finish_squares, raised};
 use super::{MeasuredMotion, derive};
 use crate::arrays::{Arrays, Collect, LargeArray, Sink};
-use crate::budget::curves::Curves;
 use crate::budget::frequency::usual_pairs;
-use crate::budget::result::PassedError;
-use crate::budget::{Budget, BudgetRequest, Integration, run_beside};
+use crate::budget::{Budget, BudgetRequest, Curves, Integration, run_beside};
 use crate::chain::Chain;
 use crate::error::{Error, Result};
 use crate::numeric::pieces;
@@ -58,14 +55,12 @@ impl MeasuredMotion {
         if let Some(found) = &mut budget.wavenumber
             && let Some(passed) = found.passed_edge()
         {
-            let error = found
-                .passed_bin()
-                .map_or(0.0, |bin| curves.integrated_flux[bin]);
+            let bin = found.passed_bin().unwrap_or(0);
             let relative = given.error / given.value;
-            found.passed_error = PassedError::Standard(error.hypot(passed * relative));
+            found.passed_error = curves["integrated_flux"][bin].hypot(passed * relative);
         }
         budget.scale = given.value;
-        budget.errors = Some(Box::new(curves));
+        budget.errors = Some(curves);
         Ok((budget, arrays))
     }
 
@@ -84,18 +79,20 @@ impl MeasuredMotion {
         request: &BudgetRequest,
         observer: &dyn Observer,
     ) -> Result<(Curves, Arrays)> {
-        let made = |chain: &Chain, displacement: &Array2<f64>, velocity: &Array2<f64>| {
-            let motion = derive::motion(chain, self.time.view(), displacement, velocity);
+        let (measurement, velocity) = (&self.measurement, &self.values.velocity);
+        let (chain, dt, missing) = (&measurement.chain, measurement.dt, &measurement.missing);
+        let made = |varied: &Chain, displacement: &Array2<f64>, velocity: &Array2<f64>| {
+            let motion = derive::motion(varied, self.time.view(), displacement, velocity);
             let collect = Collect::default();
-            let budget = run_beside(&motion, &self.chain, request, &collect, &Silent)?;
+            let budget = run_beside(&motion, chain, request, &collect, &Silent)?;
             let mut arrays = collect.into_arrays();
-            // [`super::Errors`] has these.
+            // [`MeasuredMotion::errors`] has these.
             for known in [LargeArray::ENERGY_FLUX, LargeArray::ENERGY_PASSED] {
                 arrays.remove(&known);
             }
-            Ok::<_, Error>((Curves::of(&budget), arrays))
+            Ok::<_, Error>((budget.curves(), arrays))
         };
-        let (mut here, arrays) = made(&self.chain, &self.displacement, &self.velocity)?;
+        let (here, arrays) = made(chain, &self.displacement, velocity)?;
         let values: usize = arrays.values().map(Array2::len).sum();
         let needed = (values as u64).saturating_mul(8 * HELD);
         let what = "the budgets of repeated measurements";
@@ -105,73 +102,68 @@ impl MeasuredMotion {
             .map(|(name, array)| (*name, Array2::zeros(array.dim())))
             .collect();
         let mut curves = here.clone();
-        for sums in curves.each() {
+        for sums in curves.values_mut() {
             sums.fill(0.0);
         }
-        let repetitions = Repetitions {
-            chain: &self.chain,
-            dt: self.dt,
-            channels: &self.channels,
-            missing: &self.missing,
-            options: &self.options,
-            velocity: &self.velocity,
-        };
-        let count = self.options.repetitions;
+        let count = measurement.options.repetitions;
         observer.stage("errors", count as u64);
         let again = |number| {
             observer.go_on()?;
-            let (chain, velocity) = repetitions.again(number);
-            let (displacement, velocity) = Derived::moved(&chain, self.dt, velocity, &self.missing);
-            made(&chain, &displacement, &velocity)
+            let (varied, velocity) = measurement.again(velocity, number);
+            let (displacement, velocity) = Derived::moved(&varied, dt, velocity, missing);
+            made(&varied, &displacement, &velocity)
         };
-        repetitions.each(again, |found| {
-            let (mut again, found) = found?;
+        measurement.each(again, |found| {
+            let (again, found) = found?;
             for (name, sum) in &mut squares {
                 add_squares(sum, &found[name], &arrays[name]);
             }
-            curves.combine(&mut again, &mut here, |sum, again, here| {
+            combine(&mut curves, [&again, &here], |sum, again, here| {
                 sum + (again - here).powi(2)
             });
             observer.advance(1);
             Ok::<(), Error>(())
         })?;
-        let half = repetitions.every_other_sample();
-        let (displacement, velocity) =
-            Derived::moved(&self.chain, 2.0 * self.dt, half, &self.missing);
-        let [displacement, velocity] = [
-            shifted(&self.displacement, &displacement),
-            shifted(&self.velocity, &velocity),
-        ];
-        let (mut sampled, sampled_arrays) = made(&self.chain, &displacement, &velocity)?;
+        let half = measurement.every_other_sample(velocity);
+        let half = Derived::moved(chain, 2.0 * dt, half, missing);
+        let [displacement, velocity] = [(&self.displacement, half.0), (velocity, half.1)]
+            .map(|(full, half)| shifted(full, &half));
+        let (sampled, sampled_arrays) = made(chain, &displacement, &velocity)?;
         for (name, sum) in &mut squares {
             finish_squares(sum, count);
             add_sampling(*name, sum, &sampled_arrays[name], &arrays[name]);
         }
         let raised = raised(count);
-        curves.combine(&mut sampled, &mut here, |squares, sampled, here| {
+        combine(&mut curves, [&sampled, &here], |squares, sampled, here| {
             (raised * (squares / count as f64).sqrt()).hypot(sampled - here)
         });
         Ok((curves, squares))
     }
 
-    /// Errors that are known otherwise: of energies and of what passed, no less than [`super::Errors`]
+    /// Errors that are known otherwise: of energies and of what passed, no less than [`MeasuredMotion::errors`]
     /// has them; of losses, what another rule of quadrature finds.
     fn add_known(&self, budget: &Budget, curves: &mut Curves) {
-        for (error, other) in curves.energy.iter_mut().zip(&self.errors.energy) {
-            *error = error.max(*other);
-        }
         let last = budget.time.len() - 1;
-        for (error, other) in curves.passed.iter_mut().zip(self.errors.passed.row(last)) {
-            *error = error.max(*other);
-        }
         let off = budget.lost[last] - self.lost;
-        for (i, error) in curves.lost.iter_mut().enumerate() {
-            *error = error.hypot(off * i as f64 / last as f64);
-        }
-        for flux in [&mut curves.integrated_flux, &mut curves.late_flux] {
-            for error in flux {
-                *error = error.hypot(off);
+        for (name, errors) in curves {
+            for (i, error) in errors.iter_mut().enumerate() {
+                *error = match *name {
+                    "total_energy" => error.max(self.errors.energy[[i, 0]]),
+                    "passed" => error.max(self.errors.passed[[last, i]]),
+                    "lost_energy" => error.hypot(off * i as f64 / last as f64),
+                    "integrated_flux" | "late_flux" => error.hypot(off),
+                    _ => *error,
+                };
             }
+        }
+    }
+}
+
+/// Puts `of` this value and those of two others in place of each value.
+fn combine(curves: &mut Curves, [a, b]: [&Curves; 2], of: impl Fn(f64, f64, f64) -> f64) {
+    for (name, values) in curves {
+        for (value, (a, b)) in values.iter_mut().zip(a[name].iter().zip(&b[name])) {
+            *value = of(*value, *a, *b);
         }
     }
 }

@@ -6,9 +6,7 @@ mod table;
 use serde_json::{Value, json};
 
 use super::measured::MeasuredReport;
-use super::{
-    Budget, Closure, Direction, FrequencyFlow, ModeBudget, PassedError, Residual, WavenumberBudget,
-};
+use super::{Budget, Closure, Direction, FrequencyFlow, ModeBudget, Residual, WavenumberBudget};
 use crate::measure::cycles_per;
 use crate::sheet::{Sheet, error_size, number};
 
@@ -25,52 +23,31 @@ const RESIDUALS: [(&str, &str, ResidualOf); 4] = [
     ("scale", "scale", |c| &c.scale),
 ];
 
-const DEFINITIONS: [[&str; 2]; 7] = [
-    [
-        "J(x, t)",
-        "Power through each contact, positive towards +x.",
-    ],
-    [
-        "E(k, t)",
-        "Energy of motion and of contacts at a wavenumber, both signs of k in one. An impact starts with E(k) flat, so \
-         that early flux towards low k is real.",
-    ],
-    ["Π(k, t)", "Power that passes from below k to above."],
-    [
-        "P(f)",
-        "Power flow through a contact by frequency: it sums to the energy passed, may be negative in a bin, and is large \
-         at f = 0.",
-    ],
-    [
-        "Π_l(x, t)",
-        "Power that leaves the scales larger than l at a place. Near the ends, where the filter does not fit into the \
-         chain, it is undefined. Its split is not that over k, since the energy of contacts is not quadratic.",
-    ],
-    [
-        "Residual",
-        "The largest difference, over all samples, between what an energy changed by and the integral of its rate, \
-         relative to the largest energy of the chain.",
-    ],
-    [
-        "Colours about zero",
-        "On the linear scale they end where one cell in two hundred is beyond: what happens at the striker would hide the \
-         rest.",
-    ],
-];
+const DEFINITIONS: &str = "\
+    J(x, t): Power through each contact, positive towards +x.
+    E(k, t): Energy of motion and of contacts at a wavenumber, both signs of k in one. An impact starts with E(k) \
+        flat, so that early flux towards low k is real.
+    Π(k, t): Power that passes from below k to above.
+    P(f): Power flow through a contact by frequency: it sums to the energy passed, may be negative in a bin, and is \
+        large at f = 0.
+    Π_l(x, t): Power that leaves the scales larger than l at a place. Near the ends, where the filter does not fit \
+        into the chain, it is undefined. Its split is not that over k, since the energy of contacts is not quadratic.
+    Residual: The largest difference, over all samples, between what an energy changed by and the integral of its \
+        rate, relative to the largest energy of the chain.
+    Colours about zero: On the linear scale they end where one cell in two hundred is beyond: what happens at the \
+        striker would hide the rest.";
 
 impl Budget {
     /// Answer, facts, warnings, numbers and tables; arrays are large and come in blocks. A measured field has a report
     /// of its noise, errors and momenta.
     pub fn describe(&self, measured: Option<&MeasuredReport>) -> Sheet<'static> {
+        let numbers = numbers::of(self);
         let mut sheet = Sheet {
-            name: "budget",
             version: 2,
-            title: "Energy budget".into(),
             about: "where the energy of the chain goes, with the residual of each balance".into(),
             answer: self.answer(),
-            tables: table::tables(&[("value", numbers::of(self))], &self.units),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            tables: table::tables(&[("value", &numbers)], &self.units),
+            ..Sheet::of("budget", "Energy budget", DEFINITIONS)
         };
         self.energy(&mut sheet);
         if let Some(found) = &self.wavenumber {
@@ -83,7 +60,7 @@ impl Budget {
         if let Some(modes) = &self.modes {
             self.over_modes(&mut sheet, modes);
         }
-        sheet.numbers(numbers::of(self));
+        sheet.numbers(numbers);
         if let Some(report) = measured {
             self.measurement(&mut sheet, report);
             sheet.numbers(json!({ "measured": report }));
@@ -94,18 +71,15 @@ impl Budget {
     /// Two budgets, with the numbers of both; `summaries` are those of the files.
     pub fn compare(both: [(&str, &Budget); 2], summaries: [Value; 2]) -> Sheet<'static> {
         let [first, second] = summaries;
-        let numbers = both.map(|(name, budget)| (name, numbers::of(budget)));
-        let mut tables = table::tables(&numbers, &both[0].1.units);
+        let named = [(both[0].0, &first), (both[1].0, &second)];
+        let mut tables = table::tables(&named, &both[0].1.units);
         tables[0].is_fact = true;
         let mut sheet = Sheet {
-            name: "compare",
             version: 2,
-            title: "Two energy budgets".into(),
             about: "two chains; pictures of one kind share their colour scale".into(),
             answer: difference_in_words(both),
             tables,
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("compare", "Two energy budgets", DEFINITIONS)
         };
         let difference = table::difference(&first, &second);
         sheet.numbers(json!({ "first": first, "second": second, "difference": difference }));
@@ -146,14 +120,13 @@ impl Budget {
         let last = self.time.len() - 1;
         let energy = |i: usize| self.kinetic[i] + self.contact[i];
         let unit = behind(self.units.energy.as_deref());
-        let errors = self.errors.as_deref();
         let mut text = format!(
             "{}{unit} at the start, {}{unit} at the end",
-            within(energy(0), errors.map(|e| e.energy[0])),
-            within(energy(last), errors.map(|e| e.energy[last]))
+            within(energy(0), self.error("total_energy", 0)),
+            within(energy(last), self.error("total_energy", last))
         );
         for (what, value, error) in [
-            ("lost", self.lost[last], errors.map(|e| e.lost[last])),
+            ("lost", self.lost[last], self.error("lost_energy", last)),
             ("put in", self.input[last], None),
         ] {
             if value != 0.0 {
@@ -164,14 +137,14 @@ impl Budget {
     }
 
     fn over_wavenumbers(&self, sheet: &mut Sheet, found: &WavenumberBudget) {
-        let (Some(passed), Some(direction)) = (found.passed_edge(), found.direction()) else {
+        let (Some(passed), Some(direction)) = (found.passed_edge(), self.direction()) else {
             return;
         };
         let edge = self.units.at_wavenumber(found.edge);
-        let (share, error) = (passed / self.scale, found.passed_error.value() / self.scale);
-        let within = match found.passed_error {
-            PassedError::Numerical(_) if error < SEEN => String::new(),
-            _ => format!(" \u{b1} {:.3}", 100.0 * error),
+        let (share, error) = (passed / self.scale, found.passed_error / self.scale);
+        let within = match self.errors.is_some() || error >= SEEN {
+            true => format!(" \u{b1} {:.3}", 100.0 * error),
+            false => String::new(),
         };
         let direction = match direction {
             Direction::None | Direction::Unresolved => {
@@ -195,7 +168,7 @@ impl Budget {
         let between = flow.between(0, inner - 1);
         // The last of the usual pairs, which are the first of all.
         let first = 3 * if inner == 2 { 0 } else { 2 };
-        let error = |part: usize| self.errors.as_deref()?.between.get(first + part).copied();
+        let error = |part: usize| self.error("between", first + part);
         let energy = behind(self.units.energy.as_deref());
         let frequency = behind(self.units.time.as_deref().map(cycles_per).as_deref());
         let text = format!(

@@ -15,16 +15,16 @@ pub(super) fn of(budget: &Budget) -> Value {
     let inner = budget.n_contacts.min(budget.n_sites.saturating_sub(1));
     let energies = |curves: &Curves| {
         json!({
-            "start": curves.energy[0],
-            "end": curves.energy[last],
-            "kinetic_end": curves.kinetic[last],
-            "contact_end": curves.contact[last],
-            "lost": curves.lost[last],
-            "passed": inner.checked_sub(1).map(|j| curves.passed[j]),
-            "passed_middle": curves.passed.get(budget.n_contacts / 2),
+            "start": curves["total_energy"][0],
+            "end": curves["total_energy"][last],
+            "kinetic_end": curves["kinetic_energy"][last],
+            "contact_end": curves["contact_energy"][last],
+            "lost": curves["lost_energy"][last],
+            "passed": inner.checked_sub(1).map(|j| curves["passed"][j]),
+            "passed_middle": curves["passed"].get(budget.n_contacts / 2),
         })
     };
-    let mut energy = energies(&Curves::of(budget));
+    let mut energy = energies(&budget.curves());
     energy["put_in"] = json!(budget.input[last]);
     energy["followed_inside_the_steps"] = json!(budget.followed);
     if let Some(errors) = &budget.errors {
@@ -87,7 +87,7 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> Value {
         let energy = &found.branches.as_ref()?.optical_energy;
         Some(share_of_all(energy[i], i))
     };
-    let passed_error = found.passed_error.value();
+    let passed_error = found.passed_error;
     let mut all = json!({
         "basis": found.basis,
         "band_edge": found.edge,
@@ -95,7 +95,7 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> Value {
         // a measured field its standard error.
         "share_passed": passed.map(|passed| passed / budget.scale),
         "share_passed_error": passed.map(|_| passed_error / budget.scale),
-        "direction": passed.and_then(|_| found.direction()),
+        "direction": passed.and_then(|_| budget.direction()),
         // Mean flux through the edge.
         "rate": passed.map(|passed| passed / duration),
         // Where most has passed, either way; none where that is no more than its error.
@@ -107,17 +107,14 @@ fn wavenumber(budget: &Budget, found: &WavenumberBudget) -> Value {
         "optical_share_start": optical(0),
         "optical_share_end": optical(last),
     });
-    if let Some(errors) = budget.errors.as_deref() {
-        let optical = |i: usize| {
-            let error = errors.optical_energy.get(i)?;
-            Some(share_of_all(*error, i))
-        };
+    if budget.errors.is_some() {
+        let optical = |i: usize| Some(share_of_all(budget.error("optical_energy", i)?, i));
         all["errors"] = json!({
             "share_passed": passed.map(|_| passed_error / budget.scale),
             "rate": passed.map(|_| passed_error / duration),
             "largest_passage": most.map(|most| most.error),
-            "centroid_start": errors.centroid.first(),
-            "centroid_end": errors.centroid.last(),
+            "centroid_start": budget.error("wavenumber_centroid", 0),
+            "centroid_end": budget.error("wavenumber_centroid", last),
             "optical_share_start": optical(0),
             "optical_share_end": optical(last),
         });
@@ -132,10 +129,10 @@ fn frequency(budget: &Budget, flow: &FrequencyFlow) -> Value {
     let between = between.chain(flow.chosen.iter().copied()).enumerate();
     let between = between.map(|(i, of)| {
         let mut of = json!(of);
-        if let Some(errors) = budget.errors.as_deref() {
+        if budget.errors.is_some() {
             let names = ["low_error", "high_error", "behind_error"];
             for (part, name) in names.into_iter().enumerate() {
-                of[name] = json!(errors.between.get(3 * i + part));
+                of[name] = json!(budget.error("between", 3 * i + part));
             }
         }
         of
@@ -154,8 +151,8 @@ fn scales(budget: &Budget, found: &ScaleBudget) -> Vec<Value> {
         let mut of = json!(of);
         of["contacts"] = json!(found.contacts[i]);
         of["integrated_flux"] = json!(found.integrated_flux[i]);
-        if let Some(errors) = budget.errors.as_deref() {
-            of["integrated_flux_error"] = json!(errors.integrated_scale_flux.get(i));
+        if budget.errors.is_some() {
+            of["integrated_flux_error"] = json!(budget.error("integrated_scale_flux", i));
         }
         of["residual"] = json!(found.residual[i]);
         of

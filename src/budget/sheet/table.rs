@@ -36,7 +36,7 @@ const SHARES: [(&str, &str); 7] = [
 ];
 
 /// Energies with their unit, and shares of the energy, of one budget or of two.
-pub(super) fn tables(budgets: &[(&str, Value)], units: &BudgetUnits) -> Vec<Table> {
+pub(super) fn tables(budgets: &[(&str, &Value)], units: &BudgetUnits) -> Vec<Table> {
     let energies = ENERGIES.map(|(name, place)| (units.energy(name), place));
     let shares = SHARES.map(|(name, place)| (name.to_owned(), place));
     vec![
@@ -45,7 +45,7 @@ pub(super) fn tables(budgets: &[(&str, Value)], units: &BudgetUnits) -> Vec<Tabl
     ]
 }
 
-fn table(title: &str, budgets: &[(&str, Value)], rows: &[(String, &str)]) -> Table {
+fn table(title: &str, budgets: &[(&str, &Value)], rows: &[(String, &str)]) -> Table {
     let mut head = vec![String::new()];
     head.extend(budgets.iter().map(|(name, _)| (*name).to_owned()));
     let is_measured = budgets[0].1["energy"].get("errors").is_some();

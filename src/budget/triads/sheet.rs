@@ -1,37 +1,22 @@
 //! What triads say.
 
-use std::ops::Range;
-
 use ndarray::Array2;
 use serde_json::json;
 
 use super::Triads;
 use crate::sheet::{
-    BLUE, Chart, Colors, Describe, GREEN, HeatChart, Level, Look, Mark, PURPLE, PlotRow, Role, SKY,
+    BLUE, Chart, Colors, Describe, GREEN, HeatChart, Look, Mark, PURPLE, PlotRow, Role, SKY,
     Series, Sheet, VERMILLION, number, percent,
 };
 
-const DEFINITIONS: [[&str; 2]; 4] = [
-    [
-        "Triad",
-        "Three wavenumbers k = p + q. Where the force is quadratic, energy is exchanged within each triad, and each \
-         keeps its energy.",
-    ],
-    [
-        "Map",
-        "Energy that k gained with the larger partner p, both signs of k together: below the diagonal k is the sum of \
-         its partners, above it their difference.",
-    ],
-    [
-        "Flux past k",
-        "Energy that triads moved from wavenumbers up to k to larger ones.",
-    ],
-    [
-        "Ratio",
-        "The largest over the smallest wavenumber of a triad, at least 2. A cascade is local if triads of small \
-         ratios carry the flux.",
-    ],
-];
+const DEFINITIONS: &str = "\
+    Triad: Three wavenumbers k = p + q. Where the force is quadratic, energy is exchanged within each triad, and each \
+        keeps its energy.
+    Map: Energy that k gained with the larger partner p, both signs of k together: below the diagonal k is the sum of \
+        its partners, above it their difference.
+    Flux past k: Energy that triads moved from wavenumbers up to k to larger ones.
+    Ratio: The largest over the smallest wavenumber of a triad, at least 2. A cascade is local if triads of small \
+        ratios carry the flux.";
 
 /// Wavenumbers whose transfers are below this share of the largest are not drawn.
 const SHOWN: f64 = 2e-3;
@@ -43,9 +28,7 @@ impl Describe for Triads {
     fn describe(&self) -> Sheet<'_> {
         let [from, to] = self.window.map(number);
         let mut sheet = Sheet {
-            name: "triads",
             version: 2,
-            title: "Transfer between wavenumbers by triads".into(),
             about: format!("energy exchanged between wavenumbers from time {from} to {to}"),
             answer: self.answer(),
             note: format!(
@@ -54,8 +37,11 @@ impl Describe for Triads {
                 self.samples,
                 self.identities.detailed.max(self.identities.sums)
             ),
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of(
+                "triads",
+                "Transfer between wavenumbers by triads",
+                DEFINITIONS,
+            )
         };
         self.facts(&mut sheet);
         let (at, unexplained) = (self.locality.at, self.largest_unexplained());
@@ -124,11 +110,8 @@ impl Triads {
             return "no flux is resolved: the largest is not ten times its error".into();
         }
         let at = self.locality.at;
-        let way = if self.flux[at] > 0.0 {
-            "larger"
-        } else {
-            "smaller"
-        };
+        let is_up = self.flux[at] > 0.0;
+        let way = if is_up { "larger" } else { "smaller" };
         format!(
             "{} of the energy passes {} towards {way} wavenumbers",
             self.of_energy(self.flux[at]),
@@ -242,16 +225,8 @@ impl Triads {
         if let Some(beyond) = &self.beyond {
             series.push(self.shares("beyond the quadratic force", SKY, beyond));
         }
-        Chart {
-            levels: vec![Level::zero()],
-            y: around(&series),
-            ..Chart::of(
-                "energy that each wavenumber gained",
-                self.units.wavenumber(),
-                "energy gained, share",
-                series,
-            )
-        }
+        let (title, label) = ("energy that each wavenumber gained", "energy gained, share");
+        Chart::of(title, self.units.wavenumber(), label, series).about_zero()
     }
 
     /// The flux with the groups of triads that carry it: of near wavenumbers, of far ones, and the rest.
@@ -276,28 +251,12 @@ impl Triads {
         if largest(&others) > 1e-3 * largest(&self.flux) {
             series.push(self.shares("with k = 0, umklapp", SKY, &others));
         }
-        let largest = self.is_told().then(|| Mark {
-            at: self.wavenumber[self.locality.at],
-            label: "largest".into(),
-        });
+        let at = self.wavenumber[self.locality.at];
+        let largest = self.is_told().then(|| Mark::new(at, "largest"));
+        let (title, label) = ("flux past each wavenumber", "flux past k, share");
         Chart {
-            levels: vec![Level::zero()],
-            y: around(&series),
             marks: largest.into_iter().collect(),
-            ..Chart::of(
-                "flux past each wavenumber",
-                self.units.wavenumber(),
-                "flux past k, share",
-                series,
-            )
+            ..Chart::of(title, self.units.wavenumber(), label, series).about_zero()
         }
     }
-}
-
-/// A range that holds all points and 0.
-fn around(series: &[Series]) -> Range<f64> {
-    let all = series.iter().flat_map(|s| &s.points).map(|p| p.1);
-    let (low, high) = all.fold((0.0f64, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
-    let space = 0.05 * (high - low).max(f64::MIN_POSITIVE);
-    low - space..high + space
 }

@@ -210,11 +210,7 @@ fn energies(budgets: &[Named]) -> CurveGroup {
             Some(budget.time.iter().copied().zip(values(budget)?).collect())
         }),
     };
-    let total = |budget: &Budget| {
-        let both = budget.kinetic.iter().zip(&budget.contact);
-        Some(both.map(|(a, b)| a + b).collect())
-    };
-    add("in the chain", &total);
+    add("in the chain", &|b| Some(b.energies()));
     add("of motion", &|b| Some(b.kinetic.clone()));
     add("of contacts", &|b| Some(b.contact.clone()));
     add("lost", &|b| any(&b.lost));
