@@ -408,9 +408,11 @@ fn search(
             .collect(),
     };
     let ridges: Vec<Ridge> = found.iter().zip(numbered(&found)).map(ridge).collect();
-    let all: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.clone()).collect();
     let site = axes.space.step.abs();
-    let fits = request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
+    // Neighbouring cuts share what the window spreads into both.
+    let near = 2.0 * along_f.half.max(along_k.half);
+    let fit = |law: &RidgeLaw| law.fit(&ridges, site, [df, dk], near as usize);
+    let fits = request.laws.iter().map(fit);
     let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
     let fitted = fits.iter().map(|fit| fit.curve.clone());
     analysis.dispersion = curve(&ridges).into_iter().chain(fitted).collect();
