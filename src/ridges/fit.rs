@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Ridge, RidgeCut, RidgePoint};
+use super::{RidgeCut, RidgePoint};
 use crate::analyze::{Constants, DispersionCurve, formula_values, parse_constants};
 use crate::error::{Error, Result};
 use crate::numeric::{eliminated, inverted, median};
@@ -60,8 +60,8 @@ pub struct RidgeFit {
     /// Root mean square of the points' distances from the law along their cuts, in bins.
     #[serde(rename = "deviation_bins")]
     pub deviation: f64,
-    /// Sum of the squares of distances over errors, by the degrees of freedom. The errors of the parameters are those of
-    /// the distances, not of the points.
+    /// Sum of the squares of distances over errors, by the degrees of freedom. The errors of the parameters are scaled by
+    /// its root: they are those of the distances, whatever the errors of the points say.
     #[serde(rename = "reduced_chi_square")]
     pub reduced: f64,
     #[serde(skip)]
@@ -151,27 +151,26 @@ impl RidgeLaw {
         Ok(omega.iter().map(|omega| omega.map(|w| w / TAU)).collect())
     }
 
-    /// Fits the law to the points of `ridges`; `site` is the distance of sites, `bins` the distance of bins in f and in k, `near`
-    /// how many points after one share what a window spreads.
+    /// Fits the law to `points`; `site` is the distance of sites, `bins` the distance of bins in f and in k, `shared` how
+    /// many points have one error in common.
     ///
     /// # Errors
     /// [`Error::Request`] for fewer points than parameters, for a law that is not defined at the points, and
     /// for parameters that the points do not tell apart.
     pub(super) fn fit(
         &self,
-        ridges: &[Ridge],
+        points: &[RidgePoint],
         site: f64,
         bins: [f64; 2],
-        near: usize,
+        shared: f64,
     ) -> Result<RidgeFit> {
         let (name, names) = (&self.name, self.names());
-        let points: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.clone()).collect();
         let (parameters, all) = (names.len(), points.len());
         if all <= parameters {
             let expected = format!("more points than the {parameters} parameters of `{name}`");
             return Err(refuse(expected, format!("{all} points of ridges")));
         }
-        let mut points = Points::new(self, &points, site, bins);
+        let mut points = Points::new(self, points, site, bins);
         let mut found = points.start()?;
         for _ in 0..ROUNDS {
             found = points.least_squares(found)?;
@@ -187,22 +186,13 @@ impl RidgeLaw {
             let found = "parameters that change the curve in the same way";
             return Err(refuse(expected, found));
         };
-        let freedom = all as f64 - parameters as f64;
-        let reduced = dot(&residuals, &residuals) / freedom;
+        let reduced = dot(&residuals, &residuals) / (all as f64 - parameters as f64);
         let is_log = !matches!(self.kind, Kind::Formula(_));
-        let lengths = ridges.iter().map(|ridge| ridge.points.len());
         let parameters = names.into_iter().zip(&found).enumerate();
         let parameters = parameters.map(|(i, (name, value))| {
             let value = if is_log { value.exp() } else { *value };
             let unit = if is_log { value } else { 1.0 };
-            // What each point moves this parameter by.
-            let move_of = |n: usize| {
-                let row: Vec<f64> = derivatives.iter().map(|row| row[n]).collect();
-                residuals[n] * dot(&covariance[i], &row)
-            };
-            let moves: Vec<f64> = (0..all).map(move_of).collect();
-            let variance = correlated(&moves, lengths.clone(), near) * all as f64 / freedom;
-            let error = unit * variance.sqrt();
+            let error = unit * (shared * reduced * covariance[i][i].max(0.0)).sqrt();
             RidgeParameter { name, value, error }
         });
         let bins = points.errors.iter().zip(&points.bin);
@@ -421,24 +411,6 @@ impl<'a> Points<'a> {
         };
         (0..at.len()).map(derivative).collect()
     }
-}
-
-/// The variance of the sum of `moves`, rows of these lengths of which neighbours up to `near` apart are correlated; never negative.
-///
-/// Source: W. K. Newey, K. D. West, Econometrica 55, 703 (1987).
-fn correlated(moves: &[f64], lengths: impl Iterator<Item = usize>, near: usize) -> f64 {
-    let mut rest = moves;
-    let of_row = |length: usize| -> f64 {
-        let (row, after) = rest.split_at(length);
-        rest = after;
-        let product = |lag: usize| dot(row, row.get(lag..).unwrap_or_default());
-        let weight = |lag: usize| 2.0 * (1.0 - lag as f64 / (near + 1) as f64);
-        product(0)
-            + (1..=near)
-                .map(|lag| weight(lag) * product(lag))
-                .sum::<f64>()
-    };
-    lengths.map(of_row).sum::<f64>().max(0.0)
 }
 
 fn normal(derivatives: &Rows) -> Rows {
