@@ -11,11 +11,9 @@ use crate::numeric::{eliminated, inverted, median};
 const INTERVALS: usize = 960;
 /// Least error of a point, in bins: what the place of a wave between bins is known to at best.
 const LEAST_ERROR: f64 = 0.01;
-/// By what all points may be off alike, in bins: a peak of a spectrum that falls is drawn to its higher side. Parameters
-/// are known no better, however many points there are. Of waves with spectra that fall by 20 dB over the ridge, in
-/// noise, the median of fits was off by 0.004 to 0.014 bins.
-const COMMON_ERROR: f64 = 0.03;
 const ITERATIONS: usize = 100;
+/// Searches, each with the errors that the law of the one before gives to the points.
+const ROUNDS: usize = 3;
 /// Relative step of numerical derivatives.
 const STEP: f64 = 1e-5;
 /// Least part of the square of a parameter's derivative that the others do not explain; numerical derivatives are
@@ -62,8 +60,8 @@ pub struct RidgeFit {
     /// Root mean square of the points' distances from the law along their cuts, in bins.
     #[serde(rename = "deviation_bins")]
     pub deviation: f64,
-    /// Sum of the squares of distances over errors, by the degrees of freedom. Above 1, the errors of the
-    /// parameters are scaled by its root; they are no smaller than what 0.03 bins do that all points are off alike.
+    /// Sum of the squares of distances over errors, by the degrees of freedom. The errors of the parameters are scaled by
+    /// its root: they are those of the distances, whatever the errors of the points say.
     #[serde(rename = "reduced_chi_square")]
     pub reduced: f64,
     #[serde(skip)]
@@ -153,20 +151,32 @@ impl RidgeLaw {
         Ok(omega.iter().map(|omega| omega.map(|w| w / TAU)).collect())
     }
 
-    /// Fits the law to `points`; `site` is the distance of sites, `bins` the distance of bins in f and in k.
+    /// Fits the law to `points`; `site` is the distance of sites, `bins` the distance of bins in f and in k, `shared` how
+    /// many points have one error in common.
     ///
     /// # Errors
     /// [`Error::Request`] for fewer points than parameters, for a law that is not defined at the points, and
     /// for parameters that the points do not tell apart.
-    pub(super) fn fit(&self, points: &[RidgePoint], site: f64, bins: [f64; 2]) -> Result<RidgeFit> {
+    pub(super) fn fit(
+        &self,
+        points: &[RidgePoint],
+        site: f64,
+        bins: [f64; 2],
+        shared: f64,
+    ) -> Result<RidgeFit> {
         let (name, names) = (&self.name, self.names());
         let (parameters, all) = (names.len(), points.len());
         if all <= parameters {
             let expected = format!("more points than the {parameters} parameters of `{name}`");
             return Err(refuse(expected, format!("{all} points of ridges")));
         }
-        let points = Points::new(self, points, site, bins);
-        let (found, residuals, derivatives) = points.least_squares()?;
+        let mut points = Points::new(self, points, site, bins);
+        let mut found = points.start()?;
+        for _ in 0..ROUNDS {
+            found = points.least_squares(found)?;
+            points.weigh(&found)?;
+        }
+        let (residuals, derivatives) = (points.residuals(&found)?, points.derivatives(&found)?);
         let Some(covariance) = inverted(&normal(&derivatives), DEGENERATE) else {
             let expected = format!(
                 "parameters that the ridges tell apart: of `{name}` only some combination of {} is known; \
@@ -177,26 +187,17 @@ impl RidgeLaw {
             return Err(refuse(expected, found));
         };
         let reduced = dot(&residuals, &residuals) / (all as f64 - parameters as f64);
-        // What the parameters change by if all points move by a bin to higher frequencies.
-        let shifts: Vec<f64> = points
-            .bin
-            .iter()
-            .zip(&points.errors)
-            .map(|(b, e)| b / e)
-            .collect();
-        let pulls: Vec<f64> = derivatives.iter().map(|row| dot(row, &shifts)).collect();
         let is_log = !matches!(self.kind, Kind::Formula(_));
         let parameters = names.into_iter().zip(&found).enumerate();
         let parameters = parameters.map(|(i, (name, value))| {
             let value = if is_log { value.exp() } else { *value };
             let unit = if is_log { value } else { 1.0 };
-            let variance = reduced.max(1.0) * covariance[i][i].max(0.0);
-            let common = COMMON_ERROR * dot(&covariance[i], &pulls);
-            let error = unit * variance.sqrt().hypot(common);
+            let error = unit * (shared * reduced * covariance[i][i].max(0.0)).sqrt();
             RidgeParameter { name, value, error }
         });
-        let distances = residuals.iter().zip(&shifts);
-        let squares = distances.map(|(residual, shift)| (residual / shift).powi(2));
+        let bins = points.errors.iter().zip(&points.bin);
+        let distances = residuals.iter().zip(bins);
+        let squares = distances.map(|(residual, (error, bin))| (residual * error / bin).powi(2));
         let deviation = (squares.sum::<f64>() / all as f64).sqrt();
         let at = |n: usize| PI / site * (2.0 * n as f64 / INTERVALS as f64 - 1.0);
         let wavenumber: Vec<f64> = (0..=INTERVALS).map(at).collect();
@@ -257,6 +258,15 @@ struct Points<'a> {
     /// What a bin of the cut is as a change of the frequency.
     bin: Vec<f64>,
     site: f64,
+    /// Distances of bins in f and in k.
+    bins: [f64; 2],
+}
+
+/// Which branch lies nearest to a frequency, and how far the frequency lies above it.
+fn nearest(branches: [f64; 2], frequency: f64) -> Option<(usize, f64)> {
+    let distances = branches.map(|f| frequency - f).into_iter().enumerate();
+    let known = distances.filter(|(_, d)| d.is_finite());
+    known.min_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -264,29 +274,45 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl<'a> Points<'a> {
-    fn new(law: &'a RidgeLaw, all: &'a [RidgePoint], site: f64, [df, dk]: [f64; 2]) -> Self {
-        let in_frequency = |point: &RidgePoint| {
-            let (error, bin) = match point.cut {
-                RidgeCut::Wavenumber => (point.frequency_error, df),
-                RidgeCut::Frequency => {
-                    let slope = (point.group_velocity / TAU).abs();
-                    // A branch whose slope is not known counts as one that crosses a bin in a bin.
-                    let is_known = slope > 0.0 && slope.is_finite();
-                    let slope = if is_known { slope } else { df / dk };
-                    (point.wavenumber_error * slope, dk * slope)
-                }
-            };
-            (error.max(LEAST_ERROR * bin), bin)
-        };
-        let (errors, bin) = all.iter().map(in_frequency).unzip();
+    /// Each known to a bin of frequency.
+    fn new(law: &'a RidgeLaw, all: &'a [RidgePoint], site: f64, bins: [f64; 2]) -> Self {
         Points {
             law,
             all,
             wavenumbers: all.iter().map(|point| point.wavenumber).collect(),
-            errors,
-            bin,
+            errors: vec![bins[0]; all.len()],
+            bin: vec![bins[0]; all.len()],
             site,
+            bins,
         }
+    }
+
+    /// Errors as the law with these parameters has them: what it changes by within that of a wavenumber. The slope of the
+    /// points themselves is noisy, and its errors are theirs.
+    fn weigh(&mut self, parameters: &[f64]) -> Result<()> {
+        let [df, dk] = self.bins;
+        let reach = |point: &RidgePoint| point.wavenumber_error.max(LEAST_ERROR * dk);
+        let law = |sign: f64| {
+            let moved = self.all.iter().map(|p| p.wavenumber + sign * reach(p));
+            let moved: Vec<f64> = moved.collect();
+            self.law.frequencies(parameters, &moved, self.site)
+        };
+        let (here, sides) = (law(0.0)?, [law(-1.0)?, law(1.0)?]);
+        let (errors, bin) = (self.all.iter().enumerate())
+            .map(|(i, point)| match point.cut {
+                RidgeCut::Wavenumber => (point.frequency_error.max(LEAST_ERROR * df), df),
+                RidgeCut::Frequency => {
+                    let branch = nearest(here[i], point.frequency).map_or(0, |(branch, _)| branch);
+                    let change = |side: &Vec<[f64; 2]>| (side[i][branch] - here[i][branch]).abs();
+                    let change = sides.iter().map(change).fold(0.0, f64::max);
+                    // Where it is level, the wavenumber does not matter.
+                    let slope = (change / reach(point)).max(LEAST_ERROR * df / dk);
+                    (slope * reach(point), slope * dk)
+                }
+            })
+            .unzip();
+        (self.errors, self.bin) = (errors, bin);
+        Ok(())
     }
 
     /// Distances from the nearest branch over their errors.
@@ -294,10 +320,7 @@ impl<'a> Points<'a> {
         let law = self.law;
         let branches = law.frequencies(parameters, &self.wavenumbers, self.site)?;
         let of = |((point, error), branches): ((&RidgePoint, &f64), &[f64; 2])| {
-            let distances = branches.map(|f| point.frequency - f);
-            let known = distances.into_iter().filter(|d| d.is_finite());
-            let nearest = known.min_by(|a, b| a.abs().total_cmp(&b.abs()));
-            nearest.map(|d| d / error)
+            nearest(*branches, point.frequency).map(|(_, distance)| distance / error)
         };
         let found = self.all.iter().zip(&self.errors).zip(&branches).map(of);
         let found: Option<Vec<f64>> = found.collect();
@@ -337,9 +360,8 @@ impl<'a> Points<'a> {
         })
     }
 
-    /// Parameters, residuals and their derivatives, by the method of Levenberg and Marquardt.
-    fn least_squares(&self) -> Result<(Vec<f64>, Vec<f64>, Rows)> {
-        let mut at = self.start()?;
+    /// Parameters by the method of Levenberg and Marquardt.
+    fn least_squares(&self, mut at: Vec<f64>) -> Result<Vec<f64>> {
         let mut residuals = self.residuals(&at)?;
         let mut derivatives = self.derivatives(&at)?;
         let mut damping = 1e-3;
@@ -371,7 +393,7 @@ impl<'a> Points<'a> {
                 None => damping *= 10.0,
             }
         }
-        Ok((at, residuals, derivatives))
+        Ok(at)
     }
 
     /// Of the residuals, by each parameter.

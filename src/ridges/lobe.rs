@@ -26,6 +26,9 @@ pub(super) struct Lobe {
     /// Variance of the lobe, in squares of bins: `sum (w_{n+1} - w_n)^2 / sum w^2` of the window w, over that of one bin; 1/3 of a
     /// Hann window, and 0 on an axis that is taken as periodic.
     pub variance: f64,
+    /// How many neighbouring bins share one realisation: the sum of the correlations of their powers, `N sum w^4 / (sum w^2)^2`;
+    /// 35/18 of a Hann window.
+    pub shared: f64,
     /// Whether the axis is taken as periodic: there is no window, and waves that fit do not leak.
     periodic: bool,
 }
@@ -54,9 +57,11 @@ impl Lobe {
             .sum();
         let energy: f64 = samples.iter().map(|w| w * w).sum();
         let variance = rises / energy * (samples.len() as f64 / TAU).powi(2);
+        let fourth: f64 = samples.iter().map(|w| w.powi(4)).sum();
         let most = if periodic { 0.0 } else { WIDEST };
         Lobe {
             variance: variance.min(most),
+            shared: samples.len() as f64 * fourth / energy.powi(2),
             half: first_rise.unwrap_or(FINE) as f64 / FINE as f64,
             width: 2.0 * crossing / FINE as f64,
             periodic,
@@ -141,6 +146,7 @@ mod tests {
         // The highest side lobe of a Hann window is 31.5 dB below its top.
         assert!((10.0 * lobe.leak(2.1).log10() + 31.47).abs() < 0.05);
         assert!((lobe.variance - 1.0 / 3.0).abs() < 1e-4);
+        assert!((lobe.shared - 35.0 / 18.0).abs() < 1e-4);
         assert_eq!(lobe.leak(1.0), 0.0);
         assert!(lobe.leak(100.0) < 1e-9 && lobe.leak(100.0) > 0.0);
     }

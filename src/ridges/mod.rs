@@ -408,9 +408,15 @@ fn search(
             .collect(),
     };
     let ridges: Vec<Ridge> = found.iter().zip(numbered(&found)).map(ridge).collect();
-    let all: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.clone()).collect();
     let site = axes.space.step.abs();
-    let fits = request.laws.iter().map(|law| law.fit(&all, site, [df, dk]));
+    let all: Vec<RidgePoint> = ridges.iter().flat_map(|r| r.points.clone()).collect();
+    // Neighbouring cuts share what the window spreads into both.
+    let shared = all
+        .iter()
+        .map(|point| point.cut.sorted([along_f.shared, along_k.shared])[0]);
+    let shared = shared.sum::<f64>() / all.len().max(1) as f64;
+    let fit = |law: &RidgeLaw| law.fit(&all, site, [df, dk], shared);
+    let fits = request.laws.iter().map(fit);
     let fits = fits.collect::<Result<Vec<RidgeFit>>>()?;
     let fitted = fits.iter().map(|fit| fit.curve.clone());
     analysis.dispersion = curve(&ridges).into_iter().chain(fitted).collect();
