@@ -40,7 +40,7 @@ impl Comparison {
         let family = self.family;
         let search = family.search(*self.orders.end())?;
         let fitted = match family.exponent == 1.5 {
-            true => Some(family.search_on(SlowWave::fitted()?, *self.orders.end())),
+            true => Some(Search::new(family, SlowWave::fitted()?, *self.orders.end())),
             false => None,
         };
         let estimate = |order: usize| {

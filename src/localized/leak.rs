@@ -3,10 +3,8 @@
 use rayon::prelude::*;
 
 use super::family::Family;
-use super::wave::Alternation;
-use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, OnSite, Record, Run, Simulation,
-};
+use crate::chain::{Accuracy, EndTime, Record, Run, Simulation};
+use crate::numeric::LineFit;
 use crate::observer::{Observer, Silent};
 use crate::{Error, Result};
 
@@ -79,14 +77,9 @@ impl LeakScan {
     }
 
     pub(super) fn check(&self) -> Result<()> {
-        if (5 * REACH..=MOST_CELLS).contains(&self.cells) {
-            return Ok(());
-        }
-        Err(Error::Request {
-            option: "cells",
-            expected: format!("{} to {MOST_CELLS} cells", 5 * REACH),
-            found: self.cells.to_string(),
-        })
+        let range = 5 * REACH..=MOST_CELLS;
+        let expected = format!("{} to {MOST_CELLS} cells", range.start());
+        Error::require(range.contains(&self.cells), "cells", expected, self.cells)
     }
 
     /// The leak of one chain, at a time integration as coarse as tells leaks of this size apart.
@@ -121,32 +114,9 @@ impl LeakScan {
         observer: &dyn Observer,
     ) -> Result<Leak> {
         observer.go_on()?;
-        if !(ratio > 0.0 && ratio.is_finite()) {
-            return Err(Error::Request {
-                option: "ratio",
-                expected: "a positive number".into(),
-                found: ratio.to_string(),
-            });
-        }
-        let sites = 2 * self.cells;
-        let pair = |a: f64, b: f64| (0..sites).map(move |j| if j % 2 == 0 { a } else { b });
-        let (mass, stiff) = match self.family.alternation {
-            Alternation::Stiffness => (1.0, ratio),
-            Alternation::Mass => (ratio, 1.0),
-        };
-        let exponent = self.family.exponent;
-        let chain = Chain {
-            mass: pair(1.0, mass).collect(),
-            coefficient: pair(1.0, stiff).collect(),
-            law: Laws::from(match exponent == 1.5 {
-                true => Law::Hertz,
-                false => Law::Power { exponent },
-            }),
-            ends: Ends::Wall,
-            precompression: 0.0,
-            losses: Losses::default(),
-            on_site: OnSite::default(),
-        };
+        let is_positive = ratio > 0.0 && ratio.is_finite();
+        Error::require(is_positive, "ratio", "a positive number", ratio)?;
+        let chain = self.family.chain(ratio, self.cells);
         let mut simulation = Simulation::impact(chain, 1.0, 1.0, 2);
         simulation.estimate_error = false;
         simulation.record = Record::default();
@@ -160,15 +130,13 @@ impl LeakScan {
         simulation.end_time = EndTime::At(arrival);
         simulation.accuracy = Accuracy::LocalError(local_error);
         simulation.samples = SAMPLES;
-        simulation.record = Record {
-            displacement: true,
-            ..Record::default()
-        };
+        simulation.record.displacement = true;
         let run = simulation.run(&Silent)?;
-        let leak = measure(ratio, &run)?;
         Ok(Leak {
-            forces: leak.forces + search,
-            ..leak
+            ratio,
+            arrival,
+            forces: run.report.cost.forces + search,
+            ..measure(&run)
         })
     }
 }
@@ -190,22 +158,15 @@ const FOREMOST: f64 = 1e-3;
 /// Relative gain of energy between samples that indicates waves catching up.
 const GAIN: f64 = 1e-3;
 
-fn measure(ratio: f64, run: &Run) -> Result<Leak> {
-    let Some(displacement) = &run.displacement else {
-        return Err(Error::Request {
-            option: "record",
-            expected: "a run with displacements".into(),
-            found: "one without".into(),
-        });
-    };
+/// The loss, energy and speed of the leading pulse.
+fn measure(run: &Run) -> Leak {
     let sites = run.chain.n_sites();
-    let forces = run.report.cost.forces;
-    let arrival = run.time[run.time.len() - 1];
     let initial = 0.5 * run.chain.mass[0];
     let mut energies = vec![0.0; sites];
     let mut points = Vec::new();
-    for k in 1..run.time.len() {
-        let (x, v) = (displacement.row(k).to_vec(), run.velocity.row(k).to_vec());
+    let displacement = run.displacement.iter().flat_map(|rows| rows.rows());
+    for (k, x) in displacement.enumerate().skip(1) {
+        let (x, v) = (x.to_vec(), run.velocity.row(k).to_vec());
         run.chain.site_energies(&x, &v, 0.0, &mut energies);
         let cell = |c: usize| energies[2 * c] + energies[2 * c + 1];
         let largest = (0..sites / 2).map(cell).fold(0.0, f64::max);
@@ -222,42 +183,30 @@ fn measure(ratio: f64, run: &Run) -> Result<Leak> {
             .sum();
         let centre = moment / energy;
         if centre > REACH as f64 && centre < (sites / 2 - REACH / 2) as f64 {
-            points.push((centre, energy, run.time[k]));
+            points.push([centre, energy, run.time[k]]);
         }
     }
-    let energy = points.last().map_or(f64::NAN, |last| last.1 / initial);
+    let energy = points.last().map_or(f64::NAN, |last| last[1] / initial);
     let alone = 1
         + (points.windows(2))
-            .take_while(|pair| pair[1].1 < (1.0 + GAIN) * pair[0].1)
+            .take_while(|pair| pair[1][1] < (1.0 + GAIN) * pair[0][1])
             .count();
     points.truncate(alone);
-    let end = points.last().map_or(0.0, |last| last.0);
-    points.retain(|point| point.0 > 0.5 * end);
-    let n = points.len() as f64;
-    if points.len() < 4 {
-        return Ok(Leak {
-            ratio,
-            per_cell: f64::NAN,
-            energy,
-            speed: f64::NAN,
-            arrival,
-            forces,
-        });
-    }
-    let mean = |value: &dyn Fn(&(f64, f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
-    let (centre, time) = (mean(&|p| p.0), mean(&|p| p.2));
-    let log = mean(&|p| p.1.ln());
-    let spread = mean(&|p| (p.0 - centre).powi(2));
-    let slope = mean(&|p| (p.0 - centre) * (p.1.ln() - log)) / spread;
-    let speed = spread / mean(&|p| (p.0 - centre) * (p.2 - time));
-    Ok(Leak {
-        ratio,
-        per_cell: -slope.exp_m1(),
+    let end = points.last().map_or(0.0, |last| last[0]);
+    points.retain(|point| point[0] > 0.5 * end);
+    let line = |value: fn(&[f64; 3]) -> f64| {
+        let points: Vec<(f64, f64)> = points.iter().map(|p| (p[0], value(p))).collect();
+        let line = LineFit::through(&points).filter(|_| points.len() > 3);
+        line.map_or(f64::NAN, |line| line.slope)
+    };
+    Leak {
+        ratio: f64::NAN,
+        per_cell: -line(|p| p[1].ln()).exp_m1(),
         energy,
-        speed,
-        arrival,
-        forces,
-    })
+        speed: 1.0 / line(|p| p[2]),
+        arrival: f64::NAN,
+        forces: 0,
+    }
 }
 
 /// Indices of the local minima of leaks that are ordered by ratio.
