@@ -48,7 +48,7 @@ impl LeakScan {
     pub fn curve(&self, ratios: &[f64], observer: &dyn Observer) -> Result<LeakCurve> {
         let mut ratios = ratios.to_vec();
         ratios.sort_by(f64::total_cmp);
-        let leaks = self.survey(&ratios, observer)?;
+        let leaks = self.run(&ratios, observer)?;
         let least = minima(&leaks);
         let most: Vec<usize> = (least.windows(2))
             .filter_map(|pair| (pair[0] + 1..pair[1]).max_by(by_leak(&leaks)))

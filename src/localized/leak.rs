@@ -24,10 +24,6 @@ pub struct Leak {
     pub ratio: f64,
     /// Relative decrease of the pulse's energy per cell; NaN if not measurable.
     pub per_cell: f64,
-    /// Fraction of the impact energy in the pulse at the end of the chain.
-    pub energy: f64,
-    /// Speed of the pulse over the fitted distance, in cells per unit of time.
-    pub speed: f64,
     /// When the front reaches the last site.
     pub arrival: f64,
     /// Contact forces computed to measure it.
@@ -35,7 +31,8 @@ pub struct Leak {
 }
 
 impl LeakScan {
-    /// The leaks at the given ratios, in their order, computed in parallel.
+    /// The leaks at the given ratios, in their order, computed in parallel; those that are large by a coarser time
+    /// integration.
     ///
     /// The leading pulse comprises [`REACH`] cells behind its peak and everything in front. Its
     /// energy is fitted by an exponential of the distance over the second half of its path. Where
@@ -46,34 +43,14 @@ impl LeakScan {
     /// [`Error::Request`] for chains too short to isolate a pulse, or too long, and for ratios that
     /// are not positive; those of [`Simulation::run`].
     pub fn run(&self, ratios: &[f64], observer: &dyn Observer) -> Result<Vec<Leak>> {
-        self.each(ratios, observer, |ratio| {
-            self.leak_at(ratio, self.local_error, None, observer)
-        })
-    }
-
-    /// The leaks at ratios in their order, those that are large by a coarser time integration.
-    pub(super) fn survey(&self, ratios: &[f64], observer: &dyn Observer) -> Result<Vec<Leak>> {
-        self.each(ratios, observer, |ratio| {
-            self.leak(ratio, f64::INFINITY, None, observer)
-        })
-    }
-
-    fn each(
-        &self,
-        ratios: &[f64],
-        observer: &dyn Observer,
-        leak: impl Fn(f64) -> Result<Leak> + Sync,
-    ) -> Result<Vec<Leak>> {
         self.check()?;
         observer.stage("chains", ratios.len() as u64);
-        ratios
-            .par_iter()
-            .map(|&ratio| {
-                let leak = leak(ratio);
-                observer.advance(1);
-                leak
-            })
-            .collect()
+        let leaks = ratios.par_iter().map(|&ratio| {
+            let leak = self.leak(ratio, f64::INFINITY, None, observer);
+            observer.advance(1);
+            leak
+        });
+        leaks.collect()
     }
 
     pub(super) fn check(&self) -> Result<()> {
@@ -92,52 +69,41 @@ impl LeakScan {
         arrival: Option<f64>,
         observer: &dyn Observer,
     ) -> Result<Leak> {
-        let local_error = (TOLD_APART * size).min(COARSEST).max(self.local_error);
-        let leak = self.leak_at(ratio, local_error, arrival, observer)?;
-        // Also what could not be measured.
-        let told = leak.per_cell > ABOVE * local_error;
-        if told || local_error <= self.local_error {
-            return Ok(leak);
-        }
-        let again = self.leak_at(ratio, self.local_error, Some(leak.arrival), observer)?;
-        Ok(Leak {
-            forces: leak.forces + again.forces,
-            ..again
-        })
-    }
-
-    fn leak_at(
-        &self,
-        ratio: f64,
-        local_error: f64,
-        arrival: Option<f64>,
-        observer: &dyn Observer,
-    ) -> Result<Leak> {
-        observer.go_on()?;
         let is_positive = ratio > 0.0 && ratio.is_finite();
         Error::require(is_positive, "ratio", "a positive number", ratio)?;
         let chain = self.family.chain(ratio, self.cells);
-        let mut simulation = Simulation::impact(chain, 1.0, 1.0, 2);
-        simulation.estimate_error = false;
-        simulation.record = Record::default();
-        let (arrival, search) = match arrival {
+        let mut simulation = Simulation {
+            estimate_error: false,
+            record: Record::default(),
+            ..Simulation::impact(chain, 1.0, 1.0, SAMPLES)
+        };
+        observer.go_on()?;
+        let (arrival, mut forces) = match arrival {
             Some(time) => (time, 0),
-            None => {
-                let (time, cost) = simulation.arrival(&Silent)?;
-                (time, cost.forces)
-            }
+            None => simulation
+                .arrival(&Silent)
+                .map(|(time, cost)| (time, cost.forces))?,
         };
         simulation.end_time = EndTime::At(arrival);
-        simulation.accuracy = Accuracy::LocalError(local_error);
-        simulation.samples = SAMPLES;
         simulation.record.displacement = true;
-        let run = simulation.run(&Silent)?;
-        Ok(Leak {
-            ratio,
-            arrival,
-            forces: run.report.cost.forces + search,
-            ..measure(&run)
-        })
+        let mut local_error = (TOLD_APART * size).min(COARSEST).max(self.local_error);
+        loop {
+            observer.go_on()?;
+            simulation.accuracy = Accuracy::LocalError(local_error);
+            let run = simulation.run(&Silent)?;
+            forces += run.report.cost.forces;
+            let per_cell = lost_per_cell(&run);
+            // A leak that could not be measured is measured anew, too.
+            if per_cell > ABOVE * local_error || local_error <= self.local_error {
+                return Ok(Leak {
+                    ratio,
+                    per_cell,
+                    arrival,
+                    forces,
+                });
+            }
+            local_error = self.local_error;
+        }
     }
 }
 
@@ -158,10 +124,9 @@ const FOREMOST: f64 = 1e-3;
 /// Relative gain of energy between samples that indicates waves catching up.
 const GAIN: f64 = 1e-3;
 
-/// The loss, energy and speed of the leading pulse.
-fn measure(run: &Run) -> Leak {
+/// Relative decrease of the leading pulse's energy per cell; NaN if not measurable.
+fn lost_per_cell(run: &Run) -> f64 {
     let sites = run.chain.n_sites();
-    let initial = 0.5 * run.chain.mass[0];
     let mut energies = vec![0.0; sites];
     let mut points = Vec::new();
     let displacement = run.displacement.iter().flat_map(|rows| rows.rows());
@@ -183,30 +148,18 @@ fn measure(run: &Run) -> Leak {
             .sum();
         let centre = moment / energy;
         if centre > REACH as f64 && centre < (sites / 2 - REACH / 2) as f64 {
-            points.push([centre, energy, run.time[k]]);
+            points.push((centre, energy.ln()));
         }
     }
-    let energy = points.last().map_or(f64::NAN, |last| last[1] / initial);
-    let alone = 1
-        + (points.windows(2))
-            .take_while(|pair| pair[1][1] < (1.0 + GAIN) * pair[0][1])
-            .count();
-    points.truncate(alone);
-    let end = points.last().map_or(0.0, |last| last[0]);
-    points.retain(|point| point[0] > 0.5 * end);
-    let line = |value: fn(&[f64; 3]) -> f64| {
-        let points: Vec<(f64, f64)> = points.iter().map(|p| (p[0], value(p))).collect();
-        let line = LineFit::through(&points).filter(|_| points.len() > 3);
-        line.map_or(f64::NAN, |line| line.slope)
-    };
-    Leak {
-        ratio: f64::NAN,
-        per_cell: -line(|p| p[1].ln()).exp_m1(),
-        energy,
-        speed: 1.0 / line(|p| p[2]),
-        arrival: f64::NAN,
-        forces: 0,
-    }
+    let gain = GAIN.ln_1p();
+    let rises = points
+        .windows(2)
+        .position(|pair| pair[1].1 >= pair[0].1 + gain);
+    points.truncate(rises.map_or(points.len(), |last| last + 1));
+    let end = points.last().map_or(0.0, |last| last.0);
+    points.retain(|point| point.0 > 0.5 * end);
+    let line = LineFit::through(&points).filter(|_| points.len() > 3);
+    line.map_or(f64::NAN, |line| -line.slope.exp_m1())
 }
 
 /// Indices of the local minima of leaks that are ordered by ratio.
