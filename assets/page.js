@@ -10,6 +10,9 @@
 
   const LINE_COLORS = ["#ff6f3c", "#ffffff", "#56c8ff"];
   const CURVE_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+  // Beyond the colours, and the ink behind them, they return with other dashes and symbols.
+  const DASHES = ["solid", "dot", "longdash", "dashdot"];
+  const SYMBOLS = ["circle", "square", "triangle-up", "x"];
   // From the first place to the last, by way of one that is neither.
   const SHADES = [[0, 114, 178], [128, 120, 120], [213, 94, 0]];
   const WIDTHS = { thin: 1, gap: 5 };
@@ -391,9 +394,12 @@
       const single = chart.series.length === 1;
       chart.series.forEach((series, m) => {
         const { weight } = series;
+        const colors = [...CURVE_COLORS, color("--ink")];
+        const place = series.color ?? m;
+        const round = Math.floor(place / colors.length) % DASHES.length;
         const style = weight === "gap" ? color("--ink")
           : typeof series.shade === "number" ? shadeOf(series.shade)
-          : CURVE_COLORS[(series.color ?? m) % CURVE_COLORS.length];
+          : colors[place % colors.length];
         const isQuiet = weight === "thin" || weight === "gap";
         const x = series.x ?? this.group.x;
         const dots = series.look === "dots";
@@ -407,8 +413,8 @@
             type: "scatter", name: series.label, showlegend: !single && !isQuiet && series.label !== "",
             mode: dots ? "markers" : x.length <= MARKED_POINTS && series.look !== "dashed" && !weight ? "lines+markers" : "lines",
             yaxis: `y${suffix}`, xaxis: "x", legend: `legend${suffix}`,
-            line: { color: style, width: weight === "bold" ? boldWidth(series.shade ?? 1) : WIDTHS[weight] ?? (this.group.cumulative ? 2.5 : 1.5), dash: series.look === "dashed" ? "dash" : "solid" },
-            marker: { color: style, size: dots ? 8 : 4 },
+            line: { color: style, width: weight === "bold" ? boldWidth(series.shade ?? 1) : WIDTHS[weight] ?? (this.group.cumulative ? 2.5 : 1.5), dash: series.look === "dashed" ? "dash" : DASHES[round] },
+            marker: { color: style, size: dots ? 8 : 4, symbol: SYMBOLS[round] },
             ...(series.errors && { error_y: { type: "data", array: Array.from(series.errors, moderate), color: style } }),
             ...(series.band && { fill: "tonexty", fillcolor: "rgba(0,114,178,0.35)", line: { color: style, width: 1 } }),
             connectgaps: false,

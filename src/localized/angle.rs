@@ -20,6 +20,8 @@ pub struct Angle {
     pub ellipse: Ellipse,
     /// In degrees, 0 to 90.
     pub degrees: f64,
+    /// Error in degrees that follows from that of the stiffness ratio.
+    pub degrees_error: f64,
     /// Relative change of the stiffness ratio per 0.1 degrees: the required accuracy of the angle.
     pub ratio_change_per_tenth_degree: f64,
     /// Contact coefficients `[at 90 degrees, at the angle]` in N/m^1.5, if a material is given.
@@ -32,6 +34,13 @@ impl Cylinders {
     /// # Errors
     /// As [`angle_of_stiffness_ratio`] and [`HertzContact::crossed_cylinders`].
     pub fn crossed_for(&self, kappa: f64) -> Result<Angle> {
+        self.crossed_within(kappa, 0.0)
+    }
+
+    /// The same for a stiffness ratio of a relative error.
+    pub(super) fn crossed_within(&self, kappa: f64, error: f64) -> Result<Angle> {
+        // Ratios below 1 have no angle.
+        let end = |kappa: f64| angle_of_stiffness_ratio(kappa.max(1.0), self.ellipse);
         let degrees = angle_of_stiffness_ratio(kappa, self.ellipse)?;
         let coefficient = |angle: f64, (radius, material): (f64, Material)| {
             HertzContact::crossed_cylinders(radius, material, angle, self.ellipse)
@@ -46,6 +55,7 @@ impl Cylinders {
         Ok(Angle {
             ellipse: self.ellipse,
             degrees,
+            degrees_error: 0.5 * (end(kappa * (1.0 - error))? - end(kappa * (1.0 + error))?),
             ratio_change_per_tenth_degree: stiffness_ratio(aside, self.ellipse)? / kappa - 1.0,
             coefficients,
         })

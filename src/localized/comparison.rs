@@ -40,14 +40,8 @@ impl Comparison {
         let family = self.family;
         let search = family.search(*self.orders.end())?;
         let fitted = match family.exponent == 1.5 {
-            true => Some(family.search_on(SlowWave::fitted()?, *self.orders.end())),
+            true => Some(Search::new(family, SlowWave::fitted()?, *self.orders.end())),
             false => None,
-        };
-        let estimate = |order: usize| {
-            Some(Asymptotic {
-                exact_profile: search.estimate(order)?,
-                fitted_profile: fitted.as_ref().and_then(|f| f.estimate(order)),
-            })
         };
         let orders: Vec<usize> = self.orders.clone().collect();
         observer.stage("orders", orders.len() as u64);
@@ -55,7 +49,11 @@ impl Comparison {
             .into_par_iter()
             .map(|order| {
                 observer.go_on()?;
-                let row = self.row(order, search.wave(order), estimate(order));
+                let asymptotic = search.estimate(order).map(|exact_profile| Asymptotic {
+                    exact_profile,
+                    fitted_profile: fitted.as_ref().and_then(|f| f.estimate(order)),
+                });
+                let row = self.row(order, search.wave(order), asymptotic);
                 observer.advance(1);
                 row
             })
@@ -70,24 +68,20 @@ impl Comparison {
 
     fn check(&self) -> Result<()> {
         let Comparison { family, orders, .. } = self;
-        if orders.is_empty() || *orders.start() == 0 || *orders.end() > LARGEST_ORDER {
-            return Err(Error::Request {
-                option: "order",
-                expected: format!("an ascending range of orders from 1 to {LARGEST_ORDER}"),
-                found: format!("{}..{}", orders.start(), orders.end()),
-            });
-        }
-        let dimer = *family == Family::default();
-        if self.cylinders.is_some() && !dimer {
-            return Err(Error::Request {
-                option: "angles",
-                expected: "stiffness dimers of Hertz contacts".into(),
-                found: format!(
-                    "{:?} dimers of exponent {}",
-                    family.alternation, family.exponent
-                ),
-            });
-        }
+        let (first, last) = (*orders.start(), *orders.end());
+        Error::require(
+            0 < first && first <= last && last <= LARGEST_ORDER,
+            "order",
+            format!("an ascending range of orders from 1 to {LARGEST_ORDER}"),
+            format!("{first}..{last}"),
+        )?;
+        let (alternation, exponent) = (family.alternation, family.exponent);
+        Error::require(
+            self.cylinders.is_none() || *family == Family::default(),
+            "angles",
+            "stiffness dimers of Hertz contacts",
+            format!("{alternation:?} dimers of exponent {exponent}"),
+        )?;
         self.cells.map_or(Ok(()), |cells| self.scan(cells).check())
     }
 
@@ -106,7 +100,10 @@ impl Comparison {
         let published = (PUBLISHED.iter()).find(|row| row.order == order);
         Ok(OrderRow {
             order,
-            angle: self.angle(exact.map(|exact| exact.ratio.value()))?,
+            angle: match exact {
+                Some(exact) => self.angle(exact.ratio.value(), exact.error)?,
+                None => None,
+            },
             exact,
             reason,
             asymptotic,
@@ -120,11 +117,12 @@ impl Comparison {
         })
     }
 
-    fn angle(&self, kappa: Option<f64>) -> Result<Option<Angle>> {
-        match (&self.cylinders, kappa) {
-            (Some(cylinders), Some(kappa)) => cylinders.crossed_for(kappa).map(Some),
-            _ => Ok(None),
-        }
+    fn angle(&self, kappa: f64, error: f64) -> Result<Option<Angle>> {
+        let angle = self
+            .cylinders
+            .as_ref()
+            .map(|it| it.crossed_within(kappa, error));
+        angle.transpose()
     }
 
     fn scan(&self, cells: usize) -> LeakScan {
@@ -154,29 +152,27 @@ impl Comparison {
                 ratio: self.family.alternation.ratio(extreme.ratio),
                 error: extreme.error,
                 leak: extreme.leak,
-                angle: self.angle(Some(kappa))?,
+                angle: self.angle(kappa, extreme.error)?,
             })
         };
-        let localized = minima.iter().filter(|m| m.leak < LARGEST_LEAK);
-        let mut found: Vec<Option<f64>> = vec![None; rows.len()];
-        for minimum in localized {
+        for minimum in minima.iter().filter(|m| m.leak < LARGEST_LEAK) {
             let distance = |row: &OrderRow| {
                 let ratio = row.exact.map(|exact| exact.ratio.value());
                 let ratio = ratio.or(row.asymptotic.map(|a| a.exact_profile));
                 ratio.map_or(f64::INFINITY, |ratio| range.apart(ratio, minimum.ratio))
             };
-            let nearest =
-                (0..rows.len()).min_by(|a, b| distance(&rows[*a]).total_cmp(&distance(&rows[*b])));
-            if let Some(nearest) = nearest
-                && distance(&rows[nearest]) < 0.3 * range.spacing
-                && (rows[nearest].direct).is_none_or(|direct| minimum.leak < direct.leak)
+            let nearest = (rows.iter_mut())
+                .filter(|row| distance(row) < 0.3 * range.spacing)
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            if let Some(row) = nearest
+                && row.direct.is_none_or(|known| minimum.leak < known.leak)
             {
-                rows[nearest].direct = Some(direct(minimum)?);
-                found[nearest] = Some(minimum.ratio);
+                row.direct = Some(direct(minimum)?);
             }
         }
         for i in 1..rows.len() {
-            let (Some(a), Some(b)) = (found[i - 1], found[i]) else {
+            let found = rows[i - 1].direct.zip(rows[i].direct);
+            let Some((a, b)) = found.map(|(a, b)| (a.ratio.value(), b.ratio.value())) else {
                 continue;
             };
             let between = (maxima.iter())
@@ -209,8 +205,8 @@ impl Range {
         let spacing = match *orders.end() {
             1 => 0.6,
             end => (2..=end)
-                .filter_map(|order| Some(root(order)? - root(order - 1)?))
-                .next_back()?,
+                .rev()
+                .find_map(|order| Some(root(order)? - root(order - 1)?))?,
         };
         // Starts just below the homogeneous chain, so that this is an interior minimum.
         let first = (first - 0.6 * spacing).max(1.0 - 2.0 * spacing / PER_ORDER);

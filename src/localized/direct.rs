@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::leak::{Leak, LeakScan, minima};
-use super::vertex::{Bracket, Sense};
+use super::vertex::Bracket;
 use crate::Result;
 use crate::observer::Observer;
 
@@ -48,88 +48,101 @@ impl LeakScan {
     pub fn curve(&self, ratios: &[f64], observer: &dyn Observer) -> Result<LeakCurve> {
         let mut ratios = ratios.to_vec();
         ratios.sort_by(f64::total_cmp);
-        let leaks = self.survey(&ratios, observer)?;
+        let leaks = self.run(&ratios, observer)?;
         let least = minima(&leaks);
         let most: Vec<usize> = (least.windows(2))
             .filter_map(|pair| (pair[0] + 1..pair[1]).max_by(by_leak(&leaks)))
             .collect();
         observer.stage("extremes", (least.len() + most.len()) as u64);
-        let each = |indices: &[usize], find: &(dyn Fn([Leak; 3]) -> Result<Found> + Sync)| {
-            (indices.par_iter())
-                .map(|&i| {
-                    let found = find([leaks[i - 1], leaks[i], leaks[i + 1]]);
-                    observer.advance(1);
-                    found
-                })
-                .collect::<Result<Vec<Found>>>()
+        let each = |indices: &[usize], find: fn(&mut Around) -> Result<LeakExtremum>| {
+            let found = indices.par_iter().map(|&i| {
+                let mut around = Around {
+                    scan: self,
+                    observer,
+                    leaks: [leaks[i - 1], leaks[i], leaks[i + 1]],
+                    seen: Vec::new(),
+                };
+                let found = find(&mut around)?;
+                observer.advance(1);
+                Ok((
+                    found,
+                    around.seen.iter().map(|leak| leak.forces).sum::<u64>(),
+                ))
+            });
+            found.collect::<Result<(Vec<LeakExtremum>, Vec<u64>)>>()
         };
-        let minima = each(&least, &|around| self.least(around, observer))?;
-        let maxima = each(&most, &|around| self.most(around, observer))?;
+        let (minima, for_minima) = each(&least, |around| around.least())?;
+        let (maxima, for_maxima) = each(&most, |around| around.most())?;
         let forces = leaks.iter().map(|leak| leak.forces);
-        let found = minima.iter().chain(&maxima).map(|found| found.forces);
         Ok(LeakCurve {
-            forces: forces.chain(found).sum(),
-            minima: minima.iter().map(|found| found.extremum).collect(),
-            maxima: maxima.iter().map(|found| found.extremum).collect(),
+            forces: forces.chain(for_minima).chain(for_maxima).sum(),
+            minima,
+            maxima,
             leaks,
         })
     }
 
-    /// The smallest leak near the middle one of three leaks.
-    fn least(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<Found> {
-        let mut seen = Vec::new();
-        let mut best = self.descend(around, &mut seen, observer)?;
-        let beside = around[0].per_cell.min(around[2].per_cell);
-        let alone = best.per_cell < self.rounding() && beside > DISTINCT * self.rounding();
-        if !alone {
-            let parts = (-CLOSER..=CLOSER).map(|j| match j {
+    /// A leak at the level of rounding.
+    fn rounding(&self) -> f64 {
+        2e-13 / self.cells as f64
+    }
+}
+
+/// Three leaks of which the middle one is the least or the largest, and those measured between them.
+struct Around<'a> {
+    scan: &'a LeakScan,
+    observer: &'a dyn Observer,
+    leaks: [Leak; 3],
+    seen: Vec<Leak>,
+}
+
+impl Around<'_> {
+    /// The smallest leak near the middle one.
+    fn least(&mut self) -> Result<LeakExtremum> {
+        let (leaks, rounding) = (self.leaks, self.scan.rounding());
+        let mut best = self.descend(leaks)?;
+        let beside = leaks[0].per_cell.min(leaks[2].per_cell);
+        let is_alone = best.per_cell < rounding && beside > DISTINCT * rounding;
+        if !is_alone {
+            let closer = (-CLOSER..=CLOSER).map(|j| match j {
                 0 => Ok(best),
                 j => {
                     let ratio = best.ratio * (1.0 + NEAR * f64::from(j));
-                    let leak = self.beside(&around, ratio, best.per_cell, observer)?;
-                    seen.push(leak);
-                    Ok(leak)
+                    self.measure(&leaks, ratio, best.per_cell)
                 }
             });
-            let closer: Vec<Leak> = parts.collect::<Result<_>>()?;
+            let closer: Vec<Leak> = closer.collect::<Result<_>>()?;
             for i in minima(&closer) {
-                let around = [closer[i - 1], closer[i], closer[i + 1]];
-                let found = self.descend(around, &mut seen, observer)?;
+                let found = self.descend([closer[i - 1], closer[i], closer[i + 1]])?;
                 if found.per_cell < best.per_cell {
                     best = found;
                 }
             }
         }
-        let bound = 4.0 * best.per_cell.max(self.rounding());
+        let bound = 4.0 * best.per_cell.max(rounding);
         for side in [-1.0, 1.0] {
-            self.look_beside(&best, side, bound, &around, &mut seen, observer)?;
+            self.look_beside(&best, side, bound)?;
         }
-        let forces = seen.iter().map(|leak| leak.forces).sum();
-        seen.extend(around);
-        let error = uncertainty(seen, &best, bound);
-        Ok(Found::new(&best, error, forces))
+        Ok(LeakExtremum {
+            ratio: best.ratio,
+            error: self.uncertainty(&best, bound),
+            leak: best.per_cell,
+        })
     }
 
-    /// Closes in on the smallest leak between the first and the last of three. Appends every measured
-    /// leak to `seen`.
-    fn descend(
-        &self,
-        around: [Leak; 3],
-        seen: &mut Vec<Leak>,
-        observer: &dyn Observer,
-    ) -> Result<Leak> {
-        let mut bracket = Bracket::new(around.map(|leak| point(leak, Sense::Least)), Sense::Least);
-        let mut best = around[1];
+    /// Closes in on the smallest leak between the first and the last of three.
+    fn descend(&mut self, leaks: [Leak; 3]) -> Result<Leak> {
+        let mut bracket = Bracket::new(leaks.map(|leak| point(leak, 1.0)));
+        let mut best = leaks[1];
         for _ in 0..MOST_LEAKS {
             let least = bracket.best().1;
             let flat = bracket.ends().iter().all(|end| end.1 < 2.0 * least);
-            if least < self.rounding() || flat || bracket.width() <= FINEST {
+            if least < self.scan.rounding() || flat || bracket.width() <= FINEST {
                 break;
             }
             let ratio = bracket.next_of_amplitudes().exp();
-            let leak = self.beside(&around, ratio, least, observer)?;
-            seen.push(leak);
-            if bracket.narrow(point(leak, Sense::Least)) {
+            let leak = self.measure(&leaks, ratio, least)?;
+            if bracket.narrow(point(leak, 1.0)) {
                 best = leak;
             }
         }
@@ -138,17 +151,10 @@ impl LeakScan {
 
     /// Measures leaks on one side of the smallest, the first about where four times the bound is reached,
     /// until one exceeds the bound.
-    fn look_beside(
-        &self,
-        best: &Leak,
-        side: f64,
-        bound: f64,
-        around: &[Leak; 3],
-        seen: &mut Vec<Leak>,
-        observer: &dyn Observer,
-    ) -> Result<()> {
+    fn look_beside(&mut self, best: &Leak, side: f64, bound: f64) -> Result<()> {
+        let leaks = self.leaks;
         let distance = |leak: &Leak| side * (leak.ratio / best.ratio - 1.0);
-        let nearest = (seen.iter().chain(around))
+        let nearest = (self.seen.iter().chain(&leaks))
             .filter(|leak| distance(leak) > 0.0 && leak.per_cell > bound)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let Some(nearest) = nearest else {
@@ -158,9 +164,7 @@ impl LeakScan {
         let mut aside = reached * (4.0 * bound / nearest.per_cell).sqrt();
         while aside < 0.5 * reached {
             let ratio = best.ratio * (1.0 + side * aside);
-            let leak = self.beside(around, ratio, bound, observer)?;
-            seen.push(leak);
-            if leak.per_cell > bound {
+            if self.measure(&leaks, ratio, bound)?.per_cell > bound {
                 break;
             }
             aside *= 2.0;
@@ -168,97 +172,86 @@ impl LeakScan {
         Ok(())
     }
 
-    /// The largest leak near the middle one of three leaks.
+    /// Relative distance from the best ratio to the nearest ratios beyond which every leak exceeds
+    /// `bound`; the larger of both sides.
+    fn uncertainty(&self, best: &Leak, bound: f64) -> f64 {
+        let mut seen = [&self.seen[..], &self.leaks].concat();
+        seen.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+        let small = |leak: &Leak| leak.per_cell.is_nan() || leak.per_cell <= bound;
+        let first = seen.iter().position(small).unwrap_or(0);
+        let last = seen.iter().rposition(small).unwrap_or(seen.len() - 1);
+        let distance = |i: usize| (seen[i].ratio / best.ratio - 1.0).abs();
+        distance(first.saturating_sub(1)).max(distance((last + 1).min(seen.len() - 1)))
+    }
+
+    /// The largest leak near the middle one.
     ///
     /// Where pulses lose much, waves that catch up make the leak ragged, and there are several humps between
     /// the three: two more leaks choose one.
-    fn most(&self, around: [Leak; 3], observer: &dyn Observer) -> Result<Found> {
-        let mut forces = 0;
-        let mut measure = |ratio: f64| {
-            let leak = self.beside(&around, ratio, around[1].per_cell, observer)?;
-            forces += leak.forces;
-            Ok::<Leak, crate::Error>(leak)
-        };
-        let [low, high] = [around[0].ratio.ln(), around[2].ratio.ln()];
-        let mut known = around.to_vec();
+    fn most(&mut self) -> Result<LeakExtremum> {
+        let (leaks, size) = (self.leaks, self.leaks[1].per_cell);
+        let [low, high] = [leaks[0].ratio.ln(), leaks[2].ratio.ln()];
+        let mut known = leaks.to_vec();
         for share in HUMPS {
-            known.push(measure((low + share * (high - low)).exp())?);
+            known.push(self.measure(&leaks, (low + share * (high - low)).exp(), size)?);
         }
         known.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
         let highest = (1..known.len() - 1).max_by(by_leak(&known)).unwrap_or(1);
         let near = [known[highest - 1], known[highest], known[highest + 1]];
-        let mut bracket = Bracket::new(near.map(|leak| point(leak, Sense::Most)), Sense::Most);
+        let mut bracket = Bracket::new(near.map(|leak| point(leak, -1.0)));
         let mut best = near[1];
         for _ in 0..MOST_LEAKS {
             if bracket.width() <= NEAR {
                 break;
             }
-            let leak = measure(bracket.next_of_parabola(NEAR / 3.0).exp())?;
-            if bracket.narrow(point(leak, Sense::Most)) {
+            let ratio = bracket.next_of_parabola(NEAR / 3.0).exp();
+            let leak = self.measure(&leaks, ratio, size)?;
+            if bracket.narrow(point(leak, -1.0)) {
                 best = leak;
             }
         }
-        let width = top_width(&bracket, &around);
-        let error = if best.per_cell > RAGGED {
-            width.max(HUMPED)
-        } else {
-            width
-        };
-        Ok(Found::new(&best, error, forces))
+        let humped = if best.per_cell > RAGGED { HUMPED } else { 0.0 };
+        Ok(LeakExtremum {
+            ratio: best.ratio,
+            error: self.top_width(&bracket).max(humped),
+            leak: best.per_cell,
+        })
+    }
+
+    /// Relative uncertainty of the ratio of the largest leak: leaks beside it that fall short of it by more than
+    /// the curvature between the outer leaks explains are ragged, and so is the top.
+    fn top_width(&self, bracket: &Bracket) -> f64 {
+        let (top, most) = bracket.best();
+        let fall = (bracket.ends().iter()).fold(0.0, |fall: f64, end| fall.max(end.1 - most));
+        let outer = [self.leaks[0], self.leaks[2]].map(|leak| point(leak, -1.0));
+        let curvature = outer.map(|(at, leak)| (leak - most) / (at - top).powi(2));
+        let width = 2.0 * (fall / curvature[0].min(curvature[1])).sqrt();
+        let farthest = (outer[1].0 - top).max(top - outer[0].0);
+        // Also where it is not a number.
+        let ragged = if width < farthest { width } else { farthest };
+        bracket.width().max(ragged)
     }
 
     /// A leak of about this size at a ratio near those of three leaks, through whose times of arrival a
     /// parabola gives that of this one.
-    fn beside(
-        &self,
-        around: &[Leak; 3],
-        ratio: f64,
-        size: f64,
-        observer: &dyn Observer,
-    ) -> Result<Leak> {
-        let at = around.map(|leak| leak.ratio.ln());
+    fn measure(&mut self, leaks: &[Leak; 3], ratio: f64, size: f64) -> Result<Leak> {
+        let at = leaks.map(|leak| leak.ratio.ln());
         let x = ratio.ln();
-        let arrival: f64 = (0..3)
-            .map(|i| {
-                let others = (0..3).filter(|&j| j != i);
-                let weight: f64 = others.map(|j| (x - at[j]) / (at[i] - at[j])).product();
-                weight * around[i].arrival
-            })
-            .sum();
-        self.leak(ratio, size, Some(arrival), observer)
-    }
-
-    /// A leak at the level of rounding.
-    fn rounding(&self) -> f64 {
-        2e-13 / self.cells as f64
+        let arrival = (0..3).map(|i| {
+            let others = (0..3).filter(|&j| j != i);
+            let weight: f64 = others.map(|j| (x - at[j]) / (at[i] - at[j])).product();
+            weight * leaks[i].arrival
+        });
+        let leak = (self.scan).leak(ratio, size, Some(arrival.sum()), self.observer)?;
+        self.seen.push(leak);
+        Ok(leak)
     }
 }
 
-/// An extremum and what it cost.
-struct Found {
-    extremum: LeakExtremum,
-    forces: u64,
-}
-
-impl Found {
-    fn new(leak: &Leak, error: f64, forces: u64) -> Found {
-        let extremum = LeakExtremum {
-            ratio: leak.ratio,
-            error,
-            leak: leak.per_cell,
-        };
-        Found { extremum, forces }
-    }
-}
-
-/// Logarithm of the ratio, and the leak; one that could not be measured is the worst.
-fn point(leak: Leak, sense: Sense) -> (f64, f64) {
-    let worst = match sense {
-        Sense::Least => f64::INFINITY,
-        Sense::Most => f64::NEG_INFINITY,
-    };
-    let measured = Some(leak.per_cell).filter(|leak| !leak.is_nan());
-    (leak.ratio.ln(), measured.unwrap_or(worst))
+/// Logarithm of the ratio, and the leak times a sign; one that could not be measured is the worst.
+fn point(leak: Leak, sign: f64) -> (f64, f64) {
+    let measured = Some(sign * leak.per_cell).filter(|leak| !leak.is_nan());
+    (leak.ratio.ln(), measured.unwrap_or(f64::INFINITY))
 }
 
 fn by_leak(leaks: &[Leak]) -> impl Fn(&usize, &usize) -> std::cmp::Ordering {
@@ -268,31 +261,6 @@ fn by_leak(leaks: &[Leak]) -> impl Fn(&usize, &usize) -> std::cmp::Ordering {
         x => x,
     };
     move |a, b| size(*a).total_cmp(&size(*b))
-}
-
-/// Relative distance from the best ratio to the nearest ratios beyond which every leak exceeds
-/// `bound`; the larger of both sides.
-fn uncertainty(mut seen: Vec<Leak>, best: &Leak, bound: f64) -> f64 {
-    seen.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    let small = |leak: &Leak| leak.per_cell.is_nan() || leak.per_cell <= bound;
-    let first = seen.iter().position(small).unwrap_or(0);
-    let last = seen.iter().rposition(small).unwrap_or(seen.len() - 1);
-    let distance = |i: usize| (seen[i].ratio / best.ratio - 1.0).abs();
-    distance(first.saturating_sub(1)).max(distance((last + 1).min(seen.len() - 1)))
-}
-
-/// Relative uncertainty of the ratio of the largest leak: leaks beside it that fall short of it by more than
-/// the curvature between the outer leaks explains are ragged, and so is the top.
-fn top_width(bracket: &Bracket, around: &[Leak; 3]) -> f64 {
-    let (top, most) = bracket.best();
-    let fall = (bracket.ends().iter()).fold(0.0, |fall: f64, end| fall.max(most - end.1));
-    let outer = [around[0], around[2]].map(|leak| point(leak, Sense::Most));
-    let curvature = outer.map(|(at, leak)| (most - leak) / (at - top).powi(2));
-    let width = 2.0 * (fall / curvature[0].min(curvature[1])).sqrt();
-    let farthest = (outer[1].0 - top).max(top - outer[0].0);
-    // Also where it is not a number.
-    let ragged = if width < farthest { width } else { farthest };
-    bracket.width().max(ragged)
 }
 
 /// Relative spacing of ratios that resolves the two minima of a high order.

@@ -2,8 +2,9 @@
 
 use super::fast::Oscillator;
 use super::search::Search;
-use super::slow::{SlowWave, check_exponent, unresolved};
+use super::slow::{SlowWave, unresolved};
 use super::wave::Alternation;
+use crate::chain::{Chain, Law};
 use crate::{Error, Result};
 
 /// Dimers that differ in their ratio only.
@@ -32,13 +33,9 @@ impl Family {
     /// the fast part is below rounding.
     pub fn estimates(&self, slow: &SlowWave, last: usize) -> Result<Vec<f64>> {
         check_order(last)?;
-        if slow.exponent != self.exponent {
-            return Err(Error::Request {
-                option: "exponent",
-                expected: format!("the exponent of the slow wave, {}", slow.exponent),
-                found: self.exponent.to_string(),
-            });
-        }
+        let expected = format!("the exponent of the slow wave, {}", slow.exponent);
+        let is_so = slow.exponent == self.exponent;
+        Error::require(is_so, "exponent", expected, self.exponent)?;
         let roots = Oscillator::new(self.alternation, slow).roots(last);
         if roots.len() < last {
             return Err(no_estimate(last, roots.len()));
@@ -54,14 +51,22 @@ impl Family {
     /// where the homogeneous chain's wave is too wide (exponents close to 1).
     pub fn search(self, last: usize) -> Result<Search> {
         check_order(last)?;
-        check_exponent(self.exponent)?;
-        let slow = SlowWave::exact(self.exponent)?;
-        Ok(Search::new(self, slow, last))
+        Ok(Search::new(self, SlowWave::exact(self.exponent)?, last))
     }
 
-    /// A search on a given slow wave; only its estimates are meaningful.
-    pub(super) fn search_on(self, slow: SlowWave, last: usize) -> Search {
-        Search::new(self, slow, last)
+    /// A dimer of so many cells, a free first site, a wall behind the last.
+    pub(super) fn chain(&self, ratio: f64, cells: usize) -> Chain {
+        let pair = |[a, b]: [f64; 2]| (0..2 * cells).map(move |j| if j % 2 == 0 { a } else { b });
+        let law = match self.exponent {
+            1.5 => Law::Hertz,
+            exponent => Law::Power { exponent },
+        };
+        Chain {
+            mass: pair(self.alternation.masses(ratio)).collect(),
+            coefficient: pair(self.alternation.coefficients(ratio)).collect(),
+            law: law.into(),
+            ..Chain::dimer(2 * cells, 1.0)
+        }
     }
 
     /// The ratio kappa or mu for a stiffening `kappa^{1/p}` or `1/mu`.
@@ -82,14 +87,7 @@ impl Family {
 }
 
 fn check_order(order: usize) -> Result<()> {
-    if order > 0 {
-        return Ok(());
-    }
-    Err(Error::Request {
-        option: "order",
-        expected: "an order of 1 or more".into(),
-        found: order.to_string(),
-    })
+    Error::require(order > 0, "order", "an order of 1 or more", order)
 }
 
 pub(super) fn no_estimate(order: usize, last: usize) -> Error {

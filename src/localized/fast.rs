@@ -2,6 +2,7 @@
 
 use super::slow::SlowWave;
 use super::wave::Alternation;
+use crate::numeric::find_root;
 
 /// The linear oscillator `y'' + s W(t)^2 y = f(t)` of the fast part. The stiffening s is
 /// `kappa^{1/p}` or the inverse mass ratio.
@@ -64,11 +65,12 @@ impl Oscillator {
         let mut roots = Vec::with_capacity(count);
         // Scans the square root of s, in which roots are almost equidistant. Order 1 of the mass
         // dimer (the homogeneous chain) is not a root.
-        let mut root_of_s = if self.alternation == Alternation::Mass {
-            roots.push(1.0);
-            1.15
-        } else {
-            0.8
+        let mut root_of_s = match self.alternation {
+            Alternation::Stiffness => 0.8,
+            Alternation::Mass => {
+                roots.push(1.0);
+                1.15
+            }
         };
         let mut mismatch = self.mismatch(root_of_s);
         while roots.len() < count {
@@ -77,25 +79,14 @@ impl Oscillator {
                 break;
             }
             if (next < 0.0) != (mismatch < 0.0) {
-                roots.push(self.bisect(root_of_s, root_of_s + step, next < 0.0).powi(2));
+                let root = find_root(root_of_s, root_of_s + step, |s| self.mismatch(s));
+                roots.push(root.powi(2));
             }
             root_of_s += step;
             mismatch = next;
         }
         roots.truncate(count);
         roots
-    }
-
-    fn bisect(&self, mut low: f64, mut high: f64, high_is_negative: bool) -> f64 {
-        while high - low > 1e-12 * high {
-            let middle = 0.5 * (low + high);
-            if (self.mismatch(middle) < 0.0) == high_is_negative {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
-        0.5 * (low + high)
     }
 
     /// `integral f u / integral |f u|`.

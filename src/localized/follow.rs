@@ -1,7 +1,7 @@
 //! Continuation of a wave from Hertz contacts to another exponent.
 
+use super::equations::Grid;
 use super::family::Family;
-use super::grid::Grid;
 use super::problem::{Parameter, Root};
 use super::resolve::NEWTON;
 use super::search::Search;
@@ -23,49 +23,46 @@ impl Search {
             return None;
         }
         let known = family.search(order).ok()?.wave(order).ok()?;
-        let grid = {
-            let stiffening = self.family.stiffening(self.estimate(order)?);
-            let coarsest = self.coarsest(stiffening);
-            let density = 2.0 * coarsest.half as f64 / coarsest.period;
-            Grid::new(coarsest.period.max(known.convergence.period), density)
-        };
+        let coarsest = self.coarsest(self.family.stiffening(self.estimate(order)?));
+        let period = coarsest.period.max(known.convergence.period);
+        let grid = Grid::new(period, coarsest.density());
         if grid.half > self.most_points {
             return None;
         }
-        let mut theta = self.theta(family.stiffening(known.ratio));
-        let mut values = family.sample(grid, &known.psi());
-        let (mut step, mut slope, mut iterations) = (LONGEST, 0.0, known.convergence.iterations);
+        let values = family.sample(grid, |contact, t| known.psi(contact, t));
+        let theta = self.theta(family.stiffening(known.ratio));
+        let mut root = family.problem(grid).start(values, theta);
+        root.iterations = known.convergence.iterations;
+        let (mut step, mut slope) = (LONGEST, 0.0);
         while family.exponent != target {
             let left = target - family.exponent;
             let next = match left.abs() <= step {
                 true => target,
                 false => family.exponent + step * left.signum(),
             };
+            let (theta, change) = (root.theta, next - family.exponent);
             let power = (family.exponent - 1.0) / (next - 1.0);
-            let start: Vec<f64> = values.iter().map(|v| v.max(0.0).powf(power)).collect();
-            let change = next - family.exponent;
+            let start = root.values.iter().map(|v| v.max(0.0).powf(power));
             let ahead = Family {
                 exponent: next,
                 ..family
             };
-            let found = (ahead.problem(grid))
-                .iterate(Parameter::Free, &start, theta + slope * change, NEWTON)
-                .filter(|root| root.converged && (root.theta / theta - 1.0).abs() < MOST_CHANGE);
-            match found {
-                Some(root) => {
-                    slope = (root.theta - theta) / change;
-                    iterations += root.iterations;
-                    (family, theta, values) = (ahead, root.theta, root.values.clone());
-                    if next == target {
-                        let root = Root { iterations, ..root };
-                        return Some((grid, root));
-                    }
+            let problem = ahead.problem(grid);
+            let start = Root {
+                iterations: root.iterations,
+                ..problem.start(start.collect(), theta + slope * change)
+            };
+            let found = problem.iterate(Parameter::Free, start, NEWTON);
+            match found.filter(|it| it.converged && (it.theta / theta - 1.0).abs() < MOST_CHANGE) {
+                Some(found) => {
+                    slope = (found.theta - theta) / change;
+                    (family, root) = (ahead, found);
                 }
                 None if step > SHORTEST => step *= 0.5,
                 None => return None,
             }
         }
-        None
+        Some((grid, root))
     }
 }
 

@@ -2,11 +2,10 @@
 
 use ndarray::ArrayView1;
 
+use super::family::Family;
+use super::series::largest;
 use super::wave::{Ratio, Wave};
-use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, OnSite, Record, Run, Scheme, Simulation,
-    SteppedSites,
-};
+use crate::chain::{Accuracy, Record, Run, Simulation};
 use crate::observer::Observer;
 use crate::system::memory::available_memory;
 use crate::{Error, Result};
@@ -54,49 +53,31 @@ impl Wave {
     /// # Errors
     /// [`Error::Request`] for no cells, [`Error::Memory`] for too many; [`Error::Cancelled`].
     pub fn journey(&self, cells: usize, observer: &dyn Observer) -> Result<Journey> {
-        if cells == 0 {
-            return Err(Error::Request {
-                option: "cells",
-                expected: "at least one cell".into(),
-                found: "0".into(),
-            });
-        }
+        Error::require(cells > 0, "cells", "at least one cell", cells)?;
         // A velocity and a displacement (16 bytes) per site and sample.
         let sites = (cells as u64)
             .saturating_add(2 * self.reach() as u64)
             .saturating_mul(2);
         let needed = sites.saturating_mul(16).saturating_mul(cells as u64);
-        let allowed = available_memory();
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "the launched wave",
-                needed,
-                allowed,
-            });
-        }
+        Error::beyond_memory("the launched wave", needed, available_memory())?;
         let run = self.launch(cells, LOCAL_ERROR).run(observer)?;
-        let mut coarser = self.launch(cells, 10.0 * LOCAL_ERROR);
-        coarser.samples = 2;
-        coarser.record = Record::default();
+        let coarser = Simulation {
+            samples: 2,
+            record: Record::default(),
+            ..self.launch(cells, 10.0 * LOCAL_ERROR)
+        };
         let coarser = coarser.run(observer)?;
         let travels: Vec<Travel> = (1..=cells)
             .filter_map(|cell| self.travelled(&run, cell))
             .collect();
         let (start, end) = (run.velocity.row(0), run.velocity.row(cells));
-        let largest = start.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let difference = (end.iter().zip(coarser.velocity.row(1)))
-            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-        let arrived = travels.last().copied().ok_or_else(|| Error::Unresolved {
-            what: "the launched wave".into(),
-            expected: "a run with displacements".into(),
-            found: "one without".into(),
-        })?;
+        let difference = (&end - &coarser.velocity.row(1)).to_vec();
         Ok(Journey {
             order: self.order,
             ratio: self.ratio(),
             local_error: LOCAL_ERROR,
-            arrived,
-            stepping_error: difference / largest,
+            arrived: travels[travels.len() - 1],
+            stepping_error: largest(&difference) / largest(&start.to_vec()),
             travels,
             velocity: [start.to_vec(), end.to_vec()],
         })
@@ -105,26 +86,6 @@ impl Wave {
     /// Half width of the wave in cells; it is zero outside.
     fn reach(&self) -> usize {
         (0.5 * self.overlap[0].period()).ceil() as usize + 1
-    }
-
-    /// The dimer chain that carries the wave: `cells` cells, a free first site, a wall behind the
-    /// last site.
-    pub fn chain(&self, cells: usize) -> Chain {
-        let pair = |[a, b]: [f64; 2]| (0..2 * cells).map(move |j| if j % 2 == 0 { a } else { b });
-        Chain {
-            mass: pair(self.masses()).collect(),
-            coefficient: pair(self.coefficients()).collect(),
-            law: Laws::from(match self.exponent == 1.5 {
-                true => Law::Hertz,
-                false => Law::Power {
-                    exponent: self.exponent,
-                },
-            }),
-            ends: Ends::Wall,
-            precompression: 0.0,
-            losses: Losses::default(),
-            on_site: OnSite::default(),
-        }
     }
 
     /// A run that starts with the wave on the first cells and lasts `cells` units of time, in which
@@ -143,23 +104,21 @@ impl Wave {
                 velocity[2 * cell + i] = self.velocity[i].value(time);
             }
         }
+        let family = Family {
+            alternation: self.alternation,
+            exponent: self.exponent,
+        };
+        let chain = family.chain(self.ratio, total);
         Simulation {
-            chain: self.chain(total),
             velocity,
             displacement,
-            resonators: None,
-            drive: None,
-            scheme: Scheme::default(),
             accuracy: Accuracy::LocalError(local_error),
-            end_time: EndTime::At(cells as f64),
-            samples: cells + 1,
             record: Record {
                 displacement: true,
                 ..Record::default()
             },
             estimate_error: false,
-            window: SteppedSites::default(),
-            memory: None,
+            ..Simulation::impact(chain, 0.0, cells as f64, cells + 1)
         }
     }
 
@@ -171,12 +130,10 @@ impl Wave {
             return None;
         }
         let (start, now) = (run.velocity.row(0), run.velocity.row(cells));
-        let largest = start.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let shifted = 2 * cells;
-        let before = |j: usize| if j < shifted { 0.0 } else { start[j - shifted] };
-        let change = (0..now.len())
-            .map(|j| (now[j] - before(j)).abs())
-            .fold(0.0, f64::max);
+        let mut change = now.to_vec();
+        let moved = change.iter_mut().skip(shifted).zip(start);
+        moved.for_each(|(now, before)| *now -= before);
         let energies = |x: ArrayView1<f64>, v: ArrayView1<f64>| {
             let mut energies = vec![0.0; v.len()];
             let (x, v) = (x.to_vec(), v.to_vec());
@@ -190,7 +147,7 @@ impl Wave {
         let behind: f64 = last[..shifted].iter().sum();
         Some(Travel {
             cells,
-            shape_change: change / largest,
+            shape_change: largest(&change) / largest(&start.to_vec()),
             leak: behind / first / cells as f64,
             energy_drift: total / first - 1.0,
         })

@@ -3,10 +3,8 @@
 use rayon::prelude::*;
 
 use super::family::Family;
-use super::wave::Alternation;
-use crate::chain::{
-    Accuracy, Chain, EndTime, Ends, Law, Laws, Losses, OnSite, Record, Run, Simulation,
-};
+use crate::chain::{Accuracy, EndTime, Record, Run, Simulation};
+use crate::numeric::LineFit;
 use crate::observer::{Observer, Silent};
 use crate::{Error, Result};
 
@@ -26,10 +24,6 @@ pub struct Leak {
     pub ratio: f64,
     /// Relative decrease of the pulse's energy per cell; NaN if not measurable.
     pub per_cell: f64,
-    /// Fraction of the impact energy in the pulse at the end of the chain.
-    pub energy: f64,
-    /// Speed of the pulse over the fitted distance, in cells per unit of time.
-    pub speed: f64,
     /// When the front reaches the last site.
     pub arrival: f64,
     /// Contact forces computed to measure it.
@@ -37,7 +31,8 @@ pub struct Leak {
 }
 
 impl LeakScan {
-    /// The leaks at the given ratios, in their order, computed in parallel.
+    /// The leaks at the given ratios, in their order, computed in parallel; those that are large by a coarser time
+    /// integration.
     ///
     /// The leading pulse comprises [`REACH`] cells behind its peak and everything in front. Its
     /// energy is fitted by an exponential of the distance over the second half of its path. Where
@@ -48,45 +43,20 @@ impl LeakScan {
     /// [`Error::Request`] for chains too short to isolate a pulse, or too long, and for ratios that
     /// are not positive; those of [`Simulation::run`].
     pub fn run(&self, ratios: &[f64], observer: &dyn Observer) -> Result<Vec<Leak>> {
-        self.each(ratios, observer, |ratio| {
-            self.leak_at(ratio, self.local_error, None, observer)
-        })
-    }
-
-    /// The leaks at ratios in their order, those that are large by a coarser time integration.
-    pub(super) fn survey(&self, ratios: &[f64], observer: &dyn Observer) -> Result<Vec<Leak>> {
-        self.each(ratios, observer, |ratio| {
-            self.leak(ratio, f64::INFINITY, None, observer)
-        })
-    }
-
-    fn each(
-        &self,
-        ratios: &[f64],
-        observer: &dyn Observer,
-        leak: impl Fn(f64) -> Result<Leak> + Sync,
-    ) -> Result<Vec<Leak>> {
         self.check()?;
         observer.stage("chains", ratios.len() as u64);
-        ratios
-            .par_iter()
-            .map(|&ratio| {
-                let leak = leak(ratio);
-                observer.advance(1);
-                leak
-            })
-            .collect()
+        let leaks = ratios.par_iter().map(|&ratio| {
+            let leak = self.leak(ratio, f64::INFINITY, None, observer);
+            observer.advance(1);
+            leak
+        });
+        leaks.collect()
     }
 
     pub(super) fn check(&self) -> Result<()> {
-        if (5 * REACH..=MOST_CELLS).contains(&self.cells) {
-            return Ok(());
-        }
-        Err(Error::Request {
-            option: "cells",
-            expected: format!("{} to {MOST_CELLS} cells", 5 * REACH),
-            found: self.cells.to_string(),
-        })
+        let range = 5 * REACH..=MOST_CELLS;
+        let expected = format!("{} to {MOST_CELLS} cells", range.start());
+        Error::require(range.contains(&self.cells), "cells", expected, self.cells)
     }
 
     /// The leak of one chain, at a time integration as coarse as tells leaks of this size apart.
@@ -99,77 +69,41 @@ impl LeakScan {
         arrival: Option<f64>,
         observer: &dyn Observer,
     ) -> Result<Leak> {
-        let local_error = (TOLD_APART * size).min(COARSEST).max(self.local_error);
-        let leak = self.leak_at(ratio, local_error, arrival, observer)?;
-        // Also what could not be measured.
-        let told = leak.per_cell > ABOVE * local_error;
-        if told || local_error <= self.local_error {
-            return Ok(leak);
-        }
-        let again = self.leak_at(ratio, self.local_error, Some(leak.arrival), observer)?;
-        Ok(Leak {
-            forces: leak.forces + again.forces,
-            ..again
-        })
-    }
-
-    fn leak_at(
-        &self,
-        ratio: f64,
-        local_error: f64,
-        arrival: Option<f64>,
-        observer: &dyn Observer,
-    ) -> Result<Leak> {
+        let is_positive = ratio > 0.0 && ratio.is_finite();
+        Error::require(is_positive, "ratio", "a positive number", ratio)?;
+        let chain = self.family.chain(ratio, self.cells);
+        let mut simulation = Simulation {
+            estimate_error: false,
+            record: Record::default(),
+            ..Simulation::impact(chain, 1.0, 1.0, SAMPLES)
+        };
         observer.go_on()?;
-        if !(ratio > 0.0 && ratio.is_finite()) {
-            return Err(Error::Request {
-                option: "ratio",
-                expected: "a positive number".into(),
-                found: ratio.to_string(),
-            });
-        }
-        let sites = 2 * self.cells;
-        let pair = |a: f64, b: f64| (0..sites).map(move |j| if j % 2 == 0 { a } else { b });
-        let (mass, stiff) = match self.family.alternation {
-            Alternation::Stiffness => (1.0, ratio),
-            Alternation::Mass => (ratio, 1.0),
-        };
-        let exponent = self.family.exponent;
-        let chain = Chain {
-            mass: pair(1.0, mass).collect(),
-            coefficient: pair(1.0, stiff).collect(),
-            law: Laws::from(match exponent == 1.5 {
-                true => Law::Hertz,
-                false => Law::Power { exponent },
-            }),
-            ends: Ends::Wall,
-            precompression: 0.0,
-            losses: Losses::default(),
-            on_site: OnSite::default(),
-        };
-        let mut simulation = Simulation::impact(chain, 1.0, 1.0, 2);
-        simulation.estimate_error = false;
-        simulation.record = Record::default();
-        let (arrival, search) = match arrival {
+        let (arrival, mut forces) = match arrival {
             Some(time) => (time, 0),
-            None => {
-                let (time, cost) = simulation.arrival(&Silent)?;
-                (time, cost.forces)
-            }
+            None => simulation
+                .arrival(&Silent)
+                .map(|(time, cost)| (time, cost.forces))?,
         };
         simulation.end_time = EndTime::At(arrival);
-        simulation.accuracy = Accuracy::LocalError(local_error);
-        simulation.samples = SAMPLES;
-        simulation.record = Record {
-            displacement: true,
-            ..Record::default()
-        };
-        let run = simulation.run(&Silent)?;
-        let leak = measure(ratio, &run)?;
-        Ok(Leak {
-            forces: leak.forces + search,
-            ..leak
-        })
+        simulation.record.displacement = true;
+        let mut local_error = (TOLD_APART * size).min(COARSEST).max(self.local_error);
+        loop {
+            observer.go_on()?;
+            simulation.accuracy = Accuracy::LocalError(local_error);
+            let run = simulation.run(&Silent)?;
+            forces += run.report.cost.forces;
+            let per_cell = lost_per_cell(&run);
+            // A leak that could not be measured is measured anew, too.
+            if per_cell > ABOVE * local_error || local_error <= self.local_error {
+                return Ok(Leak {
+                    ratio,
+                    per_cell,
+                    arrival,
+                    forces,
+                });
+            }
+            local_error = self.local_error;
+        }
     }
 }
 
@@ -190,22 +124,14 @@ const FOREMOST: f64 = 1e-3;
 /// Relative gain of energy between samples that indicates waves catching up.
 const GAIN: f64 = 1e-3;
 
-fn measure(ratio: f64, run: &Run) -> Result<Leak> {
-    let Some(displacement) = &run.displacement else {
-        return Err(Error::Request {
-            option: "record",
-            expected: "a run with displacements".into(),
-            found: "one without".into(),
-        });
-    };
+/// Relative decrease of the leading pulse's energy per cell; NaN if not measurable.
+fn lost_per_cell(run: &Run) -> f64 {
     let sites = run.chain.n_sites();
-    let forces = run.report.cost.forces;
-    let arrival = run.time[run.time.len() - 1];
-    let initial = 0.5 * run.chain.mass[0];
     let mut energies = vec![0.0; sites];
     let mut points = Vec::new();
-    for k in 1..run.time.len() {
-        let (x, v) = (displacement.row(k).to_vec(), run.velocity.row(k).to_vec());
+    let displacement = run.displacement.iter().flat_map(|rows| rows.rows());
+    for (k, x) in displacement.enumerate().skip(1) {
+        let (x, v) = (x.to_vec(), run.velocity.row(k).to_vec());
         run.chain.site_energies(&x, &v, 0.0, &mut energies);
         let cell = |c: usize| energies[2 * c] + energies[2 * c + 1];
         let largest = (0..sites / 2).map(cell).fold(0.0, f64::max);
@@ -222,42 +148,18 @@ fn measure(ratio: f64, run: &Run) -> Result<Leak> {
             .sum();
         let centre = moment / energy;
         if centre > REACH as f64 && centre < (sites / 2 - REACH / 2) as f64 {
-            points.push((centre, energy, run.time[k]));
+            points.push((centre, energy.ln()));
         }
     }
-    let energy = points.last().map_or(f64::NAN, |last| last.1 / initial);
-    let alone = 1
-        + (points.windows(2))
-            .take_while(|pair| pair[1].1 < (1.0 + GAIN) * pair[0].1)
-            .count();
-    points.truncate(alone);
+    let gain = GAIN.ln_1p();
+    let rises = points
+        .windows(2)
+        .position(|pair| pair[1].1 >= pair[0].1 + gain);
+    points.truncate(rises.map_or(points.len(), |last| last + 1));
     let end = points.last().map_or(0.0, |last| last.0);
     points.retain(|point| point.0 > 0.5 * end);
-    let n = points.len() as f64;
-    if points.len() < 4 {
-        return Ok(Leak {
-            ratio,
-            per_cell: f64::NAN,
-            energy,
-            speed: f64::NAN,
-            arrival,
-            forces,
-        });
-    }
-    let mean = |value: &dyn Fn(&(f64, f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
-    let (centre, time) = (mean(&|p| p.0), mean(&|p| p.2));
-    let log = mean(&|p| p.1.ln());
-    let spread = mean(&|p| (p.0 - centre).powi(2));
-    let slope = mean(&|p| (p.0 - centre) * (p.1.ln() - log)) / spread;
-    let speed = spread / mean(&|p| (p.0 - centre) * (p.2 - time));
-    Ok(Leak {
-        ratio,
-        per_cell: -slope.exp_m1(),
-        energy,
-        speed,
-        arrival,
-        forces,
-    })
+    let line = LineFit::through(&points).filter(|_| points.len() > 3);
+    line.map_or(f64::NAN, |line| -line.slope.exp_m1())
 }
 
 /// Indices of the local minima of leaks that are ordered by ratio.

@@ -29,13 +29,11 @@
 mod angle;
 mod comparison;
 mod convergence;
-mod dense;
 mod direct;
 mod equations;
 mod family;
 mod fast;
 mod follow;
-mod grid;
 mod launch;
 mod leak;
 mod problem;

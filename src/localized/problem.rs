@@ -1,42 +1,36 @@
 //! Travelling waves as roots of `u = mean + (K0 + theta K1) F(u)` with side conditions.
 
-use super::dense::Matrix;
+use super::series::largest;
+use crate::numeric::{eliminated, least_residual};
 
-/// The unknowns are the values u at the grid times, one mean per block, and the parameter theta;
+/// The unknowns are the values u at the grid times, one mean per function, and the parameter theta;
 /// `F(u) = max(u, 0)^p`. The equations of motion are integrated twice, which makes the kernels
 /// smooth. The conditions fix the integration constants (means and slopes).
 #[derive(Debug)]
 pub(super) struct Problem {
     pub(super) exponent: f64,
-    pub(super) constant: Matrix,
-    /// K1, the factor of theta; `None` without a parameter.
-    pub(super) linear: Option<Matrix>,
-    /// Unknown values per block; a block holds one function.
+    /// K0, and K1, the factor of theta.
+    pub(super) kernels: [Vec<Vec<f64>>; 2],
+    /// How many times of a period each unknown stands for.
+    pub(super) weights: Vec<f64>,
+    /// Unknown values per function.
     pub(super) block: usize,
-    pub(super) symmetry: Symmetry,
     /// Conditions `sum_j row_j u_j = 0`.
     pub(super) on_values: Vec<Vec<f64>>,
     /// Conditions `sum_j row_j F(u_j) = 0`.
     pub(super) on_forces: Vec<Vec<f64>>,
 }
 
-/// A root, or the last iterate.
+/// A root, or an iterate.
 #[derive(Debug, Clone)]
 pub(super) struct Root {
     pub(super) values: Vec<f64>,
+    pub(super) means: Vec<f64>,
     pub(super) theta: f64,
     pub(super) iterations: usize,
     /// Largest residual over the largest value.
     pub(super) residual: f64,
     pub(super) converged: bool,
-}
-
-/// Symmetry of the unknown functions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Symmetry {
-    /// Even: a block holds half a period, both ends included.
-    Even,
-    None,
 }
 
 /// Whether theta is fixed or solved for.
@@ -47,54 +41,53 @@ pub(super) enum Parameter {
 }
 
 impl Problem {
-    /// Newton's method from `values` and `theta`, with at most `most` steps. With more equations
-    /// than unknowns (theta fixed), Gauss-Newton steps minimize the residual.
+    /// Where an iteration starts.
+    pub(super) fn start(&self, values: Vec<f64>, theta: f64) -> Root {
+        let blocks = values
+            .chunks(self.block)
+            .zip(self.weights.chunks(self.block));
+        let mean = |(values, weights): (&[f64], &[f64])| {
+            let sum: f64 = values.iter().zip(weights).map(|(v, w)| v * w).sum();
+            sum / weights.iter().sum::<f64>()
+        };
+        let mut root = Root {
+            means: blocks.map(mean).collect(),
+            values,
+            theta,
+            iterations: 0,
+            residual: 0.0,
+            converged: true,
+        };
+        root.residual = self.residual(&root);
+        root
+    }
+
+    /// Newton's method, with at most `most` steps. With more equations than unknowns (theta fixed),
+    /// Gauss-Newton steps minimize the residual.
     pub(super) fn iterate(
         &self,
         parameter: Parameter,
-        values: &[f64],
-        theta: f64,
+        mut root: Root,
         most: usize,
     ) -> Option<Root> {
-        let n = values.len();
-        let mut root = Root {
-            values: values.to_vec(),
-            theta,
-            iterations: 0,
-            residual: f64::INFINITY,
-            converged: false,
-        };
-        let mut means = self.means(values);
+        let (size, n) = (largest(&root.values), root.values.len());
         let mut last = f64::INFINITY;
-        while root.iterations < most {
-            let (mut residual, jacobian) = self.linearised(parameter, &root, &means);
-            let size = largest(&root.values);
-            residual.iter_mut().for_each(|r| *r = -*r);
-            let square = jacobian.rows() == jacobian.row(0).len();
-            let step = if square {
-                jacobian.solve(residual)?
-            } else {
-                jacobian.least_squares(&residual)?
+        root.converged = false;
+        for _ in 0..most {
+            let rows = self.linearised(parameter, &root);
+            let step = match rows.len() < rows[0].len() {
+                true => eliminated(rows, SINGULAR)?,
+                false => least_residual(&rows, SINGULAR)?,
             };
-            let change = largest(&step[..n]) / size;
+            let step = step.concat();
+            let change = largest(&step[..n]) / largest(&root.values);
             // Far from a root the parameter is ill-determined; a step must not take it out of
             // range.
-            let relative = step
-                .get(n + means.len())
-                .map_or(0.0, |d| d.abs() / root.theta.abs());
-            let damping = if relative > MOST_CHANGE {
-                MOST_CHANGE / relative
-            } else {
-                1.0
-            };
-            let mut steps = step.iter().map(|d| damping * d);
-            for (value, step) in root.values.iter_mut().zip(&mut steps) {
-                *value += step;
-            }
-            for (mean, step) in means.iter_mut().zip(&mut steps) {
-                *mean += step;
-            }
-            root.theta += steps.next().unwrap_or(0.0);
+            let relative = step.get(n + root.means.len()).map(|d| d / root.theta);
+            let damping = (MOST_CHANGE / relative.unwrap_or(0.0).abs()).min(1.0);
+            let unknowns = root.values.iter_mut().chain(&mut root.means);
+            let unknowns = unknowns.chain([&mut root.theta]).zip(&step);
+            unknowns.for_each(|(unknown, step)| *unknown += damping * step);
             root.iterations += 1;
             if damping == 1.0 && (change < ROUNDING || (change < NEAR && change > 0.5 * last)) {
                 root.converged = true;
@@ -102,101 +95,66 @@ impl Problem {
             }
             last = change;
         }
-        root.residual =
-            largest(&self.linearised(parameter, &root, &means).0) / largest(&root.values);
+        root.residual = self.residual(&root);
         // The zero wave solves the equations too.
-        let alive = largest(&root.values) > 1e-3 * largest(values);
-        (alive && root.values.iter().all(|v| v.is_finite())).then_some(root)
+        let is_alive = largest(&root.values) > 1e-3 * size;
+        (is_alive && root.values.iter().all(|v| v.is_finite())).then_some(root)
     }
 
-    /// Largest residual over the largest value.
-    pub(super) fn residual(&self, values: &[f64], theta: f64) -> f64 {
-        let root = Root {
-            values: values.to_vec(),
-            theta,
-            iterations: 0,
-            residual: f64::INFINITY,
-            converged: false,
-        };
-        let (residual, _) = self.linearised(Parameter::Held, &root, &self.means(values));
-        largest(&residual) / largest(values)
+    fn residual(&self, root: &Root) -> f64 {
+        let rows = self.linearised(Parameter::Held, root);
+        let residuals: Vec<f64> = rows.iter().map(|row| row[row.len() - 1]).collect();
+        largest(&residuals) / largest(&root.values)
     }
 
-    fn means(&self, values: &[f64]) -> Vec<f64> {
-        let mean = |values: &[f64]| {
-            let sum: f64 = values.iter().sum();
-            match self.symmetry {
-                Symmetry::Even => {
-                    let ends = 0.5 * (values[0] + values[values.len() - 1]);
-                    (sum - ends) / (values.len() - 1) as f64
-                }
-                Symmetry::None => sum / values.len() as f64,
-            }
-        };
-        values.chunks(self.block).map(mean).collect()
-    }
-
-    fn linearised(&self, parameter: Parameter, root: &Root, means: &[f64]) -> (Vec<f64>, Matrix) {
+    /// Rows of the Jacobian, each with its negative residual behind it.
+    fn linearised(&self, parameter: Parameter, root: &Root) -> Vec<Vec<f64>> {
         let (u, p, n) = (&root.values, self.exponent, root.values.len());
         let slope: Vec<f64> = u.iter().map(|u| p * u.max(0.0).powf(p - 1.0)).collect();
-        let force: Vec<f64> = u
-            .iter()
-            .zip(&slope)
-            .map(|(u, s)| u.max(0.0) * s / p)
-            .collect();
-        let free = parameter == Parameter::Free && self.linear.is_some();
-        let columns = n + means.len() + usize::from(free);
-        let rows = n + self.on_values.len() + self.on_forces.len();
-        let mut jacobian = Matrix::zeros(rows, columns);
-        let mut residual = Vec::with_capacity(rows);
-        for i in 0..n {
-            let row = jacobian.row_mut(i);
-            let constant = self.constant.row(i);
-            let mut fixed: f64 = constant.iter().zip(&force).map(|(k, f)| k * f).sum();
-            match &self.linear {
-                None => row
-                    .iter_mut()
-                    .zip(constant.iter().zip(&slope))
-                    .for_each(|(to, (k, s))| *to = -k * s),
-                Some(linear) => {
-                    let linear = linear.row(i);
-                    for j in 0..n {
-                        row[j] = -(constant[j] + root.theta * linear[j]) * slope[j];
-                    }
-                    let rate: f64 = linear.iter().zip(&force).map(|(k, f)| k * f).sum();
-                    fixed += root.theta * rate;
-                    if free {
-                        row[columns - 1] = -rate;
-                    }
-                }
+        let forces = u.iter().zip(&slope).map(|(u, s)| u.max(0.0) * s / p);
+        let force: Vec<f64> = forces.collect();
+        let columns = n + root.means.len() + usize::from(parameter == Parameter::Free);
+        let [constant, linear] = &self.kernels;
+        let equation = |i: usize| {
+            let mut row = vec![0.0; columns + 1];
+            let (mut sum, mut rate) = (0.0, 0.0);
+            for (j, (constant, linear)) in constant[i].iter().zip(&linear[i]).enumerate() {
+                let kernel = constant + root.theta * linear;
+                row[j] = -kernel * slope[j];
+                sum += kernel * force[j];
+                rate += linear * force[j];
+            }
+            if parameter == Parameter::Free {
+                row[columns - 1] = -rate;
             }
             row[i] += 1.0;
-            let block = i / self.block;
-            row[n + block] = -1.0;
-            residual.push(u[i] - means[block] - fixed);
-        }
-        for (i, condition) in (n..).zip(&self.on_values) {
-            jacobian.row_mut(i)[..n].copy_from_slice(condition);
-            residual.push(condition.iter().zip(u).map(|(c, u)| c * u).sum());
-        }
-        for (i, condition) in (n + self.on_values.len()..).zip(&self.on_forces) {
-            let row = jacobian.row_mut(i);
-            row.iter_mut()
-                .zip(condition.iter().zip(&slope))
-                .for_each(|(to, (c, s))| *to = c * s);
-            residual.push(condition.iter().zip(&force).map(|(c, f)| c * f).sum());
-        }
-        (residual, jacobian)
+            row[n + i / self.block] = -1.0;
+            row[columns] = root.means[i / self.block] + sum - u[i];
+            row
+        };
+        let condition = |condition: &[f64], values: &[f64], slope: &[f64]| {
+            let mut row: Vec<f64> = condition.iter().zip(slope).map(|(c, s)| c * s).collect();
+            row.resize(columns, 0.0);
+            let terms = condition.iter().zip(values).map(|(c, v)| c * v);
+            row.push(-terms.sum::<f64>());
+            row
+        };
+        let ones = vec![1.0; n];
+        let on_values = (self.on_values.iter()).map(|row| condition(row, u, &ones));
+        let on_forces = (self.on_forces.iter()).map(|row| condition(row, &force, &slope));
+        (0..n)
+            .map(equation)
+            .chain(on_values)
+            .chain(on_forces)
+            .collect()
     }
 }
 
+/// Pivots below this share of their row are rounding.
+const SINGULAR: f64 = f64::EPSILON * f64::EPSILON;
 /// Largest relative change of theta per step; longer steps are damped.
 const MOST_CHANGE: f64 = 0.15;
 /// Relative change of the values at which the iteration has converged to rounding.
 const ROUNDING: f64 = 1e-14;
 /// Below this relative change, the iteration has converged once the changes no longer halve.
 const NEAR: f64 = 1e-9;
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
-}

@@ -1,41 +1,38 @@
 //! Grid convergence of a wave: the first root, a finer resolution, a longer period.
 
 use super::convergence::Convergence;
+use super::equations::Grid;
 use super::family::Family;
-use super::grid::Grid;
 use super::problem::{Parameter, Root};
 use super::search::Search;
-use super::slow::{solitary, unresolved};
+use super::series::largest;
+use super::slow::unresolved;
 use super::wave::{Alternation, Wave};
 use crate::Result;
 
 impl Search {
-    /// The wave of order 1: that of the homogeneous chain, at the ratio 1. (For the mass dimer this
-    /// is a double root, since mu and 1/mu are the same chain. Newton's method does not converge to
-    /// it.)
-    pub(super) fn homogeneous(&self) -> Result<Wave> {
-        let series = solitary(self.family.exponent, 0.5, 1.0)?;
+    /// The wave of order 1: that of the homogeneous chain, at the ratio 1, by scaling the slow wave
+    /// to half its travel time and twice its inverse mass. (For the mass dimer this is a double root,
+    /// since mu and 1/mu are the same chain. Newton's method does not converge to it.)
+    pub(super) fn homogeneous(&self) -> Wave {
+        let slow = &self.slow.series;
         let grid = Grid {
-            half: series.len(),
-            period: series.period(),
+            half: slow.len(),
+            period: 0.5 * slow.period(),
         };
-        let values = self.family.sample(grid, &[series.clone(), series]);
-        let theta = self.theta(1.0);
-        let root = Root {
-            residual: self.family.problem(grid).residual(&values, theta),
-            values,
-            theta,
-            iterations: 0,
-            converged: true,
-        };
-        Ok(self.assemble(grid, &root, Changes::default()))
+        let scale = 2f64.powf(1.0 / (self.family.exponent - 1.0));
+        let values = (self.family).sample(grid, |_, t| scale * slow.value(2.0 * t));
+        let root = self.family.problem(grid).start(values, self.theta(1.0));
+        self.assemble(grid, &root)
     }
 
     /// The coarsest grid on which a wave is searched for.
     pub(super) fn coarsest(&self, stiffening: f64) -> Grid {
+        let slow = &self.slow.series;
         let fastest = self.fastest * stiffening.sqrt();
         let density = (LEAST_FREQUENCY + 2.0 * fastest) / std::f64::consts::PI;
-        Grid::new(2.0 * self.slow.end(), density.max(self.slow.density()))
+        let least = 2.0 * slow.len() as f64 / slow.period();
+        Grid::new(slow.period(), density.max(least))
     }
 
     /// A root on the coarsest grid.
@@ -44,64 +41,44 @@ impl Search {
         if grid.half > self.most_points {
             return None;
         }
-        let family = &self.family;
-        let problem = family.problem(grid);
-        let half = grid.half as isize;
-        let slow = &self.slow;
-        let values: Vec<f64> = match family.alternation {
-            Alternation::Stiffness => {
-                let soft = (0..=half).map(|j| slow.overlap(grid.time(j)));
-                let stiff = (0..=half).map(|j| {
-                    let t = grid.time(j);
-                    let force = 0.5 * (slow.force(t + 0.5) + slow.force(t - 0.5));
-                    force.powf(1.0 / family.exponent)
-                });
-                soft.chain(stiff).collect()
+        let (family, slow) = (&self.family, &self.slow);
+        let values = family.sample(grid, |contact, t| match (family.alternation, contact) {
+            (Alternation::Stiffness, 0) => slow.overlap(t),
+            (Alternation::Stiffness, _) => {
+                let force = 0.5 * (slow.force(t + 0.5) + slow.force(t - 0.5));
+                force.powf(1.0 / family.exponent)
             }
-            Alternation::Mass => (1 - half..=half)
-                .map(|j| slow.overlap(grid.time(j) - 0.25))
-                .collect(),
-        };
-        let theta = self.theta(stiffening);
-        let held = problem.iterate(Parameter::Held, &values, theta, HELD)?;
-        let mut root = problem.iterate(Parameter::Free, &held.values, theta, NEWTON)?;
-        root.iterations += held.iterations;
+            (Alternation::Mass, _) => slow.overlap(t - 0.25),
+        });
+        let (problem, theta) = (family.problem(grid), self.theta(stiffening));
+        let held = problem.iterate(Parameter::Held, problem.start(values, theta), HELD)?;
+        let root = problem.iterate(Parameter::Free, held, NEWTON)?;
         root.converged.then_some((grid, root))
     }
 
     /// Raises the resolution until the ratio converges, then extends the period once.
-    pub(super) fn refine(
-        &self,
-        mut grid: Grid,
-        mut root: Root,
-        order: usize,
-        identity: Identity,
-    ) -> Result<Wave> {
-        let mut changes = Changes {
-            resolution: f64::INFINITY,
-            ..Changes::default()
-        };
+    pub(super) fn refine(&self, mut grid: Grid, mut root: Root, order: usize) -> Result<Wave> {
+        let mut resolution_change = f64::INFINITY;
         loop {
-            let density = 2.0 * grid.half as f64 / grid.period;
-            let finer = Grid::new(grid.period, 1.3 * density);
+            let finer = Grid::new(grid.period, 1.3 * grid.density());
             if finer.half > self.most_points {
                 break;
             }
             let better = self.again(grid, &root, finer, order)?;
             let change = self.change(&root, &better);
-            let stalled = change < 1e-7 && change > 0.3 * changes.resolution;
-            changes.resolution = if stalled {
-                change.max(changes.resolution)
+            (grid, root) = (finer, better);
+            let stalled = change < 1e-7 && change > 0.3 * resolution_change;
+            resolution_change = if stalled {
+                change.max(resolution_change)
             } else {
                 change
             };
-            (grid, root) = (finer, better);
             if change < GOAL || stalled {
                 break;
             }
         }
-        if changes.resolution > LARGEST_CHANGE {
-            let found = match changes.resolution {
+        if resolution_change > LARGEST_CHANGE {
+            let found = match resolution_change {
                 change if change.is_finite() => format!("a relative change of {change:.1e}"),
                 _ => "a single resolution".to_owned(),
             };
@@ -117,34 +94,29 @@ impl Search {
             period: grid.period * LONGER,
         };
         let other = self.again(grid, &root, longer, order)?;
-        changes.period = self.change(&root, &other);
+        let period_change = self.change(&root, &other);
         root.iterations = other.iterations;
-        let wave = self.assemble(grid, &root, changes);
-        if identity == Identity::Followed {
-            return Ok(Wave { order, ..wave });
-        }
-        if wave.order != order {
-            return Err(unresolved(
-                "the localized wave",
-                format!("a wave of order {order} at every resolution"),
-                format!("one of order {}", wave.order),
-            ));
-        }
+        let mut wave = self.assemble(grid, &root);
+        wave.convergence.resolution_change = resolution_change;
+        wave.convergence.period_change = period_change;
         Ok(wave)
     }
 
     /// Solves for the same root on another grid.
     fn again(&self, from: Grid, root: &Root, to: Grid, order: usize) -> Result<Root> {
-        let values = self
-            .family
-            .sample(to, &self.family.series(from, &root.values));
+        let series = self.family.series(from, &root.values);
         let problem = self.family.problem(to);
-        match problem.iterate(Parameter::Free, &values, root.theta, NEWTON) {
-            Some(mut better) if better.converged => {
-                better.iterations += root.iterations;
-                Ok(better)
-            }
-            _ => Err(unresolved(
+        let start = problem.start(
+            self.family.sample(to, |i, t| series[i].value(t)),
+            root.theta,
+        );
+        let start = Root {
+            iterations: root.iterations,
+            ..start
+        };
+        let better = problem.iterate(Parameter::Free, start, NEWTON);
+        better.filter(|better| better.converged).ok_or_else(|| {
+            unresolved(
                 "the localized wave",
                 format!("Newton's method to converge at order {order}"),
                 format!(
@@ -152,15 +124,20 @@ impl Search {
                     2 * to.half,
                     to.period
                 ),
-            )),
-        }
+            )
+        })
     }
 
     fn change(&self, a: &Root, b: &Root) -> f64 {
-        let [a, b] = [a, b].map(|root| self.family.ratio(self.stiffening(root.theta)));
+        let [a, b] = [a, b].map(|root| self.ratio(root));
         (a / b - 1.0).abs()
     }
 
+    pub(super) fn ratio(&self, root: &Root) -> f64 {
+        self.family.ratio(root.theta - self.theta(0.0))
+    }
+
+    /// The parameter of the equations.
     pub(super) fn theta(&self, stiffening: f64) -> f64 {
         match self.family.alternation {
             Alternation::Stiffness => stiffening,
@@ -168,57 +145,33 @@ impl Search {
         }
     }
 
-    pub(super) fn stiffening(&self, theta: f64) -> f64 {
-        match self.family.alternation {
-            Alternation::Stiffness => theta,
-            Alternation::Mass => theta + 1.0,
-        }
-    }
-
-    pub(super) fn assemble(&self, grid: Grid, root: &Root, changes: Changes) -> Wave {
+    /// The wave of a root, its changes with the grid left open.
+    pub(super) fn assemble(&self, grid: Grid, root: &Root) -> Wave {
         let Family {
             alternation,
             exponent,
         } = self.family;
         let psi = self.family.series(grid, &root.values);
-        let forces: Vec<f64> = (root.values.iter())
-            .map(|u| u.max(0.0).powf(exponent))
-            .collect();
+        let forces = root.values.iter().map(|u| u.max(0.0).powf(exponent));
+        let forces: Vec<f64> = forces.collect();
         let force = self.family.series(grid, &forces);
-        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
         let outer = (0..=50).map(|j| 0.5 * grid.period * (0.95 + 0.001 * f64::from(j)));
-        let tail =
-            largest(&mut outer.flat_map(|t| [force[0].value(t).abs(), force[1].value(t).abs()]))
-                / largest(&mut forces.iter().copied());
+        let outer: Vec<f64> = outer
+            .flat_map(|t| [force[0].value(t), force[1].value(t)])
+            .collect();
         let convergence = Convergence {
-            resolution_change: changes.resolution,
-            period_change: changes.period,
+            resolution_change: 0.0,
+            period_change: 0.0,
             residual: root.residual,
             iterations: root.iterations,
             spectral_tail: psi[0].spectral_tail().max(psi[1].spectral_tail()),
-            tail,
+            tail: largest(&outer) / largest(&forces),
             points: 2 * grid.half,
             period: grid.period,
         };
-        let ratio = self.family.ratio(self.stiffening(root.theta));
+        let ratio = self.ratio(root);
         Wave::new(alternation, exponent, ratio, psi, force, convergence)
     }
-}
-
-/// How the order of a wave was identified.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Identity {
-    /// By counting the maxima of its fast part.
-    Counted,
-    /// By continuation from a wave of known order.
-    Followed,
-}
-
-/// Relative changes of the ratio.
-#[derive(Default)]
-pub(super) struct Changes {
-    resolution: f64,
-    period: f64,
 }
 
 /// Relative change of the ratio at which refinement ends.

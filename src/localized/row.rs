@@ -106,19 +106,15 @@ impl Exact {
 impl OrderRow {
     /// Fills in the differences.
     pub(super) fn compare(&mut self) {
+        let off = |value: Option<f64>, from: Option<f64>| Some(value? / from? - 1.0);
         let exact = self.exact.map(|exact| exact.ratio.value());
-        let off = |value: Option<f64>| Some(value? / exact? - 1.0);
-        let estimates = self.asymptotic;
-        let fitted = estimates.and_then(|a| a.fitted_profile);
+        let fitted = self.asymptotic.and_then(|it| it.fitted_profile);
         self.differences = Differences {
-            exact_profile: off(estimates.map(|a| a.exact_profile)),
-            fitted_profile: off(fitted),
-            direct: off(self.direct.map(|direct| direct.ratio.value())),
-            published_direct: off(self.published.map(|paper| paper.direct)),
-            published_estimate: self
-                .published
-                .zip(fitted)
-                .map(|(paper, fitted)| paper.estimate / fitted - 1.0),
+            exact_profile: off(self.asymptotic.map(|it| it.exact_profile), exact),
+            fitted_profile: off(fitted, exact),
+            direct: off(self.direct.map(|it| it.ratio.value()), exact),
+            published_direct: off(self.published.map(|it| it.direct), exact),
+            published_estimate: off(self.published.map(|it| it.estimate), fitted),
         };
     }
 }

@@ -1,10 +1,11 @@
 //! Finding the localized waves of a family, order by order.
 
+use super::equations::Grid;
 use super::family::{Family, no_estimate};
 use super::fast::Oscillator;
-use super::resolve::{Changes, Identity};
+use super::problem::Root;
 use super::slow::{MOST_POINTS, SlowWave, unresolved};
-use super::wave::{Alternation, Wave};
+use super::wave::Wave;
 use crate::{Error, Result};
 
 /// The estimates and starting values of a family, from which its waves are found.
@@ -28,7 +29,7 @@ impl Search {
             stiffenings: oscillator.roots(last + 1),
             slow,
             last,
-            most_points: MOST_POINTS as usize,
+            most_points: MOST_POINTS,
         }
     }
 
@@ -68,15 +69,10 @@ impl Search {
     /// leads to a wave of this order.
     pub fn wave(&self, order: usize) -> Result<Wave> {
         let last = self.last;
-        if order == 0 || order > last {
-            return Err(Error::Request {
-                option: "order",
-                expected: format!("an order from 1 to {last}"),
-                found: order.to_string(),
-            });
-        }
+        let expected = format!("an order from 1 to {last}");
+        Error::require((1..=last).contains(&order), "order", expected, order)?;
         if order == 1 {
-            return self.homogeneous();
+            return Ok(self.homogeneous());
         }
         if order > self.stiffenings.len() {
             return Err(no_estimate(order, self.stiffenings.len()));
@@ -89,9 +85,9 @@ impl Search {
             let Some((grid, root)) = self.first(start * start) else {
                 continue;
             };
-            let wave = self.assemble(grid, &root, Changes::default());
+            let wave = self.assemble(grid, &root);
             if self.is_of(&wave, order) {
-                return self.refine(grid, root, order, Identity::Counted);
+                return self.counted(grid, root, order);
             }
             found = format!(
                 "one with {} maxima at the ratio {}, nearest to the estimate of order {}",
@@ -101,9 +97,10 @@ impl Search {
             );
         }
         if let Some((grid, root)) = self.followed(order)
-            && self.nearest(self.family.ratio(self.stiffening(root.theta))) == order
+            && self.nearest(self.ratio(&root)) == order
         {
-            return self.refine(grid, root, order, Identity::Followed);
+            let wave = self.refine(grid, root, order)?;
+            return Ok(Wave { order, ..wave });
         }
         Err(unresolved(
             "the localized wave",
@@ -118,43 +115,40 @@ impl Search {
     /// [`Error::Request`] for a ratio that is not positive, [`Error::Unresolved`] where the steps
     /// do not converge, or converge to a wave of ambiguous order.
     pub fn wave_from(&self, ratio: f64) -> Result<Wave> {
-        if !(ratio > 0.0 && ratio.is_finite()) {
-            return Err(Error::Request {
-                option: "ratio",
-                expected: "a positive number".into(),
-                found: ratio.to_string(),
-            });
-        }
+        let is_positive = ratio > 0.0 && ratio.is_finite();
+        Error::require(is_positive, "ratio", "a positive number", ratio)?;
         let Some((grid, root)) = self.first(self.family.stiffening(ratio)) else {
             return Err(unresolved(
                 "the localized wave",
                 format!("Newton's method to converge from the ratio {ratio}"),
-                "none".into(),
+                "none",
             ));
         };
-        let wave = self.assemble(grid, &root, Changes::default());
-        let beyond = wave.ratio
-            / self
-                .family
-                .ratio(self.stiffenings[self.stiffenings.len() - 1]);
-        let known = match self.family.alternation {
-            Alternation::Stiffness => beyond < 1.0,
-            Alternation::Mass => beyond > 1.0,
-        };
-        if known && !self.is_of(&wave, wave.order) {
+        let wave = self.assemble(grid, &root);
+        let (nearest, order) = (self.nearest(wave.ratio), wave.order);
+        let is_beyond = self.family.stiffening(wave.ratio) > self.stiffenings[nearest - 1]
+            && nearest == self.stiffenings.len();
+        if nearest != order && !is_beyond {
             return Err(unresolved(
                 "the localized wave",
-                "a number of maxima of the fast part equal to the order of the nearest estimate"
-                    .into(),
-                format!(
-                    "{} and {} at the ratio {}",
-                    wave.order,
-                    self.nearest(wave.ratio),
-                    wave.ratio
-                ),
+                format!("a wave of order {nearest}, that of the nearest estimate"),
+                format!("one with {order} maxima at the ratio {}", wave.ratio),
             ));
         }
-        self.refine(grid, root, wave.order, Identity::Counted)
+        self.counted(grid, root, order)
+    }
+
+    /// Refines a wave and counts its maxima again.
+    fn counted(&self, grid: Grid, root: Root, order: usize) -> Result<Wave> {
+        let wave = self.refine(grid, root, order)?;
+        if wave.order == order {
+            return Ok(wave);
+        }
+        Err(unresolved(
+            "the localized wave",
+            format!("a wave of order {order} at every resolution"),
+            format!("one of order {}", wave.order),
+        ))
     }
 
     /// Whether the number of maxima and the nearest estimate both give this order.

@@ -12,46 +12,25 @@ pub struct Series {
 }
 
 impl Series {
-    /// The series that interpolates values at the times `t_j = j L / (2 N)`, `j = 0..=N`, of an
-    /// even function of period L.
-    pub(super) fn even(period: f64, values: &[f64]) -> Series {
-        let n = values.len() - 1;
-        let table = cosines(2 * n);
-        let end = |k| if k == 0 || k == n { 0.5 } else { 1.0 };
-        let cosine = (0..=n)
-            .map(|k| {
-                let sum: f64 = (0..=n)
-                    .map(|j| end(j) * values[j] * table[k * j % (2 * n)])
-                    .sum();
-                2.0 * end(k) * sum / n as f64
-            })
-            .collect();
-        Series {
-            period,
-            cosine,
-            sine: vec![0.0; n + 1],
-        }
-    }
-
     /// The series that interpolates values at the 2 N times `t_j = j L / (2 N)`, `j = 1 - N..=N`.
-    pub(super) fn full(period: f64, values: &[f64]) -> Series {
+    pub(super) fn through(period: f64, values: &[f64]) -> Series {
         let (m, n) = (values.len(), values.len() / 2);
-        let table = cosines(4 * m);
-        let end = |k| if k == 0 || k == n { 0.5 } else { 1.0 };
-        let (mut cosine, mut sine) = (vec![0.0; n + 1], vec![0.0; n + 1]);
-        for k in 0..=n {
+        let waves: Vec<(f64, f64)> = (0..m)
+            .map(|j| (TAU * j as f64 / m as f64).sin_cos())
+            .collect();
+        let terms = (0..=n).map(|k| {
+            let is_end = k == 0 || k == n;
+            let scale = if is_end { 1.0 } else { 2.0 } / m as f64;
+            let (mut cosine, mut sine) = (0.0, 0.0);
             for (j, value) in values.iter().enumerate() {
-                // Phase in units of 2 pi / (4 m). The time index is j - (n - 1) = j + n + 1 modulo
-                // m.
-                let turn = 4 * (k * (j + n + 1) % m);
-                cosine[k] += value * table[turn];
-                sine[k] += value * table[(turn + 3 * m) % (4 * m)];
+                // The time index j - (n - 1) is j + n + 1 modulo m.
+                let (sin, cos) = waves[k * (j + n + 1) % m];
+                cosine += value * cos;
+                sine += value * sin;
             }
-            cosine[k] *= 2.0 * end(k) / m as f64;
-            sine[k] *= 2.0 / m as f64;
-        }
-        sine[0] = 0.0;
-        sine[n] = 0.0;
+            (scale * cosine, if is_end { 0.0 } else { scale * sine })
+        });
+        let (cosine, sine) = terms.unzip();
         Series {
             period,
             cosine,
@@ -74,7 +53,6 @@ impl Series {
         let size: Vec<f64> = (self.cosine.iter().zip(&self.sine))
             .map(|(c, s)| c.hypot(*s))
             .collect();
-        let largest = |part: &[f64]| part.iter().fold(0.0, |m: f64, v| m.max(*v));
         largest(&size[size.len() * 9 / 10..]) / largest(&size)
     }
 
@@ -107,35 +85,27 @@ impl Series {
 
     /// The integral that vanishes at the ends of the period; the mean of f must be 0.
     pub(super) fn integral(&self) -> Series {
-        let mut integral = self.map(|w, c, s| {
-            if w == 0.0 {
-                (0.0, 0.0)
-            } else {
-                (-s / w, c / w)
-            }
+        let mut integral = self.map(|w, c, s| match w {
+            0.0 => (0.0, 0.0),
+            w => (-s / w, c / w),
         });
         integral.cosine[0] = -integral.value(0.5 * self.period);
         integral
     }
 
-    /// `self + factor * other`, of equal period and length.
-    pub(super) fn plus(&self, factor: f64, other: &Series) -> Series {
-        let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + factor * b).collect();
+    /// `self - other`, of equal period and length.
+    pub(super) fn minus(&self, other: &Series) -> Series {
+        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
         Series {
             period: self.period,
-            cosine: sum(&self.cosine, &other.cosine),
-            sine: sum(&self.sine, &other.sine),
+            cosine: difference(&self.cosine, &other.cosine),
+            sine: difference(&self.sine, &other.sine),
         }
     }
 
     /// `factor * f`.
     pub(super) fn scaled(&self, factor: f64) -> Series {
         self.map(|_, c, s| (factor * c, factor * s))
-    }
-
-    /// `f(-t)`.
-    pub(super) fn reversed(&self) -> Series {
-        self.map(|_, c, s| (c, -s))
     }
 
     /// The integral over a period.
@@ -155,9 +125,9 @@ impl Series {
     }
 }
 
-/// `cos(2 pi j / m)`, `j = 0..m`.
-pub(super) fn cosines(m: usize) -> Vec<f64> {
-    (0..m).map(|j| (TAU * j as f64 / m as f64).cos()).collect()
+/// The largest magnitude.
+pub(super) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
 #[cfg(test)]
@@ -173,29 +143,15 @@ mod tests {
         let slope = |t: f64| f(t) * w * (-(w * t).sin() + (2.0 * w * t).cos());
         let time = |j: usize| (j as f64 - (n as f64 - 1.0)) * period / (2 * n) as f64;
         let values: Vec<f64> = (0..2 * n).map(|j| f(time(j))).collect();
-        let series = Series::full(period, &values);
+        let series = Series::through(period, &values);
         for t in [-1.49, -0.3, 0.0, 0.77, 1.5] {
             assert!((series.value(t) - f(t)).abs() < 1e-13);
             assert!((series.derivative().value(t) - slope(t)).abs() < 1e-12);
             assert!((series.shifted(0.01).shifted(-0.01).value(t) - f(t)).abs() < 1e-13);
-            assert!((series.reversed().value(-t) - f(t)).abs() < 1e-13);
             let rise = series.derivative().integral().value(t);
             assert!((rise - (f(t) - f(1.5))).abs() < 1e-13);
         }
         assert!(series.spectral_tail() < 1e-15);
         assert_eq!(series.value(1.51), 0.0);
-    }
-
-    #[test]
-    fn val_an_even_function_from_half_of_its_values() {
-        let (period, n) = (3.0, 40);
-        let f = |t: f64| (TAU / period * t).cos().exp();
-        let values: Vec<f64> = (0..=n)
-            .map(|j| f(j as f64 * period / (2 * n) as f64))
-            .collect();
-        let series = Series::even(period, &values);
-        for t in [-1.4, 0.2, 1.5] {
-            assert!((series.value(t) - f(t)).abs() < 1e-14);
-        }
     }
 }

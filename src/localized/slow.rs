@@ -1,38 +1,45 @@
 //! The solitary wave of the homogeneous chain: exact, and by a published fit.
 
-use super::dense::Matrix;
-use super::grid::Grid;
-use super::problem::{Parameter, Problem, Symmetry};
+use super::equations::Grid;
+use super::problem::{Parameter, Problem};
 use super::series::Series;
 use crate::{Error, Result};
 
-/// `psi(t) = F^{1/p}` of the solitary wave of `psi'' = (1/m) [psi(t+H)^p - 2 psi^p + psi(t-H)^p]`.
-/// H is the travel time per site.
+/// `psi(t) = F^{1/p}` of the solitary wave of `psi'' = (1/2) [psi(t+1)^p - 2 psi^p + psi(t-1)^p]`:
+/// the limit of a dimer's wave when its fast part has no inertia.
 #[derive(Debug, Clone)]
 pub struct SlowWave {
     pub(super) exponent: f64,
-    shape: SlowShape,
-}
-
-#[derive(Debug, Clone)]
-enum SlowShape {
-    Exact(Series),
-    Fitted { amplitude: f64 },
+    pub(super) series: Series,
 }
 
 impl SlowWave {
-    /// The limit of a dimer's wave when its fast part has no inertia: H = 1, m = 2. Exact to
-    /// rounding, by Newton's method for the convolution form `psi = g * psi^p`.
+    /// Exact to rounding, by Newton's method for the convolution form `psi = g * psi^p`.
     ///
     /// # Errors
     /// [`Error::Request`] for an exponent that is not above 1, [`Error::Unresolved`] where the wave
     /// is too wide (exponents close to 1).
     pub fn exact(exponent: f64) -> Result<SlowWave> {
-        let series = solitary(exponent, 1.0, 0.5)?;
-        Ok(SlowWave {
-            exponent,
-            shape: SlowShape::Exact(series),
-        })
+        let is_so = exponent > 1.0 && exponent.is_finite();
+        Error::require(is_so, "exponent", "an exponent above 1", exponent)?;
+        let (mut period, mut density) = (5.0, 16.0);
+        while 0.5 * period * density < MOST_POINTS as f64 {
+            let series = solitary(Grid::new(period, density), exponent)?;
+            // The tail decays doubly exponentially; beyond this level it is rounding.
+            let tail = series.value(0.45 * period) / series.value(0.0);
+            if tail.abs() > 1e-13 {
+                period *= 1.15;
+            } else if series.spectral_tail() > 1e-15 && density < 48.0 {
+                density *= 1.3;
+            } else {
+                return Ok(SlowWave { exponent, series });
+            }
+        }
+        Err(unresolved(
+            "the solitary wave",
+            format!("a wave no wider than {period} site times"),
+            format!("a wider one at the exponent {exponent}"),
+        ))
     }
 
     /// The same wave by the fit of S. Sen, J. Hong, J. Bang, E. Avalos, R. Doney, *Solitary waves
@@ -43,21 +50,27 @@ impl SlowWave {
     /// # Errors
     /// As [`SlowWave::exact`].
     pub fn fitted() -> Result<SlowWave> {
-        let peak = SlowWave::exact(1.5)?.overlap(0.0);
+        let displacement = |t: f64| {
+            let square = t * t;
+            let inner = t * (2.39536 + square * (0.268529 + square * 0.0061347));
+            0.5 * (0.5 * inner).tanh()
+        };
+        let overlap = |t: f64| displacement(t + 0.5) - displacement(t - 0.5);
+        let scale = SlowWave::exact(1.5)?.overlap(0.0) / overlap(0.0);
+        let grid = Grid::new(10.0, FITTED_DENSITY);
+        let half = grid.half as isize;
+        let values: Vec<f64> = (1 - half..=half)
+            .map(|j| scale * overlap(grid.time(j)))
+            .collect();
         Ok(SlowWave {
             exponent: 1.5,
-            shape: SlowShape::Fitted {
-                amplitude: peak / fitted_overlap(0.0),
-            },
+            series: Series::through(grid.period, &values),
         })
     }
 
     /// `psi(t)`.
     pub fn overlap(&self, time: f64) -> f64 {
-        match &self.shape {
-            SlowShape::Exact(series) => series.value(time),
-            SlowShape::Fitted { amplitude } => amplitude * fitted_overlap(time),
-        }
+        self.series.value(time)
     }
 
     /// `psi(t)^p`.
@@ -65,117 +78,68 @@ impl SlowWave {
         self.overlap(time).max(0.0).powf(self.exponent)
     }
 
-    /// Grid points per unit of time that resolve the wave.
-    pub(super) fn density(&self) -> f64 {
-        match &self.shape {
-            SlowShape::Exact(series) => 2.0 * series.len() as f64 / series.period(),
-            SlowShape::Fitted { .. } => 16.0,
-        }
-    }
-
     /// A time beyond which the wave is below rounding.
     pub(super) fn end(&self) -> f64 {
-        match &self.shape {
-            SlowShape::Exact(series) => 0.5 * series.period(),
-            SlowShape::Fitted { .. } => 5.0,
-        }
+        0.5 * self.series.period()
     }
-}
-
-fn fitted_overlap(time: f64) -> f64 {
-    let displacement = |t: f64| {
-        let square = t * t;
-        let inner = t * (2.39536 + square * (0.268529 + square * 0.0061347));
-        0.5 * (0.5 * inner).tanh()
-    };
-    displacement(time + 0.5) - displacement(time - 0.5)
-}
-
-/// The solitary wave with the travel time `delay` per site and the inverse mass `rate`.
-pub(super) fn solitary(exponent: f64, delay: f64, rate: f64) -> Result<Series> {
-    check_exponent(exponent)?;
-    let mut period = 5.0 * delay;
-    let mut density = 16.0 / delay;
-    while 0.5 * period * density < MOST_POINTS {
-        let series = solitary_on(Grid::new(period, density), exponent, delay, rate)?;
-        // The tail decays doubly exponentially; beyond this level it is rounding.
-        let tail = series.value(0.45 * period) / series.value(0.0);
-        if tail.abs() > 1e-13 {
-            period *= 1.15;
-        } else if series.spectral_tail() > 1e-15 && density < 48.0 / delay {
-            density *= 1.3;
-        } else {
-            return Ok(series);
-        }
-    }
-    Err(unresolved(
-        "the solitary wave",
-        format!("a wave no wider than {period} site times"),
-        format!("a wider one at the exponent {exponent}"),
-    ))
 }
 
 /// Most grid points per half period; larger systems take more than seconds to solve.
-pub(super) const MOST_POINTS: f64 = 700.0;
+pub(super) const MOST_POINTS: usize = 700;
+/// Points per unit of time that resolve the fitted wave to rounding.
+const FITTED_DENSITY: f64 = 48.0;
 
-fn solitary_on(grid: Grid, exponent: f64, delay: f64, rate: f64) -> Result<Series> {
-    let n = grid.half + 1;
-    let mut kernel = grid.kernel(0.0);
-    let (ahead, behind) = (grid.kernel(delay), grid.kernel(-delay));
-    for ((k, a), b) in kernel.iter_mut().zip(&ahead).zip(&behind) {
-        *k = rate * (2.0 * *k - a - b);
+fn solitary(grid: Grid, exponent: f64) -> Result<Series> {
+    let (p, n) = (exponent, grid.half as isize);
+    let (plain, ahead, behind) = (grid.kernel(0.0), grid.kernel(1.0), grid.kernel(-1.0));
+    let mut kernel = vec![vec![0.0; grid.half + 1]; grid.half + 1];
+    for (row, j) in kernel.iter_mut().zip(0..) {
+        for from in 1 - n..=n {
+            let [plain, ahead, behind] =
+                [&plain, &ahead, &behind].map(|kernel| grid.at_lag(kernel, from, j));
+            row[from.unsigned_abs()] += plain - 0.5 * (ahead + behind);
+        }
     }
-    let mut constant = Matrix::zeros(n, n);
-    grid.fill_even(&kernel, 1.0, &mut constant, (0, 0));
-    let mut tail = vec![0.0; n];
-    tail[n - 1] = 1.0;
+    let (mut weights, mut tail) = (vec![2.0; grid.half + 1], vec![0.0; grid.half + 1]);
+    (weights[0], weights[grid.half], tail[grid.half]) = (1.0, 1.0, 1.0);
     let problem = Problem {
         exponent,
-        constant,
-        linear: None,
-        block: n,
-        symmetry: Symmetry::Even,
+        kernels: [kernel, vec![vec![0.0; grid.half + 1]; grid.half + 1]],
+        weights,
+        block: grid.half + 1,
         on_values: vec![tail],
         on_forces: Vec::new(),
     };
-    // V. F. Nesterenko's long-wave solution, with the amplitude for which
-    // `sum psi = rate delay^2 sum F`.
-    let p = exponent;
-    let wavenumber = (6.0 * (p - 1.0) * (p - 1.0) / (p * (p + 1.0))).sqrt() / delay;
-    let shape: Vec<f64> = (0..n as isize)
+    // V. F. Nesterenko's long-wave solution, with the amplitude for which `sum psi = sum F / 2`.
+    let wavenumber = (6.0 * (p - 1.0) * (p - 1.0) / (p * (p + 1.0))).sqrt();
+    let shape: Vec<f64> = (0..=n)
         .map(|j| (wavenumber * grid.time(j)).min(0.5 * std::f64::consts::PI))
         .map(|angle| angle.cos().max(0.0).powf(2.0 / (p - 1.0)))
         .collect();
     let forces: f64 = shape.iter().map(|s| s.powf(p)).sum();
-    let total: f64 = shape.iter().sum();
-    let amplitude = (total / (rate * delay * delay * forces)).powf(1.0 / (p - 1.0));
-    let start: Vec<f64> = shape.iter().map(|s| amplitude * s).collect();
-    let root = problem.iterate(Parameter::Held, &start, 1.0, 40);
-    match root {
-        Some(root) if root.converged => Ok(Series::even(grid.period, &root.values)),
+    let amplitude = (2.0 * shape.iter().sum::<f64>() / forces).powf(1.0 / (p - 1.0));
+    let start = shape.iter().map(|s| amplitude * s).collect();
+    match problem.iterate(Parameter::Held, problem.start(start, 1.0), 40) {
+        Some(root) if root.converged => {
+            let all = (1 - n..=n).map(|j| root.values[j.unsigned_abs()]);
+            Ok(Series::through(grid.period, &all.collect::<Vec<_>>()))
+        }
         _ => Err(unresolved(
             "the solitary wave",
-            "Newton's method to converge".into(),
+            "Newton's method to converge",
             format!("none at the exponent {exponent}"),
         )),
     }
 }
 
-pub(super) fn check_exponent(exponent: f64) -> Result<()> {
-    if exponent > 1.0 && exponent.is_finite() {
-        return Ok(());
-    }
-    Err(Error::Request {
-        option: "exponent",
-        expected: "an exponent above 1".into(),
-        found: exponent.to_string(),
-    })
-}
-
-pub(super) fn unresolved(what: &str, expected: String, found: String) -> Error {
+pub(super) fn unresolved(
+    what: &str,
+    expected: impl Into<String>,
+    found: impl Into<String>,
+) -> Error {
     Error::Unresolved {
         what: what.into(),
-        expected,
-        found,
+        expected: expected.into(),
+        found: found.into(),
     }
 }

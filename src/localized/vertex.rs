@@ -1,17 +1,9 @@
-//! Closing in on a minimum or maximum between three points.
+//! Closing in on a minimum between three points.
 
-/// Which extremum is looked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sense {
-    Least,
-    Most,
-}
-
-/// Three points of a function, the value of the middle one better than those of the others.
+/// Three points of a function, the value of the middle one less than those of the others.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bracket {
     points: [(f64, f64); 3],
-    sense: Sense,
     /// Points in a row that brought little.
     poor: usize,
     /// Width before these.
@@ -19,10 +11,9 @@ pub(super) struct Bracket {
 }
 
 impl Bracket {
-    pub(super) fn new(points: [(f64, f64); 3], sense: Sense) -> Bracket {
+    pub(super) fn new(points: [(f64, f64); 3]) -> Bracket {
         Bracket {
             points,
-            sense,
             poor: 0,
             since: points[2].0 - points[0].0,
         }
@@ -58,18 +49,15 @@ impl Bracket {
         };
         let left = zero(b, c, sc, a, sa);
         let right = zero(b, a, sa, c, sc);
-        let likely = match (left, right) {
-            (Some(left), Some(right)) if left.1 <= right.1 => Some(left),
-            (Some(left), None) => Some(left),
-            (_, right) => right,
-        };
+        let likely = [left, right].into_iter().flatten();
+        let likely = likely.min_by(|a, b| a.1.total_cmp(&b.1));
         match likely.filter(|_| self.poor < PATIENCE) {
             Some((at, _)) => at.clamp(a + EDGE * (b - a), c - EDGE * (c - b)),
             None => self.middle(),
         }
     }
 
-    /// Where to look next for an extremum: at the vertex of the parabola through the three points, but
+    /// Where to look next for the least value: at the vertex of the parabola through the three points, but
     /// no closer to the best point than `aside`, so that the bracket closes.
     pub(super) fn next_of_parabola(&self, aside: f64) -> f64 {
         let [(a, fa), (b, fb), (c, fc)] = self.points;
@@ -95,17 +83,14 @@ impl Bracket {
     /// Takes a point between the ends; tells whether it is the best. A value that is not a number is none.
     pub(super) fn narrow(&mut self, point: (f64, f64)) -> bool {
         let [a, b, c] = self.points;
-        let better = match self.sense {
-            Sense::Least => point.1 < b.1,
-            Sense::Most => point.1 > b.1,
-        };
+        let better = point.1 < b.1;
         self.points = match (point.0 < b.0, better) {
             (true, true) => [a, point, b],
             (false, true) => [b, point, c],
             (true, false) => [point, b, c],
             (false, false) => [a, b, point],
         };
-        let much = self.sense == Sense::Least && point.1 < 0.25 * b.1;
+        let much = (0.0..0.25 * b.1).contains(&point.1);
         self.poor += 1;
         if much || self.width() < 0.5 * self.since || self.poor > PATIENCE {
             (self.poor, self.since) = (0, self.width());
@@ -123,12 +108,8 @@ const EDGE: f64 = 1e-3;
 mod tests {
     use super::*;
 
-    fn closed(
-        sense: Sense,
-        f: impl Fn(f64) -> f64,
-        next: impl Fn(&Bracket) -> f64,
-    ) -> (f64, usize) {
-        let mut bracket = Bracket::new([-1.0, 0.1, 1.0].map(|x| (x, f(x))), sense);
+    fn closed(f: impl Fn(f64) -> f64, next: impl Fn(&Bracket) -> f64) -> (f64, usize) {
+        let mut bracket = Bracket::new([-1.0, 0.1, 1.0].map(|x| (x, f(x))));
         let mut calls = 0;
         while bracket.width() > 1e-7 && f(bracket.best().0).abs() > 1e-14 && calls < 100 {
             let x = next(&bracket);
@@ -145,7 +126,7 @@ mod tests {
                 let side = if x > zero { steeper } else { 1.0 };
                 side * (x - zero).abs().powf(power)
             };
-            let (at, calls) = closed(Sense::Least, f, Bracket::next_of_amplitudes);
+            let (at, calls) = closed(f, Bracket::next_of_amplitudes);
             assert!(
                 (at - zero).abs() < 3e-6 && calls <= 26,
                 "{power}: {at} after {calls}"
@@ -155,8 +136,8 @@ mod tests {
 
     #[test]
     fn val_known_maximum() {
-        let f = |x: f64| (-(x - 0.37f64).powi(2)).exp() + 0.1 * x;
-        let (at, calls) = closed(Sense::Most, f, |b| b.next_of_parabola(3e-8));
+        let f = |x: f64| -(-(x - 0.37f64).powi(2)).exp() - 0.1 * x;
+        let (at, calls) = closed(f, |b| b.next_of_parabola(3e-8));
         let slope = 0.1 - 2.0 * (at - 0.37) * (-(at - 0.37f64).powi(2)).exp();
         assert!(slope.abs() < 1e-6 && calls <= 16, "{at} after {calls}");
     }

@@ -1,7 +1,8 @@
 //! A localized wave and quantities derived from it.
 
 use super::convergence::Convergence;
-use super::series::Series;
+use super::series::{Series, largest};
+use crate::numeric::find_root;
 
 /// The property that alternates from contact to contact or from site to site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -33,6 +34,22 @@ impl Ratio {
 }
 
 impl Alternation {
+    /// Masses of the two sites of a cell.
+    pub(super) fn masses(self, ratio: f64) -> [f64; 2] {
+        match self {
+            Alternation::Stiffness => [1.0, 1.0],
+            Alternation::Mass => [1.0, ratio],
+        }
+    }
+
+    /// Coefficients of the two contacts of a cell.
+    pub(super) fn coefficients(self, ratio: f64) -> [f64; 2] {
+        match self {
+            Alternation::Stiffness => [1.0, ratio],
+            Alternation::Mass => [1.0, 1.0],
+        }
+    }
+
     /// Names a value.
     pub fn ratio(self, value: f64) -> Ratio {
         match self {
@@ -74,25 +91,26 @@ impl Wave {
         force: [Series; 2],
         convergence: Convergence,
     ) -> Wave {
-        let mut wave = Wave {
+        let [[before, after], masses] = [[0.5, -0.5], alternation.masses(ratio)];
+        let pushed = [
+            force[1].shifted(before).minus(&force[0]),
+            force[0].minus(&force[1].shifted(after)),
+        ];
+        let coefficients = alternation.coefficients(ratio);
+        let wave = Wave {
             alternation,
             exponent,
             order: 0,
             ratio,
-            velocity: [force[0].clone(), force[1].clone()],
-            overlap: psi,
+            velocity: [0, 1].map(|i| pushed[i].scaled(1.0 / masses[i]).integral()),
+            overlap: [0, 1].map(|i| psi[i].scaled(coefficients[i].powf(-1.0 / exponent))),
             force,
             convergence,
         };
-        let compliance = wave.coefficients()[1].powf(-1.0 / exponent);
-        wave.overlap[1] = wave.overlap[1].scaled(compliance);
-        let [masses, [before, after]] = [wave.masses(), [0.5, -0.5]];
-        let pushed = wave.force[1].shifted(before).plus(-1.0, &wave.force[0]);
-        wave.velocity[0] = pushed.scaled(1.0 / masses[0]).integral();
-        let pushed = wave.force[0].plus(-1.0, &wave.force[1].shifted(after));
-        wave.velocity[1] = pushed.scaled(1.0 / masses[1]).integral();
-        wave.order = wave.maxima_of_fast_part();
-        wave
+        Wave {
+            order: wave.maxima_of_fast_part(),
+            ..wave
+        }
     }
 
     /// kappa or mu, named.
@@ -101,23 +119,17 @@ impl Wave {
     }
 
     pub fn masses(&self) -> [f64; 2] {
-        match self.alternation {
-            Alternation::Stiffness => [1.0, 1.0],
-            Alternation::Mass => [1.0, self.ratio],
-        }
+        self.alternation.masses(self.ratio)
     }
 
     pub fn coefficients(&self) -> [f64; 2] {
-        match self.alternation {
-            Alternation::Stiffness => [1.0, self.ratio],
-            Alternation::Mass => [1.0, 1.0],
-        }
+        self.alternation.coefficients(self.ratio)
     }
 
-    /// `psi = F^{1/p}` at both contacts.
-    pub(super) fn psi(&self) -> [Series; 2] {
-        let [a, b] = self.coefficients().map(|c| c.powf(1.0 / self.exponent));
-        [self.overlap[0].scaled(a), self.overlap[1].scaled(b)]
+    /// `psi = F^{1/p}` at a contact, also where it is below 0.
+    pub(super) fn psi(&self, contact: usize, time: f64) -> f64 {
+        let scale = self.coefficients()[contact].powf(1.0 / self.exponent);
+        scale * self.overlap[contact].value(time)
     }
 
     /// The slow part at time t: `psi` of a stiff contact without inertia,
@@ -139,10 +151,7 @@ impl Wave {
     /// the overlaps on both sides of the light site in a mass dimer.
     pub fn fast_part(&self, time: f64) -> f64 {
         match self.alternation {
-            Alternation::Stiffness => {
-                let psi = self.ratio.powf(1.0 / self.exponent) * self.overlap[1].value(time);
-                psi - self.slow_part(time)
-            }
+            Alternation::Stiffness => self.psi(1, time) - self.slow_part(time),
             Alternation::Mass => {
                 self.overlap[0].value(time + 0.25) - self.overlap[1].value(time - 0.25)
             }
@@ -160,25 +169,19 @@ impl Wave {
             .filter(|t| self.force[0].value(t.abs() - 0.5) > least)
             .map(|t| self.fast_part(t))
             .collect();
-        let noise = 1e-5 * values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let noise = 1e-5 * largest(&values);
         let (mut extreme, mut rising, mut maxima) = (f64::INFINITY, false, 0);
         for value in values {
-            if rising {
-                if value < extreme - noise {
-                    maxima += 1;
-                    rising = false;
-                    extreme = value;
-                }
-                extreme = extreme.max(value);
+            let beyond = if rising {
+                value - extreme
             } else {
-                if value > extreme + noise {
-                    rising = true;
-                    extreme = value;
-                }
-                extreme = extreme.min(value);
-            }
-            if rising {
-                extreme = extreme.max(value);
+                extreme - value
+            };
+            if beyond > 0.0 {
+                extreme = value;
+            } else if beyond < -noise {
+                maxima += usize::from(rising);
+                (rising, extreme) = (!rising, value);
             }
         }
         maxima
@@ -188,10 +191,8 @@ impl Wave {
     pub fn peak(series: &Series) -> (f64, f64) {
         let end = 0.5 * series.period();
         let times = (-COUNTING..=COUNTING).map(|j| end * f64::from(j) / f64::from(COUNTING));
-        let coarse = times
-            .map(|t| (t, series.value(t)))
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        let mut time = coarse.map_or(0.0, |(t, _)| t);
+        let coarse = times.max_by(|a, b| series.value(*a).total_cmp(&series.value(*b)));
+        let mut time = coarse.unwrap_or(0.0);
         let (slope, curvature) = (series.derivative(), series.derivative().derivative());
         for _ in 0..4 {
             time -= slope.value(time) / curvature.value(time);
@@ -215,19 +216,9 @@ impl Wave {
         let side = |direction: f64| {
             let excess = |lag: f64| force.value(centre + direction * lag) - 0.5 * height;
             let step = 0.5 * force.period() / f64::from(COUNTING);
-            let steps = (1..)
-                .take_while(|j| excess(f64::from(*j) * step) > 0.0)
-                .count();
-            let (mut near, mut far) = (steps as f64 * step, (steps + 1) as f64 * step);
-            while far - near > 1e-14 {
-                let middle = 0.5 * (near + far);
-                if excess(middle) > 0.0 {
-                    near = middle;
-                } else {
-                    far = middle;
-                }
-            }
-            near
+            let inside = (1..).take_while(|j| excess(f64::from(*j) * step) > 0.0);
+            let near = inside.count() as f64 * step;
+            find_root(near, near + step, excess)
         };
         2.0 * (side(1.0) + side(-1.0))
     }
@@ -238,34 +229,26 @@ impl Wave {
         2.0 / height.powf((self.exponent - 1.0) / (2.0 * self.exponent))
     }
 
-    /// Kinetic and contact energy at unit cell time; it scales as `V^{2(p+1)/(p-1)}`.
+    /// Kinetic and contact energy at unit cell time, averaged over a cell; it scales as
+    /// `V^{2(p+1)/(p-1)}`.
     pub fn energy(&self) -> f64 {
-        let p = self.exponent;
-        let masses = self.masses();
-        let coefficients = self.coefficients();
-        self.mean_over_a_cell(|t| {
-            (0..2)
-                .map(|i| {
-                    let v = self.velocity[i].value(t);
-                    let overlap = self.overlap[i].value(t).max(0.0);
-                    0.5 * masses[i] * v * v + coefficients[i] * overlap.powf(p + 1.0) / (p + 1.0)
-                })
-                .sum()
-        })
+        let (p, masses, coefficients) = (self.exponent, self.masses(), self.coefficients());
+        let density = |t: f64, i: usize| {
+            let v = self.velocity[i].value(t);
+            let overlap = self.overlap[i].value(t).max(0.0);
+            0.5 * masses[i] * v * v + coefficients[i] * overlap.powf(p + 1.0) / (p + 1.0)
+        };
+        let period = self.overlap[0].period();
+        let points = (period * 100.0).ceil();
+        let times = (0..points as usize).map(|j| period * (j as f64 / points - 0.5));
+        let densities = times.map(|t| density(t, 0) + density(t, 1));
+        period / points * densities.sum::<f64>()
     }
 
     /// Momentum at unit cell time; it scales as `V^{(p+1)/(p-1)}`.
     pub fn momentum(&self) -> f64 {
         let masses = self.masses();
         masses[0] * self.velocity[0].total() + masses[1] * self.velocity[1].total()
-    }
-
-    /// The sum over all cells, averaged over one cell time: `integral density dt`.
-    fn mean_over_a_cell(&self, density: impl Fn(f64) -> f64) -> f64 {
-        let period = self.overlap[0].period();
-        let points = (period * 100.0).ceil();
-        let times = (0..points as usize).map(|j| period * (j as f64 / points - 0.5));
-        period / points * times.map(density).sum::<f64>()
     }
 }
 

@@ -27,7 +27,9 @@ pub(crate) use golden::GoldenSection;
 pub(crate) use integral::integral;
 pub use jet::{Jet, Real};
 pub use least_squares::LineFit;
-pub(crate) use least_squares::{deviation, eliminated, inverted, jackknife, mean_of, parabola};
+pub(crate) use least_squares::{
+    deviation, eliminated, inverted, jackknife, least_residual, mean_of, parabola,
+};
 pub(crate) use logarithm::ln_normal;
 pub(crate) use order::{median, sorted};
 pub(crate) use quantile::{

@@ -112,7 +112,11 @@ impl Series {
             }
         }
         let Some(symbol) = symbol else { return };
-        for &(x, y) in &self.points {
+        // Symbols of a curve of many points stand apart.
+        let dense = MARKED_FROM * self.points.len() as f64 / panel.rect.width();
+        let is_dense = self.look == Look::Line && dense > 1.0;
+        let step = if is_dense { 4.0 * dense } else { 1.0 };
+        for &(x, y) in self.points.iter().step_by(step as usize) {
             let place = (panel.place_x(x), panel.place_y(y));
             if let (Some(x), Some(y)) = place
                 && panel.rect.contains((x, y))

@@ -35,7 +35,7 @@ fn colored(curves: &[Curve]) -> impl Iterator<Item = (&Curve, Color)> {
 }
 
 /// The unbroken parts of a curve inside the panel.
-fn inside(panel: &Panel, points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
+pub(super) fn inside(panel: &Panel, points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let rect = panel.rect;
     let mut runs = vec![Vec::new()];
     for &(k, f) in points {

@@ -22,13 +22,93 @@ const SIDE: (f64, f64) = (0.2, 20.0);
 
 pub(super) const WHITE: [u8; 3] = [255; 3];
 
+/// A map of an analysis, in figures and on pages.
+pub(crate) struct MapKind {
+    /// On pages.
+    pub id: &'static str,
+    pub title: &'static str,
+    /// What it shows, and what to look for.
+    pub shows: &'static str,
+    pub map: fn(&Analysis) -> Option<&Map>,
+    /// Of x and of y.
+    pub sides: [Side; 2],
+}
+
+const FIELD: MapKind = MapKind {
+    id: "field",
+    title: "Field v(t, x)",
+    shows: "The samples themselves. Slopes are speeds: a steeper band is slower. Look for the leading pulse, what it \
+            leaves behind, and reflections.",
+    map: |analysis| analysis.field_map.as_ref(),
+    sides: [Side::Space, Side::Time],
+};
+
+const SPACETIME: MapKind = MapKind {
+    id: "spacetime",
+    title: "Space-time spectrum S(k, f)",
+    shows: "Energy by wavenumber and frequency: the right half travels towards +x, the left half towards −x. Ridges are \
+            dispersion curves, gaps are band gaps; in a chain with a cell of two sites, folding shows a few per cent of \
+            a one-way wave on the other side.",
+    map: |analysis| analysis.spacetime_map.as_ref(),
+    sides: [Side::SignedWavenumber, Side::Frequency],
+};
+
+const TEMPORAL: MapKind = MapKind {
+    id: "temporal",
+    title: "Temporal spectrum S(f, x)",
+    shows: "Which frequencies each site sees. A cascade fills the top of the picture as x grows; the dashed line is the \
+            frequency past which energy moves.",
+    map: |analysis| analysis.temporal_map.as_ref(),
+    sides: [Side::Space, Side::Frequency],
+};
+
+const SPATIAL: MapKind = MapKind {
+    id: "spatial",
+    title: "Spatial spectrum S(k, t)",
+    shows: "Which wavenumbers the field holds at each time. A cascade spreads to the right as time goes on; the dashed \
+            line is the wavenumber past which energy moves.",
+    map: |analysis| analysis.spatial_map.as_ref(),
+    sides: [Side::Wavenumber, Side::Time],
+};
+
+const FLUX: MapKind = MapKind {
+    id: "flux",
+    title: "Kinetic flux surrogate Π_K(k, t), positive towards high k",
+    shows: "Rate at which kinetic energy leaves the wavenumbers up to k, from velocity alone: positive towards high k. It \
+            counts exchange with contact energy too, so read it as a surrogate and compare it with an exact budget \
+            where one can be had.",
+    map: |analysis| analysis.flux_map.as_ref(),
+    sides: [Side::Wavenumber, Side::Time],
+};
+
+/// In the order of reading.
+pub(crate) const MAPS: [MapKind; 5] = [FIELD, SPACETIME, TEMPORAL, SPATIAL, FLUX];
+
+impl MapKind {
+    /// The figure of the map, drawn but for its marks.
+    fn drawn(
+        &self,
+        analysis: &Analysis,
+        style: &Style,
+        prepare: impl FnOnce(&mut MapFigure),
+    ) -> Option<MapFigure> {
+        let map = (self.map)(analysis)?.shown();
+        let second = self.sides[0].second_reading(&analysis.axes);
+        let mut sheet = MapFigure::new(style, self.title, &analysis.name, map, second);
+        sheet.not_shown = labels::not_shown(analysis, &self.sides, true);
+        prepare(&mut sheet);
+        let scale = match map.reduction {
+            Reduction::Extreme { .. } => ColorScale::diverging(values(map)),
+            Reduction::Max { .. } => ColorScale::log(values(map), style.depth),
+        };
+        sheet.draw_map(map, scale);
+        Some(sheet)
+    }
+}
+
 /// The field itself, on a colour scale symmetric about zero.
 pub fn space_time(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let map = analysis.field_map.as_ref()?.shown();
-    let mut sheet = MapFigure::new(style, "Field v(t, x)", &analysis.name, map, None);
-    sheet.note_limits(analysis, &[Side::Time, Side::Space]);
-    sheet.draw_map(map, ColorScale::diverging(values(map)));
-    Some(sheet.figure("space-time"))
+    Some(FIELD.drawn(analysis, style, |_| {})?.figure("space-time"))
 }
 
 /// Past which frequency or wavenumber energy is told to move.
@@ -38,70 +118,36 @@ fn past(analysis: &Analysis, of: fn(&Answer) -> &Movement) -> Option<f64> {
 
 /// `S(f, x)` on a logarithmic colour scale, with the frequency of the verdict.
 pub fn temporal_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let map = analysis.temporal_map.as_ref()?.shown();
-    let mut sheet = MapFigure::new(
-        style,
-        "Temporal spectrum S(f, x)",
-        &analysis.name,
-        map,
-        None,
-    );
-    sheet.note_limits(analysis, &[Side::Frequency, Side::Space]);
-    sheet.note_interval(analysis);
-    sheet.draw_map(map, ColorScale::log(values(map), style.depth));
+    let mut sheet = TEMPORAL.drawn(analysis, style, |sheet| sheet.note_interval(analysis))?;
     sheet.mark_frequency(past(analysis, |a| &a.frequency), "verdict", WHITE);
     Some(sheet.figure("temporal-spectrum"))
 }
 
 /// `S(k, t)` on a logarithmic colour scale, with the wavenumber of the verdict.
 pub fn spatial_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let map = analysis.spatial_map.as_ref()?.shown();
-    let second = labels::wavenumber_reading(&analysis.axes);
-    let mut sheet = MapFigure::new(
-        style,
-        "Spatial spectrum S(k, t)",
-        &analysis.name,
-        map,
-        second,
-    );
-    sheet.note_limits(analysis, &[Side::Wavenumber, Side::Time]);
-    sheet.draw_map(map, ColorScale::log(values(map), style.depth));
+    let mut sheet = SPATIAL.drawn(analysis, style, |_| {})?;
     sheet.mark_wavenumber(past(analysis, |a| &a.wavenumber), "verdict", WHITE);
     Some(sheet.figure("spatial-spectrum"))
 }
 
 /// `Pi_K(k, t)`, from velocity alone, on a colour scale symmetric about zero.
 pub fn flux_surrogate(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let map = analysis.flux_map.as_ref()?.shown();
-    let second = labels::wavenumber_reading(&analysis.axes);
-    let title = "Kinetic flux surrogate Π_K(k, t), positive towards high k";
-    let mut sheet = MapFigure::new(style, title, &analysis.name, map, second);
-    sheet.note_limits(analysis, &[Side::Wavenumber, Side::Time]);
-    sheet.draw_map(map, ColorScale::diverging(values(map)));
+    let mut sheet = FLUX.drawn(analysis, style, |_| {})?;
     sheet.mark_wavenumber(past(analysis, |a| &a.wavenumber), "verdict", INK);
     Some(sheet.figure("flux-surrogate"))
 }
 
 /// `S(k, f)` with the energy travelling each way: in all, and at each frequency.
 pub fn spacetime_spectrum(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let map = analysis.spacetime_map.as_ref()?.shown();
     let curves = DispersionCurve::curves(&analysis.dispersion);
-    let second = labels::wavenumber_reading(&analysis.axes);
-    let mut sheet = MapFigure::new(
-        style,
-        "Space-time spectrum S(k, f)",
-        &analysis.name,
-        map,
-        second,
-    );
     // Where the answer withholds them, nothing else states them.
     let shares = analysis.direction_by_frequency.as_ref();
     let shares = shares.filter(|_| analysis.undirected.is_none());
-    sheet.has_side = shares.is_some();
-    sheet.name_directions(analysis);
-    sheet.above.extend(dispersion::entries(&curves));
-    sheet.note_limits(analysis, &[Side::Frequency, Side::SignedWavenumber]);
-    sheet.draw_map(map, ColorScale::log(values(map), style.depth));
+    let mut sheet = SPACETIME.drawn(analysis, style, |sheet| {
+        sheet.has_side = shares.is_some();
+        sheet.name_directions(analysis);
+        sheet.above.extend(dispersion::entries(&curves));
+    })?;
     sheet.mark_standing();
     dispersion::draw(&mut sheet.scene, &sheet.panel, &curves);
     if let Some(shares) = shares {
@@ -241,10 +287,6 @@ impl MapFigure {
         outer
     }
 
-    pub(super) fn note_limits(&mut self, analysis: &Analysis, sides: &[Side]) {
-        self.not_shown = labels::not_shown(analysis, sides, true);
-    }
-
     /// Says how well the spectrum is known, if it is of a stationary record.
     fn note_interval(&mut self, analysis: &Analysis) {
         let Some(interval) = analysis.interval else {
@@ -308,15 +350,14 @@ impl MapFigure {
         let rect = self.panel.rect;
         let inside = |x: &f64| *x > rect.left && *x < rect.right;
         if let Some(x) = self.panel.place_x(0.0).filter(inside) {
-            let scene = &mut self.scene;
-            scene.dashes((x, rect.bottom), (x, rect.top), WHITE, 1.6);
+            self.scene
+                .dashes((x, rect.bottom), (x, rect.top), WHITE, 1.6);
         }
     }
 
     /// Each side's share of the energy above the map, with the colours of the curves beside it.
     fn name_directions(&mut self, analysis: &Analysis) {
-        let told = analysis.direction.filter(|_| analysis.undirected.is_none());
-        let Some(direction) = told else {
+        let Some(direction) = analysis.direction_of_waves() else {
             return;
         };
         let percent = |share: f64| match share.is_finite() {

@@ -3,12 +3,13 @@
 use super::Figure;
 use super::axis::PlotAxis;
 use super::budget::ordinary;
-use super::figures::values;
+use super::dispersion;
+use super::figures::{WHITE, values};
 use super::font;
 use super::heat::{self, BarSide, ColorBar, Greys};
 use super::panel::{self, Margins, Panel};
 use super::scale::ColorScale;
-use super::scene::{Anchor, Color, INK, Rect, Scene};
+use super::scene::{Anchor, INK, Rect, Scene};
 use super::style::Style;
 use crate::analyze::Map;
 
@@ -19,7 +20,6 @@ const NARROWEST: f64 = 450.0;
 const TITLE: f64 = 34.0;
 /// Below all tiles, for a line of the note.
 const LINE: f64 = 26.0;
-const WHITE: Color = [255; 3];
 
 /// A colour scale for maps that compare.
 #[derive(Debug, Clone, Copy)]
@@ -156,17 +156,9 @@ fn over(rect: Rect, map: &Map) -> Panel {
 
 /// White on a dark background, visible on every colour.
 fn line(scene: &mut Scene, panel: &Panel, points: &[(f64, f64)]) {
-    let rect = panel.rect;
-    let inside = |(x, y): (f64, f64)| {
-        let place = (panel.place_x(x)?, panel.place_y(y)?);
-        let within = (rect.left..=rect.right).contains(&place.0)
-            && (rect.top..=rect.bottom).contains(&place.1);
-        within.then_some(place)
-    };
-    let placed: Vec<(f64, f64)> = points.iter().filter_map(|point| inside(*point)).collect();
-    if placed.len() > 1 {
-        scene.line(placed.clone(), INK, 4.5);
-        scene.line(placed, WHITE, 2.0);
+    for run in dispersion::inside(panel, points) {
+        scene.line(run.clone(), INK, 4.5);
+        scene.line(run, WHITE, 2.0);
     }
 }
 

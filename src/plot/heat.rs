@@ -285,26 +285,22 @@ impl ColorBar<'_> {
             BarSide::Right => {
                 let left = frame.right + from + GAP;
                 let right = left + THICKNESS;
-                self.draw_upright(
-                    scene,
-                    Rect {
-                        left,
-                        right,
-                        ..frame
-                    },
-                );
+                let bar = Rect {
+                    left,
+                    right,
+                    ..frame
+                };
+                self.draw_upright(scene, bar);
             }
             BarSide::Below => {
                 let top = frame.bottom + from + GAP;
                 let bottom = top + THICKNESS;
-                self.draw_level(
-                    scene,
-                    Rect {
-                        top,
-                        bottom,
-                        ..frame
-                    },
-                );
+                let bar = Rect {
+                    top,
+                    bottom,
+                    ..frame
+                };
+                self.draw_level(scene, bar);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use super::axis::PlotAxis;
 use super::dispersion;
+use super::figures::WHITE;
 use super::heat::{self, BarSide, ColorBar, Greys};
 use super::legend::Entry;
 use super::panel::{Margins, Panel};
@@ -10,8 +11,6 @@ use super::scene::{Rect, Scene};
 use super::style::Depth;
 use super::uprights;
 use crate::sheet::{Colors, HeatChart};
-
-const WHITE: [u8; 3] = [255; 3];
 
 impl HeatChart {
     pub(super) fn panel(&self, rect: Rect, names_x: bool) -> Panel {

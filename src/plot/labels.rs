@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use crate::analyze::labels::Power;
 pub(crate) use crate::analyze::labels::{frequency, position, time, wavenumber};
 use crate::analyze::{Analysis, Axes, Extent};
+use crate::sheet::{Role, three_digits};
 
 /// The second reading of a wavenumber axis: `k a / π` with the site spacing a.
 pub(crate) fn wavenumber_reading(axes: &Axes) -> Option<(String, f64)> {
@@ -36,6 +36,32 @@ impl Side {
         }
     }
 
+    pub fn label(self, axes: &Axes) -> String {
+        match self {
+            Side::Time => time(axes),
+            Side::Space => position(axes),
+            Side::Frequency => frequency(axes),
+            Side::Wavenumber | Side::SignedWavenumber => wavenumber(axes),
+        }
+    }
+
+    /// That of wavenumbers.
+    pub fn second_reading(self, axes: &Axes) -> Option<(String, f64)> {
+        match self {
+            Side::Wavenumber | Side::SignedWavenumber => wavenumber_reading(axes),
+            _ => None,
+        }
+    }
+
+    pub fn role(self) -> Role {
+        match self {
+            Side::Time => Role::Time,
+            Side::Space => Role::Position,
+            Side::Frequency => Role::Frequency,
+            Side::Wavenumber | Side::SignedWavenumber => Role::Wavenumber,
+        }
+    }
+
     /// The words before a lower and an upper limit, and the unit.
     fn words(self, axes: &Axes) -> ([&'static str; 2], String) {
         match self {
@@ -56,10 +82,11 @@ pub(crate) fn not_shown(analysis: &Analysis, sides: &[Side], shares: bool) -> Op
     for &side in sides {
         let extent = side.extent(analysis);
         let ([before, after], unit) = side.words(&analysis.axes);
+        let digits = |limit: f64| three_digits(limit).replace('-', "−");
         let mut add = |share: f64, words: &str, limit: f64| {
             let limit = match &*unit {
-                "site" | "sample" => format!("{words}{unit} {}", three_digits(limit)),
-                _ => format!("{words}{} {unit}", three_digits(limit)),
+                "site" | "sample" => format!("{words}{unit} {}", digits(limit)),
+                _ => format!("{words}{} {unit}", digits(limit)),
             };
             let known = shares && share.is_finite();
             parts.push(match (known, parts.is_empty()) {
@@ -95,29 +122,4 @@ fn percent(share: f64) -> String {
             format!("{rounded} %")
         }
     }
-}
-
-fn three_digits(value: f64) -> String {
-    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
-    crate::measure::digits(rounded).replace('-', "−")
-}
-
-/// What short-time spectra show, with unit.
-pub(crate) fn short_time_density(analysis: &Analysis) -> String {
-    Power::of(analysis).over_frequency()
-}
-
-/// What short-space spectra show, with unit.
-pub(crate) fn short_space_density(analysis: &Analysis) -> String {
-    Power::of(analysis).over_wavenumber()
-}
-
-/// The integral of a site's spectrum over frequency, with unit.
-pub(crate) fn site_energy(analysis: &Analysis) -> String {
-    Power::of(analysis).of_site()
-}
-
-/// The integral of a time's spectrum over wavenumber, with unit.
-pub(crate) fn time_energy(analysis: &Analysis) -> String {
-    Power::of(analysis).of_time()
 }

@@ -105,15 +105,6 @@ pub fn figure_of(
     layout.figure(name, style)
 }
 
-fn chunked(plots: &[Plot], columns: usize, height: f64) -> Vec<PlotRow> {
-    let rows = plots.chunks(columns).map(|plots| PlotRow {
-        plots: plots.to_vec(),
-        columns,
-        height,
-    });
-    rows.collect()
-}
-
 /// What a row takes: above its frames, and beside them.
 struct MeasuredRow {
     /// Titles and legends.
@@ -139,7 +130,9 @@ impl<'a> Layout<'a> {
             .iter()
             .flat_map(|row| match row.columns <= most {
                 true => vec![row.clone()],
-                false => chunked(&row.plots, most, row.height),
+                false => (PlotRow::grid(most, row.plots.clone()).into_iter())
+                    .map(|part| part.high(row.height))
+                    .collect(),
             })
             .collect();
         let notes = figure.notes.iter();

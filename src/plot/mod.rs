@@ -55,9 +55,11 @@ pub use style::{Colormap, Depth, Style};
 pub use views::views;
 
 pub(crate) use budget::ordinary;
+pub(crate) use figures::MAPS;
 pub(crate) use heat::block_extremes;
+pub(crate) use redistribution::Content;
 pub(crate) use scale::{ColorScale, DECADES};
-pub(crate) use short::within;
+pub(crate) use short::{Short, within};
 
 use crate::analyze::Analysis;
 use crate::{Error, Result};
@@ -115,13 +117,9 @@ impl Figure {
     /// [`Error::Draw`] if the figure cannot be painted, [`Error::Write`] if it cannot be written.
     pub fn save(&self, dir: &Path, format: Format) -> Result<PathBuf> {
         let bytes = self.encode(format)?;
-        let path = dir.join(self.file_name(format));
+        let path = dir.join(format!("{}.{}", self.name, format.extension()));
         crate::system::publish::write_whole(&path, &bytes).map_err(Error::write("write", &path))?;
         Ok(path)
-    }
-
-    fn file_name(&self, format: Format) -> PathBuf {
-        PathBuf::from(format!("{}.{}", self.name, format.extension()))
     }
 }
 
@@ -160,14 +158,10 @@ pub fn draw_all(
 /// As [`draw_all`].
 pub fn save_all(figures: &[Figure], dir: &Path, formats: &[Format]) -> Result<Vec<PathBuf>> {
     fs::create_dir_all(dir).map_err(Error::write("make the directory", dir))?;
-    let written: Vec<Vec<PathBuf>> = figures
+    let each = |figure| formats.iter().map(move |format| (figure, *format));
+    let files: Vec<(&Figure, Format)> = figures.iter().flat_map(each).collect();
+    files
         .par_iter()
-        .map(|figure| {
-            formats
-                .par_iter()
-                .map(|&format| figure.save(dir, format))
-                .collect()
-        })
-        .collect::<Result<_>>()?;
-    Ok(written.into_iter().flatten().collect())
+        .map(|(figure, format)| figure.save(dir, *format))
+        .collect()
 }

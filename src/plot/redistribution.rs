@@ -7,75 +7,66 @@ use super::labels::Side;
 use super::layout::FigureLayout;
 use super::style::Style;
 use super::{DECADES, Figure, labels};
-use crate::analyze::{Analysis, Extent, Moments};
-use crate::sheet::PlotRow;
-use crate::sheet::{BLUE, Chart, GREEN, PURPLE, Series, VERMILLION, extent};
+use crate::analyze::labels::Power;
+use crate::analyze::{Analysis, Moments};
+use crate::sheet::{BLUE, Chart, GREEN, PURPLE, PlotRow, Series, VERMILLION, extent};
 use crate::unit::power_of_ten;
 
 /// Frequency content along x: centroid, median, 90 % frequency, energy.
 pub fn along_x(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let moments = analysis.along_space.as_ref()?;
-    let axes = &analysis.axes;
-    let sheet = RedistributionFigure {
-        title: "Frequency content along x",
-        name: &analysis.name,
-        moments,
-        along: &axes.positions(),
-        extent: &analysis.display.space,
-        content: &analysis.display.frequency,
-        not_shown: labels::not_shown(analysis, &[Side::Space], true),
-        along_label: labels::position(axes),
-        content_label: labels::frequency(axes),
-        second: None,
-        row_label: "site",
-        energy_label: labels::site_energy(analysis),
-    };
-    Some(sheet.draw("along-x", style))
+    Some(Content::along_x(analysis)?.draw(style))
 }
 
 /// Wavenumber content along t: centroid, median, 90 % wavenumber, energy.
 pub fn along_t(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let moments = analysis.along_time.as_ref()?;
-    let axes = &analysis.axes;
-    let sheet = RedistributionFigure {
-        title: "Wavenumber content along t",
-        name: &analysis.name,
-        moments,
-        along: &axes.times(),
-        extent: &analysis.display.time,
-        content: &analysis.display.wavenumber,
-        not_shown: labels::not_shown(analysis, &[Side::Time], true),
-        along_label: labels::time(axes),
-        content_label: labels::wavenumber(axes),
-        second: labels::wavenumber_reading(axes),
-        row_label: "time",
-        energy_label: labels::time_energy(analysis),
-    };
-    Some(sheet.draw("along-t", style))
+    Some(Content::along_t(analysis)?.draw(style))
 }
 
-struct RedistributionFigure<'a> {
-    title: &'static str,
-    name: &'a str,
-    moments: &'a Moments,
-    along: &'a [f64],
-    /// The part of `along` that is shown.
-    extent: &'a Extent,
-    /// The part of the frequencies or wavenumbers that is shown.
-    content: &'a Extent,
-    not_shown: Option<String>,
-    along_label: String,
-    content_label: String,
-    second: Option<(String, f64)>,
+/// Where the energy lies in frequency or wavenumber, along x or t.
+pub(crate) struct Content<'a> {
+    analysis: &'a Analysis,
+    /// Of the figure, and on pages.
+    pub id: &'static str,
+    pub title: &'static str,
+    pub moments: &'a Moments,
+    pub along: Vec<f64>,
+    /// What it is along, and of which content.
+    pub sides: [Side; 2],
     row_label: &'static str,
-    energy_label: String,
+    pub energy_label: String,
 }
 
-impl RedistributionFigure<'_> {
-    fn draw(self, name: &'static str, style: &Style) -> Figure {
+impl<'a> Content<'a> {
+    pub fn along_x(analysis: &'a Analysis) -> Option<Self> {
+        Some(Content {
+            analysis,
+            id: "along-x",
+            title: "Frequency content along x",
+            moments: analysis.along_space.as_ref()?,
+            along: analysis.axes.positions(),
+            sides: [Side::Space, Side::Frequency],
+            row_label: "site",
+            energy_label: Power::of(analysis).of_site(),
+        })
+    }
+
+    pub fn along_t(analysis: &'a Analysis) -> Option<Self> {
+        Some(Content {
+            analysis,
+            id: "along-t",
+            title: "Wavenumber content along t",
+            moments: analysis.along_time.as_ref()?,
+            along: analysis.axes.times(),
+            sides: [Side::Time, Side::Wavenumber],
+            row_label: "time",
+            energy_label: Power::of(analysis).of_time(),
+        })
+    }
+
+    fn draw(self, style: &Style) -> Figure {
         let sheet = FigureLayout {
             title: self.title.into(),
-            data: self.name.into(),
+            data: self.analysis.name.clone(),
             rows: vec![
                 PlotRow::of([self.content()]).high(0.8),
                 PlotRow::of([self.energies()]).high(0.5),
@@ -83,14 +74,14 @@ impl RedistributionFigure<'_> {
             notes: self.notes(),
             shared_x: true,
         };
-        sheet.figure(name, style)
+        sheet.figure(self.id, style)
     }
 
     fn chart(&self, label: &str, y: Range<f64>, series: Vec<Series>) -> Chart {
         Chart {
-            x: extent(self.shown(self.along).iter().copied()),
+            x: extent(self.shown(&self.along).iter().copied()),
             y,
-            ..Chart::of("", &self.along_label, label, series)
+            ..Chart::of("", self.sides[0].label(&self.analysis.axes), label, series)
         }
     }
 
@@ -111,8 +102,8 @@ impl RedistributionFigure<'_> {
             self.curve("median", GREEN, &median),
         ];
         Chart {
-            second_y: self.second.clone(),
-            ..self.chart(&self.content_label, y, curves)
+            second_y: self.sides[1].second_reading(&self.analysis.axes),
+            ..self.chart(&self.sides[1].label(&self.analysis.axes), y, curves)
         }
     }
 
@@ -156,23 +147,23 @@ impl RedistributionFigure<'_> {
             let floor = power_of_ten(-DECADES as i32);
             format!("Energies below {floor} of the largest are drawn at the lower edge.")
         });
-        let not_shown = self.not_shown.iter().cloned();
+        let not_shown = labels::not_shown(self.analysis, &self.sides[..1], true);
         below.into_iter().chain(not_shown).collect()
     }
 
     fn curve(&self, label: &str, colour: usize, y: &[f64]) -> Series {
-        Series::of(label, colour, self.shown(self.along), self.shown(y))
+        Series::of(label, colour, self.shown(&self.along), self.shown(y))
     }
 
     /// The values along x or t that are shown.
     fn shown<'v>(&self, values: &'v [f64]) -> &'v [f64] {
-        &values[self.extent.bins.clone()]
+        &values[self.sides[0].extent(self.analysis).bins.clone()]
     }
 
     /// Frequencies or wavenumbers, without those beyond the display limits: a row of little energy
     /// would stretch the axis.
     fn within_limits(&self, values: &[f64]) -> Vec<f64> {
-        let extent = self.content;
+        let extent = self.sides[1].extent(self.analysis);
         let half = 0.5 * (extent.high - extent.low) / (extent.bins.len() as f64 - 1.0).max(1.0);
         let limits = match extent.is_whole() {
             true => (f64::NEG_INFINITY, f64::INFINITY),

@@ -13,6 +13,7 @@ use super::scale::ColorScale;
 use super::scene::{Anchor, Rect, Scene};
 use super::style::Style;
 use super::{Figure, heat, labels};
+use crate::analyze::labels::Power;
 use crate::analyze::{Analysis, Extent, ShortTimeSpectra, ShortTimeSpectrum};
 use crate::sheet::{edges, six_digits};
 
@@ -25,52 +26,52 @@ const LOWEST: f64 = 110.0;
 
 /// `S(f; t)` of chosen sites.
 pub fn short_time(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let axes = &analysis.axes;
-    let sheet = ShortTimeFigure {
-        title: "Short-time spectra of chosen sites",
-        name: &analysis.name,
-        spectra: analysis.short_time.as_ref()?,
-        analysis,
-        sides: [Side::Frequency, Side::Time],
-        along: labels::time(axes),
-        content: labels::frequency(axes),
-        second: None,
-        quantity: labels::short_time_density(analysis),
-        panel_label: labels::position(axes),
-    };
-    sheet.draw("short-time", style)
+    Short::in_time(analysis)?.draw(style)
 }
 
 /// `S(k; x)` at chosen times.
 pub fn short_space(analysis: &Analysis, style: &Style) -> Option<Figure> {
-    let axes = &analysis.axes;
-    let sheet = ShortTimeFigure {
-        title: "Short-space spectra at chosen times",
-        name: &analysis.name,
-        spectra: analysis.short_space.as_ref()?,
-        analysis,
-        sides: [Side::Wavenumber, Side::Space],
-        along: labels::position(axes),
-        content: labels::wavenumber(axes),
-        second: labels::wavenumber_reading(axes),
-        quantity: labels::short_space_density(analysis),
-        panel_label: labels::time(axes),
-    };
-    sheet.draw("short-space", style)
+    Short::in_space(analysis)?.draw(style)
 }
 
-struct ShortTimeFigure<'a> {
-    title: &'static str,
-    name: &'a str,
-    spectra: &'a ShortTimeSpectra,
+/// Spectra of short pieces.
+pub(crate) struct Short<'a> {
     analysis: &'a Analysis,
+    /// Of the figure, and on pages.
+    pub id: &'static str,
+    title: &'static str,
+    pub spectra: &'a ShortTimeSpectra,
     /// Of bins, and of frames.
-    sides: [Side; 2],
-    along: String,
-    content: String,
-    second: Option<(String, f64)>,
-    quantity: String,
-    panel_label: String,
+    pub sides: [Side; 2],
+    /// What each spectrum is at.
+    pub at: Side,
+    pub quantity: String,
+}
+
+impl<'a> Short<'a> {
+    pub fn in_time(analysis: &'a Analysis) -> Option<Self> {
+        Some(Short {
+            analysis,
+            id: "short-time",
+            title: "Short-time spectra of chosen sites",
+            spectra: analysis.short_time.as_ref()?,
+            sides: [Side::Frequency, Side::Time],
+            at: Side::Space,
+            quantity: Power::of(analysis).over_frequency(),
+        })
+    }
+
+    pub fn in_space(analysis: &'a Analysis) -> Option<Self> {
+        Some(Short {
+            analysis,
+            id: "short-space",
+            title: "Short-space spectra at chosen times",
+            spectra: analysis.short_space.as_ref()?,
+            sides: [Side::Wavenumber, Side::Space],
+            at: Side::Time,
+            quantity: Power::of(analysis).over_wavenumber(),
+        })
+    }
 }
 
 /// The bins (frames) at `centres` that lie within the display limits of their axis, by index; all of
@@ -119,16 +120,16 @@ impl PanelGrid {
     }
 }
 
-impl ShortTimeFigure<'_> {
+impl Short<'_> {
     /// `None` where there is no spectrum to show.
-    fn draw(self, name: &'static str, style: &Style) -> Option<Figure> {
+    fn draw(self, style: &Style) -> Option<Figure> {
         let count = self.spectra.spectra.len();
         if count == 0 {
             return None;
         }
-        let title = format!("{}: {}", self.title, self.name);
-        let mut scene = Scene::new(&title, style, 0.0);
-        let top = panel::heading(&mut scene, self.title, self.name);
+        let name = &self.analysis.name;
+        let mut scene = Scene::new(&format!("{}: {name}", self.title), style, 0.0);
+        let top = panel::heading(&mut scene, self.title, name);
         let spectra = self.spectra.spectra.iter();
         let all: Vec<f64> = spectra
             .flat_map(|s| self.shown(s).into_iter().copied())
@@ -169,6 +170,7 @@ impl ShortTimeFigure<'_> {
         let first = scene.height - EDGE - 1.25 * TICK_SIZE * (note.len() as f64 - 0.5);
         let at = (scene.width - 2.0 * EDGE, first);
         scene.lines(&note, at, TICK_SIZE, Anchor::End);
+        let name = self.id;
         Some(Figure { name, scene })
     }
 
@@ -273,12 +275,14 @@ impl ShortTimeFigure<'_> {
     fn panel(&self, grid: &PanelGrid, index: usize) -> Panel {
         let column = index % grid.columns;
         let is_last = column + 1 == grid.columns || index + 1 == grid.count;
-        let second = self.second.clone().filter(|_| is_last);
+        let axes = &self.analysis.axes;
+        let second = self.sides[0].second_reading(axes).filter(|_| is_last);
         let [bins, frames] = self.limits();
+        let [content, along] = self.sides.map(|side| side.label(axes));
         let (low, high) = edges(&self.spectra.frames[frames]);
-        let x = PlotAxis::linear(&self.along, low, high);
+        let x = PlotAxis::linear(&along, low, high);
         let (low, high) = edges(&self.spectra.bins[bins]);
-        let y = PlotAxis::linear(&self.content, low, high).with_second(second);
+        let y = PlotAxis::linear(&content, low, high).with_second(second);
         Panel {
             names_x: index + grid.columns >= grid.count,
             names_y: column == 0,
@@ -291,7 +295,8 @@ impl ShortTimeFigure<'_> {
         let panel = self.panel(grid, index);
         heat::draw(scene, &panel, self.shown(spectrum), scale);
         panel.draw_axes(scene);
-        let text = format!("{} = {}", self.panel_label, six_digits(spectrum.at));
+        let label = self.at.label(&self.analysis.axes);
+        let text = format!("{label} = {}", six_digits(spectrum.at));
         let at = (panel.rect.left, panel.rect.top - 16.0);
         scene.text(text, at, TICK_SIZE, Anchor::Start);
     }

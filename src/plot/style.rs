@@ -108,43 +108,37 @@ impl Style {
     /// [`Error::Request`] for `figure-size` if letters would not leave room for the plots, or a side of a
     /// PNG file would have too many pixels; for `dpi`, `decades` and `db` outside their range.
     pub fn check(&self) -> Result<()> {
-        let wrong = |option, expected: String, found: String| {
-            Err(Error::Request {
-                option,
-                expected,
-                found,
-            })
-        };
         let least = (LEAST.0 * self.unit_mm(), LEAST.1 * self.unit_mm());
         let height = self.height.unwrap_or(self.width);
         // Sizes typed in whole millimetres are not refused for a rounding.
-        if !(self.width >= least.0 - 0.01 && height >= least.1 - 0.01) {
-            return wrong("figure-size", self.least_text(least), self.size_text());
-        }
-        if self.dpi < 30 {
-            return wrong(
-                "dpi",
-                "30 pixels per inch or more".into(),
-                self.dpi.to_string(),
-            );
-        }
+        let is_large = self.width >= least.0 - 0.01 && height >= least.1 - 0.01;
+        Error::require(
+            is_large,
+            "figure-size",
+            self.least_text(least),
+            self.size_text(),
+        )?;
+        Error::require(
+            self.dpi >= 30,
+            "dpi",
+            "30 pixels per inch or more",
+            self.dpi,
+        )?;
         let longest = self.width.max(height) / MM_PER_INCH * f64::from(self.dpi);
-        if longest > MOST_PIXELS {
-            return wrong(
-                "figure-size",
-                format!("at most {MOST_PIXELS} pixels along a side"),
-                format!("{} at {} dpi", self.size_text(), self.dpi),
-            );
-        }
-        match self.depth {
-            Depth::Decades(decades) if !(0.5..=300.0).contains(&decades) => {
-                wrong("decades", "0.5 to 300 decades".into(), decades.to_string())
-            }
-            Depth::Decibels(db) if !(5.0..=3000.0).contains(&db) => {
-                wrong("db", "5 to 3000 dB".into(), db.to_string())
-            }
-            _ => Ok(()),
-        }
+        let expected = format!("at most {MOST_PIXELS} pixels along a side");
+        let found = format!("{} at {} dpi", self.size_text(), self.dpi);
+        Error::require(longest <= MOST_PIXELS, "figure-size", expected, found)?;
+        let (is_within, option, expected, depth) = match self.depth {
+            Depth::Fitted => return Ok(()),
+            Depth::Decades(n) => (
+                (0.5..=300.0).contains(&n),
+                "decades",
+                "0.5 to 300 decades",
+                n,
+            ),
+            Depth::Decibels(n) => ((5.0..=3000.0).contains(&n), "db", "5 to 3000 dB", n),
+        };
+        Error::require(is_within, option, expected, depth)
     }
 
     fn least_text(&self, (width, height): (f64, f64)) -> String {

@@ -135,13 +135,9 @@ impl ResultDirectory {
     pub fn create(wanted: &Path, replace: bool) -> Result<Self> {
         // A separator at the end would lead through a symbolic link.
         let wanted: PathBuf = wanted.components().collect();
-        if wanted.file_name().is_none() {
-            return Err(Error::Request {
-                option: "out",
-                expected: "a directory with a name, which the run makes".into(),
-                found: wanted.display().to_string(),
-            });
-        }
+        let expected = "a directory with a name, which the run makes";
+        let has_name = wanted.file_name().is_some();
+        Error::require(has_name, "out", expected, wanted.display())?;
         check_free(&wanted, replace)?;
         let working = Working::reserve(&wanted)
             .and_then(|working| working.create_directory().map(|()| working))

@@ -237,11 +237,9 @@ pub fn field_names(fields: &[PathBuf]) -> Result<Vec<String>> {
             let whole = whole.map_err(Error::read("find", &fields[n]))?;
             let parts: Vec<_> = whole.parent().into_iter().flatten().collect();
             if folders > parts.len() {
-                return Err(Error::Request {
-                    option: "out",
-                    expected: "fields that differ, each with results of its own".into(),
-                    found: format!("{} twice", fields[n].display()),
-                });
+                let expected = "fields that differ, each with results of its own";
+                let found = format!("{} twice", fields[n].display());
+                return Err(Error::request("out", expected, found));
             }
             let before = parts[parts.len() - folders..].iter();
             let before = before.map(|part| part.to_string_lossy().replace(['/', '\\', ':'], ""));

@@ -67,14 +67,9 @@ impl NewFile {
     fn check_extension(&self, path: &Path) -> Result<()> {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let is = |known: &&str| extension == **known;
-        if self.extensions.iter().any(&is) || !KNOWN.iter().any(is) {
-            return Ok(());
-        }
-        Err(Error::Request {
-            option: "out",
-            expected: format!("a name that ends in .{}", self.extensions.join(" or .")),
-            found: path.display().to_string(),
-        })
+        let is_ours = self.extensions.iter().any(&is) || !KNOWN.iter().any(is);
+        let expected = format!("a name that ends in .{}", self.extensions.join(" or ."));
+        Error::require(is_ours, "out", expected, path.display())
     }
 
     /// Refuses a place that is taken.
@@ -83,13 +78,8 @@ impl NewFile {
             .as_os_str()
             .to_string_lossy()
             .ends_with(std::path::is_separator);
-        if path.file_name().is_none() || ends_in_separator {
-            return Err(Error::Request {
-                option: "out",
-                expected: "a file with a name".into(),
-                found: path.display().to_string(),
-            });
-        }
+        let has_name = path.file_name().is_some() && !ends_in_separator;
+        Error::require(has_name, "out", "a file with a name", path.display())?;
         self.check_extension(path)?;
         let occupied = |found: &str| {
             Err(Error::OutputInUse {

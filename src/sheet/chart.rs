@@ -49,7 +49,8 @@ pub enum Marker {
 }
 
 /// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Look {
     /// A line; its points are marked where they are few.
     Line,

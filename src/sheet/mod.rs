@@ -179,6 +179,26 @@ impl Table {
         }
     }
 
+    /// A row for each item, of the columns in which any has a cell.
+    pub(crate) fn of_columns<T>(
+        title: &str,
+        items: &[T],
+        columns: &[(&str, fn(&T) -> Option<String>)],
+    ) -> Table {
+        let is_filled = |(_, cell): &&(&str, fn(&T) -> Option<String>)| {
+            items.iter().any(|item| cell(item).is_some())
+        };
+        let columns: Vec<_> = columns.iter().filter(is_filled).collect();
+        let head: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+        let row = |item| {
+            let cells = columns.iter().map(|(_, cell)| cell(item));
+            cells
+                .map(|cell| cell.unwrap_or_else(|| "-".into()))
+                .collect()
+        };
+        Table::of(title, &head, items.iter().map(row))
+    }
+
     /// Printed without `--verbose` too.
     pub fn printed(self) -> Table {
         Table {

@@ -4,27 +4,31 @@ use serde_json::json;
 
 use super::super::{Journey, Travel};
 use super::LOCALIZED;
-use crate::sheet::{BLUE, Chart, Describe, PlotRow, Series, Sheet, VERMILLION, error_size, number};
+use crate::sheet::{
+    BLUE, Chart, Column, Describe, PlotRow, Series, Sheet, VERMILLION, error_size, number,
+};
+
+const TRAVEL: [Column<Travel>; 4] = [
+    ("cells", "", |travel| travel.cells as f64),
+    ("shape_change", "", |travel| travel.shape_change),
+    ("leak", "", |travel| travel.leak),
+    ("energy_drift", "", |travel| travel.energy_drift),
+];
 
 impl Describe for Journey {
     /// Arrays: `velocity` (2, sites), at the start and at the end; `cells`, `shape_change`, `leak`, `energy_drift` after
     /// each cell.
     fn describe(&self) -> Sheet<'_> {
-        let arrived = &self.arrived;
-        let ratio = self.ratio.value();
+        let (name, ratio) = (self.ratio.name(), self.ratio.value());
+        let (cells, leak) = (self.arrived.cells, error_size(self.arrived.leak));
         let mut sheet = Sheet {
             name: "launch",
             version: 1,
             title: format!("Launched wave of order {}", self.order),
-            about: format!(
-                "A chain of {} {ratio} that starts with the wave",
-                self.ratio.name()
-            ),
+            about: format!("A chain of {name} {ratio} that starts with the wave"),
             answer: format!(
-                "the wave travels {} cells at ratio {} and sheds {} of its energy a cell",
-                arrived.cells,
-                number(ratio),
-                error_size(arrived.leak)
+                "the wave travels {cells} cells at ratio {} and sheds {leak} of its energy a cell",
+                number(ratio)
             ),
             definitions: vec![LOCALIZED],
             ..Sheet::default()
@@ -32,31 +36,17 @@ impl Describe for Journey {
         sheet.fact("ratio", ratio.to_string());
         let text = format!(
             "{} of the largest velocity; runs of local errors {} and {} differ by {}",
-            error_size(arrived.shape_change),
+            error_size(self.arrived.shape_change),
             error_size(self.local_error),
             error_size(10.0 * self.local_error),
             error_size(self.stepping_error)
         );
         sheet.fact("shape change", text);
-        sheet.fact("energy drift", error_size(arrived.energy_drift));
+        sheet.fact("energy drift", error_size(self.arrived.energy_drift));
         sheet.numbers(json!({ "launch": self }));
-        let sites = self.velocity[0].len();
-        sheet.variable(
-            "velocity",
-            &[("end", 2), ("site", sites)],
-            "",
-            self.velocity.concat(),
-        );
-        sheet.columns(
-            "cells",
-            &self.travels,
-            &[
-                ("cells", "", |t: &Travel| t.cells as f64),
-                ("shape_change", "", |t| t.shape_change),
-                ("leak", "", |t| t.leak),
-                ("energy_drift", "", |t| t.energy_drift),
-            ],
-        );
+        let dimensions = [("end", 2), ("site", self.velocity[0].len())];
+        sheet.variable("velocity", &dimensions, "", self.velocity.concat());
+        sheet.columns("cells", &self.travels, &TRAVEL);
         sheet
     }
 
@@ -65,45 +55,31 @@ impl Describe for Journey {
     fn pictures(&self) -> Vec<PlotRow> {
         let [start, end] = &self.velocity;
         let moved = 2 * self.arrived.cells;
-        let length = start.len() - moved;
-        let curve = |label: &str, colour, values: &[f64]| {
-            let points = values.iter().enumerate();
-            let points = points.map(|(j, v)| (0.5 * j as f64, *v));
-            Series::line(label, colour, points.collect())
-        };
+        let cell: Vec<f64> = (0..start.len() - moved).map(|j| 0.5 * j as f64).collect();
         let velocities = vec![
-            curve("at the start", BLUE, &start[..length]),
-            curve("at the end, moved back", VERMILLION, &end[moved..]),
+            Series::of("at the start", BLUE, &cell, start),
+            Series::of("at the end, moved back", VERMILLION, &cell, &end[moved..]),
         ];
         // Zeros are drawn as rounding.
         let along = |label: &str, colour, value: fn(&Travel) -> f64| {
-            let points = self.travels.iter();
-            let points = points.map(|t| (t.cells as f64, value(t).abs().max(1e-17)));
-            Series::line(label, colour, points.collect())
+            let point = |t: &Travel| (t.cells as f64, value(t).abs().max(1e-17));
+            Series::line(label, colour, self.travels.iter().map(point).collect())
         };
         let changes = vec![
             along("shape change", BLUE, |t| t.shape_change),
             along("energy drift", VERMILLION, |t| t.energy_drift),
         ];
-        PlotRow::grid(
-            2,
-            [
-                Chart {
-                    x: 0.0..0.5 * length as f64,
-                    ..Chart::of("velocity", "cell", "velocity", velocities)
-                },
-                Chart {
-                    x: 0.0..self.arrived.cells as f64,
-                    y: 3e-18..1.0,
-                    log_y: true,
-                    ..Chart::of(
-                        "what changes on the way",
-                        "cells travelled",
-                        "relative change",
-                        changes,
-                    )
-                },
-            ],
-        )
+        let velocities = Chart {
+            x: 0.0..0.5 * cell.len() as f64,
+            ..Chart::of("velocity", "cell", "velocity", velocities)
+        };
+        let title = "what changes on the way";
+        let changes = Chart {
+            x: 0.0..self.arrived.cells as f64,
+            y: 3e-18..1.0,
+            log_y: true,
+            ..Chart::of(title, "cells travelled", "relative change", changes)
+        };
+        PlotRow::grid(2, [velocities, changes])
     }
 }

@@ -4,7 +4,9 @@ use serde_json::json;
 
 use super::super::{Comparison, Direct, OrderRow};
 use super::{DIGITS, LOCALIZED, TIME};
-use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, Table, error_size, number};
+use crate::sheet::{
+    Chart, Describe, Look, PlotRow, Series, Sheet, Table, error_size, number, percent, with_half,
+};
 
 /// Ratios that the answer names at most.
 const SHOWN: usize = 4;
@@ -48,17 +50,17 @@ impl Describe for Orders {
             ],
             ..Sheet::default()
         };
-        sheet.tables.push(self.short_table());
-        if self.strikes() {
-            sheet.tables.push(self.leaks());
-        }
-        sheet.tables.push(self.whole_table());
+        let short = Table::of_columns("Orders", &self.rows, &SHORT).printed();
+        let leaks = Table::of_columns("Energy that pulses lose", &self.leaks(), &LEAKS).printed();
+        let strikes = self.comparison.cells.is_some();
+        let whole = Table::of_columns("Orders, with differences", &self.rows, &WHOLE);
+        sheet.tables.push(short);
+        sheet.tables.extend(strikes.then_some(leaks));
+        sheet.tables.push(whole);
         let coefficients = self.rows.iter().find_map(|row| row.angle?.coefficients);
         if let Some([soft, _]) = coefficients {
-            sheet.fact(
-                "soft contacts",
-                format!("{soft:.6e} N/m^1.5, at 90 degrees"),
-            );
+            let text = format!("{soft:.6e} N/m^1.5, at 90 degrees");
+            sheet.fact("soft contacts", text);
         }
         for row in &self.rows {
             if let Some(reason) = &row.reason {
@@ -76,182 +78,85 @@ impl Describe for Orders {
     fn pictures(&self) -> Vec<PlotRow> {
         let over_order = |label: &str, n: usize, look: Look, value: Value| {
             let rows = self.rows.iter();
-            let points: Vec<(f64, f64)> = rows
-                .filter_map(|row| Some((row.order as f64, value(row)?)))
-                .collect();
-            (!points.is_empty()).then(|| Series::line(label, n, points).with(look))
+            let points = rows.filter_map(|row| Some((row.order as f64, value(row)?)));
+            Series::line(label, n, points.collect()).with(look)
         };
-        let chart = |title: &str, label: &str, series: Vec<Option<Series>>| {
-            let series: Vec<Series> = series.into_iter().flatten().collect();
+        let chart = |title: &str, label: &str, mut series: Vec<Series>| {
+            series.retain(|series| !series.points.is_empty());
             (!series.is_empty()).then(|| Chart::of(title, "order", label, series).logarithmic())
         };
         let ratios = vec![
-            over_order("exact", 0, Look::Line, |row| Some(row.exact?.ratio.value())),
-            over_order("estimate, exact wave", 1, Look::Dots, |row| {
-                Some(row.asymptotic?.exact_profile)
-            }),
-            over_order("estimate, fitted wave", 2, Look::Dots, |row| {
-                row.asymptotic?.fitted_profile
-            }),
-            over_order("struck chains", 3, Look::Dots, |row| {
-                Some(row.direct?.ratio.value())
-            }),
+            over_order("exact", 0, Look::Line, ratio),
+            over_order("estimate, exact wave", 1, Look::Dots, on_exact),
+            over_order("estimate, fitted wave", 2, Look::Dots, on_fitted),
+            over_order("struck chains", 3, Look::Dots, struck),
         ];
+        let leak: Value = |row| Some(row.direct?.leak);
+        let largest: Value = |row| Some(row.most_dispersive?.leak);
         let leaks = vec![
-            over_order("at the order", 0, Look::Line, |row| Some(row.direct?.leak)),
-            over_order("largest before the next", 1, Look::Line, |row| {
-                Some(row.most_dispersive?.leak)
-            }),
+            over_order("at the order", 0, Look::Line, leak),
+            over_order("largest before the next", 1, Look::Line, largest),
         ];
+        let of_leaks = "energy that a struck chain's pulse loses in a cell";
         let charts = [
             chart("ratios of localized waves", "ratio", ratios),
-            chart(
-                "energy that a struck chain's pulse loses in a cell",
-                "leak a cell",
-                leaks,
-            ),
+            chart(of_leaks, "leak a cell", leaks),
         ];
         let charts: Vec<Chart> = charts.into_iter().flatten().collect();
-        let rows = [PlotRow::of(charts), PlotRow::of(self.waves())];
-        rows.into_iter()
-            .filter(|row| !row.plots.is_empty())
-            .collect()
+        let mut rows = vec![PlotRow::of(charts), PlotRow::of(self.waves())];
+        rows.retain(|row| !row.plots.is_empty());
+        rows
     }
 }
 
-/// The drawn quantity of an order.
-type Value = fn(&OrderRow) -> Option<f64>;
-
 impl Orders {
-    fn strikes(&self) -> bool {
-        self.comparison.cells.is_some()
-    }
-
-    fn is_published(&self) -> bool {
-        self.rows.iter().any(|row| row.published.is_some())
-    }
-
-    /// The ratios that carry waves, in words.
+    /// The ratios that carry waves, their angles, and where struck pulses lose most, in words.
     fn answer(&self) -> String {
-        let known = self.rows.iter().filter_map(|row| row.exact.as_ref());
-        let ratios: Vec<String> = known.map(|exact| number(exact.ratio.value())).collect();
-        let unresolved = match self.rows.len() - ratios.len() {
-            0 => String::new(),
-            count => format!("; {count} not resolved"),
+        let resolved = || self.rows.iter().filter(|row| row.exact.is_some());
+        let count = resolved().count();
+        let first = |values: Vec<f64>| {
+            let more = if count > SHOWN { ", ..." } else { "" };
+            let shown: Vec<String> = values.into_iter().take(SHOWN).map(number).collect();
+            shown.join(", ") + more
         };
         let orders = match (self.comparison.orders.start(), self.comparison.orders.end()) {
             (first, last) if first == last => format!("order {first}"),
             (first, last) => format!("orders {first} to {last}"),
         };
         let of = self.comparison.family.alternation.name();
-        let shown = ratios.len().min(SHOWN);
-        let more = if ratios.len() > shown { ", ..." } else { "" };
-        let what = match ratios.len() {
+        let ratios = first(resolved().filter_map(ratio).collect());
+        let mut answer = match count {
             0 => return format!("no localized wave of {orders} is resolved"),
-            1 => format!("a localized wave at {of} ratio"),
-            _ => format!("localized waves at {of} ratios"),
+            1 => format!("a localized wave at {of} ratio {ratios}"),
+            _ => format!("localized waves at {of} ratios {ratios}"),
         };
-        format!(
-            "{what} {}{more} ({orders}){unresolved}",
-            ratios[..shown].join(", ")
-        )
-    }
-
-    fn short_table(&self) -> Table {
-        let mut head = vec!["order", "exact ratio", "error", "estimate"];
-        head.extend(self.strikes().then_some("struck chain"));
-        head.extend(self.is_published().then_some("paper"));
-        let rows = self.rows.iter().map(|row| {
-            let mut cells = exact_cells(row).to_vec();
-            cells.push(six(row.asymptotic.map(|a| a.exact_profile)));
-            if self.strikes() {
-                cells.push(six(row.direct.map(|direct| direct.ratio.value())));
-            }
-            if self.is_published() {
-                cells.push(row.published.map_or("-".into(), |p| p.direct.to_string()));
-            }
-            cells
-        });
-        table("Orders", &head, rows.collect(), true)
-    }
-
-    /// All that is known; deviations are relative to the exact ratio, that of the paper's estimate to ours.
-    fn whole_table(&self) -> Table {
-        let mut head = vec!["order", "exact ratio", "error"];
-        let mut group = |names: &[&'static str]| head.extend(names);
-        group(&[
-            "estimate, exact wave",
-            "rel. diff.",
-            "estimate, fitted wave",
-            "rel. diff.",
-        ]);
-        if self.strikes() {
-            group(&["struck chain", "error", "rel. diff."]);
+        let degrees: Vec<f64> = resolved()
+            .filter_map(|row| Some(row.angle?.degrees))
+            .collect();
+        if !degrees.is_empty() {
+            answer += &format!(", cylinders crossed at {} degrees", first(degrees));
         }
-        if self.is_published() {
-            group(&[
-                "paper, simulated",
-                "rel. diff.",
-                "paper, estimate",
-                "rel. diff.",
-                "printed as",
-            ]);
+        answer += &format!(" ({orders})");
+        if count < self.rows.len() {
+            answer += &format!("; {} not resolved", self.rows.len() - count);
         }
-        let rows = self.rows.iter().map(|row| {
-            let (estimates, off) = (row.asymptotic, &row.differences);
-            let change = |value: Option<f64>| value.map_or("-".into(), error_size);
-            let known = |value: Option<f64>| value.map_or("-".into(), |value| value.to_string());
-            let mut cells = exact_cells(row).to_vec();
-            cells.push(six(estimates.map(|a| a.exact_profile)));
-            cells.push(change(off.exact_profile));
-            cells.push(six(estimates.and_then(|a| a.fitted_profile)));
-            cells.push(change(off.fitted_profile));
-            if self.strikes() {
-                cells.push(six(row.direct.map(|d| d.ratio.value())));
-                cells.push(change(row.direct.map(|d| d.error)));
-                cells.push(change(off.direct));
-            }
-            if self.is_published() {
-                cells.push(known(row.published.map(|p| p.direct)));
-                cells.push(change(off.published_direct));
-                cells.push(known(row.published.map(|p| p.estimate)));
-                cells.push(change(off.published_estimate));
-                cells.push(
-                    row.published
-                        .map_or("-".into(), |p| p.printed_order.to_string()),
-                );
-            }
-            cells
-        });
-        table("Orders, with differences", &head, rows.collect(), false)
+        let most = self.rows.iter().filter_map(|row| row.most_dispersive);
+        if let Some(most) = most.max_by(|a, b| a.leak.total_cmp(&b.leak)) {
+            let degrees = degrees_of(&most).map_or(String::new(), |text| format!(" ({text})"));
+            let (leak, at) = (percent(most.leak), stated(&most));
+            answer += &format!("; struck pulses lose most, {leak} a cell, at {at}{degrees}");
+        }
+        answer
     }
 
     /// What pulses lose at the orders and, most, between them.
-    fn leaks(&self) -> Table {
-        let with_angles = self.comparison.cylinders.is_some();
-        let mut head = vec!["wave", "ratio", "leak a cell"];
-        head.extend(with_angles.then_some("degrees"));
-        let mut rows = Vec::new();
-        for row in &self.rows {
-            let mut add = |name: String, direct: Direct, degrees: Option<f64>| {
-                let mut cells = vec![
-                    name,
-                    six(Some(direct.ratio.value())),
-                    error_size(direct.leak),
-                ];
-                cells.extend(with_angles.then(|| six(degrees)));
-                rows.push(cells);
-            };
-            if let Some(direct) = row.direct {
-                let degrees = row.angle.map(|angle| angle.degrees);
-                add(format!("order {}", row.order), direct, degrees);
-            }
-            if let Some(direct) = row.most_dispersive {
-                let degrees = direct.angle.map(|angle| angle.degrees);
-                add("most dispersive".into(), direct, degrees);
-            }
-        }
-        table("Energy that pulses lose", &head, rows, true)
+    fn leaks(&self) -> Vec<(String, Direct)> {
+        let of = |row: &OrderRow| {
+            let order = row.direct.map(|it| (format!("order {}", row.order), it));
+            let between = row.most_dispersive.map(|it| ("most dispersive".into(), it));
+            order.into_iter().chain(between)
+        };
+        self.rows.iter().flat_map(of).collect()
     }
 
     /// The forces of all waves, each over its largest.
@@ -259,7 +164,7 @@ impl Orders {
         let names = self.comparison.family.alternation.contacts();
         let waves = self.rows.iter().filter_map(|row| row.wave.as_ref());
         let profiles: Vec<_> = waves.map(|wave| (wave.order, wave.profile(HALF))).collect();
-        let charts = names.into_iter().enumerate().map(|(contact, name)| {
+        let chart = |(contact, name): (usize, &str)| {
             let series = profiles.iter().enumerate().map(|(n, (order, profile))| {
                 let force = &profile.force[contact];
                 let largest = force.iter().fold(0.0, |most: f64, f| most.max(*f));
@@ -268,127 +173,187 @@ impl Orders {
                 let near = points.filter(|point| point.0.abs() <= REACH);
                 Series::line(format!("order {order}"), n, near.collect())
             });
-            Chart::of(
-                format!("the waves, {name}"),
-                "time (cells)",
-                "force / largest",
-                series.collect(),
-            )
-        });
-        match profiles.is_empty() {
-            true => Vec::new(),
-            false => charts.collect(),
-        }
+            let title = format!("the waves, {name}");
+            Chart::of(title, "time (cells)", "force / largest", series.collect())
+        };
+        let contacts = names.into_iter().enumerate();
+        contacts
+            .filter(|_| !profiles.is_empty())
+            .map(chart)
+            .collect()
     }
 
     /// One row for each order, with all digits; unknown values are empty.
     fn records(&self) -> Table {
+        let head: Vec<&str> = RECORDS
+            .iter()
+            .map(|(name, _)| *name)
+            .chain(["reason"])
+            .collect();
         let rows = self.rows.iter().map(|row| {
-            let exact = row.exact.as_ref();
             let text = |value: Option<f64>| value.map(|x| x.to_string()).unwrap_or_default();
-            let count = |value: Option<usize>| value.map(|x| x.to_string()).unwrap_or_default();
-            let extreme = |direct: Option<Direct>| {
-                [
-                    text(direct.map(|d| d.ratio.value())),
-                    text(direct.map(|d| d.error)),
-                    text(direct.map(|d| d.leak)),
-                    text(direct.and_then(|d| Some(d.angle?.degrees))),
-                ]
-            };
-            let mut cells = vec![
-                row.order.to_string(),
-                text(exact.map(|e| e.ratio.value())),
-                text(exact.map(|e| e.error)),
-                count(exact.map(|e| e.digits as usize)),
-                text(exact.map(|e| e.convergence.residual)),
-                count(exact.map(|e| e.convergence.iterations)),
-                text(exact.map(|e| e.convergence.tail)),
-                count(exact.map(|e| e.convergence.points)),
-                text(exact.map(|e| e.convergence.period)),
-                text(exact.map(|e| e.speed_coefficient)),
-                text(exact.map(|e| e.width)),
-                text(exact.map(|e| e.energy)),
-                text(exact.map(|e| e.momentum)),
-                text(row.angle.map(|angle| angle.degrees)),
-                text(row.asymptotic.map(|a| a.exact_profile)),
-                text(row.asymptotic.and_then(|a| a.fitted_profile)),
-            ];
-            cells.extend(extreme(row.direct));
-            cells.extend(extreme(row.most_dispersive));
-            cells.extend([
-                count(row.published.map(|p| p.printed_order)),
-                text(row.published.map(|p| p.direct)),
-                text(row.published.map(|p| p.estimate)),
-                text(row.differences.exact_profile),
-                text(row.differences.fitted_profile),
-                text(row.differences.direct),
-                text(row.differences.published_direct),
-                text(row.differences.published_estimate),
-                row.reason.clone().unwrap_or_default(),
-            ]);
-            cells
+            let numbers = RECORDS.iter().map(|(_, value)| text(value(row)));
+            numbers
+                .chain(row.reason.clone().or(Some(String::new())))
+                .collect()
         });
-        table("", &COLUMNS, rows.collect(), false)
+        Table::of("", &head, rows)
     }
 }
 
-fn table(title: &str, head: &[&str], rows: Vec<Vec<String>>, is_fact: bool) -> Table {
-    Table {
-        title: title.into(),
-        head: head.iter().map(|name| (*name).to_owned()).collect(),
-        rows,
-        is_fact,
-    }
+/// A number of an order.
+type Value = fn(&OrderRow) -> Option<f64>;
+/// A cell of a table of items, under its name.
+type Column<T> = (&'static str, fn(&T) -> Option<String>);
+
+fn ratio(row: &OrderRow) -> Option<f64> {
+    Some(row.exact?.ratio.value())
 }
 
-/// Order, exact ratio, and its error.
-fn exact_cells(row: &OrderRow) -> [String; 3] {
-    let [ratio, error] = match &row.exact {
-        Some(exact) => [
-            format!("{:.DIGITS$}", exact.ratio.value()),
-            error_size(exact.error),
-        ],
-        None => ["unresolved".into(), "-".into()],
-    };
-    [row.order.to_string(), ratio, error]
+fn on_exact(row: &OrderRow) -> Option<f64> {
+    Some(row.asymptotic?.exact_profile)
 }
 
-fn six(value: Option<f64>) -> String {
-    value.map_or("-".into(), |value| format!("{value:.6}"))
+fn on_fitted(row: &OrderRow) -> Option<f64> {
+    row.asymptotic?.fitted_profile
 }
 
-const COLUMNS: [&str; 33] = [
-    "order",
-    "ratio",
-    "error",
-    "digits",
-    "residual",
-    "iterations",
-    "tail",
-    "points",
-    "period",
-    "speed_coefficient",
-    "width",
-    "energy",
-    "momentum",
-    "angle",
-    "exact_profile",
-    "fitted_profile",
-    "direct",
-    "direct_error",
-    "direct_leak",
-    "direct_angle",
-    "most_dispersive",
-    "most_dispersive_error",
-    "most_dispersive_leak",
-    "most_dispersive_angle",
-    "printed_order",
-    "published_direct",
-    "published_estimate",
-    "exact_profile_difference",
-    "fitted_profile_difference",
-    "direct_difference",
-    "published_direct_difference",
-    "published_estimate_difference",
-    "reason",
+fn struck(row: &OrderRow) -> Option<f64> {
+    Some(row.direct?.ratio.value())
+}
+
+/// A ratio of struck chains with its error.
+fn stated(direct: &Direct) -> String {
+    let ratio = direct.ratio.value();
+    with_half(ratio, direct.error * ratio, "")
+}
+
+/// The angle of struck chains with its error.
+fn degrees_of(direct: &Direct) -> Option<String> {
+    let angle = direct.angle?;
+    Some(with_half(angle.degrees, angle.degrees_error, "degrees"))
+}
+
+fn six(value: f64) -> String {
+    format!("{value:.6}")
+}
+
+const ORDER: Column<OrderRow> = ("order", |row| Some(row.order.to_string()));
+const RATIO: Column<OrderRow> = ("exact ratio", |row| {
+    Some(format!("{:.DIGITS$}", ratio(row)?))
+});
+const ERROR: Column<OrderRow> = ("error", |row| Some(error_size(row.exact?.error)));
+const STRUCK: Column<OrderRow> = ("struck chain", |row| Some(stated(&row.direct?)));
+
+const SHORT: [Column<OrderRow>; 7] = [
+    ORDER,
+    RATIO,
+    ERROR,
+    ("degrees", |row| Some(six(row.angle?.degrees))),
+    ("estimate", |row| Some(six(on_exact(row)?))),
+    STRUCK,
+    ("paper", |row| Some(row.published?.direct.to_string())),
+];
+
+const LEAKS: [Column<(String, Direct)>; 4] = [
+    ("wave", |(name, _)| Some(name.clone())),
+    ("ratio", |(_, direct)| Some(stated(direct))),
+    ("leak a cell", |(_, direct)| Some(error_size(direct.leak))),
+    ("angle", |(_, direct)| degrees_of(direct)),
+];
+
+/// All that is known; deviations are relative to the exact ratio, that of the paper's estimate to ours.
+const WHOLE: [Column<OrderRow>; 14] = [
+    ORDER,
+    RATIO,
+    ERROR,
+    ("estimate, exact wave", |row| Some(six(on_exact(row)?))),
+    ("rel. diff.", |row| {
+        row.differences.exact_profile.map(error_size)
+    }),
+    ("estimate, fitted wave", |row| Some(six(on_fitted(row)?))),
+    ("rel. diff.", |row| {
+        row.differences.fitted_profile.map(error_size)
+    }),
+    STRUCK,
+    ("rel. diff.", |row| row.differences.direct.map(error_size)),
+    ("paper, simulated", |row| {
+        Some(row.published?.direct.to_string())
+    }),
+    ("rel. diff.", |row| {
+        row.differences.published_direct.map(error_size)
+    }),
+    ("paper, estimate", |row| {
+        Some(row.published?.estimate.to_string())
+    }),
+    ("rel. diff.", |row| {
+        row.differences.published_estimate.map(error_size)
+    }),
+    ("printed as", |row| {
+        Some(row.published?.printed_order.to_string())
+    }),
+];
+
+/// The numbers of `table.csv`.
+const RECORDS: [(&str, Value); 34] = [
+    ("order", |row| Some(row.order as f64)),
+    ("ratio", ratio),
+    ("error", |row| Some(row.exact?.error)),
+    ("digits", |row| Some(f64::from(row.exact?.digits))),
+    ("residual", |row| Some(row.exact?.convergence.residual)),
+    ("iterations", |row| {
+        Some(row.exact?.convergence.iterations as f64)
+    }),
+    ("tail", |row| Some(row.exact?.convergence.tail)),
+    ("points", |row| Some(row.exact?.convergence.points as f64)),
+    ("period", |row| Some(row.exact?.convergence.period)),
+    ("speed_coefficient", |row| {
+        Some(row.exact?.speed_coefficient)
+    }),
+    ("width", |row| Some(row.exact?.width)),
+    ("energy", |row| Some(row.exact?.energy)),
+    ("momentum", |row| Some(row.exact?.momentum)),
+    ("angle", |row| Some(row.angle?.degrees)),
+    ("exact_profile", on_exact),
+    ("fitted_profile", on_fitted),
+    ("direct", struck),
+    ("direct_error", |row| Some(row.direct?.error)),
+    ("direct_leak", |row| Some(row.direct?.leak)),
+    ("direct_angle", |row| Some(row.direct?.angle?.degrees)),
+    ("direct_angle_error", |row| {
+        Some(row.direct?.angle?.degrees_error)
+    }),
+    ("most_dispersive", |row| {
+        Some(row.most_dispersive?.ratio.value())
+    }),
+    ("most_dispersive_error", |row| {
+        Some(row.most_dispersive?.error)
+    }),
+    ("most_dispersive_leak", |row| {
+        Some(row.most_dispersive?.leak)
+    }),
+    ("most_dispersive_angle", |row| {
+        Some(row.most_dispersive?.angle?.degrees)
+    }),
+    ("most_dispersive_angle_error", |row| {
+        Some(row.most_dispersive?.angle?.degrees_error)
+    }),
+    ("printed_order", |row| {
+        Some(row.published?.printed_order as f64)
+    }),
+    ("published_direct", |row| Some(row.published?.direct)),
+    ("published_estimate", |row| Some(row.published?.estimate)),
+    ("exact_profile_difference", |row| {
+        row.differences.exact_profile
+    }),
+    ("fitted_profile_difference", |row| {
+        row.differences.fitted_profile
+    }),
+    ("direct_difference", |row| row.differences.direct),
+    ("published_direct_difference", |row| {
+        row.differences.published_direct
+    }),
+    ("published_estimate_difference", |row| {
+        row.differences.published_estimate
+    }),
 ];

@@ -29,39 +29,32 @@ impl Describe for Profile {
     /// `slow`, `fast` (nt); `ratio`, `exponent`, `order` (1).
     fn describe(&self) -> Sheet<'_> {
         let Profile { wave, snapshot } = self;
-        let exact = Exact::of(wave);
-        let ratio = exact.ratio;
+        let (exact, exponent) = (Exact::of(wave), wave.exponent);
+        let (name, ratio) = (exact.ratio.name(), wave.ratio);
+        let width = format!("{} sites", number(exact.width));
         let mut sheet = Sheet {
             name: "wave",
             version: 1,
             title: format!("Localized wave of order {}", wave.order),
             about: format!(
-                "A dimer whose {} alternates, exponent {}",
-                wave.alternation.name(),
-                wave.exponent
+                "A dimer whose {} alternates, exponent {exponent}",
+                wave.alternation.name()
             ),
-            answer: format!(
-                "a localized wave at {} {}, {} sites wide",
-                ratio.name(),
-                number(ratio.value()),
-                number(exact.width)
-            ),
+            answer: format!("a localized wave at {name} {}, {width} wide", number(ratio)),
             definitions: vec![LOCALIZED, TIME, PSI],
             ..Sheet::default()
         };
-        let text = format!(
-            "{:.DIGITS$}, error {} of it",
-            ratio.value(),
-            error_size(exact.error)
+        let error = error_size(exact.error);
+        sheet.fact("ratio", format!("{ratio:.DIGITS$}, error {error} of it"));
+        let (speed, power) = (
+            number(exact.speed_coefficient),
+            0.5 * (exponent - 1.0) / exponent,
         );
-        sheet.fact("ratio", text);
-        let power = (wave.exponent - 1.0) / (2.0 * wave.exponent);
         let text = format!(
-            "{} F^{power:.4} sites per unit of time, F the peak force in the first contact",
-            number(exact.speed_coefficient)
+            "{speed} F^{power:.4} sites per unit of time, F the peak force in the first contact"
         );
         sheet.fact("speed", text);
-        sheet.fact("width", format!("{} sites", number(exact.width)));
+        sheet.fact("width", width);
         sheet.fact("energy", number(exact.energy));
         sheet.fact("momentum", number(exact.momentum));
         let text = format!(
@@ -72,34 +65,25 @@ impl Describe for Profile {
         );
         sheet.detail("residual", text);
         sheet.numbers(json!({
-            "family": { "alternation": wave.alternation, "exponent": wave.exponent },
+            "family": { "alternation": wave.alternation, "exponent": exponent },
             "order": wave.order,
             "exact": exact,
         }));
-        let times = snapshot.time.len();
         sheet.line("time", "time", "", &snapshot.time);
+        let dimensions = [("contact", 2), ("time", snapshot.time.len())];
         for (name, values) in [
             ("overlap", &snapshot.overlap),
             ("psi", &snapshot.psi),
             ("force", &snapshot.force),
             ("velocity", &snapshot.velocity),
         ] {
-            sheet.variable(
-                name,
-                &[("contact", 2), ("time", times)],
-                "",
-                values.concat(),
-            );
+            sheet.variable(name, &dimensions, "", values.concat());
         }
         sheet.line("slow", "time", "", &snapshot.slow);
         sheet.line("fast", "time", "", &snapshot.fast);
-        for (name, value) in [
-            ("ratio", wave.ratio),
-            ("exponent", wave.exponent),
-            ("order", wave.order as f64),
-        ] {
-            sheet.line(name, "wave", "", vec![value]);
-        }
+        sheet.line("ratio", "wave", "", vec![ratio]);
+        sheet.line("exponent", "wave", "", vec![exponent]);
+        sheet.line("order", "wave", "", vec![wave.order as f64]);
         sheet
     }
 
@@ -115,9 +99,9 @@ impl Describe for Profile {
         let chart = |name: &str, y_label: &str, labels: [&str; 2], values: [&Vec<f64>; 2]| {
             let all = labels.into_iter().zip([BLUE, VERMILLION]).zip(values);
             let series = all.map(|((label, colour), values)| {
-                let points = profile.time.iter().copied().zip(values.iter().copied());
-                let near = points.filter(|point| point.0.abs() <= end);
-                Series::line(label, colour, near.collect())
+                let mut series = Series::of(label, colour, &profile.time, values);
+                series.points.retain(|point| point.0.abs() <= end);
+                series
             });
             Chart {
                 x: -end..end,
@@ -125,18 +109,15 @@ impl Describe for Profile {
             }
         };
         let psi = "ψ = F^(1/p)";
+        let Snapshot { slow, fast, .. } = profile;
+        let parts = ["slow part", "fast part"];
         PlotRow::grid(
             2,
             [
                 chart("overlap", psi, contacts, profile.psi.each_ref()),
                 chart("force", "force", contacts, profile.force.each_ref()),
                 chart("velocity", "velocity", sites, profile.velocity.each_ref()),
-                chart(
-                    "parts",
-                    psi,
-                    ["slow part", "fast part"],
-                    [&profile.slow, &profile.fast],
-                ),
+                chart("parts", psi, parts, [slow, fast]),
             ],
         )
     }

@@ -2,20 +2,11 @@
 
 use serde::Serialize;
 
-use super::{Role, doubles, page_opens, sentence_case};
+use super::{Look, Role, doubles, page_opens, sentence_case};
 use crate::plot;
 
 /// Longest curve that is embedded whole; of longer ones, the extremes of each block.
 const CURVE_LIMIT: usize = 1 << 16;
-
-/// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(in crate::report) enum Look {
-    Line,
-    Dashed,
-    Dots,
-}
 
 /// How much a series stands out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -45,9 +36,9 @@ pub(in crate::report) struct Series {
     color: Option<usize>,
     /// Place on a scale of colours, from 0 to 1, in its stead.
     #[serde(skip_serializing_if = "Option::is_none")]
-    shade: Option<f64>,
+    pub shade: Option<f64>,
     #[serde(skip_serializing_if = "Weight::is_normal")]
-    weight: Weight,
+    pub weight: Weight,
     /// Little-endian f64, as all: energies of faint fields are below the range of f32.
     x: Option<String>,
     values: String,
@@ -63,6 +54,10 @@ pub(in crate::report) struct Series {
 impl Series {
     /// Values on the group's x.
     pub fn new(label: impl Into<String>, values: &[f64]) -> Series {
+        let embedded: Vec<f64> = match shown(values.len()) {
+            EmbeddedCurve::All => values.to_vec(),
+            EmbeddedCurve::Blocks(length) => values.chunks(length).flat_map(extremes).collect(),
+        };
         Series {
             label: label.into(),
             look: Look::Line,
@@ -70,10 +65,7 @@ impl Series {
             shade: None,
             weight: Weight::Normal,
             x: None,
-            values: match shown(values.len()) {
-                EmbeddedCurve::All => doubles(values.iter().copied()),
-                EmbeddedCurve::Blocks(length) => doubles(values.chunks(length).flat_map(extremes)),
-            },
+            values: doubles(embedded),
             errors: None,
             band: false,
             has_values: values.iter().any(|value| value.is_finite()),
@@ -83,16 +75,10 @@ impl Series {
     /// Values on an x of their own, which are embedded whole.
     pub fn points(label: impl Into<String>, points: &[(f64, f64)]) -> Series {
         Series {
-            label: label.into(),
-            look: Look::Line,
-            color: None,
-            shade: None,
-            weight: Weight::Normal,
             x: Some(doubles(points.iter().map(|point| point.0))),
             values: doubles(points.iter().map(|point| point.1)),
-            errors: None,
-            band: false,
             has_values: points.iter().any(|point| point.1.is_finite()),
+            ..Series::new(label, &[])
         }
     }
 
@@ -101,18 +87,6 @@ impl Series {
             color: Some(color),
             ..self
         }
-    }
-
-    /// The colour of a place between the first (0) and the last (1).
-    pub fn shaded(self, place: f64) -> Series {
-        Series {
-            shade: Some(place),
-            ..self
-        }
-    }
-
-    pub fn weighing(self, weight: Weight) -> Series {
-        Series { weight, ..self }
     }
 
     pub fn looking(self, look: Look) -> Series {
@@ -171,12 +145,12 @@ pub(in crate::report) struct CurveGroup {
     note: String,
     label: String,
     role: Option<Role>,
-    log: bool,
+    pub log: bool,
     /// Places on x, with their names.
-    marks: Vec<(f64, String)>,
+    pub marks: Vec<(f64, String)>,
     /// Whether they rise to 1 towards the right, where names have room below them.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
-    cumulative: bool,
+    pub cumulative: bool,
     /// Ends of what is shown at first, where that is not all.
     shown: Option<[f64; 2]>,
     /// Little-endian f64.
@@ -245,23 +219,23 @@ impl CurveGroup {
         let series = chart.series.iter().map(|series| {
             let drawn = Series::points(&series.label, &series.points)
                 .colored(series.colour)
-                .looking(match series.look {
-                    plot::Look::Line => Look::Line,
-                    plot::Look::Dashed => Look::Dashed,
-                    plot::Look::Dots => Look::Dots,
-                });
+                .looking(series.look);
             match series.errors.iter().any(|error| *error > 0.0) {
                 true => drawn.with_errors(series.errors.iter().copied()),
                 false => drawn,
             }
         });
-        let one = Chart::new(&chart.y_label, ends.chain(series).collect());
-        let one = if chart.log_y { one.log() } else { one };
+        let one = Chart {
+            log: chart.log_y,
+            ..Chart::new(&chart.y_label, ends.chain(series).collect())
+        };
         let marks = chart.marks.iter().map(|mark| (mark.at, mark.label.clone()));
         let heading = (id, &*sentence_case(&chart.title));
-        CurveGroup::new(heading, caption, (&chart.x_label, None), &[], vec![one])
-            .on_log_axis(chart.log_x)
-            .marked(marks.collect())
+        CurveGroup {
+            log: chart.log_x,
+            marks: marks.collect(),
+            ..CurveGroup::new(heading, caption, (&chart.x_label, None), &[], vec![one])
+        }
     }
 
     /// Shows a part of x at first, if `not_shown` says what it leaves out.
@@ -283,23 +257,6 @@ impl CurveGroup {
     /// Whether the page shows a part of it at first.
     pub fn opens_on_part(&self) -> bool {
         self.shown.is_some()
-    }
-
-    /// With a logarithmic x axis, if `log`.
-    pub fn on_log_axis(self, log: bool) -> CurveGroup {
-        CurveGroup { log, ..self }
-    }
-
-    /// Curves that rise to 1.
-    pub fn cumulative(self) -> CurveGroup {
-        CurveGroup {
-            cumulative: true,
-            ..self
-        }
-    }
-
-    pub fn marked(self, marks: Vec<(f64, String)>) -> CurveGroup {
-        CurveGroup { marks, ..self }
     }
 }
 

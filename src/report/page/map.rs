@@ -4,7 +4,7 @@ use ndarray::ArrayView2;
 use serde::Serialize;
 
 use super::{Role, doubles, sentence_case, singles};
-use crate::analyze::{DispersionCurve, Map, Reduction};
+use crate::analyze::{Map, Reduction};
 use crate::sheet::{Colors, Curve, HeatChart};
 
 #[derive(Debug, Clone, Serialize)]
@@ -54,7 +54,7 @@ pub(in crate::report) struct MapData {
     /// Whether the page opens with linear colours; those of signed values are linear anyway.
     linear: bool,
     /// Axis that the curve beside the map runs along at first.
-    along: &'static str,
+    pub along: &'static str,
     /// Magnitude at which a linear colour scale ends; by default the largest.
     limit: Option<f64>,
     /// Least and largest value of the colour scale, where other maps share it.
@@ -67,7 +67,7 @@ pub(in crate::report) struct MapData {
     lines: Vec<LineData>,
     /// What values along y are multiplied by for the ends of their 95 % interval.
     #[serde(skip_serializing_if = "Option::is_none")]
-    interval: Option<[f64; 2]>,
+    pub interval: Option<[f64; 2]>,
 }
 
 /// The cells of a map.
@@ -125,36 +125,46 @@ impl CellData {
 impl MapData {
     /// A map of a result, with axes of these roles; `shows` says what to look for.
     pub fn of(map: &Map, id: &str, title: &str, shows: &str, (x, y): (Role, Role)) -> MapData {
+        let axes = [
+            AxisData::new(&map.x.label, (map.x.low, map.x.high), x),
+            AxisData::new(&map.y.label, (map.y.low, map.y.high), y),
+        ];
+        let heading = (id.into(), title.into());
+        let detail = map.detail.as_ref().map(|part| DetailData {
+            x: [part.x.low, part.x.high],
+            y: [part.y.low, part.y.high],
+            cells: CellData::of(part),
+        });
         MapData {
-            id: id.into(),
-            title: title.into(),
-            caption: caption(shows, map),
-            x: AxisData::new(&map.x.label, (map.x.low, map.x.high), x),
-            y: AxisData::new(&map.y.label, (map.y.low, map.y.high), y),
-            label: map.label.clone(),
             signed: matches!(map.reduction, Reduction::Extreme { .. }),
-            linear: false,
-            along: "y",
-            limit: None,
-            range: None,
-            cells: CellData::of(map),
-            detail: map.detail.as_ref().map(|part| DetailData {
-                x: [part.x.low, part.x.high],
-                y: [part.y.low, part.y.high],
-                cells: CellData::of(part),
-            }),
-            lines: Vec::new(),
-            interval: None,
+            detail,
+            ..MapData::new(
+                heading,
+                caption(shows, map),
+                axes,
+                &map.label,
+                CellData::of(map),
+            )
         }
     }
 
     /// A map of values that are not negative.
     pub fn spectrum(
+        heading: (String, String),
+        caption: String,
+        axes: [AxisData; 2],
+        label: &str,
+        values: ArrayView2<f64>,
+    ) -> MapData {
+        MapData::new(heading, caption, axes, label, CellData::of_values(values))
+    }
+
+    fn new(
         (id, title): (String, String),
         caption: String,
         [x, y]: [AxisData; 2],
         label: &str,
-        values: ArrayView2<f64>,
+        cells: CellData,
     ) -> MapData {
         MapData {
             id,
@@ -168,7 +178,7 @@ impl MapData {
             along: "y",
             limit: None,
             range: None,
-            cells: CellData::of_values(values),
+            cells,
             detail: None,
             lines: Vec::new(),
             interval: None,
@@ -192,14 +202,22 @@ impl MapData {
         );
         let mut of_map = match &map.colors {
             Colors::Powers => of_map,
-            Colors::Between(range) if range.start == -range.end => of_map.signed(range.end),
-            Colors::Between(range) => of_map.linear().with_range(Some([range.start, range.end])),
+            Colors::Between(range) => {
+                let is_signed = range.start == -range.end;
+                MapData {
+                    linear: true,
+                    signed: is_signed,
+                    range: (!is_signed).then_some([range.start, range.end]),
+                    ..of_map.with_limit(if is_signed { range.end } else { 0.0 })
+                }
+            }
         };
         of_map.draw_over(&map.curves);
         Some(of_map)
     }
 
-    fn draw_over(&mut self, curves: &[Curve]) {
+    /// Draws curves over it, which its caption names.
+    pub fn draw_over(&mut self, curves: &[Curve]) {
         let mut name = "";
         for curve in curves {
             if !curve.label.is_empty() {
@@ -216,34 +234,6 @@ impl MapData {
         if !names.is_empty() {
             self.caption = format!("{} Dashed curves: {}.", self.caption, names.join("; "));
         }
-    }
-
-    /// With the ends of an interval about the curve along y.
-    pub fn with_interval(self, interval: Option<[f64; 2]>) -> Self {
-        MapData { interval, ..self }
-    }
-
-    /// With linear colours at first.
-    pub fn linear(self) -> Self {
-        MapData {
-            linear: true,
-            ..self
-        }
-    }
-
-    /// Of values of both signs, with colours that diverge from 0 up to a magnitude.
-    pub fn signed(self, limit: f64) -> Self {
-        let signed = MapData {
-            signed: true,
-            ..self
-        };
-        signed.linear().with_limit(limit)
-    }
-
-    /// With the curve beside it along x at first.
-    pub fn along_x(mut self) -> Self {
-        self.along = "x";
-        self
     }
 
     /// With a part of these ends on x and y, which the page shows at first.
@@ -269,12 +259,6 @@ impl MapData {
 
     pub fn with_limit(mut self, limit: f64) -> Self {
         self.limit = (limit > 0.0).then_some(limit);
-        self
-    }
-
-    /// With dispersion curves over it, which its caption names.
-    pub fn with_dispersion(mut self, curves: &[DispersionCurve]) -> Self {
-        self.draw_over(&DispersionCurve::curves(curves));
         self
     }
 

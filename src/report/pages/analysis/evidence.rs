@@ -26,78 +26,37 @@ pub(super) fn of(analysis: &Analysis) -> Vec<Vec<CurveGroup>> {
         return Vec::new();
     };
     let axes = &analysis.axes;
-    let along_x = answer.along_x.as_ref().map(|evidence| {
-        let of = &answer.frequency;
-        let marks = moved(of, both(of, |f| words.frequency(f)));
-        let position = (labels::position(axes), Role::Position);
-        let profile = profile("profile-along-x", position, evidence, of, &marks);
-        let curves = Curves {
-            id: "moved-along-x",
-            label: (labels::frequency(axes), Role::Frequency),
-            symbol: "f",
-            evidence,
-            gap: ends(evidence, of),
-            marks,
-            name: &|place| words.sites(place),
-        };
-        vec![profile, curves.group()]
+    let (f, k) = (&answer.frequency, &answer.wavenumber);
+    let (sites, time) = (
+        |place: &Place| words.sites(place),
+        |place: &Place| words.time(place),
+    );
+    let along_x = answer.along_x.as_ref().map(|evidence| Curves {
+        ids: ["profile-along-x", "moved-along-x"],
+        along: (labels::position(axes), Role::Position),
+        label: (labels::frequency(axes), Role::Frequency),
+        symbol: "f",
+        evidence,
+        of: f,
+        marks: moved(f, both(f, |f| words.frequency(f))),
+        name: &sites,
     });
-    let along_t = answer.along_t.as_ref().map(|evidence| {
-        let of = &answer.wavenumber;
-        let marks = moved(of, both(of, |k| words.wavenumber(k)));
-        let time = (labels::time(axes), Role::Time);
-        let profile = profile("profile-in-time", time, evidence, of, &marks);
-        let curves = Curves {
-            id: "moved-in-time",
-            label: (labels::wavenumber(axes), Role::Wavenumber),
-            symbol: "k",
-            evidence,
-            gap: ends(evidence, of),
-            marks,
-            name: &|place| words.time(place),
-        };
-        vec![profile, curves.group()]
+    let in_time = answer.along_t.as_ref().map(|evidence| Curves {
+        ids: ["profile-in-time", "moved-in-time"],
+        along: (labels::time(axes), Role::Time),
+        label: (labels::wavenumber(axes), Role::Wavenumber),
+        symbol: "k",
+        evidence,
+        of: k,
+        marks: moved(k, both(k, |k| words.wavenumber(k))),
+        name: &time,
     });
-    let mut rows: Vec<Vec<CurveGroup>> = along_x.into_iter().chain(along_t).collect();
+    let rows = along_x.into_iter().map(Curves::row);
+    let mut rows: Vec<_> = rows.chain(in_time.map(Curves::row)).collect();
     rows.iter_mut()
         .for_each(|row| row.retain(CurveGroup::has_values));
     rows.retain(|row| !row.is_empty());
     rows
-}
-
-/// What moved from the first group to each, with its 95 % interval.
-fn profile(
-    id: &str,
-    (label, role): (String, Role),
-    evidence: &Evidence,
-    of: &Movement,
-    marks: &[(f64, String)],
-) -> CurveGroup {
-    let places: Vec<f64> = evidence.groups.iter().map(|group| group.place.at).collect();
-    let series = |name: &str, way: usize, color: usize| {
-        let moves = || evidence.moves.iter().map(|both| both[way]);
-        let shares: Vec<f64> = moves().map(|of| of.share).collect();
-        let errors = moves().map(|of| of.error);
-        Series::new(name, &shares)
-            .with_errors(errors)
-            .colored(color)
-    };
-    let both = vec![
-        series("moved up", 0, VERMILLION),
-        series("moved down", 1, BLUE),
-    ];
-    let most = of.to.filter(|_| of.moves());
-    let most = most
-        .zip(marks.first())
-        .map(|(place, (_, text))| (place.at, text.clone()));
-    CurveGroup::new(
-        (id, words::title(id)),
-        words::curve_caption(id),
-        (label, Some(role)),
-        &places,
-        vec![Chart::new("share of energy moved", both)],
-    )
-    .marked(most.into_iter().collect())
 }
 
 /// What a verdict states, of the shares that moved up and down.
@@ -123,19 +82,55 @@ fn ends(evidence: &Evidence, of: &Movement) -> Option<[usize; 2]> {
     Some([group(of.from)?, group(of.to)?])
 }
 
+/// The moves along x or in time, and the spectra of the groups.
 struct Curves<'a> {
-    id: &'static str,
+    /// Of the moves and of the spectra.
+    ids: [&'static str; 2],
+    along: (String, Role),
     label: (String, Role),
     /// Of frequency or wavenumber.
     symbol: &'static str,
     evidence: &'a Evidence,
-    /// Those between which the shares of the marks moved.
-    gap: Option<[usize; 2]>,
+    of: &'a Movement,
     marks: Vec<(f64, String)>,
     name: &'a dyn Fn(&Place) -> String,
 }
 
 impl Curves<'_> {
+    fn row(self) -> Vec<CurveGroup> {
+        vec![self.profile(), self.group()]
+    }
+
+    /// What moved from the first group to each, with its 95 % interval.
+    fn profile(&self) -> CurveGroup {
+        let groups = self.evidence.groups.iter();
+        let places: Vec<f64> = groups.map(|group| group.place.at).collect();
+        let series = |name: &str, way: usize, color: usize| {
+            let moves = || self.evidence.moves.iter().map(|both| both[way]);
+            let shares: Vec<f64> = moves().map(|of| of.share).collect();
+            let errors = moves().map(|of| of.error);
+            Series::new(name, &shares)
+                .with_errors(errors)
+                .colored(color)
+        };
+        let both = vec![
+            series("moved up", 0, VERMILLION),
+            series("moved down", 1, BLUE),
+        ];
+        let most = self.of.to.filter(|_| self.of.moves());
+        let most = most.zip(self.marks.first());
+        let (id, (label, role)) = (self.ids[0], self.along.clone());
+        let mut group = CurveGroup::new(
+            (id, words::title(id)),
+            words::curve_caption(id),
+            (label, Some(role)),
+            &places,
+            vec![Chart::new("share of energy moved", both)],
+        );
+        group.marks = Vec::from_iter(most.map(|(place, (_, text))| (place.at, text.clone())));
+        group
+    }
+
     fn group(self) -> CurveGroup {
         let groups = &self.evidence.groups;
         let bold = &self.evidence.compared;
@@ -147,41 +142,39 @@ impl Curves<'_> {
         let kept = kept(&drawn);
         let mut x = vec![0.0];
         x.extend(kept.iter().map(|&n| upper[n]));
-        let curve = |label: String, group: &GroupSpectrum| {
-            let mut shares = vec![0.0];
-            shares.extend(kept.iter().map(|&n| group.cumulative[n]));
-            Series::new(label, &shares)
-        };
-        let of_group = |n: usize| curve((self.name)(&groups[n].place), &groups[n]);
-        // Those compared by their order, others by how far they are from the first to the last of these.
-        let (first, last) = (bold[0], bold[bold.len() - 1]);
-        let place = |n: usize, from: usize, to: usize| {
+        // A place between two others, from 0 to 1.
+        let between = |n: usize, from: usize, to: usize| {
             let far = n.clamp(from, to) - from;
             far as f64 / (to - from).max(1) as f64
         };
-        let mut series: Vec<Series> = thin
+        let curve = |n: usize, weight: Weight, shade: f64| {
+            let mut shares = vec![0.0];
+            shares.extend(kept.iter().map(|&kept| groups[n].cumulative[kept]));
+            let mut series = Series::new((self.name)(&groups[n].place), &shares);
+            (series.weight, series.shade) = (weight, Some(shade));
+            series
+        };
+        // Those compared by their order, others by how far they are from the first to the last of these.
+        let (first, last) = (bold[0], bold[bold.len() - 1]);
+        let others = thin
             .iter()
-            .map(|&n| of_group(n).shaded(place(n, first, last)))
-            .map(|series| series.weighing(Weight::Thin))
-            .collect();
-        series.extend(bold.iter().enumerate().map(|(rank, &n)| {
-            let shade = place(rank, 0, bold.len() - 1);
-            of_group(n).shaded(shade).weighing(Weight::Bold)
-        }));
-        series.extend(self.gaps());
+            .map(|&n| curve(n, Weight::Thin, between(n, first, last)));
+        let compared_curves = bold.iter().enumerate();
+        let compared_curves = compared_curves
+            .map(|(rank, &n)| curve(n, Weight::Bold, between(rank, 0, bold.len() - 1)));
+        let series = others.chain(compared_curves).chain(self.gaps()).collect();
         let label = format!("share of energy up to {}", self.symbol);
         let (is_log, shown, not_shown) = self.axis(&compared);
-        CurveGroup::new(
-            (self.id, words::title(self.id)),
-            words::curve_caption(self.id),
+        let id = self.ids[1];
+        let mut group = CurveGroup::new(
+            (id, words::title(id)),
+            words::curve_caption(id),
             (self.label.0, Some(self.label.1)),
             &x,
             vec![Chart::new(label, series)],
-        )
-        .on_log_axis(is_log)
-        .cumulative()
-        .marked(self.marks)
-        .limited(shown, not_shown)
+        );
+        (group.log, group.cumulative, group.marks) = (is_log, true, self.marks);
+        group.limited(shown, not_shown)
     }
 
     /// Whether the axis is logarithmic, its ends at first, and what lies beyond.
@@ -214,14 +207,16 @@ impl Curves<'_> {
 
     /// Between the curves compared, where they differ most.
     fn gaps(&self) -> Vec<Series> {
-        let Some(between) = self.gap else {
+        let Some(between) = ends(self.evidence, self.of) else {
             return Vec::new();
         };
         let gap = |(at, text): &(f64, String)| {
             let upper = &self.evidence.upper;
             let n = upper.partition_point(|f| f < at).min(upper.len() - 1);
             let ends = between.map(|group| (*at, self.evidence.groups[group].cumulative[n]));
-            Series::points(text, &ends).weighing(Weight::Gap)
+            let mut series = Series::points(text, &ends);
+            series.weight = Weight::Gap;
+            series
         };
         self.marks.iter().map(gap).collect()
     }

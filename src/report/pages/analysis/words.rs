@@ -1,51 +1,15 @@
-//! Titles and captions of pictures.
+//! Titles and captions of curves and short-time maps.
 
 use crate::analyze::ShortTimeSpectra;
 
 pub(super) fn title(id: &str) -> &'static str {
     match id {
-        "field" => "Field v(t, x)",
-        "temporal" => "Temporal spectrum S(f, x)",
-        "spatial" => "Spatial spectrum S(k, t)",
-        "spacetime" => "Space-time spectrum S(k, f)",
-        "flux" => "Kinetic flux surrogate Π_K(k, t)",
         "short-time" => "Short-time spectrum",
         "short-space" => "Short-space spectrum",
         "profile-along-x" => "Energy moved in frequency, along x",
         "profile-in-time" => "Energy moved in wavenumber, in time",
         "moved-along-x" => "Cumulative spectra C(f) along x",
-        "moved-in-time" => "Cumulative spectra C(k) in time",
-        "along-x" => "Frequency content along x",
-        "along-t" => "Wavenumber content along t",
-        _ => "Direction of travel at each frequency",
-    }
-}
-
-/// What a map shows, and what to look for.
-pub(super) fn shows(id: &str) -> &'static str {
-    match id {
-        "field" => {
-            "The samples themselves. Slopes are speeds: a steeper band is slower. Look for the \
-             leading pulse, what it leaves behind, and reflections."
-        }
-        "temporal" => {
-            "Which frequencies each site sees. A cascade fills the top of the picture as x grows; \
-             the dashed line is the frequency past which energy moves."
-        }
-        "spatial" => {
-            "Which wavenumbers the field holds at each time. A cascade spreads to the right as \
-             time goes on; the dashed line is the wavenumber past which energy moves."
-        }
-        "spacetime" => {
-            "Energy by wavenumber and frequency: the right half travels towards +x, the left half \
-             towards −x. Ridges are dispersion curves, gaps are band gaps; in a chain with a \
-             cell of two sites, folding shows a few per cent of a one-way wave on the other side."
-        }
-        _ => {
-            "Rate at which kinetic energy leaves the wavenumbers up to k, from velocity alone: \
-             positive towards high k. It counts exchange with contact energy too, so read it as \
-             a surrogate and compare it with an exact budget where one can be had."
-        }
+        _ => "Cumulative spectra C(k) in time",
     }
 }
 
