@@ -88,30 +88,8 @@ pub enum Reach {
     },
 }
 
-impl AttenuationCurve {
-    /// Peak velocity of each site, by site index.
-    pub fn velocities(&self) -> Vec<(f64, f64)> {
-        let rows = self.rows.iter();
-        rows.map(|row| (row.bodies as f64, row.pulse.peak_velocity.value))
-            .collect()
-    }
-
-    /// Arrival time of each site: the last time before its velocity peak at which the velocity is
-    /// half of the peak.
-    pub fn arrivals(&self) -> Vec<(f64, f64)> {
-        let rows = self.rows.iter();
-        rows.filter_map(|row| Some((row.bodies as f64, row.pulse.velocity_rise_time?.value)))
-            .collect()
-    }
-}
-
-impl Attenuation {
-    /// Lengths and relative forces of the contacts of the compared kind.
-    pub fn compared(&self, rows: &[CurveRow]) -> Vec<(f64, f64)> {
-        compared(self.kind, rows)
-    }
-}
-
+/// Lengths and relative forces of the contacts that are compared: those of the kind, and all others than soft and stiff
+/// ones.
 pub(super) fn compared(kind: ContactKind, rows: &[CurveRow]) -> Vec<(f64, f64)> {
     let like =
         |row: &&CurveRow| row.bodies > 0 && (row.kind == kind || row.kind == ContactKind::Other);

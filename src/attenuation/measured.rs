@@ -72,16 +72,15 @@ pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
             .map(|cell| cell.parse().ok().filter(|v: &f64| v.is_finite()))
             .collect();
         match numbers.as_deref() {
-            Some(&[at, value]) => points.push(MeasuredPoint {
-                at,
-                value,
-                error: None,
-            }),
-            Some(&[at, value, error]) if error >= 0.0 => points.push(MeasuredPoint {
-                at,
-                value,
-                error: Some(error),
-            }),
+            Some(&[at, value, ref error @ ..])
+                if error.len() < 2 && error.iter().all(|error| *error >= 0.0) =>
+            {
+                points.push(MeasuredPoint {
+                    at,
+                    value,
+                    error: error.first().copied(),
+                });
+            }
             None if points.is_empty() && !headed => {
                 if let Some(unit) = cells.get(1).and_then(|cell| unit_of(cell)) {
                     let expected =

@@ -18,7 +18,7 @@ mod pulse;
 mod transmission;
 
 pub use beside::{Beside, Computed, Measured};
-pub use chains::{ContactKind, Pattern, homogeneous};
+pub use chains::ContactKind;
 pub use curve::{Attenuation, AttenuationCurve, CurveRow, Reach, Stop, StopCause};
 pub use fit::{AttenuationLaw, Criterion, Fit, Fits, Parameter, fit};
 pub use followed::{Curves, Followed};

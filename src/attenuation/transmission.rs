@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::chains::{Pattern, SceneTemplate};
-use super::extremum::{CurvePoint, Extremum, extrema, unresolved};
+use super::extremum::{CurvePoint, Extremum, extrema, resolved};
 use super::marks::{LocalizedMark, Waves, localized_marks};
 use super::members::{Known, Pair, StoredChains, failed, follow};
 use super::pulse::{Located, Pulse, Sense, refuse};
@@ -14,9 +14,6 @@ use crate::Result;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::observer::{CancelOnly, Observer};
 use crate::sweep::SweptKey;
-
-/// Rounds in which intervals that may hide extremes are halved.
-const ROUNDS: usize = 5;
 
 /// A request for transmission curves.
 #[derive(Debug, Clone)]
@@ -133,7 +130,7 @@ impl TransmissionRequest {
         let scene = make.text()?;
         let families: Vec<ChainSeries> = crate::sweep::combinations(&axes)?
             .into_iter()
-            .map(|settings| ChainSeries::new(&make, &over.key, settings, &self.also))
+            .map(|settings| ChainSeries::new(&make, &over.key, settings))
             .collect();
         // All scenes are checked before any simulation.
         let all = families
@@ -142,7 +139,7 @@ impl TransmissionRequest {
         let chains: Result<Vec<SeriesChain>> = all.map(|(family, at)| family.chain(at)).collect();
         let chains = chains?;
         let known = Known::open(directory, &StoredChains::new(vec![scene], &over.key))?;
-        let pairs = || chains.iter().map(|chain| &chain.pair);
+        let pairs = || chains.iter().map(|(pair, ..)| pair);
         follow(pairs(), &known, observer)?;
         let mut waves = Waves::default();
         let curves: Result<Vec<TransmissionCurve>> = families
@@ -153,7 +150,9 @@ impl TransmissionRequest {
         known.sync()?;
         Ok(Transmission {
             key: over.key,
-            units: chains.last().map_or(Units::None, |chain| chain.setup.units),
+            units: chains
+                .last()
+                .map_or(Units::None, |(_, setup, _)| setup.units),
             curves,
             failed: failed(pairs(), &known),
             computed: known.computed(),
@@ -203,24 +202,10 @@ impl TransmissionRequest {
         let nothing_at = nothing.map(|place| place.at).collect();
         let (mut turns, mut hidden) = (Vec::new(), Vec::new());
         if self.locate {
-            for round in 0..=ROUNDS {
-                hidden = unresolved(&places);
-                if round == ROUNDS || hidden.is_empty() {
-                    break;
-                }
-                observer.stage("intervals", hidden.len() as u64);
-                let more: Result<Vec<CurvePoint>> = hidden
-                    .par_iter()
-                    .map(|[from, to]| {
-                        let at = 0.5 * (from + to);
-                        let place = place(at, point(at)?);
-                        observer.advance(1);
-                        Ok(place)
-                    })
-                    .collect();
-                places.extend(more?);
-                places.sort_by(|a, b| a.at.total_cmp(&b.at));
-            }
+            (places, hidden) = resolved(places, &|values| {
+                let places = values.par_iter().map(|at| Ok(place(*at, point(*at)?)));
+                places.collect()
+            })?;
             turns = extrema(&places);
         }
         observer.stage("extremes", turns.len() as u64);
@@ -233,7 +218,7 @@ impl TransmissionRequest {
             })
             .collect();
         let (localized, unresolved_orders) = localized_marks(values, waves, |value| {
-            let (setup, pattern) = family.setup(value)?;
+            let (_, setup, pattern) = family.chain(value)?;
             Ok((setup.simulation.chain, pattern))
         })?;
         Ok(TransmissionCurve {
@@ -268,47 +253,25 @@ struct ChainSeries<'a> {
     make: SceneTemplate,
     key: &'a str,
     settings: Vec<(String, String)>,
-    /// Measured values; an error of the scene at one of them names the option `measured`.
-    measured: &'a [f64],
 }
 
-/// One of them.
-struct SeriesChain {
-    pair: Pair,
-    setup: Setup,
-    pattern: Pattern,
-}
+/// One of them with its reference, its scene and its pattern.
+type SeriesChain = (Pair, Setup, Pattern);
 
 impl<'a> ChainSeries<'a> {
-    fn new(
-        make: &SceneTemplate,
-        key: &'a str,
-        settings: Vec<(String, String)>,
-        measured: &'a [f64],
-    ) -> ChainSeries<'a> {
-        let make = settings.iter().fold(make.clone(), |make, (key, text)| {
-            make.with(key, text, "vary")
-        });
+    fn new(make: &SceneTemplate, key: &'a str, settings: Vec<(String, String)>) -> ChainSeries<'a> {
+        let with =
+            |make: SceneTemplate, (key, text): &(String, String)| make.with(key, text, "vary");
         ChainSeries {
-            make,
+            make: settings.iter().fold(make.clone(), with),
             key,
             settings,
-            measured,
         }
     }
 
-    fn setup(&self, value: f64) -> Result<(Setup, Pattern)> {
-        let option = match self.measured.contains(&value) {
-            true => "measured",
-            false => "against",
-        };
-        let make = self.make.with(self.key, &format!("{value:?}"), option);
-        Ok((make.setup()?, make.pattern()?))
-    }
-
-    /// The chain at a value, with its reference.
     fn chain(&self, value: f64) -> Result<SeriesChain> {
-        let (setup, pattern) = self.setup(value)?;
+        let make = self.make.with(self.key, &format!("{value:?}"), "against");
+        let (setup, pattern) = (make.setup()?, make.pattern()?);
         let others = self
             .settings
             .iter()
@@ -317,11 +280,8 @@ impl<'a> ChainSeries<'a> {
         let name = all.collect::<Vec<_>>().join(", ");
         let simulation = setup.simulation.clone();
         let place = (Sense::Wall, simulation.chain.n_contacts().saturating_sub(1));
-        Ok(SeriesChain {
-            pair: Pair::new(&name, vec![simulation], &pattern, place, None)?,
-            setup,
-            pattern,
-        })
+        let pair = Pair::new(&name, vec![simulation], &pattern, place, None)?;
+        Ok((pair, setup, pattern))
     }
 
     /// The pulse at the wall; `None` if nothing arrives or a run failed.
@@ -331,11 +291,7 @@ impl<'a> ChainSeries<'a> {
         known: &Known,
         observer: &dyn Observer,
     ) -> Result<Option<TransmissionPoint>> {
-        let SeriesChain {
-            pair,
-            setup,
-            pattern,
-        } = self.chain(value)?;
+        let (pair, setup, pattern) = self.chain(value)?;
         let outcomes = pair.outcomes(known, &CancelOnly(observer))?;
         let pulses = outcomes
             .each_ref()
@@ -357,14 +313,5 @@ impl<'a> ChainSeries<'a> {
             mean_speed: distance / pulse.arrival_time.value,
             pulse,
         }))
-    }
-}
-
-impl TransmissionCurve {
-    /// The point with the smallest relative force on the wall, among points and extrema.
-    pub fn least(&self) -> Option<&TransmissionPoint> {
-        let extremes = self.extremes.iter().map(|extreme| &extreme.point);
-        let all = self.points.iter().chain(extremes);
-        all.min_by(|a, b| a.relative_force.total_cmp(&b.relative_force))
     }
 }

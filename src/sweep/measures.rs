@@ -70,16 +70,16 @@ impl Measures {
         {
             simulation.record.energy = false;
         }
-        let run = simulation.run(observer)?;
-        let measures = Measures::of(&run);
-        let needs_time = measures.peak_force_last_needs == Some(Needs::EndTime);
-        match run.end_behind_wall_peak() {
-            Some(end) if needs_time && simulation.end_time == EndTime::Arrival => {
+        if simulation.end_time == EndTime::Arrival && simulation.record.force {
+            let pilot = Simulation {
+                estimate_error: false,
+                ..simulation.clone()
+            };
+            if let Some(end) = pilot.run(observer)?.end_behind_wall_peak() {
                 simulation.end_time = EndTime::At(end);
-                Ok(Measures::of(&simulation.run(observer)?))
             }
-            _ => Ok(measures),
         }
+        Ok(Measures::of(&simulation.run(observer)?))
     }
 
     pub fn of(run: &Run) -> Measures {

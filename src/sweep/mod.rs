@@ -115,12 +115,6 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// How many members there are.
-    #[allow(clippy::len_without_is_empty)]
-    pub fn len(&self) -> usize {
-        self.members
-    }
-
     /// What a member runs.
     ///
     /// # Errors

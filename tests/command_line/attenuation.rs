@@ -21,7 +21,6 @@ fn attenuation_by_ratio_its_files_and_words() {
     let place = Place::of(&["attenuate"]);
     let words = "--ratios 1,2.4,4.9272 --bodies 30 --target 0.6 --lengths 5,10,20,30";
     let said = place.says(words);
-    // By runs of all lengths: 0.6001 behind 27 bodies, REPLACE behind 28.
     contains_all(&said, &["ratio 2.4 (wall): at 0.6 or below from "]);
     assert!(said.contains("not at 0.6 by the law so far"), "{said}");
     let out = format!("{words} --out kept --json");
@@ -348,11 +347,9 @@ fn regress_the_length_that_reaches_the_target_is_found_by_runs() {
         env!("CARGO_MANIFEST_DIR"),
         "/examples/scenes/quartz_experiment.toml"
     );
-    for words in ["--lengths 20,40,80", "--lengths 60", "--bodies 40"] {
-        let typed = format!("--angle 18deg --sense wall --target 0.4 {words}");
-        let said = place.good(&[&[scene], &*typed.split(' ').collect::<Vec<_>>()].concat());
-        contains_all(&said, &["(wall): at 0.4 or below from 52 bodies on"]);
-    }
+    let typed = "--angle 18deg --sense wall --target 0.4 --lengths 48,60";
+    let said = place.good(&[&[scene], &*typed.split(' ').collect::<Vec<_>>()].concat());
+    contains_all(&said, &["(wall): at 0.4 or below from 52 bodies on"]);
 }
 
 /// Extremes between two values of a key are found: the second localization of cylinders lies between 4 and 6 degrees.
@@ -363,10 +360,10 @@ fn regress_extremes_that_values_step_over_are_found() {
         env!("CARGO_MANIFEST_DIR"),
         "/examples/scenes/quartz_experiment.toml"
     );
-    let said = place.good(&[scene, "--against", "angle=2:20:10", "--json"]);
+    let said = place.good(&[scene, "--against", "angle=2:12:6", "--json"]);
     let found = json(&said);
     let extremes = found["curves"][0]["extremes"].as_array().unwrap();
-    for (angle, is_maximum) in [(4.327, false), (5.063, true), (16.27, false)] {
+    for (angle, is_maximum) in [(4.327, false), (5.063, true)] {
         let near = |extreme: &&Value| {
             let off = extreme["point"]["value"].as_f64().unwrap() - angle;
             off.abs() < 0.02 && extreme["is_maximum"] == is_maximum

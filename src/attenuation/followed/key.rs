@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::super::{Computed, Measured, Transmission, TransmissionCurve, TransmissionPoint};
-use super::{Column, FORCE, field_charts, forces_over, named, records};
+use super::{Column, FORCE, field_charts, forces_over, named, points, records};
 use crate::chain::scene::Units;
 use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number};
 use crate::sweep::wide;
@@ -107,16 +107,11 @@ impl Transmission {
 
     /// Of the first curve.
     pub(super) fn computed_points(&self) -> Option<Computed> {
-        let points = &self.curves.first()?.points;
-        let of = |value: fn(&TransmissionPoint) -> Option<f64>| {
-            let points = points.iter();
-            let known = points.filter_map(|point| Some((point.value, value(point)?)));
-            known.collect()
-        };
+        let all = &self.curves.first()?.points;
         Some(Computed {
-            forces: of(|p| Some(p.relative_force)),
-            velocities: of(|p| Some(p.pulse.peak_velocity.value)),
-            arrivals: of(|p| p.pulse.velocity_rise_time.map(|t| t.value)),
+            forces: points(all, |p| Some((p.value, p.relative_force))),
+            velocities: points(all, |p| Some((p.value, p.pulse.peak_velocity.value))),
+            arrivals: points(all, |p| Some((p.value, p.pulse.velocity_rise_time?.value))),
         })
     }
 
@@ -127,15 +122,15 @@ impl Transmission {
             (true, key) => label(&key, "degrees"),
             (false, key) => key,
         };
-        let points = |value: fn(&TransmissionPoint) -> f64| -> Vec<Series> {
+        let lines = |value: fn(&TransmissionPoint) -> f64| -> Vec<Series> {
             let curves = self.curves.iter().enumerate();
             let series = curves.map(|(i, curve)| {
-                let points = curve.points.iter().map(|p| (p.value, value(p)));
-                Series::line(named(&curve.settings), i, points.collect())
+                let points = points(&curve.points, |p| Some((p.value, value(p))));
+                Series::line(named(&curve.settings), i, points)
             });
             series.collect()
         };
-        let mut forces = points(|p| p.relative_force);
+        let mut forces = lines(|p| p.relative_force);
         for (i, curve) in self.curves.iter().enumerate() {
             let extremes = curve.extremes.iter().map(|e| &e.point);
             let dots: Vec<(f64, f64)> = extremes.map(|p| (p.value, p.relative_force)).collect();
@@ -149,7 +144,7 @@ impl Transmission {
             Units::Si => ["s", "m/s"],
             Units::None => ["", "bodies per unit of time"],
         };
-        let flights = points(|p| p.time_of_flight.value);
+        let flights = lines(|p| p.time_of_flight.value);
         let mut charts = vec![
             Chart::of("peak force on the wall", &key, FORCE, forces),
             Chart::of(
@@ -162,7 +157,7 @@ impl Transmission {
                 "mean speed",
                 &key,
                 label("speed", speed),
-                points(|p| p.mean_speed),
+                lines(|p| p.mean_speed),
             ),
         ];
         if let Some(computed) = self.computed_points() {
@@ -206,7 +201,9 @@ impl TransmissionCurve {
     /// Its extremes and marks.
     fn facts(&self, key: &str, sheet: &mut Sheet) {
         let settings = named(&self.settings);
-        if let Some(least) = self.least().filter(|_| !settings.is_empty()) {
+        let all = self.all().map(|(point, _)| point);
+        let least = all.min_by(|a, b| a.relative_force.total_cmp(&b.relative_force));
+        if let Some(least) = least.filter(|_| !settings.is_empty()) {
             let (force, at) = (number(least.relative_force), number(least.value));
             sheet.fact(
                 settings,
@@ -240,7 +237,7 @@ impl TransmissionCurve {
         }
         if !self.nothing_at.is_empty() {
             let at: Vec<String> = self.nothing_at.iter().map(|at| number(*at)).collect();
-            sheet.fact("nothing arrives", format!("at {key} {}", at.join(", ")));
+            sheet.fact("no force", format!("at {key} {}", at.join(", ")));
         }
         for order in &self.unresolved_orders {
             sheet.fact(

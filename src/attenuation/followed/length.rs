@@ -2,11 +2,12 @@
 
 use serde_json::json;
 
+use super::super::curve::compared;
 use super::super::{
     Attenuation, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured, Reach, Sense,
     Stop, StopCause,
 };
-use super::{Column, FORCE, field_charts, forces_over, known, records};
+use super::{Column, FORCE, field_charts, forces_over, known, points, records};
 use crate::chain::scene::Units;
 use crate::sheet::{Chart, Look, Series, Sheet, Table, number, percent};
 use crate::unit::label;
@@ -135,11 +136,15 @@ impl Attenuation {
 
     /// Of the first curve; forces in the contacts that are fitted.
     pub(super) fn computed_points(&self) -> Option<Computed> {
-        let first = self.curves.first()?;
+        let rows = &self.curves.first()?.rows;
         Some(Computed {
-            forces: self.compared(&first.rows),
-            velocities: first.velocities(),
-            arrivals: first.arrivals(),
+            forces: compared(self.kind, rows),
+            velocities: points(rows, |row| {
+                Some((row.bodies as f64, row.pulse.peak_velocity.value))
+            }),
+            arrivals: points(rows, |row| {
+                Some((row.bodies as f64, row.pulse.velocity_rise_time?.value))
+            }),
         })
     }
 

@@ -188,6 +188,11 @@ fn laid_over(measured: &[MeasuredPoint]) -> Option<Series> {
     })
 }
 
+/// The points that rows have.
+fn points<T>(rows: &[T], of: impl Fn(&T) -> Option<(f64, f64)>) -> Vec<(f64, f64)> {
+    rows.iter().filter_map(of).collect()
+}
+
 /// Measured forces, to lay over computed ones.
 fn forces_over(measured: &Measured) -> Option<Series> {
     match measured {
