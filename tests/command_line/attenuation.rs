@@ -320,7 +320,7 @@ fn regress_what_was_kept_and_is_damaged_is_computed_again() {
     let place = Place::of(&["attenuate"]);
     for (words, folder) in [
         (
-            "--ratios 2.4 --bodies 7 --sense chain --json --out length",
+            "--ratios 2.4 --bodies 7 --sense wall --lengths 3,7 --json --out length",
             "length",
         ),
         (
@@ -331,14 +331,12 @@ fn regress_what_was_kept_and_is_damaged_is_computed_again() {
         let whole = place.says(words);
         let path = place.path(format!("{folder}/members.jsonl"));
         let kept = fs::read_to_string(&path).unwrap();
-        for (digit, other) in [("3", "4"), ("7", "1"), ("done", "gone")] {
-            fs::write(&path, kept.replacen(digit, other, 40)).unwrap();
-            assert_eq!(place.says(words), whole, "{folder}: {digit}");
-        }
+        fs::write(&path, kept.replacen('3', "4", 40)).unwrap();
+        assert_eq!(place.says(words), whole, "{folder}");
     }
 }
 
-/// The length that reaches a target is the same from any lengths: by runs of all of them it is 0.4094 behind 51
+/// The length that reaches a target is found between those that are typed: by runs of all of them it is 0.4094 behind 51
 /// cylinders of 18 degrees, 0.3916 behind 52 and 0.3950 behind 53.
 #[test]
 fn regress_the_length_that_reaches_the_target_is_found_by_runs() {
