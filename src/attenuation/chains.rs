@@ -47,7 +47,7 @@ impl ContactKind {
 
 /// The repeating pattern of a chain. Short chains do not hold all of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pattern {
+pub(super) struct Pattern {
     /// Coefficients of the contacts between two bodies.
     coefficients: Vec<f64>,
     /// Masses of the bodies behind the striker.
@@ -57,7 +57,7 @@ pub struct Pattern {
 impl Pattern {
     /// The pattern of a chain without its striker and wall. A chain too short to have contacts
     /// between bodies contributes all of its contacts.
-    pub fn of(chain: &Chain) -> Pattern {
+    pub(super) fn of(chain: &Chain) -> Pattern {
         let last = chain.n_sites() - 1;
         let coefficients = match chain.coefficient.get(1..last) {
             Some(inner) if !inner.is_empty() => inner,
@@ -78,13 +78,13 @@ impl Pattern {
     }
 
     /// Largest over smallest coefficient.
-    pub fn stiffness_ratio(&self) -> f64 {
+    pub(super) fn stiffness_ratio(&self) -> f64 {
         let [low, high] = self.extremes();
         high / low
     }
 
     /// The kind of a contact with this coefficient; in a homogeneous chain all are soft.
-    pub fn kind(&self, coefficient: f64) -> ContactKind {
+    pub(super) fn kind(&self, coefficient: f64) -> ContactKind {
         match self.extremes() {
             [low, _] if coefficient == low => ContactKind::Soft,
             [_, high] if coefficient == high => ContactKind::Stiff,
@@ -108,7 +108,7 @@ impl Pattern {
 /// The simulation with its chain replaced by the homogeneous reference. Contacts between bodies get
 /// the smallest coefficient of the pattern, and bodies the mass of the first one. The striker and
 /// the contacts of the striker and the wall change only if their values belong to the pattern.
-pub fn homogeneous(simulation: &Simulation, pattern: &Pattern) -> Simulation {
+pub(super) fn homogeneous(simulation: &Simulation, pattern: &Pattern) -> Simulation {
     let mut reference = simulation.clone();
     let chain = &mut reference.chain;
     let [soft, _] = pattern.extremes();

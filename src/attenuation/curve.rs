@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::chains::{ContactKind, Pattern};
-use super::fit::{AttenuationLaw, Fits, Length};
+use super::fit::{AttenuationLaw, Fits};
 use super::members::{FollowedChain, PulseMeasures};
 use super::pulse::{Pulse, Sense};
 use crate::chain::Simulation;
@@ -77,45 +77,19 @@ pub struct CurveRow {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "found")]
 pub enum Reach {
-    /// From this number of bodies on, the curve is at or below the target.
+    /// From this number of bodies on, the curve is at or below the target; the one before is above it.
     Within { bodies: usize },
-    /// The curve ends above the target, but the chosen law reaches it at this length, at most half as long again as the curve. The
-    /// interval covers what the law misses of the last third of the curve when it is fitted to the rest.
-    Beyond { law: AttenuationLaw, length: Length },
-    /// The chosen law settles above the target.
+    /// No length up to this one, of those computed.
+    Beyond { bodies: usize },
+    /// The chosen law, which holds for the last third of the curve, settles above the target.
     Never {
         law: AttenuationLaw,
         settles_at: f64,
     },
-    /// The curve ends above the target, and no law predicts the length: none holds for the last third of the curve, or the
-    /// length is more than half as long again.
-    Unknown,
 }
 
-impl AttenuationCurve {
-    /// Peak velocity of each site, by site index.
-    pub fn velocities(&self) -> Vec<(f64, f64)> {
-        let rows = self.rows.iter();
-        rows.map(|row| (row.bodies as f64, row.pulse.peak_velocity.value))
-            .collect()
-    }
-
-    /// Arrival time of each site: the last time before its velocity peak at which the velocity is
-    /// half of the peak.
-    pub fn arrivals(&self) -> Vec<(f64, f64)> {
-        let rows = self.rows.iter();
-        rows.filter_map(|row| Some((row.bodies as f64, row.pulse.velocity_rise_time?.value)))
-            .collect()
-    }
-}
-
-impl Attenuation {
-    /// Lengths and relative forces of the contacts of the compared kind.
-    pub fn compared(&self, rows: &[CurveRow]) -> Vec<(f64, f64)> {
-        compared(self.kind, rows)
-    }
-}
-
+/// Lengths and relative forces of the contacts that are compared: those of the kind, and all others than soft and stiff
+/// ones.
 pub(super) fn compared(kind: ContactKind, rows: &[CurveRow]) -> Vec<(f64, f64)> {
     let like =
         |row: &&CurveRow| row.bodies > 0 && (row.kind == kind || row.kind == ContactKind::Other);
@@ -126,63 +100,47 @@ pub(super) fn compared(kind: ContactKind, rows: &[CurveRow]) -> Vec<(f64, f64)> 
 }
 
 /// The rows of a simulated chain, relative to the homogeneous chain.
-pub(super) fn rows_of<'a>(
-    member: &'a FollowedChain,
-    seen: &'a PulseMeasures,
-    reference: Option<&'a PulseMeasures>,
-    pattern: &'a Pattern,
-) -> impl Iterator<Item = CurveRow> + 'a {
+pub(super) fn rows_of(
+    member: &FollowedChain,
+    seen: &PulseMeasures,
+    reference: Option<&PulseMeasures>,
+    pattern: &Pattern,
+) -> Vec<CurveRow> {
     let of_size = |s: &&Simulation| s.chain.n_sites() == seen.sites;
     let chain = member.attempts.iter().find(of_size).map(|s| &s.chain);
+    let others = reference.map_or(&[][..], |reference| &reference.pulses.pulses);
     let pulses = seen.pulses.pulses.iter().enumerate();
-    pulses.map(move |(i, pulse)| {
-        let beside = |pulse: &Pulse| {
-            let pulses = &reference?.pulses.pulses;
-            pulses.iter().find(|other| other.contact == pulse.contact)
-        };
-        let other = beside(pulse);
+    let rows = pulses.map(|(i, pulse)| {
+        let other = others.iter().find(|other| other.contact == pulse.contact);
         let relative = |of: fn(&Pulse) -> f64| other.map(|other| of(pulse) / of(other));
+        let kind = chain.map(|chain| pattern.kind(chain.coefficient[pulse.contact]));
         CurveRow {
             bodies: pulse.contact,
-            kind: chain.map_or(ContactKind::Other, |c| {
-                pattern.kind(c.coefficient[pulse.contact])
-            }),
+            kind: kind.unwrap_or(ContactKind::Other),
             pulse: *pulse,
             high_share: seen.high.as_ref().map(|high| high[i]),
             relative_force: relative(|p| p.peak_force.value),
             relative_velocity: relative(|p| p.peak_velocity.value),
             relative_energy: relative(|p| p.energy_passed.value),
         }
-    })
+    });
+    rows.collect()
 }
 
 /// The length from which on a curve is at or below the target.
-pub(super) fn reach(target: f64, n: &[f64], y: &[f64], fits: Option<&Fits>) -> Reach {
-    let above = y.iter().rposition(|y| *y > target);
-    let first = above.map_or(0, |at| at + 1);
-    if let Some(n) = n.get(first) {
+pub(super) fn reach(target: f64, points: &[(f64, f64)], fits: Option<&Fits>) -> Reach {
+    let above = points.iter().rposition(|(_, y)| *y > target);
+    if let Some((n, _)) = points.get(above.map_or(0, |at| at + 1)) {
         return Reach::Within {
             bodies: *n as usize,
         };
     }
-    let Some(fit) = fits.map(Fits::chosen) else {
-        return Reach::Unknown;
+    let settled = || {
+        let fit = fits?.chosen();
+        let (law, settles_at) = (fit.law, fit.settles_at());
+        let holds = settles_at > target * (1.0 + fit.missed_beyond(2.0 / 3.0, points)?);
+        holds.then_some(Reach::Never { law, settles_at })
     };
-    // As far as the law, fitted to two thirds of the curve, has been seen to hold.
-    let Some(missed) = fit.missed_beyond(2.0 / 3.0, n, y) else {
-        return Reach::Unknown;
-    };
-    let law = fit.law;
-    let last = n.last().copied().unwrap_or(0.0);
-    let settles_at = fit.settles_at();
-    match fit.reaches_within(target, missed) {
-        Some(length)
-            if length.value > last && length.value <= 1.5 * last && length.high.is_finite() =>
-        {
-            Reach::Beyond { law, length }
-        }
-        None if settles_at > target * (1.0 + missed) => Reach::Never { law, settles_at },
-        // A law that reaches the target within the computed lengths contradicts the curve.
-        _ => Reach::Unknown,
-    }
+    let bodies = points.last().map_or(0, |(n, _)| *n as usize);
+    settled().unwrap_or(Reach::Beyond { bodies })
 }

@@ -113,12 +113,6 @@ pub struct Fit {
     pub aicc: f64,
     /// Root mean square of the prediction errors, relative to the values.
     pub cross_validation: f64,
-    /// Covariance of the parameters in row-major order, and the quantile that scales it to
-    /// intervals.
-    #[serde(skip)]
-    pub(super) covariance: Vec<f64>,
-    #[serde(skip)]
-    pub(super) quantile: f64,
 }
 
 /// All laws, the chosen one first.
@@ -131,47 +125,38 @@ pub struct Fits {
     pub fits: Vec<Fit>,
 }
 
-/// A length with its 95 % confidence interval, in bodies.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Length {
-    pub value: f64,
-    pub low: f64,
-    pub high: f64,
-}
-
 impl Fits {
     pub fn chosen(&self) -> &Fit {
         &self.fits[0]
     }
 }
 
-/// Fits every law to the values `y` at lengths `n`, by least squares of the relative residuals.
+/// Fits every law to points of length and value, by least squares of the relative residuals.
 ///
 /// Errors of neighbouring points of a computed curve are correlated. With the lag-1 autocorrelation
 /// rho of the residuals, the intervals count only `m (1 - rho) / (1 + rho)` of m points as
 /// independent. Akaike's criterion counts all points, since a law describes the curve and does not
 /// predict noise; with few points it would choose a level for any decay. `None` for fewer than six
 /// points, and for values that are not positive.
-pub fn fit(n: &[f64], y: &[f64], criterion: Criterion) -> Option<Fits> {
-    let m = n.len().min(y.len());
-    let usable = m >= 6 && n.iter().chain(y).all(|v| *v > 0.0 && v.is_finite());
-    if !usable {
+pub fn fit(points: &[(f64, f64)], criterion: Criterion) -> Option<Fits> {
+    let m = points.len();
+    let positive = |(n, y): &(f64, f64)| [n, y].iter().all(|v| **v > 0.0 && v.is_finite());
+    if m < 6 || !points.iter().all(positive) {
         return None;
     }
-    let points: Vec<(f64, f64)> = n.iter().copied().zip(y.iter().copied()).collect();
     let solutions: Vec<(AttenuationLaw, Solution)> = AttenuationLaw::ALL
         .iter()
-        .filter_map(|law| Some((*law, solve(*law, &points)?)))
+        .filter_map(|law| Some((*law, solve(*law, points)?)))
         .collect();
     // The residuals of the best-fitting law are closest to noise.
     let smoothest = solutions
         .iter()
         .min_by(|a, b| a.1.squares.total_cmp(&b.1.squares))?;
-    let rho = correlation(&smoothest.1.residuals(smoothest.0, &points));
+    let rho = correlation(&smoothest.1.residuals(smoothest.0, points));
     let independent = (m as f64 * (1.0 - rho) / (1.0 + rho)).clamp(5.5, m as f64);
     let mut fits: Vec<Fit> = solutions
         .into_iter()
-        .filter_map(|(law, solution)| judged(law, &solution, &points, independent))
+        .filter_map(|(law, solution)| judged(law, &solution, points, independent))
         .collect();
     fits.sort_by(|a, b| match criterion {
         Criterion::Aicc => a.aicc.total_cmp(&b.aicc),
@@ -202,57 +187,13 @@ impl Fit {
         }
     }
 
-    /// The length at which the law reaches a level, with its interval; `None` if it never does.
-    pub fn reaches(&self, level: f64) -> Option<Length> {
-        let values = self.values();
-        let value = reaches(self.law, &values, level)?;
-        let k = values.len();
-        let slope = |i: usize| {
-            let h = 1e-6 * values[i].abs().max(1e-9);
-            let moved = |by: f64| {
-                let mut values = values.clone();
-                values[i] += by;
-                reaches(self.law, &values, level).unwrap_or(value)
-            };
-            (moved(h) - moved(-h)) / (2.0 * h)
-        };
-        let slopes: Vec<f64> = (0..k).map(slope).collect();
-        let variance: f64 = (0..k * k)
-            .map(|at| slopes[at / k] * self.covariance[at] * slopes[at % k])
-            .sum();
-        let half = self.quantile * variance.max(0.0).sqrt();
-        Some(Length {
-            value,
-            low: (value - half).max(0.0),
-            high: value + half,
-        })
-    }
-
-    /// The length at which the law reaches a level, with an interval that also covers levels that are `missed` by this part.
-    pub(super) fn reaches_within(&self, level: f64, missed: f64) -> Option<Length> {
-        let length = self.reaches(level)?;
-        let values = self.values();
-        let shift = |level: f64| reaches(self.law, &values, level);
-        let early = shift(level * (1.0 + missed)).unwrap_or(0.0);
-        let late = shift(level / (1.0 + missed)).unwrap_or(f64::INFINITY);
-        let bounds = [early, late, length.low, length.high];
-        Some(Length {
-            low: bounds.iter().copied().fold(f64::INFINITY, f64::min),
-            high: bounds.iter().copied().fold(0.0, f64::max),
-            ..length
-        })
-    }
-
     /// The largest relative error of this law beyond a part of the points, fitted to that part. `None` where it is above
     /// [`MISSED`], or where the part is too short.
-    pub(super) fn missed_beyond(&self, part: f64, n: &[f64], y: &[f64]) -> Option<f64> {
-        let seen = (part * n.len() as f64).round() as usize;
-        let points = |from: &mut dyn Iterator<Item = usize>| -> Vec<(f64, f64)> {
-            from.map(|i| (n[i], y[i])).collect()
-        };
-        let solution = (seen >= 5).then(|| solve(self.law, &points(&mut (0..seen))))??;
-        let rest = points(&mut (seen..n.len()));
-        let residuals = solution.residuals(self.law, &rest);
+    pub(super) fn missed_beyond(&self, part: f64, points: &[(f64, f64)]) -> Option<f64> {
+        let seen = (part * points.len() as f64).round() as usize;
+        let (seen, rest) = points.split_at(seen);
+        let solution = (seen.len() >= 5).then(|| solve(self.law, seen))??;
+        let residuals = solution.residuals(self.law, rest);
         let missed = residuals.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
         (missed <= MISSED).then_some(missed)
     }
@@ -260,19 +201,6 @@ impl Fit {
     fn values(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.value).collect()
     }
-}
-
-fn reaches(law: AttenuationLaw, values: &[f64], level: f64) -> Option<f64> {
-    let &[first, a, ..] = values else {
-        return None;
-    };
-    let n = match law {
-        AttenuationLaw::Level => return None,
-        AttenuationLaw::Exponential => (a / level).ln() / first,
-        AttenuationLaw::PowerLaw => (a / level).powf(1.0 / first),
-        AttenuationLaw::Plateau => (a / (level - values[2])).ln() / first,
-    };
-    (n.is_finite() && n >= 0.0).then_some(n)
 }
 
 #[cfg(test)]
@@ -283,8 +211,8 @@ mod tests {
         (1..=m).map(|n| n as f64).collect()
     }
 
-    fn along(n: &[f64], law: impl Fn(f64) -> f64) -> Vec<f64> {
-        n.iter().map(|n| law(*n)).collect()
+    fn along(n: &[f64], law: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+        n.iter().map(|n| (*n, law(*n))).collect()
     }
 
     #[test]
@@ -308,7 +236,7 @@ mod tests {
             ),
         ] {
             for criterion in [Criterion::Aicc, Criterion::CrossValidation] {
-                let fits = fit(&n, &y, criterion).unwrap();
+                let fits = fit(&y, criterion).unwrap();
                 let chosen = fits.chosen();
                 assert_eq!(chosen.law, law, "{fits:?}");
                 for (p, expected) in chosen.parameters.iter().zip(&expected) {
@@ -318,8 +246,7 @@ mod tests {
         }
     }
 
-    /// For about 95 % of 400 noisy curves, the intervals contain the true rate and the true length
-    /// at a level.
+    /// For about 95 % of 400 noisy curves, the intervals contain the true rate and the true start.
     #[test]
     fn val_intervals_hold_the_truth_as_often_as_they_say() {
         let n = lengths(30);
@@ -337,8 +264,9 @@ mod tests {
         let mut held = [0; 2];
         for _ in 0..400 {
             let y = along(&n, |n| (-0.05 * n).exp());
-            let y: Vec<f64> = y.iter().map(|y| y * (1.0 + 0.03 * noise())).collect();
-            let fits = fit(&n, &y, Criterion::Aicc).unwrap();
+            let noisy = y.iter().map(|(n, y)| (*n, y * (1.0 + 0.03 * noise())));
+            let y: Vec<(f64, f64)> = noisy.collect();
+            let fits = fit(&y, Criterion::Aicc).unwrap();
             let exponential = fits
                 .fits
                 .iter()
@@ -346,9 +274,8 @@ mod tests {
                 .unwrap();
             let rate = exponential.parameters[0];
             held[0] += usize::from(rate.low <= 0.05 && 0.05 <= rate.high);
-            let length = exponential.reaches(0.4).unwrap();
-            let truth = 2.5f64.ln() / 0.05;
-            held[1] += usize::from(length.low <= truth && truth <= length.high);
+            let start = exponential.parameters[1];
+            held[1] += usize::from(start.low <= 1.0 && 1.0 <= start.high);
         }
         println!("{held:?} of 400");
         for held in held {
@@ -358,13 +285,12 @@ mod tests {
 
     #[test]
     fn what_cannot_be_fitted_is_not() {
-        let n = lengths(5);
-        assert!(fit(&n, &[1.0; 5], Criterion::Aicc).is_none());
-        let n = lengths(8);
-        assert!(fit(&n, &[0.0; 8], Criterion::Aicc).is_none());
-        let level = fit(&n, &[0.5; 8], Criterion::Aicc).unwrap();
+        for values in [vec![1.0; 5], vec![0.0; 8]] {
+            let points = along(&lengths(values.len()), |_| values[0]);
+            assert!(fit(&points, Criterion::Aicc).is_none());
+        }
+        let level = fit(&along(&lengths(8), |_| 0.5), Criterion::Aicc).unwrap();
         assert_eq!(level.chosen().law, AttenuationLaw::Level);
         assert!((level.chosen().at(4.0) - 0.5).abs() < 1e-12);
-        assert!(level.chosen().reaches(0.4).is_none());
     }
 }

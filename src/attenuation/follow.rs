@@ -5,7 +5,9 @@ use std::ops::Range;
 
 use super::pulse::{FRONT, Located, Pulse, Sense};
 use crate::Result;
-use crate::chain::{ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, Simulation, StateView};
+use crate::chain::{
+    Interpolant, ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, Simulation, StateView,
+};
 use crate::observer::Observer;
 
 /// In the chain sense, following ends when the velocity of the last site exceeds this fraction of
@@ -225,38 +227,25 @@ impl Following<'_> {
         let signal = Signal::Force(contact);
         let interpolant = watch.interpolant(signal);
         let looks = interpolant.samples();
-        for look in 0..SAMPLES_PER_STEP {
-            let (a, b) = (looks[look], looks[look + 1]);
-            let share =
-                |level| interpolant.passes(level, LOOK * look as f64, LOOK * (look + 1) as f64);
-            let rises = |level| a < level && b >= level;
-            let front = FRONT * peak.value;
-            if passage.arrival.is_none() && rises(front) {
-                let time = interpolant.time(share(front));
-                passage.arrival = Some(crossing(watch, signal, time, front)?);
-            }
-            let half = 0.5 * peak.value;
-            if rises(half) && interpolant.time(share(half)) < peak.time {
-                passage.rise = Some(crossing(
-                    watch,
-                    signal,
-                    interpolant.time(share(half)),
-                    half,
-                )?);
-            }
-            if passage.fall.is_none() && a > half && b <= half {
-                let time = interpolant.time(share(half));
-                if time > peak.time {
-                    passage.fall = Some(crossing(watch, signal, time, half)?);
-                }
-            }
-            if passage.energy.is_none() && a > front && b <= front {
-                let time = interpolant.time(share(front));
-                if time > peak.time {
-                    let time = crossing(watch, signal, time, front)?;
-                    passage.energy = Some(watch.at(time)?.passed[contact]);
-                }
-            }
+        let (front, half) = (FRONT * peak.value, 0.5 * peak.value);
+        let passes = |level, rises| passes(&interpolant, &looks, level, rises);
+        let is_after = |time: &f64| *time > peak.time;
+        if passage.arrival.is_none()
+            && let Some(time) = passes(front, true).next()
+        {
+            passage.arrival = Some(crossing(watch, signal, time, front)?);
+        }
+        if let Some(time) = passes(half, true).filter(|time| *time < peak.time).last() {
+            passage.rise = Some(crossing(watch, signal, time, half)?);
+        }
+        if passage.fall.is_none()
+            && let Some(time) = passes(half, false).find(is_after)
+        {
+            passage.fall = Some(crossing(watch, signal, time, half)?);
+        }
+        if let Some(time) = passes(front, false).find(is_after) {
+            let time = crossing(watch, signal, time, front)?;
+            passage.energy = Some(watch.at(time)?.passed[contact]);
         }
         Ok(())
     }
@@ -319,15 +308,28 @@ fn moves_at(watch: &mut ObservedRun, site: usize, highest: Highest) -> Result<Op
     let signal = Signal::Velocity(site);
     let interpolant = watch.interpolant(signal);
     let looks = interpolant.samples();
-    let rises = (0..SAMPLES_PER_STEP).filter(|&look| looks[look] < half && looks[look + 1] >= half);
-    let mut times = rises.map(|look| {
-        let share = interpolant.passes(half, LOOK * look as f64, LOOK * (look + 1) as f64);
+    let before = passes(&interpolant, &looks, half, true).filter(|time| *time < highest.time);
+    let crossed = before
+        .last()
+        .map(|time| crossing(watch, signal, time, half));
+    crossed.transpose()
+}
+
+/// About when a signal rises through a level in the last step, or falls.
+fn passes(
+    interpolant: &Interpolant,
+    looks: &[f64; SAMPLES_PER_STEP + 1],
+    level: f64,
+    rises: bool,
+) -> impl Iterator<Item = f64> {
+    let does = move |look: &usize| match (looks[*look], looks[look + 1]) {
+        (a, b) if rises => a < level && b >= level,
+        (a, b) => a > level && b <= level,
+    };
+    (0..SAMPLES_PER_STEP).filter(does).map(move |look| {
+        let share = interpolant.passes(level, LOOK * look as f64, LOOK * (look + 1) as f64);
         interpolant.time(share)
-    });
-    match times.rfind(|time| *time < highest.time) {
-        Some(time) => Ok(Some(crossing(watch, signal, time, half)?)),
-        None => Ok(None),
-    }
+    })
 }
 
 /// The time near `time` at which the signal crosses a level.

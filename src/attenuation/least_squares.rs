@@ -135,8 +135,6 @@ pub(super) fn judged(
         residual: mean_square.sqrt(),
         aicc,
         cross_validation: predicted(law, points)?.max(EXACT),
-        covariance,
-        quantile,
     })
 }
 

@@ -2,23 +2,32 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use rayon::prelude::*;
 
-use super::chains::{ContactKind, SceneTemplate};
+use super::chains::{ContactKind, Pattern, SceneTemplate};
 use super::curve::{
-    Attenuation, AttenuationCurve, CurveRow, Stop, StopCause, compared, reach, rows_of,
+    Attenuation, AttenuationCurve, CurveRow, Reach, Stop, StopCause, compared, reach, rows_of,
 };
 use super::fit::{Criterion, fit};
-use super::members::{FollowedChain, OutcomeStore, PulseMeasures};
-use super::plan::{Plan, PlannedLength};
+use super::high_band::default_edge;
+use super::members::{Known, Pair, StoredChains, failed, follow};
 use super::pulse::{Sense, refuse};
 use crate::Result;
-use crate::chain::scene::SceneSource;
-use crate::observer::Observer;
-use crate::system::journal::{Outcome, StoredRequest};
+use crate::chain::Simulation;
+use crate::chain::scene::{SceneSource, Units};
+use crate::observer::{CancelOnly, Observer};
 
 /// Every length up to this one is simulated in the wall sense.
 const EVERY: usize = 40;
+
+/// Initial margin of bodies behind the last requested contact, to which a quarter of the length is
+/// added. It makes the contact's pulse complete before the front reaches the wall, and is doubled
+/// as needed, at most [`DOUBLINGS`] times.
+const MARGIN: usize = 20;
+const DOUBLINGS: u32 = 4;
+
+/// Lengths behind one that is at or below the target, of which none may be above it: a period of a dimer.
+const PERIOD: usize = 2;
 
 /// A named chain.
 #[derive(Debug, Clone)]
@@ -63,39 +72,6 @@ impl Default for AttenuationRequest {
             high_band: true,
             band_edge_frequency: None,
         }
-    }
-}
-
-/// The request that a directory of saved members belongs to.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StoredLength {
-    version: String,
-    /// Scenes as text.
-    scenes: Vec<String>,
-    length: usize,
-    lengths: Vec<usize>,
-    senses: Vec<Sense>,
-    high_band: bool,
-    band_edge_frequency: Option<f64>,
-}
-
-impl StoredRequest for StoredLength {
-    const FILE: &'static str = "attenuation-request.json";
-    const WORD: &'static str = "attenuation curve";
-
-    fn difference(&self, asked: &StoredLength) -> Option<String> {
-        if self == asked {
-            return None;
-        }
-        Some(if self.version != asked.version {
-            let (found, asked) = (&self.version, &asked.version);
-            format!("it was made by version {found}, this is {asked}")
-        } else if self.scenes != asked.scenes {
-            "it belongs to other chains".into()
-        } else {
-            "its lengths, senses or bands differ".into()
-        })
     }
 }
 
@@ -148,7 +124,8 @@ impl AttenuationRequest {
         lengths
     }
 
-    /// Follows the pulses of all chains and of their homogeneous references, and fits the curves.
+    /// Follows the pulses of all chains and of their homogeneous references, fits the curves, and finds the length that
+    /// reaches the target by further runs, up to half as long again.
     ///
     /// With a directory, each chain's result is saved as soon as it is computed, and saved results
     /// are not computed again. The results depend neither on that nor on the number of threads.
@@ -160,100 +137,224 @@ impl AttenuationRequest {
     /// [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Attenuation> {
         self.check()?;
-        let makes: Result<Vec<SceneTemplate>> = self
-            .chains
-            .iter()
-            .map(|c| SceneTemplate::new(c.scene.clone()))
-            .collect();
-        let makes = makes?;
         let lengths = self.wall_lengths();
-        let scenes: Result<Vec<String>> = makes.iter().map(SceneTemplate::text).collect();
-        let asked = StoredLength {
-            version: env!("CARGO_PKG_VERSION").into(),
-            scenes: scenes?,
-            length: self.length,
-            lengths: lengths.clone(),
-            senses: self.senses.clone(),
-            high_band: self.high_band,
-            band_edge_frequency: self.band_edge_frequency,
-        };
-        let mut plan = Plan::default();
-        for (chain, make) in makes.iter().enumerate() {
+        let (mut scenes, mut courses, mut edges) = (Vec::new(), Vec::new(), Vec::new());
+        for chain in &self.chains {
+            let make = SceneTemplate::new(chain.scene.clone())?;
+            scenes.push(make.text()?);
             for &sense in &self.senses {
-                let planned = self.plan(chain, make, sense, &lengths, &mut plan)?;
-                plan.curves.push(planned);
+                let course = self.course(&chain.name, make.clone(), sense, &mut edges)?;
+                let lengths = match (sense, course.make.extends) {
+                    (Sense::Wall, true) => &lengths[..],
+                    _ => &[self.length],
+                };
+                let pairs: Result<Vec<Pair>> = lengths.iter().map(|n| course.pair(*n)).collect();
+                courses.push((course, pairs?));
             }
         }
-        let known = OutcomeStore::open(directory, &asked)?;
-        let outcomes = known.members(&plan.members, observer)?;
-        let computed = known.sync()?;
-        let failed = plan.members.iter().zip(&outcomes);
-        let failed = failed.filter_map(|(member, outcome)| match outcome {
-            Outcome::Failed(reason) => Some((member.key.clone(), reason.clone())),
-            Outcome::Done(_) => None,
-        });
-        let curves = plan.curves.iter();
+        let known = Known::open(directory, &StoredChains::new(scenes, "bodies"))?;
+        let pairs = || courses.iter().flat_map(|(_, pairs)| pairs);
+        follow(pairs(), &known, observer)?;
+        let curves: Result<Vec<AttenuationCurve>> = courses
+            .par_iter()
+            .map(|(course, pairs)| self.curve(course, pairs, &known, &CancelOnly(observer)))
+            .collect();
+        let curves = curves.map_err(|error| known.paused(error, 2 * pairs().count()))?;
+        known.sync()?;
         Ok(Attenuation {
             length: self.length,
             kind: self.kind,
             target: self.target,
-            curves: curves
-                .map(|planned| self.curve(planned, &plan.members, &outcomes))
-                .collect(),
-            failed: failed.collect(),
-            computed,
+            curves,
+            failed: failed(pairs(), &known),
+            computed: known.computed(),
         })
+    }
+
+    /// A chain in one sense; `edges` are those of references that are known.
+    fn course(
+        &self,
+        name: &str,
+        make: SceneTemplate,
+        sense: Sense,
+        edges: &mut Vec<(Simulation, Option<f64>)>,
+    ) -> Result<Course> {
+        let mut course = Course {
+            name: name.to_owned(),
+            pattern: make.pattern()?,
+            units: make.setup()?.units,
+            make,
+            sense,
+            edge: None,
+        };
+        if sense == Sense::Wall || !self.high_band {
+            return Ok(course);
+        }
+        course.edge = self.band_edge_frequency;
+        if course.edge.is_none() {
+            let reference = course.pair(self.length)?.reference.attempts.swap_remove(0);
+            let known = edges.iter().find(|(known, _)| *known == reference);
+            // A reference that cannot be run has no edge; why is said of its member.
+            course.edge = known.map_or_else(|| default_edge(&reference).ok(), |(_, edge)| *edge);
+            edges.push((reference, course.edge));
+        }
+        Ok(course)
     }
 
     fn curve(
         &self,
-        planned: &PlannedLength,
-        members: &[FollowedChain],
-        outcomes: &[Outcome<PulseMeasures>],
-    ) -> AttenuationCurve {
+        course: &Course,
+        pairs: &[Pair],
+        known: &Known,
+        observer: &dyn Observer,
+    ) -> Result<AttenuationCurve> {
         let mut rows: Vec<CurveRow> = Vec::new();
         let mut stop = None;
-        for pair in &planned.pairs {
-            let member = &members[pair.own];
-            let Outcome::Done(seen) = &outcomes[pair.own] else {
-                let (bodies, cause) = (member.wanted, StopCause::Failed);
-                stop = stop.or(Some(Stop { bodies, cause }));
-                continue;
-            };
-            let reference = match &outcomes[pair.reference] {
-                Outcome::Done(reference) => Some(reference),
-                Outcome::Failed(_) => None,
-            };
-            let before = rows.len();
-            rows.extend(rows_of(member, seen, reference, &planned.pattern));
-            let last = rows[before..].last().map(|row| row.bodies);
-            if last < Some(member.wanted) {
-                let cause = match seen.pulses.arrived {
-                    true => StopCause::Reflection,
-                    false => StopCause::Faded,
+        for pair in pairs {
+            let (more, stopped) = course.rows(pair, known, observer)?;
+            rows.extend(more);
+            stop = stop.or(stopped);
+        }
+        let fits = fit(&compared(self.kind, &rows), self.criterion);
+        let mut found = None;
+        if let Some(target) = self.target {
+            let mut tried: Vec<usize> = pairs.iter().map(|pair| pair.own.wanted).collect();
+            let asked = tried.iter().copied().fold(0, usize::max);
+            loop {
+                let points = compared(self.kind, &rows);
+                let reached = reach(target, &points, fits.as_ref());
+                found = Some(reached);
+                let Some(bodies) = self.refined(course, reached, &points, (asked, &tried))? else {
+                    break;
                 };
-                let bodies = match planned.sense {
-                    Sense::Chain => last.map_or(0, |n| n + 1),
-                    Sense::Wall => member.wanted,
-                };
-                stop = stop.or(Some(Stop { bodies, cause }));
+                tried.push(bodies);
+                let (more, _) = course.rows(&course.pair(bodies)?, known, observer)?;
+                if course.sense == Sense::Chain && !more.is_empty() {
+                    rows.clear();
+                }
+                rows.extend(more);
+                rows.sort_by_key(|row| row.bodies);
             }
         }
-        let (n, y): (Vec<f64>, Vec<f64>) = compared(self.kind, &rows).into_iter().unzip();
-        let fits = fit(&n, &y, self.criterion);
-        let reach = self
-            .target
-            .map(|target| reach(target, &n, &y, fits.as_ref()));
-        AttenuationCurve {
-            name: self.chains[planned.chain].name.clone(),
-            sense: planned.sense,
-            units: planned.units,
-            stiffness_ratio: planned.pattern.stiffness_ratio(),
-            band_edge_frequency: planned.edge,
+        Ok(AttenuationCurve {
+            name: course.name.clone(),
+            sense: course.sense,
+            units: course.units,
+            stiffness_ratio: course.pattern.stiffness_ratio(),
+            band_edge_frequency: course.edge,
             rows,
             stop,
             fits,
-            reach,
+            reach: found,
+        })
+    }
+
+    /// The next length to run for the one that reaches the target: half as long again as the longest that is asked for,
+    /// where none does; at walls then between the last above the target and the first below it, and behind that.
+    fn refined(
+        &self,
+        course: &Course,
+        reached: Reach,
+        points: &[(f64, f64)],
+        (asked, tried): (usize, &[usize]),
+    ) -> Result<Option<usize>> {
+        let longest = tried.iter().copied().fold(0, usize::max);
+        let candidates: Vec<usize> = match reached {
+            _ if !course.make.extends => Vec::new(),
+            Reach::Beyond { .. } if longest == asked => {
+                let end = asked + asked.div_ceil(2);
+                (end..end + PERIOD).collect()
+            }
+            Reach::Within { bodies } if course.sense == Sense::Wall => {
+                let mut before = points.iter().rev().map(|(n, _)| *n as usize);
+                let above = before.find(|n| *n < bodies).unwrap_or(0);
+                let middle = (above + bodies) / 2;
+                let mut between: Vec<usize> = (above + 1..bodies).collect();
+                between.sort_by_key(|n| n.abs_diff(middle));
+                between.extend(bodies + 1..=(bodies + PERIOD).min(longest));
+                between
+            }
+            _ => Vec::new(),
+        };
+        for bodies in candidates {
+            if !tried.contains(&bodies) && course.is_compared(bodies, self.kind)? {
+                return Ok(Some(bodies));
+            }
         }
+        Ok(None)
+    }
+}
+
+/// A chain in one sense.
+struct Course {
+    name: String,
+    make: SceneTemplate,
+    sense: Sense,
+    pattern: Pattern,
+    edge: Option<f64>,
+    units: Units,
+}
+
+impl Course {
+    /// The chain of a length, or of its own where that is fixed, and its reference.
+    fn pair(&self, bodies: usize) -> Result<Pair> {
+        let attempts: Result<Vec<Simulation>> = match (self.sense, self.make.extends) {
+            (_, false) => vec![self.make.setup()],
+            (Sense::Wall, true) => vec![self.make.with_bodies(bodies)],
+            (Sense::Chain, true) => (0..=DOUBLINGS)
+                .map(|k| self.make.with_bodies(bodies + ((MARGIN + bodies / 4) << k)))
+                .collect(),
+        }
+        .into_iter()
+        .map(|setup| Ok(setup?.simulation))
+        .collect();
+        let attempts = attempts?;
+        let wanted = match (self.sense, self.make.extends) {
+            (Sense::Wall, false) => attempts[0].chain.n_sites() - 1,
+            _ => bodies,
+        };
+        let name = format!("{}, {}, {wanted} bodies", self.name, self.sense.name());
+        Pair::new(
+            &name,
+            attempts,
+            &self.pattern,
+            (self.sense, wanted),
+            self.edge,
+        )
+    }
+
+    /// Whether the force of a length is among those that are compared.
+    fn is_compared(&self, bodies: usize, kind: ContactKind) -> Result<bool> {
+        let chain = self.make.with_bodies(bodies)?.simulation.chain;
+        let last = chain.coefficient.last().map(|c| self.pattern.kind(*c));
+        Ok(self.sense == Sense::Chain || last == Some(kind) || last == Some(ContactKind::Other))
+    }
+
+    /// The points of a chain, and where and why they end before the wanted one.
+    fn rows(
+        &self,
+        pair: &Pair,
+        known: &Known,
+        observer: &dyn Observer,
+    ) -> Result<(Vec<CurveRow>, Option<Stop>)> {
+        let [own, reference] = pair.outcomes(known, observer)?;
+        let wanted = pair.own.wanted;
+        let Some(seen) = own.done() else {
+            let (bodies, cause) = (wanted, StopCause::Failed);
+            return Ok((Vec::new(), Some(Stop { bodies, cause })));
+        };
+        let rows = rows_of(&pair.own, seen, reference.done(), &self.pattern);
+        let last = rows.last().map(|row| row.bodies);
+        let stop = (last < Some(wanted)).then(|| Stop {
+            bodies: match self.sense {
+                Sense::Chain => last.map_or(0, |n| n + 1),
+                Sense::Wall => wanted,
+            },
+            cause: match seen.pulses.arrived {
+                true => StopCause::Reflection,
+                false => StopCause::Faded,
+            },
+        });
+        Ok((rows, stop))
     }
 }

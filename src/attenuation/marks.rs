@@ -1,5 +1,7 @@
 //! Abscissa values at which dimers carry localized waves.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use super::chains::Pattern;
@@ -7,6 +9,7 @@ use crate::Result;
 use crate::chain::{Chain, Law};
 use crate::localized::{Alternation, Family};
 use crate::numeric::find_root;
+use crate::sheet::extent;
 
 /// The highest order that is marked.
 const LAST: usize = 19;
@@ -23,41 +26,31 @@ pub struct LocalizedMark {
     pub value: f64,
 }
 
-/// Cache of localized ratios; `None` where no wave was found.
+/// Localized ratios that are known; `None` where no wave was found.
 #[derive(Debug, Default)]
 pub(super) struct Waves(Vec<(Family, usize, Option<f64>)>);
 
 impl Waves {
     /// The orders of a family that may lie between two ratios, with their ratios.
-    fn between(&mut self, family: Family, low: f64, high: f64) -> Vec<(usize, Option<f64>)> {
+    fn between(&mut self, family: Family, range: &Range<f64>) -> Vec<(usize, Option<f64>)> {
         let Ok(search) = family.search(LAST) else {
             return Vec::new();
         };
-        let near = |order: usize| search.estimate(order).unwrap_or(1.0);
         let within = |order: &usize| {
-            let estimate = near(*order);
-            *order == 1
-                || (estimate * (1.0 - ESTIMATED) <= high && estimate * (1.0 + ESTIMATED) >= low)
+            let estimate = search.estimate(*order).unwrap_or(1.0);
+            let near = estimate * (1.0 - ESTIMATED)..=estimate * (1.0 + ESTIMATED);
+            *order == 1 || (*near.start() <= range.end && *near.end() >= range.start)
         };
-        let mut found = Vec::new();
-        for order in (1..=LAST).filter(within) {
-            let known = self
-                .0
-                .iter()
-                .find(|w| (w.0, w.1) == (family, order))
-                .copied();
-            let (_, _, ratio) = known.unwrap_or_else(|| {
-                let wave = (
-                    family,
-                    order,
-                    search.wave(order).ok().map(|wave| wave.ratio),
-                );
-                self.0.push(wave);
-                wave
-            });
-            found.push((order, ratio));
-        }
-        found
+        let of = |order| {
+            let mut known = self.0.iter();
+            if let Some(wave) = known.find(|w| (w.0, w.1) == (family, order)) {
+                return (order, wave.2);
+            }
+            let ratio = search.wave(order).ok().map(|wave| wave.ratio);
+            self.0.push((family, order, ratio));
+            (order, ratio)
+        };
+        (1..=LAST).filter(within).map(of).collect()
     }
 }
 
@@ -75,50 +68,39 @@ pub(super) fn localized_marks(
     };
     let ratios: Result<Vec<Option<(Family, f64)>>> = values.iter().map(|v| ratio_at(*v)).collect();
     let ratios = ratios?;
-    let known: Vec<(Family, f64)> = ratios.iter().copied().flatten().collect();
+    let known = || ratios.iter().flatten();
     // A homogeneous chain belongs to both families.
-    let mut dimers = known.iter().filter(|(_, ratio)| *ratio != 1.0);
-    let Some(family) = dimers.next().map(|(family, _)| *family) else {
+    let Some((family, _)) = known().find(|(_, ratio)| *ratio != 1.0) else {
         return Ok((Vec::new(), Vec::new()));
     };
-    let (low, high) = known
-        .iter()
-        .fold((f64::INFINITY, 0.0f64), |(low, high), (_, r)| {
-            (low.min(*r), high.max(*r))
-        });
+    let range = extent(known().map(|(_, ratio)| *ratio));
     let (mut marks, mut unresolved) = (Vec::new(), Vec::new());
-    for (order, ratio) in waves.between(family, low, high) {
+    for (order, ratio) in waves.between(*family, &range) {
         let Some(ratio) = ratio else {
             unresolved.push(order);
             continue;
         };
+        let off = |value: f64| {
+            let found = ratio_at(value).ok().flatten();
+            found.map_or(f64::NAN, |(_, found)| found - ratio)
+        };
         for i in 0..values.len() {
-            let Some((_, here)) = ratios[i] else { continue };
-            if here == ratio {
-                marks.push(mark(order, ratio, values[i]));
-                continue;
-            }
+            let here = ratios[i].map_or(f64::NAN, |(_, here)| here - ratio);
             let next = ratios.get(i + 1).copied().flatten();
-            let Some((_, next)) = next else { continue };
-            if (here - ratio) * (next - ratio) < 0.0 {
-                let off = |value: f64| {
-                    let found = ratio_at(value).ok().flatten();
-                    found.map_or(f64::NAN, |(_, found)| found - ratio)
-                };
-                let value = find_root(values[i], values[i + 1], off);
-                marks.push(mark(order, ratio, value));
-            }
+            let next = next.map_or(f64::NAN, |(_, next)| next - ratio);
+            let value = match () {
+                () if here == 0.0 => values[i],
+                () if here * next < 0.0 => find_root(values[i], values[i + 1], off),
+                () => continue,
+            };
+            marks.push(LocalizedMark {
+                order,
+                ratio,
+                value,
+            });
         }
     }
     Ok((marks, unresolved))
-}
-
-fn mark(order: usize, ratio: f64, value: f64) -> LocalizedMark {
-    LocalizedMark {
-        order,
-        ratio,
-        value,
-    }
 }
 
 /// The family of a dimer and its ratio; `None` for other chains.

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::error::{Error, InputFault, Result};
 use crate::field::Field;
-use crate::numeric::deviation;
+use crate::numeric::{deviation, median};
 
 /// A measured value at an abscissa.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -72,16 +72,15 @@ pub fn read_curve(path: &Path) -> Result<Vec<MeasuredPoint>> {
             .map(|cell| cell.parse().ok().filter(|v: &f64| v.is_finite()))
             .collect();
         match numbers.as_deref() {
-            Some(&[at, value]) => points.push(MeasuredPoint {
-                at,
-                value,
-                error: None,
-            }),
-            Some(&[at, value, error]) if error >= 0.0 => points.push(MeasuredPoint {
-                at,
-                value,
-                error: Some(error),
-            }),
+            Some(&[at, value, ref error @ ..])
+                if error.len() < 2 && error.iter().all(|error| *error >= 0.0) =>
+            {
+                points.push(MeasuredPoint {
+                    at,
+                    value,
+                    error: error.first().copied(),
+                });
+            }
             None if points.is_empty() && !headed => {
                 if let Some(unit) = cells.get(1).and_then(|cell| unit_of(cell)) {
                     let expected =
@@ -168,21 +167,16 @@ const ENOUGH: usize = 16;
 pub fn measured_peaks(field: &Field) -> Vec<MeasuredPeak> {
     let times = field.n_times();
     let mut record = vec![0.0; times];
-    let mut noises: Vec<Option<f64>> = (0..field.n_sites())
+    let noises: Vec<Option<f64>> = (0..field.n_sites())
         .map(|site| {
             field.read_site_major(0..times, site..site + 1, &mut record);
             noise_of(&record)
         })
         .collect();
-    let mut known: Vec<f64> = noises.iter().flatten().copied().collect();
-    known.sort_by(f64::total_cmp);
-    let common = known.get(known.len() / 2).copied();
-    noises
-        .iter_mut()
-        .for_each(|noise| *noise = noise.or(common));
+    let common = median(noises.iter().flatten().copied());
     let peaks = (0..field.n_sites()).filter_map(|site| {
         field.read_site_major(0..times, site..site + 1, &mut record);
-        peak_of(&record, noises[site]).map(|peak| MeasuredPeak {
+        peak_of(&record, noises[site].or(common)).map(|peak| MeasuredPeak {
             site,
             time: field.time.origin + peak.time * field.time.step,
             time_error: peak.time_error * field.time.step,

@@ -1,17 +1,44 @@
-//! Computing members and saving their results.
+//! Chains in which a pulse is followed, and their saved results.
 
-use std::path::Path;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::collections::HashSet;
+use std::io::Write;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::chains::{Pattern, homogeneous};
 use super::high_band::high_shares;
-use super::pulse::{Pulses, Sense, pulses};
+use super::pulse::{Pulses, Sense, contacts, pulses};
+use crate::Result;
 use crate::chain::Simulation;
-use crate::observer::{CancelOnly, Observer};
-use crate::system::journal::{Journal, Outcome, Outcomes, StoredRequest};
-use crate::{Error, Result};
+use crate::observer::Observer;
+use crate::system::journal::{Journal, Outcome, StoredRequest};
+
+/// The request that a directory of saved members belongs to. Members are named by what they run, so that further ones
+/// can be added.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StoredChains {
+    version: String,
+    /// As text.
+    scenes: Vec<String>,
+    /// The abscissa.
+    against: String,
+}
+
+impl StoredChains {
+    pub(super) fn new(scenes: Vec<String>, against: &str) -> StoredChains {
+        StoredChains {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scenes,
+            against: against.to_owned(),
+        }
+    }
+}
+
+impl StoredRequest for StoredChains {
+    const FILE: &'static str = "attenuation.json";
+    const WORD: &'static str = "attenuation curve";
+}
 
 /// The saved result of a member.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,153 +51,135 @@ pub(super) struct PulseMeasures {
     pub(super) high: Option<Vec<f64>>,
 }
 
+/// The results known so far, by the hash of what was run.
+pub(super) type Known = Journal<String, PulseMeasures>;
+
 /// One chain to follow a pulse in.
 #[derive(Debug, Clone)]
 pub(super) struct FollowedChain {
-    /// Its name.
-    pub(super) key: String,
+    pub(super) name: String,
+    key: String,
     /// Chains of growing length; the first that is long enough is used.
     pub(super) attempts: Vec<Simulation>,
     pub(super) sense: Sense,
     /// The last contact whose pulse is needed.
     pub(super) wanted: usize,
     /// Lower edge of the high band, if its share is requested.
-    pub(super) edge: Option<f64>,
+    edge: Option<f64>,
 }
 
-/// The outcomes known so far, saved in a directory if there is one.
-#[derive(Debug)]
-pub(super) struct OutcomeStore {
-    journal: Option<Journal>,
-    outcomes: Mutex<Outcomes<String, PulseMeasures>>,
-    /// Number of members computed in this run.
-    computed: Mutex<usize>,
+/// A chain and its homogeneous reference.
+#[derive(Debug, Clone)]
+pub(super) struct Pair {
+    pub(super) own: FollowedChain,
+    pub(super) reference: FollowedChain,
 }
 
-impl OutcomeStore {
+impl Pair {
     /// # Errors
-    /// As [`Journal::open`].
-    pub(super) fn open<A: StoredRequest>(
-        directory: Option<&Path>,
-        asked: &A,
-    ) -> Result<OutcomeStore> {
-        let (journal, outcomes) = match directory {
-            None => (None, Outcomes::new()),
-            Some(directory) => {
-                let (journal, outcomes) = Journal::open(directory, asked, &|_: &String| Ok(()))?;
-                (Some(journal), outcomes)
+    /// As [`contacts`].
+    pub(super) fn new(
+        name: &str,
+        attempts: Vec<Simulation>,
+        pattern: &Pattern,
+        (sense, wanted): (Sense, usize),
+        edge: Option<f64>,
+    ) -> Result<Pair> {
+        for simulation in &attempts {
+            contacts(simulation, sense)?;
+        }
+        let chain = |name: String, attempts: Vec<Simulation>| {
+            let mut hasher = blake3::Hasher::new();
+            // A hasher takes all that is written.
+            let _ = write!(hasher, "{:?}", (&attempts, sense, wanted, edge));
+            FollowedChain {
+                name,
+                key: hasher.finalize().to_hex().to_string(),
+                attempts,
+                sense,
+                wanted,
+                edge,
             }
         };
-        Ok(OutcomeStore {
-            journal,
-            outcomes: Mutex::new(outcomes),
-            computed: Mutex::new(0),
+        let references = attempts.iter().map(|s| homogeneous(s, pattern)).collect();
+        Ok(Pair {
+            reference: chain(format!("reference of {name}"), references),
+            own: chain(name.to_owned(), attempts),
         })
     }
 
-    /// The outcome of a member, computed if it is not known.
+    /// What became of the chain and of its reference.
     ///
     /// # Errors
-    /// [`Error::Cancelled`], [`Error::Memory`], [`Error::Write`]; any other error becomes the
-    /// outcome.
-    pub(super) fn member(
+    /// As [`Journal::member`].
+    pub(super) fn outcomes(
         &self,
-        member: &FollowedChain,
+        known: &Known,
         observer: &dyn Observer,
-    ) -> Result<Outcome<PulseMeasures>> {
-        if let Some(known) = self.lock().get(&member.key) {
-            return Ok(known.clone());
-        }
-        let outcome = match member.see(observer) {
-            Ok(seen) => Outcome::Done(seen),
-            Err(error @ (Error::Cancelled | Error::Memory { .. })) => return Err(error),
-            Err(error) => Outcome::Failed(error.to_string()),
-        };
-        if let Some(journal) = &self.journal {
-            journal.add(&member.key, &outcome)?;
-        }
-        *self.computed.lock().unwrap_or_else(PoisonError::into_inner) += 1;
-        self.lock().insert(member.key.clone(), outcome.clone());
-        Ok(outcome)
-    }
-
-    /// The outcomes of members, in their order, computed in parallel on the current pool.
-    ///
-    /// # Errors
-    /// As [`OutcomeStore::member`]; [`Error::Paused`] for [`Error::Cancelled`] where a directory saves the
-    /// outcomes.
-    pub(super) fn members(
-        &self,
-        members: &[FollowedChain],
-        observer: &dyn Observer,
-    ) -> Result<Vec<Outcome<PulseMeasures>>> {
-        observer.stage("pulses", members.len() as u64);
-        let outcomes: Result<Vec<Outcome<PulseMeasures>>> = members
-            .par_iter()
-            .map(|member| {
-                let outcome = self.member(member, &CancelOnly(observer));
-                observer.advance(1);
-                outcome
-            })
-            .collect();
-        outcomes.map_err(|error| self.paused(error, members))
-    }
-
-    /// Turns [`Error::Cancelled`] into [`Error::Paused`] where the outcomes are saved.
-    pub(super) fn paused(&self, error: Error, members: &[FollowedChain]) -> Error {
-        match (error, &self.journal) {
-            (Error::Cancelled, Some(_)) => {
-                let known = self.lock();
-                Error::Paused {
-                    known: members
-                        .iter()
-                        .filter(|m| known.contains_key(&m.key))
-                        .count(),
-                    members: members.len(),
-                }
-            }
-            (error, _) => error,
-        }
-    }
-
-    /// Flushes the outcomes to disk; returns the number of members computed.
-    pub(super) fn sync(&self) -> Result<usize> {
-        if let Some(journal) = &self.journal {
-            journal.sync()?;
-        }
-        Ok(*self.computed.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Outcomes<String, PulseMeasures>> {
-        self.outcomes.lock().unwrap_or_else(PoisonError::into_inner)
+    ) -> Result<[Outcome<PulseMeasures>; 2]> {
+        Ok([
+            self.own.outcome(known, observer)?,
+            self.reference.outcome(known, observer)?,
+        ])
     }
 }
 
+/// The chains of pairs, each once.
+fn members<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<&'a FollowedChain> {
+    let mut seen = HashSet::new();
+    let all = pairs.flat_map(|pair| [&pair.own, &pair.reference]);
+    all.filter(|member| seen.insert(&member.key)).collect()
+}
+
+/// Follows the pulses of chains and their references in parallel.
+///
+/// # Errors
+/// As [`Journal::each`].
+pub(super) fn follow<'a>(
+    pairs: impl Iterator<Item = &'a Pair>,
+    known: &Known,
+    observer: &dyn Observer,
+) -> Result<()> {
+    known.each("pulses", &members(pairs), observer, |member, observer| {
+        member.outcome(known, observer).map(drop)
+    })
+}
+
+/// Names and reasons of the chains that failed.
+pub(super) fn failed<'a>(
+    pairs: impl Iterator<Item = &'a Pair>,
+    known: &Known,
+) -> Vec<(String, String)> {
+    let members = members(pairs).into_iter();
+    let failed = members.filter_map(|member| match known.known(&member.key)? {
+        Outcome::Failed(reason) => Some((member.name.clone(), reason)),
+        Outcome::Done(_) => None,
+    });
+    failed.collect()
+}
+
 impl FollowedChain {
+    fn outcome(&self, known: &Known, observer: &dyn Observer) -> Result<Outcome<PulseMeasures>> {
+        known.member(&self.key, || self.see(observer))
+    }
+
     fn see(&self, observer: &dyn Observer) -> Result<PulseMeasures> {
-        let mut seen = None;
-        for simulation in &self.attempts {
-            let found = pulses(simulation, self.sense, observer)?;
-            let reached = found.pulses.last().map(|pulse| pulse.contact);
-            seen = Some((simulation, found));
-            if reached >= Some(self.wanted) {
-                break;
-            }
+        let mut longer = self.attempts[1..].iter();
+        let mut simulation = &self.attempts[0];
+        let mut found = pulses(simulation, self.sense, observer)?;
+        while found.pulses.last().map(|pulse| pulse.contact) < Some(self.wanted) {
+            let Some(next) = longer.next() else { break };
+            simulation = next;
+            found = pulses(simulation, self.sense, observer)?;
         }
-        let Some((simulation, mut found)) = seen else {
-            return Err(Error::Request {
-                option: "length",
-                expected: "a chain".into(),
-                found: "none".into(),
-            });
-        };
         found.pulses.retain(|pulse| pulse.contact <= self.wanted);
-        let high = match self.edge {
-            None => None,
-            Some(edge) => Some(high_shares(simulation, found.end_time, edge, observer)?),
-        };
+        let shares = |edge| high_shares(simulation, found.end_time, edge, observer);
+        let mut high = self.edge.map(shares).transpose()?;
+        if let Some(high) = &mut high {
+            high.truncate(found.pulses.len());
+        }
         Ok(PulseMeasures {
-            high: high.map(|shares| shares[..found.pulses.len()].to_vec()),
+            high,
             pulses: found,
             sites: simulation.chain.n_sites(),
         })

@@ -14,14 +14,13 @@ mod length;
 mod marks;
 mod measured;
 mod members;
-mod plan;
 mod pulse;
 mod transmission;
 
 pub use beside::{Beside, Computed, Measured};
-pub use chains::{ContactKind, Pattern, homogeneous};
+pub use chains::ContactKind;
 pub use curve::{Attenuation, AttenuationCurve, CurveRow, Reach, Stop, StopCause};
-pub use fit::{AttenuationLaw, Criterion, Fit, Fits, Length, Parameter, fit};
+pub use fit::{AttenuationLaw, Criterion, Fit, Fits, Parameter, fit};
 pub use followed::{Curves, Followed};
 pub use length::{AttenuationRequest, Named};
 pub use marks::LocalizedMark;

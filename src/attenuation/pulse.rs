@@ -32,8 +32,7 @@ pub struct Pulse {
     pub peak_velocity: Located,
     pub velocity_time: Located,
     /// The last time before its peak at which that velocity rises through half of the peak; `None`
-    /// for a site that moves from the start. A saved pulse must state it, if only as null.
-    #[serde(deserialize_with = "stated")]
+    /// for a site that moves from the start.
     pub velocity_rise_time: Option<Located>,
     /// When the force first reaches [`FRONT`] of its peak.
     pub arrival_time: Located,
@@ -42,7 +41,6 @@ pub struct Pulse {
     pub width: Located,
     /// Energy passed until the force first falls to [`FRONT`] of its peak; `None` if that is after
     /// the end of the run, and for the wall.
-    #[serde(deserialize_with = "stated")]
     pub energy_pulse: Option<Located>,
     /// Energy passed until the end of the run. No energy passes the wall: there, the energy passed
     /// through the contact before it until the time of the peak.
@@ -54,13 +52,6 @@ pub struct Pulse {
     /// Error of the energy balance: passed + behind + lost - given, relative to the total energy.
     /// `given` is the initial energy on the striker's side plus the energy input.
     pub closure: f64,
-}
-
-/// A value that may be null but not absent.
-fn stated<'d, D: serde::Deserializer<'d>>(
-    value: D,
-) -> std::result::Result<Option<Located>, D::Error> {
-    Option::deserialize(value)
 }
 
 /// Where pulses are followed.

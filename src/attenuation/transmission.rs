@@ -3,18 +3,17 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::chains::{Pattern, SceneTemplate, homogeneous};
-use super::extremum::{CurvePoint, Extremum, extrema};
+use super::chains::{Pattern, SceneTemplate};
+use super::extremum::{CurvePoint, Extremum, extrema, resolved};
 use super::marks::{LocalizedMark, Waves, localized_marks};
-use super::members::{FollowedChain, OutcomeStore, PulseMeasures};
-use super::pulse::{Located, Pulse, Sense, contacts, refuse};
+use super::members::{Known, Pair, StoredChains, failed, follow};
+use super::pulse::{Located, Pulse, Sense, refuse};
 use crate::Result;
 use crate::chain::scene::{SceneSource, Setup, Units};
 use crate::observer::{CancelOnly, Observer};
 use crate::sweep::SweptKey;
-use crate::system::journal::{Outcome, StoredRequest};
 
 /// A request for transmission curves.
 #[derive(Debug, Clone)]
@@ -51,6 +50,8 @@ pub struct TransmissionCurve {
     pub nothing_at: Vec<f64>,
     /// Extrema of the force on the wall, located between the values of the key.
     pub extremes: Vec<TransmissionExtremum>,
+    /// Intervals of the key that may hide further ones.
+    pub unresolved: Vec<[f64; 2]>,
     /// Values of the key at which the dimer carries a localized wave.
     pub localized: Vec<LocalizedMark>,
     /// Orders whose wave could not be resolved; they may be missing from `localized`.
@@ -85,31 +86,6 @@ pub struct TransmissionExtremum {
     pub point: TransmissionPoint,
 }
 
-/// The request that a directory of saved members belongs to.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StoredTransmission {
-    version: String,
-    scene: String,
-}
-
-impl StoredRequest for StoredTransmission {
-    const FILE: &'static str = "transmission-request.json";
-    const WORD: &'static str = "transmission curve";
-
-    // Member names state all varied keys, so that further values can be added to the directory.
-    fn difference(&self, asked: &StoredTransmission) -> Option<String> {
-        if self.version != asked.version {
-            let (found, asked) = (&self.version, &asked.version);
-            Some(format!("it was made by version {found}, this is {asked}"))
-        } else if self.scene != asked.scene {
-            Some("it belongs to another scene".into())
-        } else {
-            None
-        }
-    }
-}
-
 impl TransmissionRequest {
     /// Transmission over `key`, written as for a sweep.
     pub fn new(scene: SceneSource, over: impl Into<String>) -> TransmissionRequest {
@@ -125,6 +101,9 @@ impl TransmissionRequest {
     /// Follows the pulse to the wall for every value and combination, locates the extrema by
     /// further runs, and marks the localized ratios.
     ///
+    /// Intervals between values in which the curve is not smooth are halved, up to five times, since they may hide
+    /// extrema; those that stay so are named.
+    ///
     /// With a directory, each chain's result is saved as soon as it is computed, and saved results
     /// are not computed again. The results depend neither on that nor on the number of threads.
     ///
@@ -134,14 +113,11 @@ impl TransmissionRequest {
     /// [`crate::Error::Paused`] or [`crate::Error::Cancelled`] when the observer cancels;
     /// [`crate::Error::Write`].
     pub fn run(&self, directory: Option<&Path>, observer: &dyn Observer) -> Result<Transmission> {
-        let over = crate::sweep::axis_of_scenes(&self.over);
+        let over = SweptKey::parse(&self.over);
         let over = over.map_err(|error| error.of_option("vary", "against"))?;
         let values = self.values(&over)?;
-        let axes: Result<Vec<SweptKey>> = self
-            .vary
-            .iter()
-            .map(|text| crate::sweep::axis_of_scenes(text))
-            .collect();
+        let axes: Result<Vec<SweptKey>> =
+            self.vary.iter().map(|text| SweptKey::parse(text)).collect();
         let axes = axes?;
         if let Some(axis) = axes.iter().find(|axis| axis.key == over.key) {
             return Err(refuse(
@@ -151,48 +127,35 @@ impl TransmissionRequest {
             ));
         }
         let make = SceneTemplate::new(self.scene.clone())?;
-        let asked = StoredTransmission {
-            version: env!("CARGO_PKG_VERSION").into(),
-            scene: make.text()?,
-        };
+        let scene = make.text()?;
         let families: Vec<ChainSeries> = crate::sweep::combinations(&axes)?
             .into_iter()
-            .map(|settings| ChainSeries::new(&make, &over.key, settings, &self.also))
+            .map(|settings| ChainSeries::new(&make, &over.key, settings))
             .collect();
         // All scenes are checked before any simulation.
-        let mut members = Vec::new();
-        let mut units = Units::None;
-        for family in &families {
-            for &value in &values {
-                let (setup, pattern) = family.setup(value)?;
-                contacts(&setup.simulation, Sense::Wall)?;
-                units = setup.units;
-                members.push(family.member(value, &setup));
-                members.push(family.reference(&setup, &pattern));
-            }
-        }
-        members.sort_by(|a: &FollowedChain, b| a.key.cmp(&b.key));
-        members.dedup_by(|a, b| a.key == b.key);
-        let known = OutcomeStore::open(directory, &asked)?;
-        let outcomes = known.members(&members, observer)?;
-        let failed = members.iter().zip(&outcomes);
-        let failed = failed.filter_map(|(member, outcome)| match outcome {
-            Outcome::Failed(reason) => Some((member.key.clone(), reason.clone())),
-            Outcome::Done(_) => None,
-        });
-        let failed = failed.collect();
+        let all = families
+            .iter()
+            .flat_map(|family| values.iter().map(move |at| (family, *at)));
+        let chains: Result<Vec<SeriesChain>> = all.map(|(family, at)| family.chain(at)).collect();
+        let chains = chains?;
+        let known = Known::open(directory, &StoredChains::new(vec![scene], &over.key))?;
+        let pairs = || chains.iter().map(|(pair, ..)| pair);
+        follow(pairs(), &known, observer)?;
         let mut waves = Waves::default();
         let curves: Result<Vec<TransmissionCurve>> = families
             .iter()
             .map(|family| self.curve(family, &values, &known, &mut waves, observer))
             .collect();
-        let curves = curves.map_err(|error| known.paused(error, &members))?;
+        let curves = curves.map_err(|error| known.paused(error, 2 * pairs().count()))?;
+        known.sync()?;
         Ok(Transmission {
             key: over.key,
-            units,
+            units: chains
+                .last()
+                .map_or(Units::None, |(_, setup, _)| setup.units),
             curves,
-            failed,
-            computed: known.sync()?,
+            failed: failed(pairs(), &known),
+            computed: known.computed(),
         })
     }
 
@@ -217,7 +180,7 @@ impl TransmissionRequest {
         &self,
         family: &ChainSeries,
         values: &[f64],
-        known: &OutcomeStore,
+        known: &Known,
         waves: &mut Waves,
         observer: &dyn Observer,
     ) -> Result<TransmissionCurve> {
@@ -225,16 +188,26 @@ impl TransmissionRequest {
         let points: Result<Vec<Option<TransmissionPoint>>> =
             values.iter().map(|v| point(*v)).collect();
         let points = points?;
-        let places = values.iter().zip(&points).map(|(&at, point)| CurvePoint {
+        let place = |at: f64, point: Option<TransmissionPoint>| CurvePoint {
             at,
             value: point.map(|p| p.relative_force),
             error: point.map_or(0.0, |p| p.relative_force_error),
-        });
-        let places: Vec<CurvePoint> = places.collect();
-        let turns = match self.locate {
-            true => extrema(&places),
-            false => Vec::new(),
         };
+        let places = values
+            .iter()
+            .zip(&points)
+            .map(|(&at, point)| place(at, *point));
+        let mut places: Vec<CurvePoint> = places.collect();
+        let nothing = places.iter().filter(|place| place.value.is_none());
+        let nothing_at = nothing.map(|place| place.at).collect();
+        let (mut turns, mut hidden) = (Vec::new(), Vec::new());
+        if self.locate {
+            (places, hidden) = resolved(places, &|values| {
+                let places = values.par_iter().map(|at| Ok(place(*at, point(*at)?)));
+                places.collect()
+            })?;
+            turns = extrema(&places);
+        }
         observer.stage("extremes", turns.len() as u64);
         let extremes: Result<Vec<Option<TransmissionExtremum>>> = turns
             .par_iter()
@@ -245,15 +218,15 @@ impl TransmissionRequest {
             })
             .collect();
         let (localized, unresolved_orders) = localized_marks(values, waves, |value| {
-            let (setup, pattern) = family.setup(value)?;
+            let (_, setup, pattern) = family.chain(value)?;
             Ok((setup.simulation.chain, pattern))
         })?;
-        let nothing = places.iter().filter(|place| place.value.is_none());
         Ok(TransmissionCurve {
             settings: family.settings.clone(),
-            nothing_at: nothing.map(|place| place.at).collect(),
+            nothing_at,
             points: points.into_iter().flatten().collect(),
             extremes: extremes?.into_iter().flatten().collect(),
+            unresolved: hidden,
             localized,
             unresolved_orders,
         })
@@ -280,85 +253,50 @@ struct ChainSeries<'a> {
     make: SceneTemplate,
     key: &'a str,
     settings: Vec<(String, String)>,
-    /// Measured values; an error of the scene at one of them names the option `measured`.
-    measured: &'a [f64],
 }
 
+/// One of them with its reference, its scene and its pattern.
+type SeriesChain = (Pair, Setup, Pattern);
+
 impl<'a> ChainSeries<'a> {
-    fn new(
-        make: &SceneTemplate,
-        key: &'a str,
-        settings: Vec<(String, String)>,
-        measured: &'a [f64],
-    ) -> ChainSeries<'a> {
-        let make = settings.iter().fold(make.clone(), |make, (key, text)| {
-            make.with(key, text, "vary")
-        });
+    fn new(make: &SceneTemplate, key: &'a str, settings: Vec<(String, String)>) -> ChainSeries<'a> {
+        let with =
+            |make: SceneTemplate, (key, text): &(String, String)| make.with(key, text, "vary");
         ChainSeries {
-            make,
+            make: settings.iter().fold(make.clone(), with),
             key,
             settings,
-            measured,
         }
     }
 
-    fn setup(&self, value: f64) -> Result<(Setup, Pattern)> {
-        let option = match self.measured.contains(&value) {
-            true => "measured",
-            false => "against",
-        };
-        let make = self.make.with(self.key, &format!("{value:?}"), option);
-        Ok((make.setup()?, make.pattern()?))
-    }
-
-    fn name(&self, value: f64) -> String {
+    fn chain(&self, value: f64) -> Result<SeriesChain> {
+        let make = self.make.with(self.key, &format!("{value:?}"), "against");
+        let (setup, pattern) = (make.setup()?, make.pattern()?);
         let others = self
             .settings
             .iter()
             .map(|(key, text)| format!("{key}={text}"));
         let all = others.chain([format!("{}={value:?}", self.key)]);
-        all.collect::<Vec<_>>().join(", ")
-    }
-
-    fn member(&self, value: f64, setup: &Setup) -> FollowedChain {
-        self.of(self.name(value), setup.simulation.clone())
-    }
-
-    /// The homogeneous reference, named by a hash of its content, since many values often share
-    /// one.
-    fn reference(&self, setup: &Setup, pattern: &Pattern) -> FollowedChain {
-        let simulation = homogeneous(&setup.simulation, pattern);
-        let hash = blake3::hash(format!("{simulation:?}").as_bytes());
-        self.of(format!("homogeneous {}", hash.to_hex()), simulation)
-    }
-
-    fn of(&self, key: String, simulation: crate::chain::Simulation) -> FollowedChain {
-        FollowedChain {
-            key,
-            wanted: simulation.chain.n_contacts().saturating_sub(1),
-            attempts: vec![simulation],
-            sense: Sense::Wall,
-            edge: None,
-        }
+        let name = all.collect::<Vec<_>>().join(", ");
+        let simulation = setup.simulation.clone();
+        let place = (Sense::Wall, simulation.chain.n_contacts().saturating_sub(1));
+        let pair = Pair::new(&name, vec![simulation], &pattern, place, None)?;
+        Ok((pair, setup, pattern))
     }
 
     /// The pulse at the wall; `None` if nothing arrives or a run failed.
     fn point(
         &self,
         value: f64,
-        known: &OutcomeStore,
+        known: &Known,
         observer: &dyn Observer,
     ) -> Result<Option<TransmissionPoint>> {
-        let (setup, pattern) = self.setup(value)?;
-        let pulse = |member: FollowedChain| -> Result<Option<Pulse>> {
-            match known.member(&member, &CancelOnly(observer))? {
-                Outcome::Done(PulseMeasures { pulses, .. }) => Ok(pulses.pulses.first().copied()),
-                Outcome::Failed(_) => Ok(None),
-            }
-        };
-        let own = pulse(self.member(value, &setup))?;
-        let reference = pulse(self.reference(&setup, &pattern))?;
-        let (Some(pulse), Some(reference)) = (own, reference) else {
+        let (pair, setup, pattern) = self.chain(value)?;
+        let outcomes = pair.outcomes(known, &CancelOnly(observer))?;
+        let pulses = outcomes
+            .each_ref()
+            .map(|outcome| outcome.done()?.pulses.pulses.first());
+        let [Some(&pulse), Some(reference)] = pulses else {
             return Ok(None);
         };
         let relative_force = pulse.peak_force.value / reference.peak_force.value;
@@ -370,19 +308,10 @@ impl<'a> ChainSeries<'a> {
             stiffness_ratio: pattern.stiffness_ratio(),
             peak_force: pulse.peak_force,
             relative_force,
-            relative_force_error: relative_force * (error(&pulse) + error(&reference)),
+            relative_force_error: relative_force * (error(&pulse) + error(reference)),
             time_of_flight: pulse.arrival_time,
             mean_speed: distance / pulse.arrival_time.value,
             pulse,
         }))
-    }
-}
-
-impl TransmissionCurve {
-    /// The point with the smallest relative force on the wall, among points and extrema.
-    pub fn least(&self) -> Option<&TransmissionPoint> {
-        let extremes = self.extremes.iter().map(|extreme| &extreme.point);
-        let all = self.points.iter().chain(extremes);
-        all.min_by(|a, b| a.relative_force.total_cmp(&b.relative_force))
     }
 }

@@ -44,5 +44,5 @@ pub use simulation::{Accuracy, EndTime, Record, Simulation};
 pub use stepping::{Cost, Scheme, StepControl, SteppedSites};
 pub(crate) use stepping::{Quintic, openings};
 pub use tangent::{Direction, Gradient, Tangents};
-pub(crate) use watch::{ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, StateView};
+pub(crate) use watch::{Interpolant, ObservedRun, Resolution, SAMPLES_PER_STEP, Signal, StateView};
 pub use work::Work;

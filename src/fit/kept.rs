@@ -6,8 +6,7 @@ use super::model::Model;
 use super::solver::{Minimum, Problem, square};
 use super::{Counted, FitRequest};
 use crate::Result;
-use crate::sweep::below;
-use crate::system::journal::{Journal, Outcome, Outcomes, StoredRequest};
+use crate::system::journal::{Journal, Outcome, StoredRequest};
 
 /// What is fitted, to tell one fit from another.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,18 +22,6 @@ struct Asked {
 impl StoredRequest for Asked {
     const FILE: &'static str = "fit.json";
     const WORD: &'static str = "fit";
-
-    fn difference(&self, asked: &Asked) -> Option<String> {
-        let what = match () {
-            () if self == asked => return None,
-            () if self.version != asked.version => "it was made by another version",
-            () if self.scene != asked.scene => "its scene is another one",
-            () if self.records != asked.records => "its records are others",
-            () if self.request.free != asked.request.free => "it fits other keys",
-            () => "its options are others",
-        };
-        Some(what.into())
-    }
 }
 
 /// Where a search began and ended.
@@ -48,7 +35,7 @@ struct Ended {
 }
 
 /// The searches that have ended, kept in a directory if there is one.
-pub(super) struct Kept(Option<(Journal, Outcomes<usize, Ended>)>);
+pub(super) struct Kept(Option<Journal<usize, Ended>>);
 
 /// A start, the minimum next to it and the runs that took.
 pub(super) type Searched = (Vec<f64>, Minimum, u64);
@@ -77,8 +64,7 @@ impl Kept {
                 ..request.clone()
             },
         };
-        let journal = Journal::open(directory, &asked, &below(request.starts))?;
-        Ok(Kept(Some(journal)))
+        Ok(Kept(Some(Journal::open(Some(directory), &asked)?)))
     }
 
     /// A search, as `find` makes it with a model that counts its runs, or as it is kept.
@@ -96,28 +82,28 @@ impl Kept {
             observer: &counted,
             ..*model
         };
-        let known = self.0.as_ref().and_then(|(_, known)| known.get(&search));
+        let known = self.0.as_ref().and_then(|journal| journal.known(&search));
         if let Some(Outcome::Done(ended)) = known {
             let residual = model.residual(&ended.end)?;
             let minimum = Minimum {
-                at: ended.end.clone(),
+                at: ended.end,
                 squares: square(&residual),
                 residual,
                 columns: Vec::new(),
                 is_settled: ended.is_settled,
             };
-            return Ok((ended.start.clone(), minimum, ended.runs));
+            return Ok((ended.start, minimum, ended.runs));
         }
         let (start, minimum) = find(&model)?;
         let runs = counted.runs();
-        if let Some((journal, _)) = &self.0 {
+        if let Some(journal) = &self.0 {
             let ended = Ended {
                 start: start.clone(),
                 end: minimum.at.clone(),
                 is_settled: minimum.is_settled,
                 runs,
             };
-            journal.add(&search, &Outcome::Done(ended))?;
+            journal.add(&search, Outcome::Done(ended))?;
             journal.sync()?;
         }
         Ok((start, minimum, runs))

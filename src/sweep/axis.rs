@@ -1,5 +1,6 @@
 //! The varied parameters of a sweep and their values.
 
+use crate::chain::scene::{Kind, properties};
 use crate::{Error, Result};
 
 /// More members than this are a slip of the keyboard.
@@ -28,18 +29,23 @@ impl SweptKey {
     /// Reads `KEY=VALUES`. Values of an integer key are rounded, and repeated ones dropped.
     ///
     /// # Errors
-    /// [`Error::Request`] that quotes the invalid part.
-    pub fn parse(text: &str, is_whole: impl Fn(&str) -> bool) -> Result<SweptKey> {
+    /// [`Error::Request`] that quotes the invalid part, or a key that scenes do not have.
+    pub fn parse(text: &str) -> Result<SweptKey> {
         let refuse = |expected: &str| refuse(expected, text);
-        let Some((key, values)) = text.split_once('=') else {
-            return Err(refuse("KEY=VALUES, such as stiffness_ratio=1:120:400log"));
-        };
+        let (key, values) = text.split_once('=').unwrap_or_default();
         let key = key.trim().replace('-', "_");
         let values = values.trim();
         if key.is_empty() || values.is_empty() {
             return Err(refuse("KEY=VALUES, such as stiffness_ratio=1:120:400log"));
         }
-        let whole = is_whole(&key);
+        let Some(property) = properties().iter().find(|p| p.name == key) else {
+            return Err(Error::Request {
+                option: "vary",
+                expected: "a key of scenes (`cascade scene` prints them)".into(),
+                found: format!("`{key}`"),
+            });
+        };
+        let whole = matches!(property.kind, Kind::Whole);
         let values: Vec<String> = match values.split(':').collect::<Vec<_>>()[..] {
             [_] => values.split(',').map(|v| v.trim().to_owned()).collect(),
             [from, to] => {
@@ -53,13 +59,12 @@ impl SweptKey {
                 (from..=to).map(|v| v.to_string()).collect()
             }
             [from, to, count] => {
-                let spacing = Spacing::parse(from, to, count).map_err(|e| refuse(&e))?;
-                let unit = &spacing.unit;
+                let (numbers, unit) = spaced(from, to, count).map_err(refuse)?;
                 let literal = |v: f64| match whole {
                     true => format!("{:.0}", v.round()),
                     false => format!("{v:?}{unit}"),
                 };
-                let mut values: Vec<String> = spacing.values().map(literal).collect();
+                let mut values: Vec<String> = numbers.into_iter().map(literal).collect();
                 values.dedup();
                 values
             }
@@ -82,67 +87,41 @@ impl SweptKey {
     }
 }
 
-/// Equal steps or equal ratios between two ends.
-struct Spacing {
-    from: f64,
-    to: f64,
-    count: usize,
-    ratios: bool,
-    unit: String,
-}
-
-impl Spacing {
-    fn parse(from: &str, to: &str, count: &str) -> std::result::Result<Spacing, String> {
-        let number = |t: &str| {
-            let (number, unit) = quantity(t)?;
-            number.is_finite().then(|| (number, unit.to_owned()))
-        };
-        let (Some((from, unit)), Some((to, other))) = (number(from), number(to)) else {
-            return Err("finite numbers FROM and TO, or numbers with a unit".into());
-        };
-        if unit != other {
-            return Err("one unit at both ends, such as radius=5mm:20mm:4".into());
-        }
-        let count = count.trim();
-        let (digits, ratios) = match count.strip_suffix("log") {
-            Some(digits) => (digits, true),
-            None => (count, false),
-        };
-        let count = digits.parse::<usize>().ok();
-        let Some(count) = count.filter(|n| (2..=MOST_VALUES).contains(n)) else {
-            return Err("a COUNT of 2 to a million, with `log` behind it for equal ratios".into());
-        };
-        if ratios && !(from > 0.0 && to > 0.0) {
-            return Err("positive FROM and TO for equal ratios".into());
-        }
-        Ok(Spacing {
-            from,
-            to,
-            count,
-            ratios,
-            unit,
-        })
+/// The numbers of FROM:TO:COUNT, in equal steps or equal ratios, and their unit; the error says what is expected.
+fn spaced<'t>(
+    from: &'t str,
+    to: &'t str,
+    count: &str,
+) -> Result<(Vec<f64>, &'t str), &'static str> {
+    let number = |text: &'t str| quantity(text).filter(|(number, _)| number.is_finite());
+    let (Some((from, unit)), Some((to, other))) = (number(from), number(to)) else {
+        return Err("finite numbers FROM and TO, or numbers with a unit");
+    };
+    if unit != other {
+        return Err("one unit at both ends, such as radius=5mm:20mm:4");
     }
-
-    fn values(&self) -> impl Iterator<Item = f64> {
-        let &Spacing {
-            from,
-            to,
-            count,
-            ratios,
-            ..
-        } = self;
-        let last = count - 1;
-        (0..count).map(move |i| {
-            let share = i as f64 / last as f64;
-            match i {
-                0 => from,
-                i if i == last => to,
-                _ if ratios => from * (to / from).powf(share),
-                _ => from + (to - from) * share,
-            }
-        })
+    let count = count.trim();
+    let (digits, ratios) = match count.strip_suffix("log") {
+        Some(digits) => (digits, true),
+        None => (count, false),
+    };
+    let count = digits.parse().ok();
+    let Some(count) = count.filter(|n| (2..=MOST_VALUES).contains(n)) else {
+        return Err("a COUNT of 2 to a million, with `log` behind it for equal ratios");
+    };
+    if ratios && !(from > 0.0 && to > 0.0) {
+        return Err("positive FROM and TO for equal ratios");
     }
+    let value = |i: usize| {
+        let share = i as f64 / (count - 1) as f64;
+        match share {
+            0.0 => from,
+            1.0 => to,
+            _ if ratios => from * (to / from).powf(share),
+            _ => from + (to - from) * share,
+        }
+    };
+    Ok(((0..count).map(value).collect(), unit))
 }
 
 /// The longest number that a text begins with, and the unit behind it, which may be empty.
@@ -183,6 +162,21 @@ pub(super) fn member(axes: &[SweptKey], index: usize) -> Vec<&str> {
     values
 }
 
+/// All combinations of the values of axes, as keys with values, the last axis fastest; of no axes,
+/// one without any.
+pub(crate) fn combinations(axes: &[SweptKey]) -> Result<Vec<Vec<(String, String)>>> {
+    if axes.is_empty() {
+        return Ok(vec![Vec::new()]);
+    }
+    let of = |index| {
+        let pairs = axes.iter().zip(member(axes, index));
+        pairs
+            .map(|(axis, value)| (axis.key.clone(), value.to_owned()))
+            .collect()
+    };
+    Ok((0..count(axes)?).map(of).collect())
+}
+
 /// How many members the product of the axes has.
 ///
 /// # Errors
@@ -209,13 +203,19 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Vec<String> {
-        SweptKey::parse(text, |key| key == "sites").unwrap().values
+        SweptKey::parse(text).unwrap().values
     }
 
     #[test]
     fn values_of_each_form() {
-        assert_eq!(values("kappa=1:100:3log"), ["1.0", "10.0", "100.0"]);
-        assert_eq!(values("kappa=1:2:5"), ["1.0", "1.25", "1.5", "1.75", "2.0"]);
+        assert_eq!(
+            values("stiffness_ratio=1:100:3log"),
+            ["1.0", "10.0", "100.0"]
+        );
+        assert_eq!(
+            values("stiffness_ratio=1:2:5"),
+            ["1.0", "1.25", "1.5", "1.75", "2.0"]
+        );
         assert_eq!(values("seed=-1:2"), ["-1", "0", "1", "2"]);
         assert_eq!(values("sites=10:1000:3log"), ["10", "100", "1000"]);
         assert_eq!(values("sites=1:3:9"), ["1", "2", "3"]);
@@ -226,10 +226,10 @@ mod tests {
             values("radius=1mm:100mm:3log"),
             ["1.0mm", "10.0mm", "100.0mm"]
         );
-        let axis = SweptKey::parse("stiffness-ratio=2,3", |_| false).unwrap();
+        let axis = SweptKey::parse("stiffness-ratio=2,3").unwrap();
         assert_eq!(axis.key, "stiffness_ratio");
         // The ends are exact to the last bit, whatever the rounding of powers.
-        let many = values("kappa=0.3:120.7:400log");
+        let many = values("stiffness_ratio=0.3:120.7:400log");
         assert_eq!((many[0].as_str(), many[399].as_str()), ("0.3", "120.7"));
         assert_eq!(many.len(), 400);
     }
@@ -237,41 +237,40 @@ mod tests {
     #[test]
     fn what_cannot_be_read_is_refused() {
         for text in [
-            "kappa",
+            "stifness_ratio=1",
+            "stiffness_ratio",
             "=1,2",
-            "kappa=",
-            "kappa=1:2:1",
-            "kappa=1:2:0",
-            "kappa=1:2:x",
-            "kappa=0:2:5log",
-            "kappa=nan:2:5",
-            "kappa=1:inf:5",
-            "kappa=1.5:3",
-            "kappa=5:1",
-            "kappa=1:2:3:4",
-            "kappa=1,,2",
-            "kappa=1,1",
+            "stiffness_ratio=",
+            "stiffness_ratio=1:2:1",
+            "stiffness_ratio=1:2:0",
+            "stiffness_ratio=1:2:x",
+            "stiffness_ratio=0:2:5log",
+            "stiffness_ratio=nan:2:5",
+            "stiffness_ratio=1:inf:5",
+            "stiffness_ratio=1.5:3",
+            "stiffness_ratio=5:1",
+            "stiffness_ratio=1:2:3:4",
+            "stiffness_ratio=1,,2",
+            "stiffness_ratio=1,1",
             "radius=5mm,5.0 mm",
             "radius=5mm:20:4",
             "radius=5:20mm:4",
             "radius=5mm:2cm:4",
             "seed=1:99999999999",
-            "kappa=1:2:99999999999",
-            "kappa=1:2:-5",
+            "stiffness_ratio=1:2:99999999999",
+            "stiffness_ratio=1:2:-5",
         ] {
-            let error = SweptKey::parse(text, |_| false).unwrap_err();
-            assert!(
-                error.is_usage() && error.to_string().contains(text),
-                "{error}"
-            );
+            let error = SweptKey::parse(text).unwrap_err();
+            let named = error.to_string().contains(text.split('=').next().unwrap());
+            assert!(error.is_usage() && named, "{error}");
         }
     }
 
     #[test]
     fn members_are_the_product_the_last_key_fastest() {
         let axes = [
-            SweptKey::parse("a=1,2", |_| false).unwrap(),
-            SweptKey::parse("b=x,y,z", |_| false).unwrap(),
+            SweptKey::parse("sites=1,2").unwrap(),
+            SweptKey::parse("ends=x,y,z").unwrap(),
         ];
         assert_eq!(count(&axes).unwrap(), 6);
         assert_eq!(member(&axes, 0), ["1", "x"]);

@@ -1,16 +1,14 @@
 //! Ensembles: members of a sweep that differ in the seed alone.
 
-use serde::Serialize;
-use serde_json::Value;
+use std::collections::HashMap;
 
-use super::{Outcome, Outcomes, Request};
-use crate::numeric::deviation;
+use serde::Serialize;
+
+use super::{Outcomes, Request, SweptKey};
+use crate::numeric::{deviation, sorted};
 
 /// The key whose values are the members of an ensemble.
-pub(super) const SEED: &str = "seed";
-
-/// Names and known values.
-type Columns = Vec<(String, Vec<f64>)>;
+const SEED: &str = "seed";
 
 /// Members with the same values of all keys but the seed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,49 +37,55 @@ pub struct Spread {
 
 impl Request {
     /// The index of the seed among the keys, if it has several values.
-    pub(super) fn seed(&self) -> Option<usize> {
-        let is_seed = |axis: &super::SweptKey| axis.key == SEED && axis.values.len() > 1;
+    fn seed(&self) -> Option<usize> {
+        let is_seed = |axis: &SweptKey| axis.key == SEED && axis.values.len() > 1;
         self.vary.iter().position(is_seed)
+    }
+
+    /// The keys but a seed that is varied.
+    pub(super) fn axes(&self) -> Vec<&SweptKey> {
+        let mut axes: Vec<&SweptKey> = self.vary.iter().collect();
+        if let Some(seed) = self.seed() {
+            axes.remove(seed);
+        }
+        axes
     }
 
     /// The ensembles of a sweep over seeds, in the order of its table; none where the seed is not varied.
     pub fn ensembles(&self, outcomes: &Outcomes) -> Vec<Ensemble> {
-        let Some(seed) = self.seed() else {
-            return Vec::new();
-        };
-        let mut groups: Vec<(Vec<String>, Columns)> = Vec::new();
+        let seed = self.seed();
+        seed.map_or(Vec::new(), |_| self.grouped(outcomes, seed))
+    }
+
+    /// The members that are done, those together which differ in the key `but` alone.
+    pub(super) fn grouped(&self, outcomes: &Outcomes, but: Option<usize>) -> Vec<Ensemble> {
+        let mut groups: Vec<(Vec<&str>, Vec<(String, Vec<f64>)>)> = Vec::new();
+        let mut places = HashMap::new();
         for (&member, outcome) in outcomes {
-            let Outcome::Done(measures) = outcome else {
+            let Some(measures) = outcome.done() else {
                 continue;
             };
             let mut values = self.values(member);
-            values.remove(seed);
-            let found = groups.iter().position(|(known, _)| *known == values);
-            let at = found.unwrap_or_else(|| {
-                groups.push((values.into_iter().map(str::to_owned).collect(), Vec::new()));
+            if let Some(key) = but {
+                values.remove(key);
+            }
+            let at = *places.entry(values.clone()).or_insert_with(|| {
+                groups.push((values, Vec::new()));
                 groups.len() - 1
             });
-            let Ok(Value::Object(measures)) = serde_json::to_value(measures) else {
-                continue;
-            };
-            for (column, value) in measures {
-                let value = match value {
-                    Value::Bool(is) => Some(f64::from(u8::from(is))),
-                    value => value.as_f64(),
-                };
-                let columns = &mut groups[at].1;
-                match (
-                    value,
-                    columns.iter_mut().find(|(known, _)| *known == column),
-                ) {
-                    (Some(value), Some((_, values))) => values.push(value),
-                    (Some(value), None) => columns.push((column, vec![value])),
-                    (None, _) => {}
+            let columns = &mut groups[at].1;
+            let measures = serde_json::to_value(measures).unwrap_or_default();
+            for (column, value) in measures.as_object().into_iter().flatten() {
+                let value = value.as_f64().or(value.as_bool().map(f64::from));
+                let Some(value) = value else { continue };
+                match columns.iter_mut().find(|(known, _)| known == column) {
+                    Some((_, values)) => values.push(value),
+                    None => columns.push((column.clone(), vec![value])),
                 }
             }
         }
         let ensembles = groups.into_iter().map(|(values, columns)| Ensemble {
-            values,
+            values: values.into_iter().map(str::to_owned).collect(),
             columns: columns
                 .into_iter()
                 .map(|(name, all)| spread(name, all))
@@ -98,8 +102,8 @@ impl Ensemble {
     }
 }
 
-fn spread(column: String, mut values: Vec<f64>) -> Spread {
-    values.sort_by(f64::total_cmp);
+fn spread(column: String, values: Vec<f64>) -> Spread {
+    let values = sorted(values.into_iter());
     let n = values.len();
     let below = |share: f64| {
         let at = share * (n - 1) as f64;
@@ -115,30 +119,4 @@ fn spread(column: String, mut values: Vec<f64>) -> Spread {
         mean: values.iter().sum::<f64>() / n as f64,
         deviation: deviation(&values),
     }
-}
-
-/// The ensembles as CSV: the other keys, then a row for each column.
-pub(super) fn csv(request: &Request, ensembles: &[Ensemble]) -> Result<String, csv::Error> {
-    let mut writer = csv::WriterBuilder::new()
-        .has_headers(false)
-        .from_writer(Vec::new());
-    let keys = request.vary.iter().map(|axis| axis.key.as_str());
-    let keys = keys.filter(|key| *key != SEED);
-    let head = [
-        "column",
-        "members",
-        "p05",
-        "median",
-        "p95",
-        "mean",
-        "deviation",
-    ];
-    writer.write_record(keys.chain(head))?;
-    for ensemble in ensembles {
-        for spread in &ensemble.columns {
-            writer.serialize((&ensemble.values, spread))?;
-        }
-    }
-    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

@@ -3,7 +3,9 @@
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
-use crate::chain::{Peak, Run, Simulation};
+use crate::Result;
+use crate::chain::{EndTime, Peak, Run, Simulation};
+use crate::observer::Observer;
 
 /// Peaks whose relative error may be larger are not reported.
 const KNOWN: f64 = 0.01;
@@ -54,17 +56,32 @@ pub struct Measures {
     pub warned: bool,
 }
 
-/// A simulation that yields the same measures without following energies along the steps, where what has
-/// passed the last contact is the energy of the site behind it. That halves the work of a step, and energies,
-/// whose quadrature converges more slowly than velocities, no longer shorten it.
-pub(super) fn without_flow(mut simulation: Simulation) -> Simulation {
-    if simulation.record.displacement && simulation.chain.is_closed(simulation.drive.is_some()) {
-        simulation.record.energy = false;
-    }
-    simulation
-}
-
 impl Measures {
+    /// Of a run. One that ends by itself goes on until the force at the wall has peaked.
+    ///
+    /// Energies are not followed along the steps where what has passed the last contact is the energy of the site
+    /// behind it. That halves the work of a step, and energies, whose quadrature converges more slowly than
+    /// velocities, no longer shorten it.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub(super) fn of_run(mut simulation: Simulation, observer: &dyn Observer) -> Result<Measures> {
+        if simulation.record.displacement && simulation.chain.is_closed(simulation.drive.is_some())
+        {
+            simulation.record.energy = false;
+        }
+        if simulation.end_time == EndTime::Arrival && simulation.record.force {
+            let pilot = Simulation {
+                estimate_error: false,
+                ..simulation.clone()
+            };
+            if let Some(end) = pilot.run(observer)?.end_behind_wall_peak() {
+                simulation.end_time = EndTime::At(end);
+            }
+        }
+        Ok(Measures::of(&simulation.run(observer)?))
+    }
+
     pub fn of(run: &Run) -> Measures {
         let contacts = run.chain.n_contacts();
         let last_sample = run.time.len() - 1;

@@ -13,24 +13,23 @@ mod sheet;
 mod table;
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use crate::system::memory::available_memory;
 
 pub use axis::SweptKey;
-pub(crate) use axis::quantity;
+pub(crate) use axis::{combinations, quantity};
 pub use ensemble::{Ensemble, Spread};
 pub use measures::{Measures, Needs};
-pub(crate) use request::below;
 pub use request::{Outcome, Outcomes, Request, read};
 pub use sheet::Swept;
+pub(crate) use sheet::wide;
 
 use rayon::prelude::*;
 
-use crate::chain::scene::{Kind, SceneSource, Setting, properties};
-use crate::chain::{Run, Simulation, run_each};
+use crate::chain::Simulation;
+use crate::chain::scene::SceneSource;
 use crate::observer::{CancelOnly, Observer};
-use crate::system::journal::{Journal, StoredRequest, write_whole};
+use crate::system::journal::{Journal, difference, write_whole};
 use crate::{Error, Result};
 
 /// The name of the table in a sweep's directory.
@@ -38,9 +37,6 @@ pub const TABLE: &str = "table.csv";
 
 /// The name of the table of its ensembles, where the seed is varied.
 pub const ENSEMBLES: &str = "ensembles.csv";
-
-/// Members that are prepared together; preparing a scene costs little compared with its run.
-const BATCH: usize = 256;
 
 /// One of the parts that a sweep is split into: every `of`-th member, from `index` on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,7 +98,7 @@ impl Sweep {
     /// [`Error::Request`] for invalid syntax, an unknown key, or too many members; [`Error::Scene`]
     /// for a scene that is invalid for all values of its keys.
     pub fn new(scene: SceneSource, vary: &[String]) -> Result<Sweep> {
-        let axes: Result<Vec<SweptKey>> = vary.iter().map(|text| axis_of_scenes(text)).collect();
+        let axes: Result<Vec<SweptKey>> = vary.iter().map(|text| SweptKey::parse(text)).collect();
         let axes = axes?;
         let members = axis::count(&axes)?;
         let request = Request {
@@ -119,28 +115,12 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// How many members there are.
-    #[allow(clippy::len_without_is_empty)]
-    pub fn len(&self) -> usize {
-        self.members
-    }
-
-    /// The varied keys and their values in a member.
-    pub fn values(&self, member: usize) -> Vec<(&str, &str)> {
-        let keys = self.request.vary.iter().map(|axis| axis.key.as_str());
-        keys.zip(axis::member(&self.request.vary, member)).collect()
-    }
-
     /// What a member runs.
     ///
     /// # Errors
     /// [`Error::Scene`] that names the member's value at fault.
     pub fn simulation(&self, member: usize) -> Result<Simulation> {
-        let settings = self.values(member).into_iter().map(|(key, value)| Setting {
-            key: key.to_owned(),
-            text: value.to_owned(),
-            source: format!("values of {key}"),
-        });
+        let settings = self.request.settings(member);
         Ok(self.scene.with(settings).setup()?.simulation)
     }
 
@@ -158,21 +138,9 @@ impl Sweep {
     /// members are kept.
     pub fn run(&self, directory: &Path, part: Part, observer: &dyn Observer) -> Result<Standing> {
         self.check(&CancelOnly(observer))?;
-        let (journal, mut outcomes): (Journal, Outcomes) =
-            Journal::open(directory, &self.request, &below(self.members))?;
-        let missing: Vec<usize> = (0..self.members)
-            .filter(|member| part.holds(*member) && !outcomes.contains_key(member))
-            .collect();
-        let computed = self.compute_each(&missing, Some(&journal), &mut outcomes, observer);
-        computed.map_err(|error| match error {
-            Error::Cancelled => Error::Paused {
-                known: outcomes.len(),
-                members: self.members,
-            },
-            error => error,
-        })?;
-        journal.sync()?;
-        self.standing(directory, outcomes, missing.len())
+        let journal = Journal::open(Some(directory), &self.request)?;
+        self.compute_part(&journal, part, observer)?;
+        self.standing(directory, &journal.outcomes(), journal.computed())
     }
 
     /// Computes all members without a directory: nothing is saved, and nothing resumes.
@@ -181,43 +149,37 @@ impl Sweep {
     /// As [`Sweep::run`] before any work; [`Error::Cancelled`] when the observer cancels.
     pub fn compute(&self, observer: &dyn Observer) -> Result<(Request, Outcomes)> {
         self.check(&CancelOnly(observer))?;
-        let members: Vec<usize> = (0..self.members).collect();
-        let mut outcomes = Outcomes::new();
-        self.compute_each(&members, None, &mut outcomes, observer)?;
+        let journal = Journal::open(None, &self.request)?;
+        self.compute_part(&journal, Part::WHOLE, observer)?;
+        let outcomes = journal.outcomes().clone();
         Ok((self.request.clone(), outcomes))
     }
 
-    /// Computes members, and adds what became of them to `outcomes`; of a batch that is cancelled, those that
-    /// are done.
-    fn compute_each(
+    fn compute_part(
         &self,
-        members: &[usize],
-        journal: Option<&Journal>,
-        outcomes: &mut Outcomes,
+        journal: &Journal<usize, Measures>,
+        part: Part,
         observer: &dyn Observer,
     ) -> Result<()> {
-        observer.stage("chains", members.len() as u64);
-        for members in members.chunks(BATCH) {
-            let simulations: Result<Vec<Simulation>> = members
-                .iter()
-                .map(|member| self.simulation(*member).map(measures::without_flow))
-                .collect();
-            let done = Collected::default();
-            let watch = SweepObserver {
-                observer,
-                done: &done,
-            };
-            run_each(&simulations?, &watch, &|i, result| {
-                done.take(members[i], result, journal);
-                observer.advance(1);
-            });
-            let (more, error) = done.finish();
-            outcomes.extend(more);
-            if let Some(error) = error {
-                return Err(error);
-            }
-        }
-        Ok(())
+        let members = (0..self.members).filter(|member| part.holds(*member));
+        let members: Vec<usize> = {
+            let known = journal.outcomes();
+            members
+                .filter(|member| !known.contains_key(member))
+                .collect()
+        };
+        let computed = journal.each("chains", &members, observer, |member, observer| {
+            let run = || Measures::of_run(self.simulation(*member)?, observer);
+            journal.member(member, run).map(drop)
+        });
+        computed.map_err(|error| match error {
+            Error::Paused { known, .. } => Error::Paused {
+                known,
+                members: self.members,
+            },
+            error => error,
+        })?;
+        journal.sync()
     }
 
     /// Checks that every member is valid, and that one run per thread fits into memory.
@@ -236,14 +198,7 @@ impl Sweep {
         let threads = rayon::current_num_threads().min(self.members) as u64;
         let largest = sizes.iter().map(|(bytes, _)| *bytes).max().unwrap_or(0);
         let needed = largest.saturating_mul(threads);
-        if needed > allowed {
-            return Err(Error::Memory {
-                what: "a run on every thread",
-                needed,
-                allowed,
-            });
-        }
-        Ok(())
+        Error::beyond_memory("a run on every thread", needed, allowed)
     }
 
     /// Puts together what directories hold of one and the same sweep.
@@ -262,15 +217,13 @@ impl Sweep {
         let (request, mut outcomes) = read(first)?;
         for directory in rest {
             let (other, more) = read(directory)?;
-            if let Some(difference) = other.difference(&request) {
+            if let Some(difference) = difference(&other, &request) {
                 return Err(Error::OutputInUse {
                     path: directory.clone(),
                     found: format!("holds another sweep than {}: {difference}", first.display()),
                 });
             }
-            more.into_iter().for_each(|(member, outcome)| {
-                outcomes.entry(member).or_insert(outcome);
-            });
+            outcomes.extend(more);
         }
         let scene = SceneSource::new(None, request.scene.clone());
         let members = axis::count(&request.vary)?;
@@ -279,120 +232,37 @@ impl Sweep {
             request,
             members,
         };
-        let (journal, known): (Journal, Outcomes) =
-            Journal::open(out, &sweep.request, &below(sweep.members))?;
-        for (member, outcome) in &outcomes {
-            if !known.contains_key(member) {
-                journal.add(member, outcome)?;
+        let journal = Journal::open(Some(out), &sweep.request)?;
+        for (member, outcome) in outcomes {
+            if journal.known(&member).is_none() {
+                journal.add(&member, outcome)?;
             }
         }
         journal.sync()?;
-        outcomes.extend(known);
-        sweep.standing(out, outcomes, 0)
+        sweep.standing(out, &journal.outcomes(), 0)
     }
 
-    fn standing(&self, directory: &Path, outcomes: Outcomes, computed: usize) -> Result<Standing> {
-        let failed = outcomes
-            .values()
-            .filter(|o| matches!(o, Outcome::Failed(_)));
-        let failed = failed.count();
-        let known = outcomes.len();
-        let table = if known == self.members {
-            let path = directory.join(TABLE);
-            let text = table::csv(&self.request, &outcomes)
-                .map_err(|error| Error::write("write", &path)(error.into()))?;
-            let ensembles = self.request.ensembles(&outcomes);
-            if !ensembles.is_empty() {
-                let path = directory.join(ENSEMBLES);
-                let text = ensemble::csv(&self.request, &ensembles)
-                    .map_err(|error| Error::write("write", &path)(error.into()))?;
-                write_whole(directory, ENSEMBLES, text.as_bytes())?;
-            }
-            Some(write_whole(directory, TABLE, text.as_bytes())?)
-        } else {
-            None
+    fn standing(&self, directory: &Path, outcomes: &Outcomes, computed: usize) -> Result<Standing> {
+        let failed = outcomes.values().filter(|outcome| outcome.done().is_none());
+        let write = |name: &str, text: Result<String, csv::Error>| {
+            let path = directory.join(name);
+            let text = text.map_err(|error| Error::write("write", &path)(error.into()))?;
+            write_whole(directory, name, text.as_bytes())
         };
+        let mut table = None;
+        if outcomes.len() == self.members {
+            let ensembles = self.request.ensembles(outcomes);
+            if !ensembles.is_empty() {
+                write(ENSEMBLES, table::of_ensembles(&self.request, &ensembles))?;
+            }
+            table = Some(write(TABLE, table::of_members(&self.request, outcomes))?);
+        }
         Ok(Standing {
             members: self.members,
-            known,
-            failed,
+            known: outcomes.len(),
+            failed: failed.count(),
             computed,
             table,
         })
-    }
-}
-
-/// An axis whose key is one of scenes.
-pub(crate) fn axis_of_scenes(text: &str) -> Result<SweptKey> {
-    let axis = SweptKey::parse(text, is_whole)?;
-    match properties().iter().any(|p| p.name == axis.key) {
-        true => Ok(axis),
-        false => Err(Error::Request {
-            option: "vary",
-            expected: "a key of scenes (`cascade scene` prints them)".into(),
-            found: format!("`{}`", axis.key),
-        }),
-    }
-}
-
-/// All combinations of the values of axes, as keys with values, the last axis fastest; of no axes,
-/// one without any.
-pub(crate) fn combinations(axes: &[SweptKey]) -> Result<Vec<Vec<(String, String)>>> {
-    if axes.is_empty() {
-        return Ok(vec![Vec::new()]);
-    }
-    let keys = || axes.iter().map(|axis| axis.key.clone());
-    let of = |member| {
-        let values = axis::member(axes, member).into_iter().map(str::to_owned);
-        keys().zip(values).collect()
-    };
-    Ok((0..axis::count(axes)?).map(of).collect())
-}
-
-fn is_whole(key: &str) -> bool {
-    let mut all = properties().iter();
-    all.any(|p| p.name == key && matches!(p.kind, Kind::Whole))
-}
-
-/// The results of a batch.
-#[derive(Default)]
-struct Collected(Mutex<(Outcomes, Option<Error>)>);
-
-impl Collected {
-    fn take(&self, member: usize, result: Result<Run>, journal: Option<&Journal>) {
-        let outcome = match result {
-            Ok(run) => Outcome::Done(Measures::of(&run)),
-            // Neither is the fault of the member.
-            Err(error @ (Error::Cancelled | Error::Memory { .. })) => return self.stop(error),
-            Err(error) => Outcome::Failed(error.to_string()),
-        };
-        if let Some(Err(error)) = journal.map(|journal| journal.add(&member, &outcome)) {
-            return self.stop(error);
-        }
-        self.lock().0.insert(member, outcome);
-    }
-
-    fn stop(&self, error: Error) {
-        self.lock().1.get_or_insert(error);
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, (Outcomes, Option<Error>)> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn finish(self) -> (Outcomes, Option<Error>) {
-        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// Cancels when the observer does, or when results can no longer be saved.
-struct SweepObserver<'a> {
-    observer: &'a dyn Observer,
-    done: &'a Collected,
-}
-
-impl Observer for SweepObserver<'_> {
-    fn cancelled(&self) -> bool {
-        self.observer.cancelled() || self.done.lock().1.is_some()
     }
 }

@@ -3,9 +3,9 @@
 use serde_json::json;
 
 use super::axis::quantity;
-use super::ensemble::SEED;
-use super::{Ensemble, Measures, Needs, Outcome, Outcomes, Request, SweptKey};
-use crate::sheet::{Chart, Describe, PlotRow, Series, Sheet, Table, number};
+use super::{Ensemble, Needs, Outcome, Outcomes, Request, Spread, SweptKey};
+use crate::numeric::sorted;
+use crate::sheet::{Chart, Describe, PlotRow, Series, Sheet, Table, number, terms};
 use crate::unit::label;
 
 /// Curves in a chart at most.
@@ -36,7 +36,6 @@ struct Measure {
     /// Its unit in a scene of SI units.
     unit: &'static str,
     log: bool,
-    of: fn(&Measures) -> Option<f64>,
 }
 
 const MEASURES: [Measure; 6] = [
@@ -47,7 +46,6 @@ const MEASURES: [Measure; 6] = [
         quantity: "force",
         unit: "N",
         log: false,
-        of: |m| m.peak_force_last,
     },
     Measure {
         title: "When the force at the last contact is largest",
@@ -56,7 +54,6 @@ const MEASURES: [Measure; 6] = [
         quantity: "time",
         unit: "s",
         log: false,
-        of: |m| m.peak_force_last_time,
     },
     Measure {
         title: "Largest force at the first contact",
@@ -65,7 +62,6 @@ const MEASURES: [Measure; 6] = [
         quantity: "force",
         unit: "N",
         log: false,
-        of: |m| m.peak_force_first,
     },
     Measure {
         title: "Energy passed through the last contact between sites",
@@ -74,7 +70,6 @@ const MEASURES: [Measure; 6] = [
         quantity: "energy",
         unit: "J",
         log: false,
-        of: |m| m.energy_passed_last,
     },
     Measure {
         title: "Energy lost",
@@ -83,7 +78,6 @@ const MEASURES: [Measure; 6] = [
         quantity: "energy",
         unit: "J",
         log: false,
-        of: |m| m.energy_lost.filter(|lost| *lost != 0.0),
     },
     Measure {
         title: "Estimated error of the velocities",
@@ -92,21 +86,12 @@ const MEASURES: [Measure; 6] = [
         quantity: "error",
         unit: "m/s",
         log: true,
-        of: |m| m.error,
     },
 ];
 
-const DEFINITIONS: [[&str; 2]; 1] = [[
-    "Ensemble",
-    "Members that differ in the seed alone. 5 to 95 %: what nine tenths of them lie between, by order statistics; spread: \
-     their standard deviation. Where a chain amplifies rounding, no digit of a member means anything, but these do.",
-]];
-
-/// A member's values of all keys as text, and its measures.
-struct Member<'a> {
-    values: Vec<&'a str>,
-    measures: &'a Measures,
-}
+const DEFINITIONS: &str = "\
+Ensemble: Members that differ in the seed alone. 5 to 95 %: what nine tenths of them lie between, by order statistics; \
+spread: their standard deviation. Where a chain amplifies rounding, no digit of a member means anything, but these do.";
 
 impl Describe for Swept {
     fn describe(&self) -> Sheet<'_> {
@@ -121,20 +106,18 @@ impl Describe for Swept {
                 "{} chains of one scene; all numbers are in table.csv",
                 self.count()
             ),
-            answer: match ensembles.as_slice() {
-                [] => self.answer(),
-                ensembles => self.answer_of(ensembles),
-            },
+            answer: self.answer(),
             tables: vec![self.table()],
             ..Sheet::default()
         };
         if let Some(why) = self.missing() {
-            sheet.fact("not known", why);
+            sheet.fact("no force", why);
         }
         for (&index, outcome) in &self.outcomes {
             if let Outcome::Failed(why) = outcome {
-                let values = self.request.values(index);
-                sheet.warn(format!("{} failed: {why}", self.named(&values, None)), "");
+                let values = self.request.values(index).into_iter();
+                let named = words(&keys, values);
+                sheet.warn(format!("{named} failed: {why}"), "");
             }
         }
         sheet.numbers(json!({
@@ -145,47 +128,64 @@ impl Describe for Swept {
         if !ensembles.is_empty() {
             sheet.tables.insert(0, self.table_of(&ensembles));
             sheet.numbers(json!({ "ensembles": ensembles }));
-            sheet.definitions = DEFINITIONS.to_vec();
+            sheet.definitions = terms(DEFINITIONS).collect();
         }
         sheet
     }
 
-    /// A chart for each measure that some member has.
+    /// A chart for each measure that some member has: medians with their bands against a key; of the seed alone, all
+    /// values in order.
     fn pictures(&self) -> Vec<PlotRow> {
-        if self.request.seed().is_some() {
-            return self.bands();
-        }
-        let Some(along) = Abscissa::of(&self.request) else {
-            return Vec::new();
-        };
-        let members = self.members();
-        // Members that differ in nothing but the abscissa make a curve.
-        let mut curves: Vec<(String, Vec<&Member>)> = Vec::new();
-        for member in &members {
-            let name = self.named(&member.values, Some(along.index));
-            match curves.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, of)) => of.push(member),
-                None => curves.push((name, vec![member])),
-            }
-        }
-        let every = curves.len().div_ceil(CURVES).max(1);
+        let axes = self.request.axes();
+        let (points, is_ensemble) = self.points();
         let charts = MEASURES.iter().filter_map(|measure| {
-            let shown = curves.iter().step_by(every).enumerate();
-            let series = shown.filter_map(|(n, (name, members))| {
-                let points = members.iter();
-                // The line breaks where a member has no value.
-                let value = |member: &Member| (measure.of)(member.measures).unwrap_or(f64::NAN);
-                let points = points.filter_map(|member| Some((along.at(member)?, value(member))));
-                let mut points: Vec<(f64, f64)> = points.collect();
-                points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let is_known = points.iter().any(|(_, value)| value.is_finite());
-                is_known.then(|| Series::line(name, n, points))
+            let Some(along) = Abscissa::of(&axes) else {
+                return is_ensemble.then(|| self.in_order(measure)).flatten();
+            };
+            // Points that differ in nothing but the abscissa make a curve.
+            let mut curves: Vec<(String, Curve)> = Vec::new();
+            for point in &points {
+                let Some((x, _)) = quantity(&point.values[along.index]) else {
+                    continue;
+                };
+                let rest = axes.iter().zip(&point.values).enumerate();
+                let rest = rest.filter(|(i, _)| *i != along.index);
+                let (keys, values): (Vec<&str>, Vec<&str>) = rest
+                    .map(|(_, (axis, value))| (&*axis.key, &**value))
+                    .unzip();
+                let name = words(&keys, values.into_iter());
+                // The line breaks where there is no value.
+                let [median, p05, p95] = point.of(measure.column).map_or([f64::NAN; 3], |spread| {
+                    [spread.median, spread.p05, spread.p95]
+                });
+                let point = ((x, median), (p05, p95));
+                match curves.iter_mut().find(|(known, _)| *known == name) {
+                    Some((_, points)) => points.push(point),
+                    None => curves.push((name, vec![point])),
+                }
+            }
+            let every = curves.len().div_ceil(CURVES).max(1);
+            let series = curves.into_iter().step_by(every).enumerate();
+            let series = series.filter_map(|(n, (name, mut points))| {
+                points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+                let is_known = points.iter().any(|((_, median), _)| median.is_finite());
+                let (points, ends) = points.into_iter().unzip();
+                let name = match name.as_str() {
+                    "" if is_ensemble => "median",
+                    name => name,
+                };
+                let line = Series::line(name, n, points);
+                is_known.then(|| match is_ensemble {
+                    true => line.with_band("5 to 95 %", ends),
+                    false => line,
+                })
             });
             let title = match every {
                 1 => measure.title.to_owned(),
                 _ => format!("{}, one of every {every} combinations", measure.title),
             };
-            self.chart((measure, title), &along, series.collect())
+            let chart = self.chart(measure, title, &along.label, series.collect())?;
+            Some(wide(chart))
         });
         PlotRow::grid(1, charts)
     }
@@ -199,8 +199,9 @@ impl Measure {
 }
 
 /// Keys with their values.
-fn words<'k>(pairs: impl Iterator<Item = (&'k str, &'k str)>) -> String {
-    let words = pairs.map(|(key, value)| format!("{} {}", key.replace('_', " "), short(value)));
+fn words<'v>(keys: &[&str], values: impl Iterator<Item = &'v str>) -> String {
+    let words = keys.iter().zip(values);
+    let words = words.map(|(key, value)| format!("{} {}", key.replace('_', " "), short(value)));
     words.collect::<Vec<_>>().join(", ")
 }
 
@@ -211,92 +212,78 @@ impl Swept {
         keys.map(|axis| axis.values.len()).product()
     }
 
-    fn members(&self) -> Vec<Member<'_>> {
-        let done = self.outcomes.iter().filter_map(|(&index, outcome)| {
-            let Outcome::Done(measures) = outcome else {
-                return None;
-            };
-            Some(Member {
-                values: self.request.values(index),
-                measures,
-            })
-        });
-        done.collect()
+    /// Members that are done, each by itself.
+    fn members(&self) -> Vec<Ensemble> {
+        self.request.grouped(&self.outcomes, None)
     }
 
-    /// The members' values, but for those of one key.
-    fn named(&self, values: &[&str], but: Option<usize>) -> String {
-        let named = self.request.vary.iter().zip(values).enumerate();
-        let named = named.filter(|(n, _)| Some(*n) != but);
-        words(named.map(|(_, (axis, value))| (&*axis.key, *value)))
+    /// The ensembles, or, without any, the members; and whether these are ensembles.
+    fn points(&self) -> (Vec<Ensemble>, bool) {
+        let ensembles = self.request.ensembles(&self.outcomes);
+        match ensembles.is_empty() {
+            true => (self.members(), false),
+            false => (ensembles, true),
+        }
     }
 
-    /// A measure against a key; `None` without a curve.
+    /// A chart of a measure; `None` without a curve.
     fn chart(
         &self,
-        (measure, title): (&Measure, String),
-        along: &Abscissa,
+        measure: &Measure,
+        title: String,
+        abscissa: &str,
         series: Vec<Series>,
     ) -> Option<Chart> {
         let ordinate = measure.label(measure.quantity, self.request.is_si());
-        (!series.is_empty()).then(|| {
-            let chart = Chart {
-                log_x: along.is_wide(),
-                ..Chart::of(title, &along.label, ordinate, series)
-            };
-            if measure.log {
-                chart.logarithmic()
-            } else {
-                chart
-            }
+        let chart = (!series.is_empty()).then(|| Chart::of(title, abscissa, ordinate, series))?;
+        Some(match measure.log {
+            true => chart.logarithmic(),
+            false => chart,
         })
     }
 
-    /// The keys of ensembles.
-    fn keys(&self) -> impl Iterator<Item = &SweptKey> {
-        self.request.vary.iter().filter(|axis| axis.key != SEED)
-    }
-
-    /// Least and largest force that comes through, and of how many members it is known.
+    /// Least and largest force that comes through, or medians of ensembles, and of how many members it is known.
     fn answer(&self) -> String {
-        let (count, known) = (self.count(), self.outcomes.len());
-        let members = self.members();
+        let (points, is_ensemble) = self.points();
         let unit = if self.request.is_si() { " N" } else { "" };
-        let forces = members.iter();
-        let mut forces: Vec<(&Member, f64)> = forces
-            .filter_map(|member| Some((member, member.measures.peak_force_last?)))
-            .collect();
-        forces.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let of = match count - forces.len() {
-            0 => String::new(),
-            _ => format!(", known in {} of {count} members", forces.len()),
+        let keys: Vec<&str> = self.request.axes().iter().map(|axis| &*axis.key).collect();
+        let forces = points.iter();
+        let forces = forces.filter_map(|point| Some((point, point.of("peak_force_last")?)));
+        let mut forces: Vec<(&Ensemble, &Spread)> = forces.collect();
+        forces.sort_by(|a, b| a.1.median.total_cmp(&b.1.median));
+        let at = |(point, spread): &(&Ensemble, &Spread)| {
+            let mut words_of = format!("{}{unit}", number(spread.median));
+            if is_ensemble {
+                let [low, high] = [spread.p05, spread.p95].map(number);
+                words_of += &format!(" ({low} to {high} in 90 % of {} members)", spread.members);
+            }
+            match &*words(&keys, point.values.iter().map(String::as_str)) {
+                "" => words_of,
+                named => format!("{words_of} at {named}"),
+            }
         };
-        let at = |(member, force): &(&Member, f64)| {
-            format!(
-                "{}{unit} at {}",
-                number(*force),
-                self.named(&member.values, None)
-            )
+        let count = self.count();
+        let known: usize = forces.iter().map(|(_, spread)| spread.members).sum();
+        let of = match count - known {
+            0 => String::new(),
+            _ => format!(", known in {known} of {count} members"),
+        };
+        let force = match is_ensemble {
+            true => "median force at the last contact",
+            false => "force at the last contact",
         };
         match forces.as_slice() {
-            [] if known == 0 => format!("none of {count} members has a value yet"),
-            [] => {
-                format!("the largest force at the last contact is known in none of {count} members")
-            }
-            [one] => format!("force at the last contact {}{of}", at(one)),
-            [least, .., most] => format!(
-                "force at the last contact from {} to {}{of}",
-                at(least),
-                at(most)
-            ),
+            [] => format!("{force} known in none of {count} members"),
+            [one] => format!("{force} {}{of}", at(one)),
+            [least, .., most] => format!("{force} from {} to {}{of}", at(least), at(most)),
         }
     }
 
     /// How the measures of ensembles spread.
     fn table_of(&self, ensembles: &[Ensemble]) -> Table {
         let is_si = self.request.is_si();
-        let keys = self.keys().map(|axis| axis.key.clone());
-        let head = ["measure", "members", "5 %", "median", "95 %", "spread"].map(str::to_owned);
+        let keys = self.request.axes().into_iter().map(|axis| &*axis.key);
+        let head = ["measure", "members", "5 %", "median", "95 %", "spread"];
         let rows = ensembles.iter().flat_map(|ensemble| {
             MEASURES.iter().filter_map(move |measure| {
                 let spread = ensemble.of(measure.column)?;
@@ -307,112 +294,40 @@ impl Swept {
                 Some(row.chain(numbers.map(number)).collect())
             })
         });
-        Table {
-            title: format!("Ensembles; {} has every column", super::ENSEMBLES),
-            head: keys.chain(head).collect(),
-            rows: rows.take(ROWS).collect(),
-            is_fact: ensembles.len() == 1,
+        let title = format!("Ensembles; {} has every column", super::ENSEMBLES);
+        let head: Vec<&str> = keys.chain(head).collect();
+        let table = Table::of(title, &head, rows.take(ROWS));
+        match ensembles.len() {
+            1 => table.printed(),
+            _ => table,
         }
-    }
-
-    /// Median and band of the force that comes through: of one ensemble, or of those of least and largest median.
-    fn answer_of(&self, ensembles: &[Ensemble]) -> String {
-        let unit = if self.request.is_si() { " N" } else { "" };
-        let forces = ensembles.iter();
-        let mut forces: Vec<_> = forces
-            .filter_map(|ensemble| Some((ensemble, ensemble.of("peak_force_last")?)))
-            .collect();
-        forces.sort_by(|a, b| a.1.median.total_cmp(&b.1.median));
-        let at = |(ensemble, spread): &(&Ensemble, &super::Spread)| {
-            let values = ensemble.values.iter().map(String::as_str);
-            let place = match &*words(self.keys().map(|axis| &*axis.key).zip(values)) {
-                "" => String::new(),
-                named => format!(" at {named}"),
-            };
-            format!(
-                "{}{unit} ({} to {} in 90 % of {} members){place}",
-                number(spread.median),
-                number(spread.p05),
-                number(spread.p95),
-                spread.members
-            )
-        };
-        match forces.as_slice() {
-            [] => "the largest force at the last contact is known in no member".into(),
-            [one] => format!("median force at the last contact {}", at(one)),
-            [least, .., most] => format!(
-                "median force at the last contact from {} to {}",
-                at(least),
-                at(most)
-            ),
-        }
-    }
-
-    /// Medians with their bands against a key, or, of the seed alone, all values in order.
-    fn bands(&self) -> Vec<PlotRow> {
-        let ensembles = self.request.ensembles(&self.outcomes);
-        let keys: Vec<&SweptKey> = self.keys().collect();
-        let along = Abscissa::of(&self.request).and_then(|along| {
-            let key = &self.request.vary[along.index].key;
-            let place = keys.iter().position(|axis| axis.key == *key)?;
-            Some((along, place))
-        });
-        let charts = MEASURES.iter().filter_map(|measure| {
-            let Some((along, place)) = &along else {
-                return self.in_order(measure);
-            };
-            let mut curves: Vec<(String, Curve)> = Vec::new();
-            for ensemble in &ensembles {
-                let x = quantity(&ensemble.values[*place]).map(|(x, _)| x);
-                let Some((x, spread)) = x.zip(ensemble.of(measure.column)) else {
-                    continue;
-                };
-                let rest = keys.iter().zip(&ensemble.values).enumerate();
-                let rest = rest.filter(|(i, _)| i != place);
-                let name = words(rest.map(|(_, (axis, value))| (&*axis.key, &**value)));
-                let point = ((x, spread.median), (spread.p05, spread.p95));
-                match curves.iter_mut().find(|(known, _)| *known == name) {
-                    Some((_, points)) => points.push(point),
-                    None => curves.push((name, vec![point])),
-                }
-            }
-            let series = curves.into_iter().take(CURVES).enumerate();
-            let series = series.map(|(n, (name, mut points))| {
-                points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
-                let (points, ends) = points.into_iter().unzip();
-                let line = if name.is_empty() { "median" } else { &name };
-                Series::line(line, n, points).with_band("5 to 95 %", ends)
-            });
-            self.chart((measure, measure.title.into()), along, series.collect())
-        });
-        PlotRow::grid(1, charts)
     }
 
     /// The values of all members, in order.
     fn in_order(&self, measure: &Measure) -> Option<Chart> {
         let members = self.members();
-        let values = members.iter().filter_map(|m| (measure.of)(m.measures));
-        let mut values: Vec<f64> = values.collect();
-        values.sort_by(f64::total_cmp);
+        let values = members
+            .iter()
+            .filter_map(|member| Some(member.of(measure.column)?.median));
+        let values = sorted(values);
         let share = |i: usize| 100.0 * (i as f64 + 0.5) / values.len() as f64;
         let points: Vec<(f64, f64)> = (0..values.len()).map(|i| (share(i), values[i])).collect();
-        let ordinate = measure.label(measure.quantity, self.request.is_si());
-        (!points.is_empty()).then(|| {
-            Chart::of(
-                format!("{}, in order", measure.title),
-                "share of members (%)",
-                ordinate,
-                vec![Series::line("", 0, points)],
-            )
-        })
+        let series = (!points.is_empty()).then(|| Series::line("", 0, points));
+        let title = format!("{}, in order", measure.title);
+        self.chart(
+            measure,
+            title,
+            "share of members (%)",
+            series.into_iter().collect(),
+        )
     }
 
     /// Why members have no force, and what to state.
     fn missing(&self) -> Option<String> {
-        let members = self.members();
         let needing = |needs: Needs| {
-            let needing = |member: &&Member| member.measures.peak_force_last_needs == Some(needs);
-            members.iter().filter(needing).count()
+            let done = self.outcomes.values().filter_map(Outcome::done);
+            done.filter(|measures| measures.peak_force_last_needs == Some(needs))
+                .count()
         };
         let reasons = [
             (
@@ -442,26 +357,25 @@ impl Swept {
         let is_si = self.request.is_si();
         let measured = MEASURES.iter();
         let measured = measured.map(|measure| measure.label(measure.name, is_si));
-        let keys = self.request.vary.iter().map(|axis| axis.key.clone());
-        let optional = |value: Option<f64>| value.map_or("-".into(), number);
+        let keys = self.request.vary.iter().map(|axis| &*axis.key);
         let rows = members.iter().take(ROWS).map(|member| {
             let values = member.values.iter().map(|value| short(value));
-            let measures = MEASURES.iter();
-            let measures = measures.map(|measure| optional((measure.of)(member.measures)));
+            let measures = MEASURES.iter().map(|measure| {
+                let value = member.of(measure.column).map(|spread| spread.median);
+                value.map_or("-".into(), number)
+            });
             values.chain(measures).collect()
         });
-        Table {
-            title: match members.len() > ROWS {
-                true => format!(
-                    "The first {ROWS} members; table.csv has all {}",
-                    members.len()
-                ),
-                false => "Members".into(),
-            },
-            head: keys.chain(measured).collect(),
-            rows: rows.collect(),
-            is_fact: false,
-        }
+        let title = match members.len() > ROWS {
+            true => format!(
+                "The first {ROWS} members; table.csv has all {}",
+                members.len()
+            ),
+            false => "Members".into(),
+        };
+        let measured: Vec<String> = measured.collect();
+        let head: Vec<&str> = keys.chain(measured.iter().map(String::as_str)).collect();
+        Table::of(title, &head, rows)
     }
 }
 
@@ -474,46 +388,34 @@ fn short(text: &str) -> String {
     }
 }
 
-/// The key along the abscissa: its index, its values as numbers, and its name with their unit.
-struct Abscissa<'a> {
+/// A chart whose abscissa is logarithmic where it spans decades.
+pub(crate) fn wide(chart: Chart) -> Chart {
+    Chart {
+        log_x: chart.x.start > 0.0 && chart.x.end > WIDE * chart.x.start,
+        ..chart
+    }
+}
+
+/// The key along the abscissa: its index, and its name with its unit.
+struct Abscissa {
     index: usize,
-    values: &'a [String],
     label: String,
 }
 
-impl<'a> Abscissa<'a> {
+impl Abscissa {
     /// The numeric key with most values; `None` if none has two.
-    fn of(request: &'a Request) -> Option<Abscissa<'a>> {
-        let axes = request.vary.iter().enumerate();
-        let numeric = axes.filter_map(|(index, axis)| {
+    fn of(axes: &[&SweptKey]) -> Option<Abscissa> {
+        let numeric = axes.iter().enumerate().filter_map(|(index, axis)| {
             let (_, unit) = quantity(axis.values.first()?)?;
             let alike = |text: &String| quantity(text).is_some_and(|(_, other)| other == unit);
-            (axis.values.len() > 1 && axis.values.iter().all(alike)).then_some((index, axis, unit))
+            let count = axis.values.len();
+            (count > 1 && axis.values.iter().all(alike)).then_some((index, count, unit))
         });
-        // The seed says nothing about an ensemble.
-        let most = |(index, axis, _): &(usize, &SweptKey, &str)| {
-            (
-                axis.key != SEED,
-                axis.values.len(),
-                std::cmp::Reverse(*index),
-            )
-        };
-        let (index, axis, unit) = numeric.max_by_key(most)?;
+        let most = |(index, count, _): &(usize, usize, &str)| (*count, std::cmp::Reverse(*index));
+        let (index, _, unit) = numeric.max_by_key(most)?;
         Some(Abscissa {
             index,
-            values: &axis.values,
-            label: label(&axis.key.replace('_', " "), unit),
+            label: label(&axes[index].key.replace('_', " "), unit),
         })
-    }
-
-    fn at(&self, member: &Member) -> Option<f64> {
-        Some(quantity(member.values[self.index])?.0)
-    }
-
-    fn is_wide(&self) -> bool {
-        let values = self.values.iter();
-        let values = values.filter_map(|text| Some(quantity(text)?.0));
-        let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
-        low > 0.0 && high > WIDE * low
     }
 }

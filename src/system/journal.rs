@@ -1,20 +1,24 @@
 //! A journal of long work: finished members are on disk, so the work survives being killed.
 //!
 //! A directory holds the request in one file, and `members.jsonl` with one line for each finished
-//! member, in order of completion. A line is written in one piece and is valid once its newline is
-//! there; an incomplete last line is removed when the work resumes.
+//! member, in order of completion: `["HASH",MEMBER,OUTCOME]`. The hash (BLAKE3) covers the request and the rest of
+//! the line. A line is written in one piece; one that is incomplete, damaged or of another request counts for nothing,
+//! and its member is computed again.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::publish;
+use crate::observer::{CancelOnly, Observer};
 use crate::{Error, Result};
 
 const MEMBERS: &str = "members.jsonl";
@@ -29,21 +33,15 @@ pub(crate) trait StoredRequest: Serialize + DeserializeOwned {
     const FILE: &'static str;
     /// What messages call the work.
     const WORD: &'static str;
-
-    /// In what another request differs.
-    fn difference(&self, asked: &Self) -> Option<String>;
 }
 
 /// The name of a member.
-pub(crate) trait Key: Clone + Ord + Serialize + DeserializeOwned {}
-impl<K: Clone + Ord + Serialize + DeserializeOwned> Key for K {}
+pub(crate) trait Key: Clone + Ord + Send + Sync + Serialize + DeserializeOwned {}
+impl<K: Clone + Ord + Send + Sync + Serialize + DeserializeOwned> Key for K {}
 
 /// The result of a member.
-pub(crate) trait Measures: Clone + Serialize + DeserializeOwned {}
-impl<M: Clone + Serialize + DeserializeOwned> Measures for M {}
-
-/// Checks the name of a member; the error is the reason.
-pub(crate) type Check<K> = Box<dyn Fn(&K) -> std::result::Result<(), String>>;
+pub(crate) trait Measures: Clone + Send + Serialize + DeserializeOwned {}
+impl<M: Clone + Send + Serialize + DeserializeOwned> Measures for M {}
 
 /// What became of a member.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,30 +52,50 @@ pub enum Outcome<M> {
     Failed(String),
 }
 
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct JournalLine<K, M> {
-    member: K,
-    outcome: Outcome<M>,
+impl<M> Outcome<M> {
+    pub fn done(&self) -> Option<&M> {
+        match self {
+            Outcome::Done(measures) => Some(measures),
+            Outcome::Failed(_) => None,
+        }
+    }
 }
 
 /// The members that are known, by their names.
 pub type Outcomes<K, M> = BTreeMap<K, Outcome<M>>;
 
-/// An open directory; no other process can add to it meanwhile.
+/// Members that are computed once, and saved where there is a directory; no other process can add to it meanwhile.
 #[derive(Debug)]
-pub(crate) struct Journal {
-    path: PathBuf,
-    file: Mutex<File>,
+pub(crate) struct Journal<K, M> {
+    saved: Option<Saved>,
+    outcomes: Mutex<Outcomes<K, M>>,
+    computed: AtomicUsize,
 }
 
-impl Journal {
-    /// Opens the directory of a sweep, or creates it, and reads the finished members.
-    pub(crate) fn open<A: StoredRequest, K: Key, M: Measures>(
-        directory: &Path,
+#[derive(Debug)]
+struct Saved {
+    path: PathBuf,
+    file: Mutex<File>,
+    request: [u8; blake3::KEY_LEN],
+}
+
+impl<K: Key, M: Measures> Journal<K, M> {
+    /// Opens the directory of the work, or creates it, and reads the finished members. Without one nothing is saved.
+    ///
+    /// # Errors
+    /// [`Error::OutputInUse`] for a directory that holds something else, [`Error::Busy`], [`Error::Read`] and
+    /// [`Error::Write`].
+    pub(crate) fn open<A: StoredRequest>(
+        directory: Option<&Path>,
         asked: &A,
-        check: &dyn Fn(&K) -> std::result::Result<(), String>,
-    ) -> Result<(Journal, Outcomes<K, M>)> {
+    ) -> Result<Journal<K, M>> {
+        let Some(directory) = directory else {
+            return Ok(Journal {
+                saved: None,
+                outcomes: Mutex::default(),
+                computed: AtomicUsize::new(0),
+            });
+        };
         let occupied = |found: String| Error::OutputInUse {
             path: directory.to_owned(),
             found,
@@ -98,7 +116,7 @@ impl Journal {
         } else {
             let found = read_asked::<A>(directory)?
                 .ok_or_else(|| occupied(format!("holds something other than a {}", A::WORD)))?;
-            if let Some(difference) = found.difference(asked) {
+            if let Some(difference) = difference(&found, asked) {
                 return Err(occupied(format!("holds another {}: {difference}", A::WORD)));
             }
         }
@@ -123,46 +141,131 @@ impl Journal {
         }
         publish::remove_abandoned(directory);
         // A file system without locks: the user keeps two processes apart.
-        let (outcomes, whole) = parse(&mut file, &path, check)?;
+        let request = hash_of(asked)?;
+        let (outcomes, whole) = parse(&mut file, &path, &request)?;
         file.set_len(whole).map_err(Error::write("cut", &path))?;
-        let file = Mutex::new(file);
-        Ok((Journal { path, file }, outcomes))
+        Ok(Journal {
+            saved: Some(Saved {
+                path,
+                file: Mutex::new(file),
+                request,
+            }),
+            outcomes: Mutex::new(outcomes),
+            computed: AtomicUsize::new(0),
+        })
+    }
+
+    /// What became of a member, if that is known.
+    pub(crate) fn known(&self, member: &K) -> Option<Outcome<M>> {
+        lock(&self.outcomes).get(member).cloned()
+    }
+
+    /// The members that are known.
+    pub(crate) fn outcomes(&self) -> MutexGuard<'_, Outcomes<K, M>> {
+        lock(&self.outcomes)
+    }
+
+    /// How many members were computed by this process.
+    pub(crate) fn computed(&self) -> usize {
+        self.computed.load(Relaxed)
+    }
+
+    /// What became of a member, which is run and saved unless that is known.
+    ///
+    /// # Errors
+    /// What is no fault of the member: [`Error::Cancelled`], [`Error::Memory`], [`Error::Write`]; any other error
+    /// becomes the outcome.
+    pub(crate) fn member(&self, member: &K, run: impl FnOnce() -> Result<M>) -> Result<Outcome<M>> {
+        if let Some(known) = self.known(member) {
+            return Ok(known);
+        }
+        let outcome = match run() {
+            Ok(measures) => Outcome::Done(measures),
+            Err(error @ (Error::Cancelled | Error::Memory { .. })) => return Err(error),
+            Err(error) => Outcome::Failed(error.to_string()),
+        };
+        self.add(member, outcome.clone())?;
+        Ok(outcome)
+    }
+
+    /// Computes the members that are not known, in parallel on the current pool; one unit of progress each.
+    ///
+    /// # Errors
+    /// As [`Journal::member`]; where results are saved, [`Error::Paused`] in place of [`Error::Cancelled`].
+    pub(crate) fn each<T: Sync>(
+        &self,
+        stage: &'static str,
+        members: &[T],
+        observer: &dyn Observer,
+        run: impl Fn(&T, &dyn Observer) -> Result<()> + Sync,
+    ) -> Result<()> {
+        observer.stage(stage, members.len() as u64);
+        let result = members.par_iter().try_for_each(|member| {
+            observer.go_on()?;
+            run(member, &CancelOnly(observer))?;
+            observer.advance(1);
+            Ok(())
+        });
+        result.map_err(|error| self.paused(error, members.len()))
+    }
+
+    /// [`Error::Paused`] in place of [`Error::Cancelled`], where results are saved.
+    pub(crate) fn paused(&self, error: Error, members: usize) -> Error {
+        let known = self.outcomes().len();
+        match error {
+            Error::Cancelled if self.saved.is_some() => Error::Paused {
+                known,
+                members: members.max(known),
+            },
+            error => error,
+        }
     }
 
     /// Adds a member that is done.
-    pub(crate) fn add<K: Key, M: Measures>(&self, member: &K, outcome: &Outcome<M>) -> Result<()> {
-        let line = JournalLine {
-            member: member.clone(),
-            outcome: outcome.clone(),
+    pub(crate) fn add(&self, member: &K, outcome: Outcome<M>) -> Result<()> {
+        if let Some(saved) = &self.saved {
+            saved.append(&to_json(&(member, &outcome))?)?;
+        }
+        self.computed.fetch_add(1, Relaxed);
+        self.outcomes().entry(member.clone()).or_insert(outcome);
+        Ok(())
+    }
+
+    /// Flushes the added lines to the disk.
+    pub(crate) fn sync(&self) -> Result<()> {
+        let Some(saved) = &self.saved else {
+            return Ok(());
         };
-        let mut text = to_json(&line)?;
-        text.push('\n');
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let synced = lock(&saved.file).sync_data();
+        synced.map_err(Error::write("write", &saved.path))
+    }
+}
+
+impl Saved {
+    /// Adds a line: a JSON array, whose first element is to be the hash of the others.
+    fn append(&self, array: &str) -> Result<()> {
+        let rest = &array[1..];
+        let hash = blake3::keyed_hash(&self.request, rest.as_bytes()).to_hex();
+        let line = format!("[\"{hash}\",{rest}\n");
+        let mut file = lock(&self.file);
         let before = file.seek(SeekFrom::End(0));
         let written = before.and_then(|end| {
-            file.write_all(text.as_bytes()).inspect_err(|_| {
+            file.write_all(line.as_bytes()).inspect_err(|_| {
                 // The next line must not continue a partly written one.
                 let _ = file.set_len(end);
             })
         });
         written.map_err(Error::write("append to", &self.path))
     }
-
-    /// Flushes the added lines to the disk.
-    pub(crate) fn sync(&self) -> Result<()> {
-        let file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.sync_data().map_err(Error::write("write", &self.path))
-    }
 }
 
-/// Reads the journal of a directory; `check` validates the names of members.
+/// The request and the members of a directory.
 ///
 /// # Errors
-/// [`Error::Read`] if it cannot be read or holds no journal; [`Error::Damaged`] for an invalid
-/// line.
+/// [`Error::Read`] if it cannot be read or holds no journal; [`Error::Damaged`] where it has lines, and none of this
+/// request.
 pub(crate) fn read<A: StoredRequest, K: Key, M: Measures>(
     directory: &Path,
-    check: impl Fn(&A) -> Result<Check<K>>,
 ) -> Result<(A, Outcomes<K, M>)> {
     let none = || {
         let none = format!("no {} is there", A::WORD);
@@ -178,8 +281,14 @@ pub(crate) fn read<A: StoredRequest, K: Key, M: Measures>(
         }
         Err(error) => return Err(Error::read("open", &path)(error)),
     };
-    let check = check(&asked)?;
-    let (outcomes, _) = parse(&mut file, &path, &*check)?;
+    let (outcomes, whole) = parse(&mut file, &path, &hash_of(&asked)?)?;
+    if outcomes.is_empty() && whole > 0 {
+        return Err(Error::Damaged {
+            path,
+            line: 1,
+            reason: format!("expected members of the request in {}, found none", A::FILE),
+        });
+    }
     Ok((asked, outcomes))
 }
 
@@ -187,29 +296,50 @@ pub(crate) fn read<A: StoredRequest, K: Key, M: Measures>(
 fn parse<K: Key, M: Measures>(
     file: &mut File,
     path: &Path,
-    check: &dyn Fn(&K) -> std::result::Result<(), String>,
+    request: &[u8; blake3::KEY_LEN],
 ) -> Result<(Outcomes<K, M>, u64)> {
     let mut text = Vec::new();
     file.seek(SeekFrom::Start(0))
         .and_then(|_| file.read_to_end(&mut text))
         .map_err(Error::read("read", path))?;
-    let whole = text
-        .iter()
-        .rposition(|b| *b == b'\n')
-        .map_or(0, |at| at + 1);
+    let ends = text.iter().rposition(|b| *b == b'\n');
+    let whole = ends.map_or(0, |at| at + 1);
     let mut outcomes = Outcomes::new();
-    for (number, line) in text[..whole].split_inclusive(|b| *b == b'\n').enumerate() {
-        let damaged = |reason: String| Error::Damaged {
-            path: path.to_owned(),
-            line: number + 1,
-            reason,
-        };
-        let line: JournalLine<K, M> =
-            serde_json::from_slice(line).map_err(|error| damaged(error.to_string()))?;
-        check(&line.member).map_err(damaged)?;
-        outcomes.entry(line.member).or_insert(line.outcome);
+    let lines = text[..whole].split(|b| *b == b'\n');
+    for (member, outcome) in lines.filter_map(|line| member_of(line, request)) {
+        outcomes.entry(member).or_insert(outcome);
     }
     Ok((outcomes, whole as u64))
+}
+
+/// The member of a line; `None` where its hash is another.
+fn member_of<K: Key, M: Measures>(
+    line: &[u8],
+    request: &[u8; blake3::KEY_LEN],
+) -> Option<(K, Outcome<M>)> {
+    let line = std::str::from_utf8(line).ok()?.strip_prefix("[\"")?;
+    let (hash, rest) = line.split_once("\",")?;
+    let is_whole = *blake3::keyed_hash(request, rest.as_bytes()).to_hex() == *hash;
+    let read = || serde_json::from_str(&format!("[{rest}")).ok();
+    is_whole.then(read)?
+}
+
+/// In what two requests differ, by the names of their fields.
+pub(crate) fn difference<A: StoredRequest>(found: &A, asked: &A) -> Option<String> {
+    let [found, asked] = [found, asked].map(|request| serde_json::to_value(request).ok());
+    let fields = found.as_ref()?.as_object()?.iter();
+    let differing =
+        fields.filter(|(field, value)| asked.as_ref().and_then(|a| a.get(field)) != Some(value));
+    let differing: Vec<&str> = differing.map(|(field, _)| field.as_str()).collect();
+    (!differing.is_empty()).then(|| format!("it differs in {}", differing.join(", ")))
+}
+
+fn hash_of(asked: &impl StoredRequest) -> Result<[u8; blake3::KEY_LEN]> {
+    Ok(blake3::hash(to_json(asked)?.as_bytes()).into())
+}
+
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn read_asked<A: StoredRequest>(directory: &Path) -> Result<Option<A>> {

@@ -66,18 +66,25 @@ fn a_sweep_takes_units_and_states_them() {
     contains_all(&said, &["radius=5mm:20:4", "one unit at both ends"]);
 }
 
-/// What a force needs that no member has: a later end, or more samples.
+/// A run that ends by itself ends behind the largest force at the wall; another says what a force needs.
 #[test]
 fn a_sweep_without_values_says_what_to_state() {
     let place = Place::new();
     let vary = "sweep --sites 8 --vary stiffness_ratio=1,2";
     let said = place.says(&format!("{vary} --out a"));
-    contains_all(&said, &["none of 2 members", "--end-time"]);
-    assert!(!said.contains("--samples"), "{said}");
-    let said = place.says(&format!("{vary} --end-time 40 --samples 5 --out b"));
-    contains_all(&said, &["none of 2 members", "--samples"]);
-    assert!(!said.contains("--end-time"), "{said}");
-    let table = place.read("b/table.csv");
+    contains_all(&said, &["force at the last contact from ", "2 of 2 run"]);
+    assert!(!said.contains("known"), "{said}");
+    let found = place.json("a/summary.json");
+    assert_eq!(found["known"], 2);
+    for (words, needed) in [
+        ("--end-time 4", "--end-time"),
+        ("--end-time 40 --samples 5", "--samples"),
+    ] {
+        let said = place.says(&format!("{vary} {words} --out b{needed}"));
+        contains_all(&said, &["known in none of 2 members", "2 of 2 run", needed]);
+        assert_eq!(said.matches("known").count(), 1, "{said}");
+    }
+    let table = place.read("b--samples/table.csv");
     for line in table.lines().skip(1) {
         assert!(line.contains(",samples,"), "{table}");
     }

@@ -3,21 +3,25 @@
 use serde_json::json;
 
 use super::super::{Computed, Measured, Transmission, TransmissionCurve, TransmissionPoint};
-use super::{FORCE, cell, field_charts, forces_over, head, named, pulse_cells};
+use super::{Column, FORCE, field_charts, forces_over, named, points, records};
 use crate::chain::scene::Units;
 use crate::sheet::{Chart, Look, Mark, Series, Sheet, Table, number};
+use crate::sweep::wide;
 use crate::unit::label;
 
-/// Ends of an axis of a ratio above which it is logarithmic.
-const WIDE: f64 = 30.0;
+const FORCES: [Column<TransmissionPoint>; 5] = [
+    ("largest_over_smallest_coefficient", |p| p.stiffness_ratio),
+    ("relative_force", |p| p.relative_force),
+    ("relative_force_error", |p| p.relative_force_error),
+    ("time_of_flight", |p| p.time_of_flight.value),
+    ("mean_speed", |p| p.mean_speed),
+];
 
 impl Transmission {
     pub(super) fn describe(&self) -> Sheet<'_> {
         let key = self.key.replace('_', " ");
         let mut sheet = Sheet {
-            name: "transmission",
             version: 2,
-            title: format!("Transmission against {key}"),
             about: "The pulse at the wall behind a struck chain".into(),
             answer: self.answer(&key),
             records: self.records(),
@@ -26,11 +30,11 @@ impl Transmission {
                 .iter()
                 .map(|curve| self.points(&key, curve))
                 .collect(),
-            definitions: vec![[
-                "force",
-                "The largest force on the wall, over that of the homogeneous chain.",
-            ]],
-            ..Sheet::default()
+            ..Sheet::of(
+                "transmission",
+                &format!("Transmission against {key}"),
+                "force: The largest force on the wall, over that of the homogeneous chain.",
+            )
         };
         for curve in &self.curves {
             curve.facts(&key, &mut sheet);
@@ -42,15 +46,21 @@ impl Transmission {
     /// The least and the largest of all curves, in words.
     fn answer(&self, key: &str) -> String {
         let all = self.curves.iter().flat_map(TransmissionCurve::all);
-        let mut all: Vec<&TransmissionPoint> = all.map(|(point, _)| point).collect();
-        all.sort_by(|a, b| a.relative_force.total_cmp(&b.relative_force));
+        let force = |(point, _): &(&TransmissionPoint, _)| point.relative_force;
+        let mut all: Vec<_> = all.collect();
+        all.sort_by(|a, b| force(a).total_cmp(&force(b)));
+        let at = |(point, extreme): &(&TransmissionPoint, Option<(_, f64)>)| {
+            let error =
+                extreme.map_or(String::new(), |(_, error)| format!(" +- {}", number(error)));
+            format!("{}{error}", number(point.value))
+        };
         match (all.first(), all.last()) {
             (Some(least), Some(most)) => format!(
                 "force at the wall least at {key} {} ({} of the homogeneous chain's), largest at {} ({})",
-                number(least.value),
-                number(least.relative_force),
-                number(most.value),
-                number(most.relative_force)
+                at(least),
+                number(force(least)),
+                at(most),
+                number(force(most))
             ),
             _ => "nothing comes through at any value".into(),
         }
@@ -74,12 +84,7 @@ impl Transmission {
                 extreme.map_or(String::new(), |(kind, _)| kind.to_owned()),
             ]
         });
-        Table {
-            title: named(&curve.settings),
-            head: head.map(str::to_owned).into(),
-            rows: rows.collect(),
-            is_fact: false,
-        }
+        Table::of(named(&curve.settings), &head, rows)
     }
 
     /// One row for each value of the key and for each extremum: the other keys, the kind of row, the key, and the force
@@ -87,55 +92,26 @@ impl Transmission {
     fn records(&self) -> Table {
         let others = self.curves.first().map_or(&[][..], |curve| &curve.settings);
         let others = others.iter().map(|(key, _)| &**key);
-        let own = [
-            "row",
-            &self.key,
-            "value_error",
-            "largest_over_smallest_coefficient",
-            "relative_force",
-            "relative_force_error",
-            "time_of_flight",
-            "mean_speed",
-        ];
-        let own: Vec<&str> = others.chain(own).collect();
+        let words: Vec<&str> = others.chain(["row", &self.key, "value_error"]).collect();
         let rows = self.curves.iter().flat_map(|curve| {
             curve.all().map(|(point, extreme)| {
                 let (kind, error) = extreme.unwrap_or(("value", 0.0));
                 let settings = curve.settings.iter().map(|(_, text)| text.clone());
-                let mut cells: Vec<String> = settings.chain([kind.to_owned()]).collect();
-                let numbers = [
-                    point.value,
-                    error,
-                    point.stiffness_ratio,
-                    point.relative_force,
-                    point.relative_force_error,
-                    point.time_of_flight.value,
-                    point.mean_speed,
-                ];
-                cells.extend(numbers.map(cell));
-                cells.extend(pulse_cells(&point.pulse));
-                cells
+                let place = [point.value, error].map(|number| format!("{number:?}"));
+                let words = settings.chain([kind.to_owned()]).chain(place);
+                (words.collect(), point, &point.pulse)
             })
         });
-        Table {
-            head: head(&own),
-            rows: rows.collect(),
-            ..Table::default()
-        }
+        records(&words, &FORCES, rows)
     }
 
     /// Of the first curve.
     pub(super) fn computed_points(&self) -> Option<Computed> {
-        let points = &self.curves.first()?.points;
-        let of = |value: fn(&TransmissionPoint) -> Option<f64>| {
-            let points = points.iter();
-            let known = points.filter_map(|point| Some((point.value, value(point)?)));
-            known.collect()
-        };
+        let all = &self.curves.first()?.points;
         Some(Computed {
-            forces: of(|p| Some(p.relative_force)),
-            velocities: of(|p| Some(p.pulse.peak_velocity.value)),
-            arrivals: of(|p| p.pulse.velocity_rise_time.map(|t| t.value)),
+            forces: points(all, |p| Some((p.value, p.relative_force))),
+            velocities: points(all, |p| Some((p.value, p.pulse.peak_velocity.value))),
+            arrivals: points(all, |p| Some((p.value, p.pulse.velocity_rise_time?.value))),
         })
     }
 
@@ -146,15 +122,15 @@ impl Transmission {
             (true, key) => label(&key, "degrees"),
             (false, key) => key,
         };
-        let points = |value: fn(&TransmissionPoint) -> f64| -> Vec<Series> {
+        let lines = |value: fn(&TransmissionPoint) -> f64| -> Vec<Series> {
             let curves = self.curves.iter().enumerate();
             let series = curves.map(|(i, curve)| {
-                let points = curve.points.iter().map(|p| (p.value, value(p)));
-                Series::line(named(&curve.settings), i, points.collect())
+                let points = points(&curve.points, |p| Some((p.value, value(p))));
+                Series::line(named(&curve.settings), i, points)
             });
             series.collect()
         };
-        let mut forces = points(|p| p.relative_force);
+        let mut forces = lines(|p| p.relative_force);
         for (i, curve) in self.curves.iter().enumerate() {
             let extremes = curve.extremes.iter().map(|e| &e.point);
             let dots: Vec<(f64, f64)> = extremes.map(|p| (p.value, p.relative_force)).collect();
@@ -168,7 +144,7 @@ impl Transmission {
             Units::Si => ["s", "m/s"],
             Units::None => ["", "bodies per unit of time"],
         };
-        let flights = points(|p| p.time_of_flight.value);
+        let flights = lines(|p| p.time_of_flight.value);
         let mut charts = vec![
             Chart::of("peak force on the wall", &key, FORCE, forces),
             Chart::of(
@@ -181,7 +157,7 @@ impl Transmission {
                 "mean speed",
                 &key,
                 label("speed", speed),
-                points(|p| p.mean_speed),
+                lines(|p| p.mean_speed),
             ),
         ];
         if let Some(computed) = self.computed_points() {
@@ -192,15 +168,17 @@ impl Transmission {
             .first()
             .map_or(&[][..], |curve| &curve.localized);
         let is_angle = self.key.ends_with("angle");
-        for chart in &mut charts {
-            chart.log_x = !is_angle && chart.x.start > 0.0 && chart.x.end > WIDE * chart.x.start;
+        let charts = charts.into_iter().map(|chart| {
             let marks = marks.iter().map(|mark| Mark {
                 at: mark.value,
                 label: format!("n = {}", mark.order),
             });
-            chart.marks = marks.collect();
-        }
-        charts
+            Chart {
+                marks: marks.collect(),
+                ..if is_angle { chart } else { wide(chart) }
+            }
+        });
+        charts.collect()
     }
 }
 
@@ -223,7 +201,9 @@ impl TransmissionCurve {
     /// Its extremes and marks.
     fn facts(&self, key: &str, sheet: &mut Sheet) {
         let settings = named(&self.settings);
-        if let Some(least) = self.least().filter(|_| !settings.is_empty()) {
+        let all = self.all().map(|(point, _)| point);
+        let least = all.min_by(|a, b| a.relative_force.total_cmp(&b.relative_force));
+        if let Some(least) = least.filter(|_| !settings.is_empty()) {
             let (force, at) = (number(least.relative_force), number(least.value));
             sheet.fact(
                 settings,
@@ -240,6 +220,14 @@ impl TransmissionCurve {
                 sheet.fact(kind, text);
             }
         }
+        if !self.unresolved.is_empty() {
+            let between = self.unresolved.iter();
+            let between: Vec<String> = between
+                .map(|ends| format!("{} to {}", number(ends[0]), number(ends[1])))
+                .collect();
+            let text = format!("may lie at {key} {}", between.join(", "));
+            sheet.fact("further extremes", text);
+        }
         let marks = self.localized.iter();
         let marks: Vec<String> = marks
             .map(|mark| format!("{} (order {})", number(mark.value), mark.order))
@@ -249,7 +237,7 @@ impl TransmissionCurve {
         }
         if !self.nothing_at.is_empty() {
             let at: Vec<String> = self.nothing_at.iter().map(|at| number(*at)).collect();
-            sheet.fact("nothing arrives", format!("at {key} {}", at.join(", ")));
+            sheet.fact("no force", format!("at {key} {}", at.join(", ")));
         }
         for order in &self.unresolved_orders {
             sheet.fact(

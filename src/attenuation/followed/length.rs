@@ -2,46 +2,36 @@
 
 use serde_json::json;
 
+use super::super::curve::compared;
 use super::super::{
     Attenuation, AttenuationLaw, Computed, ContactKind, CurveRow, Fits, Measured, Reach, Sense,
     Stop, StopCause,
 };
-use super::{FORCE, field_charts, forces_over, head, optional, pulse_cells};
+use super::{Column, FORCE, field_charts, forces_over, known, points, records};
 use crate::chain::scene::Units;
 use crate::sheet::{Chart, Look, Series, Sheet, Table, number, percent};
 use crate::unit::label;
 
-const DEFINITIONS: [[&str; 2]; 6] = [
-    [
-        "force",
-        "The largest force of the pulse, over that in the same place of the homogeneous chain.",
-    ],
-    [
-        "one long chain, wall",
-        "At the contacts of one chain that the pulse runs along; or on the wall behind chains of every length.",
-    ],
-    [
-        "energy",
-        "Passed through the contact by the pulse, over that of the homogeneous chain.",
-    ],
-    [
-        "high",
-        "Share of the energy passed that lies above the band edge.",
-    ],
-    ["width", "Of the force at half of its largest value."],
-    [
-        "law",
-        "Fitted to the forces in the compared contacts, with 95 % intervals: a level, an exponential, a power law, or \
-         an exponential that settles.",
-    ],
+const RELATIVE: [Column<CurveRow>; 4] = [
+    ("relative_force", |row| known(row.relative_force)),
+    ("relative_velocity", |row| known(row.relative_velocity)),
+    ("relative_energy", |row| known(row.relative_energy)),
+    ("high_band_share", |row| known(row.high_share)),
 ];
+
+const DEFINITIONS: &str = "\
+force: The largest force of the pulse, over that in the same place of the homogeneous chain.
+one long chain, wall: At the contacts of one chain that the pulse runs along; or on the wall behind chains of every length.
+energy: Passed through the contact by the pulse, over that of the homogeneous chain.
+high: Share of the energy passed that lies above the band edge.
+width: Of the force at half of its largest value.
+law: Fitted to the forces in the compared contacts, with 95 % intervals: a level, an exponential, a power law, or an \
+exponential that settles.";
 
 impl Attenuation {
     pub(super) fn describe(&self) -> Sheet<'_> {
         let mut sheet = Sheet {
-            name: "attenuation",
             version: 2,
-            title: "Attenuation against length".into(),
             about: format!(
                 "The pulse of a struck chain followed over {} bodies, {} contacts compared",
                 self.length,
@@ -51,8 +41,7 @@ impl Attenuation {
             note: "Dashed: the law that fits best.".into(),
             records: self.records(),
             tables: vec![self.last_points()],
-            definitions: DEFINITIONS.to_vec(),
-            ..Sheet::default()
+            ..Sheet::of("attenuation", "Attenuation against length", DEFINITIONS)
         };
         for curve in &self.curves {
             let name = format!("{}, {}", curve.name, curve.sense.name());
@@ -74,20 +63,14 @@ impl Attenuation {
     fn answer(&self) -> String {
         let curves = &self.curves;
         if let Some(target) = self.target {
-            // What is reached within a curve comes before what a law says, and that before what none says.
             let shortest = |reach: &Reach| match reach {
-                Reach::Within { bodies } => (0, *bodies as f64),
-                Reach::Beyond { length, .. } => (1, length.value),
-                Reach::Unknown => (2, 0.0),
-                Reach::Never { .. } => (3, 0.0),
+                Reach::Within { bodies } => (0, *bodies),
+                Reach::Beyond { bodies } => (1, *bodies),
+                Reach::Never { .. } => (2, 0),
             };
             let all = curves.iter();
             let all = all.filter_map(|curve| Some((curve, curve.reach.as_ref()?)));
-            let first = all.min_by(|(_, a), (_, b)| {
-                let ((a, length), (b, other)) = (shortest(a), shortest(b));
-                a.cmp(&b).then(length.total_cmp(&other))
-            });
-            if let Some((curve, reach)) = first {
+            if let Some((curve, reach)) = all.min_by_key(|(_, reach)| shortest(reach)) {
                 let what = reach_words(reach, target);
                 return format!("{} ({}): {what}", curve.name, curve.sense.name());
             }
@@ -132,59 +115,36 @@ impl Attenuation {
                 optional(last.and_then(|row| row.high_share)),
             ]
         });
-        Table {
-            title: "Curves at their last point".into(),
-            head: head.map(str::to_owned).into(),
-            rows: rows.collect(),
-            is_fact: true,
-        }
+        Table::of("Curves at their last point", &head, rows).printed()
     }
 
     /// One row for each point of a curve.
     fn records(&self) -> Table {
-        let own = [
-            "chain",
-            "sense",
-            "bodies",
-            "contact_kind",
-            "relative_force",
-            "relative_velocity",
-            "relative_energy",
-            "high_band_share",
-        ];
         let rows = self.curves.iter().flat_map(|curve| {
             curve.rows.iter().map(|row| {
-                let mut cells = vec![
-                    curve.name.clone(),
-                    curve.sense.name().to_owned(),
-                    row.bodies.to_string(),
-                    row.kind.name().to_owned(),
-                ];
-                let relative = [
-                    row.relative_force,
-                    row.relative_velocity,
-                    row.relative_energy,
-                    row.high_share,
-                ];
-                cells.extend(relative.map(optional));
-                cells.extend(pulse_cells(&row.pulse));
-                cells
+                let [sense, kind] = [curve.sense.name(), row.kind.name()].map(str::to_owned);
+                let words = vec![curve.name.clone(), sense, row.bodies.to_string(), kind];
+                (words, row, &row.pulse)
             })
         });
-        Table {
-            head: head(&own),
-            rows: rows.collect(),
-            ..Table::default()
-        }
+        records(
+            &["chain", "sense", "bodies", "contact_kind"],
+            &RELATIVE,
+            rows,
+        )
     }
 
     /// Of the first curve; forces in the contacts that are fitted.
     pub(super) fn computed_points(&self) -> Option<Computed> {
-        let first = self.curves.first()?;
+        let rows = &self.curves.first()?.rows;
         Some(Computed {
-            forces: self.compared(&first.rows),
-            velocities: first.velocities(),
-            arrivals: first.arrivals(),
+            forces: compared(self.kind, rows),
+            velocities: points(rows, |row| {
+                Some((row.bodies as f64, row.pulse.peak_velocity.value))
+            }),
+            arrivals: points(rows, |row| {
+                Some((row.bodies as f64, row.pulse.velocity_rise_time?.value))
+            }),
         })
     }
 
@@ -297,21 +257,11 @@ fn law_name(law: AttenuationLaw) -> &'static str {
 fn reach_words(reach: &Reach, target: f64) -> String {
     match reach {
         Reach::Within { bodies } => format!("at {target} or below from {bodies} bodies on"),
-        Reach::Beyond { law, length } => format!(
-            "beyond the curve: {} is at {target} after {} bodies ({} to {})",
-            law_name(*law),
-            number(length.value),
-            number(length.low),
-            number(length.high)
-        ),
+        Reach::Beyond { bodies } => format!("{target} is not reached within {bodies} bodies"),
         Reach::Never { law, settles_at } => format!(
             "not at {target} by the law so far: {} settles at {}",
             law_name(*law),
             number(*settles_at)
-        ),
-        Reach::Unknown => format!(
-            "{target} is not reached within the lengths computed, and no law that holds for their last third says where \
-             it would be"
         ),
     }
 }

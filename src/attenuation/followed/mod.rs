@@ -6,10 +6,10 @@ mod length;
 use serde_json::json;
 
 use super::{
-    Attenuation, Beside, Compared, Computed, Located, Measured, MeasuredPoint, Pulse, Transmission,
+    Attenuation, Beside, Compared, Computed, Measured, MeasuredPoint, Pulse, Transmission,
 };
 use crate::chain::scene::Units;
-use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, listed, number};
+use crate::sheet::{Chart, Describe, Look, PlotRow, Series, Sheet, Table, listed, number};
 
 /// Reasons of failures that are told; all are among the numbers.
 const TOLD: usize = 3;
@@ -188,6 +188,11 @@ fn laid_over(measured: &[MeasuredPoint]) -> Option<Series> {
     })
 }
 
+/// The points that rows have.
+fn points<T>(rows: &[T], of: impl Fn(&T) -> Option<(f64, f64)>) -> Vec<(f64, f64)> {
+    rows.iter().filter_map(of).collect()
+}
+
 /// Measured forces, to lay over computed ones.
 fn forces_over(measured: &Measured) -> Option<Series> {
     match measured {
@@ -205,69 +210,70 @@ fn named(settings: &[(String, String)]) -> String {
     listed(&named)
 }
 
-/// With all digits; empty where it is not known.
-fn cell(value: f64) -> String {
-    match value.is_finite() {
-        true => format!("{value:?}"),
-        false => String::new(),
-    }
-}
+/// A column of a table: its name, and its value in a row.
+type Column<T> = (&'static str, fn(&T) -> f64);
 
-fn optional(value: Option<f64>) -> String {
-    value.map_or(String::new(), cell)
-}
-
-/// Columns of a pulse in tables, each located value with its error.
-const PULSE: [&str; 20] = [
-    "peak_force",
-    "peak_force_error",
-    "peak_time",
-    "peak_time_error",
-    "peak_velocity",
-    "peak_velocity_error",
-    "velocity_time",
-    "velocity_time_error",
-    "arrival_time",
-    "arrival_time_error",
-    "width",
-    "width_error",
-    "velocity_rise_time",
-    "velocity_rise_time_error",
-    "energy_pulse",
-    "energy_passed",
-    "energy_passed_error",
-    "energy_behind",
-    "energy_lost",
-    "energy_closure",
+/// Of a pulse, each located value with its error.
+const PULSE: [Column<Pulse>; 20] = [
+    ("peak_force", |p| p.peak_force.value),
+    ("peak_force_error", |p| p.peak_force.error),
+    ("peak_time", |p| p.peak_time.value),
+    ("peak_time_error", |p| p.peak_time.error),
+    ("peak_velocity", |p| p.peak_velocity.value),
+    ("peak_velocity_error", |p| p.peak_velocity.error),
+    ("velocity_time", |p| p.velocity_time.value),
+    ("velocity_time_error", |p| p.velocity_time.error),
+    ("arrival_time", |p| p.arrival_time.value),
+    ("arrival_time_error", |p| p.arrival_time.error),
+    ("width", |p| p.width.value),
+    ("width_error", |p| p.width.error),
+    ("velocity_rise_time", |p| {
+        known(p.velocity_rise_time.map(|t| t.value))
+    }),
+    ("velocity_rise_time_error", |p| {
+        known(p.velocity_rise_time.map(|t| t.error))
+    }),
+    ("energy_pulse", |p| known(p.energy_pulse.map(|e| e.value))),
+    ("energy_passed", |p| p.energy_passed.value),
+    ("energy_passed_error", |p| p.energy_passed.error),
+    ("energy_behind", |p| p.energy_behind),
+    ("energy_lost", |p| p.energy_lost),
+    ("energy_closure", |p| p.closure),
 ];
 
-fn pulse_cells(pulse: &Pulse) -> Vec<String> {
-    let located = [
-        Some(pulse.peak_force),
-        Some(pulse.peak_time),
-        Some(pulse.peak_velocity),
-        Some(pulse.velocity_time),
-        Some(pulse.arrival_time),
-        Some(pulse.width),
-        pulse.velocity_rise_time,
-    ];
-    let value_and_error = |of: Option<Located>| {
-        let of = of.map(|located| [located.value, located.error]);
-        of.unwrap_or([f64::NAN; 2])
-    };
-    let numbers = located.into_iter().flat_map(value_and_error);
-    let energies = [
-        pulse.energy_pulse.map_or(f64::NAN, |e| e.value),
-        pulse.energy_passed.value,
-        pulse.energy_passed.error,
-        pulse.energy_behind,
-        pulse.energy_lost,
-        pulse.closure,
-    ];
-    numbers.chain(energies).map(cell).collect()
+fn known(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
 }
 
-fn head(own: &[&str]) -> Vec<String> {
-    let names = own.iter().chain(&PULSE);
-    names.map(|name| (*name).to_owned()).collect()
+/// A table whose rows are words, values and a pulse. Numbers have all digits; cells are empty where a value is not known.
+fn records<'a, T: 'a>(
+    words: &[&str],
+    values: &[Column<T>],
+    rows: impl Iterator<Item = (Vec<String>, &'a T, &'a Pulse)>,
+) -> Table {
+    fn cells<T>(columns: &[Column<T>], row: &T) -> impl Iterator<Item = String> {
+        let values = columns.iter().map(move |(_, of)| of(row));
+        values.map(|value| match value.is_finite() {
+            true => format!("{value:?}"),
+            false => String::new(),
+        })
+    }
+    let names = values.iter().map(|(name, _)| *name);
+    let head = words
+        .iter()
+        .copied()
+        .chain(names)
+        .chain(PULSE.iter().map(|(name, _)| *name));
+    let rows = rows.map(|(words, row, pulse)| {
+        let words = words.into_iter();
+        words
+            .chain(cells(values, row))
+            .chain(cells(&PULSE, pulse))
+            .collect()
+    });
+    Table {
+        head: head.map(str::to_owned).collect(),
+        rows: rows.collect(),
+        ..Table::default()
+    }
 }

@@ -30,9 +30,7 @@ pub fn of_error(error: &Error) -> Option<String> {
             Some("name another place, or add `--force` to replace it".into())
         }
         Error::Busy { .. } => Some("wait for it, or compute parts in directories of their own".into()),
-        Error::Damaged { .. } => Some(
-            "remove the line, and its member is computed again; or begin anew elsewhere".into(),
-        ),
+        Error::Damaged { .. } => Some("begin anew elsewhere".into()),
         Error::Paused { .. } => Some("the same command goes on from there".into()),
         Error::OutputInUse { .. } => Some("name another place with `--out`".into()),
         Error::BelowNoise { .. } => Some(

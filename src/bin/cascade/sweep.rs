@@ -80,7 +80,7 @@ pub fn run(typed: SweepCommand) -> Result<(), Failure> {
     } else if !typed.how.quiet {
         let mut summary = Summary::of(&subject, &sheet);
         let text = format!(
-            "{} of {} known, {} of them computed now in {:.2} s",
+            "{} of {} run, {} of them now in {:.2} s",
             standing.known,
             standing.members,
             standing.computed,
