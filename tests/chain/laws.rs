@@ -439,11 +439,10 @@ fn a_run_names_no_files() {
         "drive_file = \"x.csv\"",
     ] {
         setup.text = text.replace("law_file = \"contact.csv\"", key);
-        RunFile::write(&path, true, &setup, &run, &Silent).unwrap();
-        let error = RunFile::read(&path).unwrap_err().to_string();
-        contains_all(&error, &["a run carries the values of files"]);
+        let error = RunFile::write(&path, true, &setup, &run, &Silent).unwrap_err();
+        contains_all(&error.to_string(), &["a run carries the values of files"]);
     }
     write("scene.toml", &format!("law = \"hertz\"\n{text}"));
     let error = SceneSource::read(&scene).unwrap().setup().unwrap_err();
-    contains_all(&error.to_string(), &["one key that decides the law"]);
+    contains_all(&error.to_string(), &["one key of `law_file` and `law`"]);
 }

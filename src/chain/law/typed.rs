@@ -2,7 +2,8 @@
 
 use super::Law;
 use crate::chain::lattice::refuse;
-use crate::error::Result;
+use crate::error::{Result, nearest_key, one_of_words};
+use crate::formula::is_free;
 
 /// Words that begin a law, with what follows them.
 const WORDS: [(&str, &str); 7] = [
@@ -35,7 +36,14 @@ impl Law {
         }
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let Some((_, example)) = WORDS.iter().find(|(known, _)| *known == word) else {
-            return Law::expression(text);
+            return Law::expression(text).map_err(|error| match is_meant(word, rest) {
+                true => {
+                    let words = one_of_words(word, &WORDS.map(|(known, _)| known));
+                    let expected = format!("{words}, or a formula of the overlap `d`");
+                    refuse("law", &expected, format!("`{word}`"))
+                }
+                false => error,
+            });
         };
         let fault = || {
             refuse(
@@ -78,6 +86,16 @@ impl Law {
             _ => Err(fault()),
         }
     }
+}
+
+/// Whether a word that begins no law stands for one: where it is nearly the word of one, or what follows does not go on with a
+/// formula.
+fn is_meant(word: &str, rest: &str) -> bool {
+    let is_near = nearest_key(word, WORDS.map(|(known, _)| known)).is_some();
+    let goes_on = rest
+        .trim_start()
+        .starts_with(['+', '-', '*', '/', '^', '(', ';']);
+    is_free(word) && (is_near || !goes_on)
 }
 
 /// `alpha=A beta=B`, either of which may be absent.

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use super::check::units;
 use super::places::Places;
 use super::{SceneSource, Units};
-use crate::error::{Error, KeyPlace, Result, SceneFault};
+use crate::error::{Error, KeyPlace, Result, listed};
 use crate::field::{
-    Field, OpenOptions, is_run_archive, read_container, read_members, regular_file,
+    Field, OpenOptions, check_written, is_run_archive, read_container, read_members, regular_file,
 };
-use crate::measure::{Dimension, Force, Length, Speed, Time, size, units};
+use crate::measure::{self, Dimension, Force, Length, Speed, Time, size};
 use crate::unit::split;
 
 /// Bytes and rows of a table that are read at most.
@@ -44,12 +45,8 @@ const STATE: [&str; 4] = [
 ];
 
 /// Keys that name files, and those of the values that they hold.
-const KEYS: [(&str, &[&str], &str); 3] = [
-    (
-        "drive_file",
-        &["drive_times", "drive_values"],
-        "the values of the drive",
-    ),
+const KEYS: [(&str, &[&str]); 3] = [
+    ("drive_file", &["drive_times", "drive_values"]),
     (
         "state",
         &[
@@ -58,26 +55,16 @@ const KEYS: [(&str, &[&str], &str); 3] = [
             "resonator_displacements",
             "resonator_velocities",
         ],
-        "the initial state",
     ),
-    ("law_file", &["law", "laws"], "the law of the contacts"),
+    ("law_file", &["law"]),
 ];
 
 /// Refuses keys that name files; false, since none were read.
 pub(super) fn refuse(table: &Table, places: &Places) -> Result<bool> {
-    match KEYS.iter().find(|(key, ..)| table.contains_key(*key)) {
-        Some((key, own, _)) => {
-            let expected = format!(
-                "`{}`: a run carries the values of files",
-                own.join("` and `")
-            );
-            let found = "the name of a file";
-            Err(Error::scene(SceneFault::new(
-                places.of(key),
-                key,
-                expected,
-                found,
-            )))
+    match KEYS.iter().find(|(key, _)| table.contains_key(*key)) {
+        Some((key, own)) => {
+            let expected = format!("{}: a run carries the values of files", listed(own));
+            Err(places.fault(key, expected, "the name of a file"))
         }
         None => Ok(false),
     }
@@ -85,12 +72,9 @@ pub(super) fn refuse(table: &Table, places: &Places) -> Result<bool> {
 
 /// Puts what files hold in place of the keys that name them; whether there were any.
 pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
-    let is_si = table.get("units").and_then(Value::as_str) == Some("si")
-        || ["material", "young"]
-            .iter()
-            .any(|key| table.contains_key(*key));
+    let is_si = units(table) == Units::Si;
     let mut any = false;
-    for (key, own, what) in KEYS {
+    for (key, own) in KEYS {
         let Some(path) = table.get(key).and_then(Value::as_str) else {
             continue;
         };
@@ -100,11 +84,6 @@ pub(super) fn read_in(table: &mut Table, places: &mut Places) -> Result<bool> {
             places,
             is_si,
         };
-        if let Some(other) = own.iter().find(|key| table.contains_key(**key)) {
-            let found = format!("it beside {}", places.mention(other));
-            let expected = format!("one key that decides {what}");
-            return Err(file.fault(expected, found));
-        }
         if !file.path.exists() {
             let expected = "a file that is there; a relative path starts at the scene's folder";
             return Err(file.fault(expected, "nothing"));
@@ -134,12 +113,7 @@ fn numbers(values: Vec<f64>) -> Value {
 impl Named<'_> {
     fn fault(&self, expected: impl Into<String>, found: impl Into<String>) -> Error {
         let found = format!("{} in {}", found.into(), self.path.display());
-        Error::scene(SceneFault::new(
-            self.places.of(self.key),
-            self.key,
-            expected,
-            found,
-        ))
+        self.places.fault(self.key, expected, found)
     }
 
     /// The values of a column in the unit of the scene.
@@ -153,7 +127,7 @@ impl Named<'_> {
             return Err(self.fault(expected, found));
         }
         let Some(factor) = size::<D>(&column.unit) else {
-            return Err(self.fault(format!("a unit of {}", units::<D>()), found));
+            return Err(self.fault(format!("a unit of {}", measure::units::<D>()), found));
         };
         Ok(column.values.iter().map(|value| factor * value).collect())
     }
@@ -199,13 +173,14 @@ impl Named<'_> {
                     .iter()
                     .map(|name| run.array(name))
                     .collect::<Result<_>>()?;
-                let scene = run.text("scene")?;
-                self.last_rows(rows, scene)
+                let (scene, hashes) = (run.text("scene")?, run.text("hashes")?);
+                self.last_rows(rows, scene, hashes.as_deref())
             });
         }
         if let Some((texts, mut arrays)) = read_container(&self.path)? {
             let rows = STATE.iter().map(|name| arrays.remove(*name)).collect();
-            return self.last_rows(rows, texts.get("scene").cloned());
+            let hashes = texts.get("hashes").map(String::as_str);
+            return self.last_rows(rows, texts.get("scene").cloned(), hashes);
         }
         if self
             .path
@@ -238,7 +213,15 @@ impl Named<'_> {
         &self,
         arrays: Vec<Option<Samples>>,
         scene: Option<String>,
+        hashes: Option<&str>,
     ) -> Result<Vec<Vec<f64>>> {
+        for (name, array) in STATE.iter().zip(&arrays) {
+            let Some((_, values)) = array else { continue };
+            check_written(hashes, name, values).map_err(|fault| Error::Input {
+                path: self.path.clone(),
+                fault,
+            })?;
+        }
         let expected = "a run that recorded displacements (`record` with \"displacement\")";
         let last = |array: Option<Samples>| -> Option<Vec<f64>> {
             let (shape, values) = array?;

@@ -6,8 +6,9 @@ use toml::de::DeTable;
 use toml::{Table, Value};
 
 use super::places::{Places, line_at};
-use super::properties::{Kind, properties};
-use super::{Scene, Setup, files, setup};
+use super::properties::{Kind, properties, property};
+use super::{Scene, Setup, check, files, setup};
+use crate::chain::Chain;
 use crate::error::{Error, KeyPlace, Problem, Result, SceneFault, nearest_key, reworded};
 use crate::field::regular_file;
 
@@ -38,13 +39,39 @@ impl Setting {
     }
 }
 
-/// What scenes leave out, and what serves instead.
-const NOT_MODELLED: [(&str, &str); 2] = [
-    ("friction", "`drag`, `dashpot` or `tangent` for losses"),
+/// Keys of other programs, in small letters, and what serves instead.
+const ELSEWHERE: [(&[&str], &str); 7] = [
     (
-        "thermostat",
-        "`velocities`, or `modes` with `mode_energy`, for a chain of this energy",
+        &["friction", "viscosity", "gamma", "damping", "restitution"],
+        "`drag`, `dashpot` or `tangent` for losses; friction is not modelled",
     ),
+    (
+        &["thermostat", "temperature", "kt", "langevin", "bath"],
+        "`velocities`, or `modes` with `mode_energy`, for a chain of this energy; a thermostat is not modelled",
+    ),
+    (
+        &["dt", "timestep", "time_step"],
+        "`step` for the length of steps, or `samples` and `end_time` for that of samples",
+    ),
+    (
+        &["t_end", "tmax", "t_max", "duration", "total_time"],
+        "`end_time`",
+    ),
+    (
+        &["n", "n_sites", "particles", "n_particles", "beads"],
+        "`sites`",
+    ),
+    (
+        &[
+            "boundary",
+            "boundaries",
+            "boundary_conditions",
+            "bc",
+            "periodic",
+        ],
+        "`ends`",
+    ),
+    (&["integrator", "method", "solver"], "`scheme`"),
 ];
 
 /// The text of a scene and the settings over it.
@@ -141,13 +168,18 @@ impl SceneSource {
     /// # Errors
     /// [`Error::Scene`] naming the first key at fault with its place.
     pub fn setup(&self) -> Result<Setup> {
-        let (mut table, mut places) = self.table()?;
-        let reads = match self.is_carried {
-            true => files::refuse(&table, &places)?,
-            false => files::read_in(&mut table, &mut places)?,
-        };
+        let (table, places, reads) = self.whole()?;
         let scene = Self::typed(table.clone(), &places)?;
         setup::work_out(&scene, &places, self.text_of(reads, &table, &places)?)
+    }
+
+    /// The chain alone, and the number of samples of its run.
+    ///
+    /// # Errors
+    /// As [`SceneSource::setup`].
+    pub(crate) fn chain(&self) -> Result<(Chain, usize)> {
+        let (table, places, _) = self.whole()?;
+        setup::chain_of(&Self::typed(table, &places)?, &places)
     }
 
     /// A fault that a run found in a value, with the place of its key.
@@ -187,35 +219,39 @@ impl SceneSource {
 
     /// The complete scene as one text: that of the file, or, with settings or other files, all keys written anew.
     pub(crate) fn whole_text(&self) -> Result<String> {
-        let (mut table, mut places) = self.table()?;
-        let reads = files::read_in(&mut table, &mut places)?;
+        let (table, places, reads) = self.whole()?;
         self.text_of(reads, &table, &places)
+    }
+
+    /// All keys, which go together, with the values that files hold; whether there are such files.
+    fn whole(&self) -> Result<(Table, Places, bool)> {
+        let (mut table, mut places) = self.table()?;
+        check::keys(&table, &places)?;
+        let reads = match self.is_carried {
+            true => files::refuse(&table, &places)?,
+            false => files::read_in(&mut table, &mut places)?,
+        };
+        Ok((table, places, reads))
     }
 
     fn text_of(&self, reads: bool, table: &Table, places: &Places) -> Result<String> {
         if !reads && self.settings.is_empty() {
             return Ok(self.text.clone());
         }
-        toml::to_string(table).map_err(|error| {
-            Error::scene(SceneFault::new(
-                places.of(""),
-                "",
-                "values that TOML can hold",
-                error,
-            ))
-        })
+        let text = toml::to_string(table);
+        text.map_err(|error| places.fault("", "values that TOML can hold", error))
     }
 
-    fn typed(table: Table, places: &Places) -> Result<Scene> {
-        if let Some(key) = table.keys().find(|key| !is_known(key)) {
-            let left_out = NOT_MODELLED.iter().find(|(name, _)| name == key);
-            let expected = match (left_out, similar(key)) {
-                (Some((_, instead)), _) => format!("{instead}; {key} is not modelled"),
-                (None, Some(name)) => format!("a key of scenes (`{name}`?)"),
-                (None, None) => "a key of scenes".into(),
-            };
-            let fault = SceneFault::new(places.of(key), key, expected, format!("`{key}`"));
-            return Err(Error::scene(fault));
+    fn typed(mut table: Table, places: &Places) -> Result<Scene> {
+        // A number stands for a cell of one.
+        for property in properties() {
+            let is_cell = property.length.is_some_and(|length| length.repeats);
+            if let Some(value) = table.get_mut(&property.name)
+                && is_cell
+                && (value.is_float() || value.is_integer())
+            {
+                *value = Value::Array(vec![value.clone()]);
+            }
         }
         serde_path_to_error::deserialize(Value::Table(table)).map_err(|error| {
             let key = error.path().to_string();
@@ -267,22 +303,27 @@ impl SceneSource {
                 }
             }
         }
-        Ok((table, places))
+        match table.keys().find(|key| property(key).is_none()) {
+            Some(key) => Err(places.fault(key, in_place_of(key), format!("`{key}`"))),
+            None => Ok((table, places)),
+        }
     }
 }
 
-fn is_known(key: &str) -> bool {
-    kind_of(key).is_some()
+/// What is expected in place of an unknown key.
+fn in_place_of(key: &str) -> String {
+    let small = key.to_lowercase();
+    let elsewhere = ELSEWHERE.iter().find(|(names, _)| names.contains(&&*small));
+    let known = properties().iter().map(|property| &*property.name);
+    match (elsewhere, nearest_key(key, known)) {
+        (Some((_, instead)), _) => (*instead).into(),
+        (None, Some(name)) => format!("a key of scenes (`{name}`?)"),
+        (None, None) => "a key of scenes".into(),
+    }
 }
 
 fn kind_of(key: &str) -> Option<&'static Kind> {
-    let property = properties().iter().find(|p| p.name == key)?;
-    Some(&property.kind)
-}
-
-/// The known key that a mistyped one is nearest to, if any is near.
-fn similar(key: &str) -> Option<&'static str> {
-    nearest_key(key, properties().iter().map(|property| &*property.name))
+    property(key).map(|property| &property.kind)
 }
 
 /// The value of a setting, parsed by the kind of its field. The error is the expected form.
