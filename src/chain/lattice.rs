@@ -250,13 +250,10 @@ impl Chain {
         }
     }
 
-    /// Overlap of contact j beyond the static one, `x_j - x_{j+1}`.
+    /// Overlap of contact j beyond the static one, `x_j - x_{j+1}`; of velocities its rate.
     pub fn overlap(&self, contact: usize, displacement: &[f64]) -> f64 {
-        displacement[contact] - self.right_of(contact, displacement)
-    }
-
-    fn right_of(&self, contact: usize, values: &[f64]) -> f64 {
-        self.right_site(contact).map_or(0.0, |right| values[right])
+        let right = self.right_site(contact);
+        displacement[contact] - right.map_or(0.0, |right| displacement[right])
     }
 
     /// The site after a contact; `None` for a wall.
@@ -277,19 +274,13 @@ impl Chain {
 
     /// Force in contact j beyond the static one, damping included.
     pub fn force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
-        self.elastic_force(contact, displacement)
-            + self.damping_force(contact, displacement, velocity)
-    }
-
-    /// Elastic force in contact j beyond the static one.
-    pub fn elastic_force(&self, contact: usize, displacement: &[f64]) -> f64 {
-        let r = self.overlap(contact, displacement);
-        self.contact(contact).force(r)
+        let closing = self.overlap(contact, velocity);
+        self.force_at(contact, self.overlap(contact, displacement), closing)
     }
 
     /// Damping force in contact j.
     pub fn damping_force(&self, contact: usize, displacement: &[f64], velocity: &[f64]) -> f64 {
-        let closing = velocity[contact] - self.right_of(contact, velocity);
+        let closing = self.overlap(contact, velocity);
         let r = self.overlap(contact, displacement);
         self.damping(self.contact(contact), r, closing)
     }
@@ -302,10 +293,8 @@ impl Chain {
 
     /// The same of the contact with the wall before site 0; 0 where there is none.
     pub(super) fn left_wall_force(&self, r: f64, closing: f64) -> f64 {
-        match self.left_contact() {
-            Some(contact) => self.force_of(contact, r, closing),
-            None => 0.0,
-        }
+        let contact = self.left_contact();
+        contact.map_or(0.0, |contact| self.force_of(contact, r, closing))
     }
 
     fn force_of(&self, contact: Contact, r: f64, closing: f64) -> f64 {

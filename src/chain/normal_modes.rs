@@ -61,7 +61,7 @@ impl Chain {
             let expected = "a chain that is stable at rest, for modes";
             return Err(refuse("mode", expected, "contacts of negative stiffness"));
         }
-        let own = self.resonators().map_or(&[][..], |all| &all.mass);
+        let own = self.resonators().map_or(&[][..], |all| &all.mass[..]);
         let own = resonators.iter().map(|j| own[*j]);
         let root_mass = self.mass.iter().copied().chain(own).map(f64::sqrt);
         let root_mass: Vec<f64> = root_mass.collect();

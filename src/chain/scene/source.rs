@@ -42,36 +42,21 @@ impl Setting {
 /// Keys of other programs, in small letters, and what serves instead.
 const ELSEWHERE: [(&[&str], &str); 7] = [
     (
-        &["friction", "viscosity", "gamma", "damping", "restitution"],
+        &["friction", "viscosity"],
         "`drag`, `dashpot` or `tangent` for losses; friction is not modelled",
     ),
     (
-        &["thermostat", "temperature", "kt", "langevin", "bath"],
+        &["thermostat", "temperature"],
         "`velocities`, or `modes` with `mode_energy`, for a chain of this energy; a thermostat is not modelled",
     ),
     (
         &["dt", "timestep", "time_step"],
         "`step` for the length of steps, or `samples` and `end_time` for that of samples",
     ),
-    (
-        &["t_end", "tmax", "t_max", "duration", "total_time"],
-        "`end_time`",
-    ),
-    (
-        &["n", "n_sites", "particles", "n_particles", "beads"],
-        "`sites`",
-    ),
-    (
-        &[
-            "boundary",
-            "boundaries",
-            "boundary_conditions",
-            "bc",
-            "periodic",
-        ],
-        "`ends`",
-    ),
-    (&["integrator", "method", "solver"], "`scheme`"),
+    (&["duration", "t_end", "t_max"], "`end_time`"),
+    (&["n", "n_sites", "particles"], "`sites`"),
+    (&["boundary", "boundaries", "periodic"], "`ends`"),
+    (&["integrator", "method"], "`scheme`"),
 ];
 
 /// The text of a scene and the settings over it.
@@ -123,7 +108,7 @@ impl SceneSource {
     /// [`Error::Read`]; [`Error::Input`] if it is not a regular file; [`Error::Scene`] if it is too
     /// long or not text.
     pub fn read(path: &Path) -> Result<SceneSource> {
-        let fault = |expected: &str, found: String| {
+        let fault = |expected: String, found: String| {
             let place = KeyPlace::File {
                 path: path.to_owned(),
                 line: None,
@@ -133,15 +118,13 @@ impl SceneSource {
         let length = regular_file(path)?.len();
         if length > LENGTH_LIMIT {
             let expected = format!("a scene, a text of at most {LENGTH_LIMIT} bytes");
-            return Err(fault(&expected, format!("{length} bytes")));
+            return Err(fault(expected, format!("{length} bytes")));
         }
         let bytes = std::fs::read(path).map_err(Error::read("read", path))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let at = error.utf8_error().valid_up_to();
-            fault(
-                "a scene, a text in UTF-8",
-                format!("something else at byte {at}"),
-            )
+            let found = format!("something else at byte {at}");
+            fault("a scene, a text in UTF-8".into(), found)
         })?;
         Ok(SceneSource::new(Some(path), text))
     }
