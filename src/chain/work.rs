@@ -66,18 +66,19 @@ struct ContactRates {
 impl Simulation {
     /// The work of a run.
     pub fn work(&self) -> Work {
-        let ([least, most], limit) = self.steps();
+        let ([least, most], limit) = self.steps(PATIENCE);
         Work {
             steps: (most <= UNCERTAIN * least).then_some((least * most).sqrt()),
             limit,
         }
     }
 
-    /// The steps without and with those of a contact that is stiffer than others, and what determines their length.
-    fn steps(&self) -> ([f64; 2], &'static str) {
+    /// The steps without and with those of a contact that is stiffer than others, and what determines their length; to the end
+    /// time, or to this part of the longest wait for a front.
+    fn steps(&self, patience: f64) -> ([f64; 2], &'static str) {
         let time = match self.end_time {
             EndTime::At(time) => time,
-            EndTime::Arrival => self.latest_arrival(self.velocity_scale(0.0)) / PATIENCE,
+            EndTime::Arrival => self.latest_arrival(self.velocity_scale(0.0)) / patience,
         };
         if let Accuracy::Step(step) = self.accuracy {
             return ([time / step; 2], "step");
@@ -186,7 +187,7 @@ impl Simulation {
 
     /// Refuses a run that would not end in any time worth waiting for.
     pub(super) fn check_work(&self) -> Result<()> {
-        let ([steps, _], limit) = self.steps();
+        let ([steps, _], limit) = self.steps(1.0);
         let is_damped = !matches!(limit, "motion" | "step");
         let most = if is_damped { MOST_DAMPED } else { MOST };
         if steps.is_nan() || steps <= most {

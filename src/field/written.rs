@@ -6,9 +6,9 @@ use crate::error::InputFault;
 
 /// BLAKE3 hash of the values of an array, in hexadecimal.
 pub(crate) fn array_hash(values: &[f64]) -> String {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_rayon(bytemuck::cast_slice(values));
-    hasher.finalize().to_hex().to_string()
+    blake3::hash(bytemuck::cast_slice(values))
+        .to_hex()
+        .to_string()
 }
 
 /// Refuses an array of other values than those that were written.

@@ -395,7 +395,7 @@ fn scenes_say_what_is_wrong_with_a_law() {
             "law = \"d - alpha*d^2; alpha = 0.25\"\nalpha = 0.3",
             "a formula that uses it",
         ),
-        ("laws = []", "one law or more"),
+        ("laws = []", "at least one value"),
         ("laws = [\"hertz\", \"d +\"]", "laws[1]"),
         (
             "law = \"polynomial 1 0 -0.3\"\nprecompression = 0.8",

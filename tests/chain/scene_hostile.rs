@@ -609,7 +609,7 @@ fn a_fault_of_an_option_is_named_by_the_option() {
                 "--tolerance",
                 "1e-3",
             ],
-            "--tolerance: ",
+            "--step: ",
         ),
     ] {
         let mut all = vec!["scene.toml", "--end-time", "3"];

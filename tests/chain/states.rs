@@ -186,7 +186,7 @@ fn val_definition_faults_of_states() {
         (
             "five.csv",
             "",
-            "/scene.toml:3: velocities: expected 6 values, one a site, found 5",
+            "/scene.toml:3: velocities: expected 6 values, one a site, found 5 values",
         ),
         (
             "five.csv",

@@ -21,15 +21,15 @@ pub(super) fn units(table: &Table) -> Units {
     }
 }
 
-/// That the typed keys go together, and that units are those of the scene.
+/// That the typed keys go together.
 pub(super) fn keys(table: &Table, places: &Places) -> Result<()> {
     let is_typed = |key: &&String| table.contains_key(*key);
-    let units = units(table);
-    for property in properties() {
+    if units(table) == Units::None && MATERIAL.iter().any(|key| table.contains_key(*key)) {
+        let found = "none, though the scene has a material";
+        return Err(places.fault("units", "si", found));
+    }
+    for property in properties().iter().filter(|of| is_typed(&&of.name)) {
         let key = &property.name;
-        let Some(value) = table.get(key) else {
-            continue;
-        };
         if let Some(other) = property.excludes.iter().find(is_typed) {
             let expected = format!("one key of `{key}` and `{other}`, which decide the same");
             let found = format!("it beside {}", places.mention(other));
@@ -46,23 +46,21 @@ pub(super) fn keys(table: &Table, places: &Places) -> Result<()> {
                 return Err(places.fault(key, expected, format!("`{word}`")));
             }
         }
-        let has_unit = |words: &[String]| {
-            value
-                .as_str()
-                .is_some_and(|text| !words.iter().any(|word| word == text))
-        };
-        if let Kind::Measure { words, .. } = &property.kind
-            && units == Units::None
-            && key != "memory"
-            && has_unit(words)
+    }
+    Ok(())
+}
+
+/// That numbers have no units where the scene has none.
+pub(super) fn texts(table: &Table, places: &Places) -> Result<()> {
+    for property in properties().iter().filter(|of| of.name != "memory") {
+        let typed = table.get(&property.name).and_then(Value::as_str);
+        if let (Kind::Measure { words, .. }, Some(text)) = (&property.kind, typed)
+            && units(table) == Units::None
+            && !words.iter().any(|word| word == text)
         {
             let expected = "a number alone, since the scene is not in SI";
-            return Err(places.fault(key, expected, "a unit"));
+            return Err(places.fault(&property.name, expected, "a unit"));
         }
-    }
-    if units == Units::None && MATERIAL.iter().any(|key| table.contains_key(*key)) {
-        let found = "none, though the scene has a material";
-        return Err(places.fault("units", "si", found));
     }
     Ok(())
 }

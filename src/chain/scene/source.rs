@@ -153,6 +153,7 @@ impl SceneSource {
     pub fn setup(&self) -> Result<Setup> {
         let (table, places, reads) = self.whole()?;
         let scene = Self::typed(table.clone(), &places)?;
+        check::texts(&table, &places)?;
         setup::work_out(&scene, &places, self.text_of(reads, &table, &places)?)
     }
 
