@@ -35,7 +35,7 @@ const STABLE: f64 = 6.0;
 
 /// How many times as many steps as the others the stiffest contact may call for: beyond, their number depends on how long it is
 /// pressed, which is not known.
-const UNCERTAIN: f64 = 20.0;
+const UNCERTAIN: f64 = 5.0;
 
 /// The longest wait for a front, over the time in which one usually arrives.
 const PATIENCE: f64 = 20.0;
