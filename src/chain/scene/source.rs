@@ -84,8 +84,9 @@ pub struct SceneSource {
 }
 
 impl SceneSource {
-    /// A scene of this text; `path` is what messages call it.
+    /// A scene of this text; `path` is what messages call it, unless it is empty.
     pub fn new(path: Option<&Path>, text: impl Into<String>) -> SceneSource {
+        let path = path.filter(|path| !path.as_os_str().is_empty());
         SceneSource {
             path: path.map(Path::to_owned),
             text: text.into(),
